@@ -22,7 +22,7 @@ using saddle_links = std::array<link, 4>;
 /// Whether ray `ray` of `from`, followed to `to`, is on one edge from end to end.
 bool edge_between(const plane &level, const saddle &from, size_t ray, const saddle &to);
 
-/// The ray of `to` that comes back along ray `ray` of `from`; -1 if there is none.
+/// The ray of `to` that comes back along ray `ray` of `from`; -1 if not found.
 int returning_ray(const saddle &from, size_t ray, const saddle &to);
 
 /// For each ray of each saddle its nearest neighbour at a distance of at least `nearest_px`; only

@@ -194,7 +194,7 @@ std::vector<cell_code> codes_in(const board &board, const marker_dictionary &dic
     return codes;
 }
 
-// The marker for a code, up to wrong bits; -1 if there is none. `count`: markers on the board.
+// The marker for a code, up to wrong bits; -1 if not found. `count`: markers on the board.
 int marker_of(const marker_dictionary &dictionary, int count, marker_code code) {
     int best = -1, fewest = dictionary.correctable_bits + 1;
     for (int marker = 0; marker < std::min(count, dictionary.count); marker++) {

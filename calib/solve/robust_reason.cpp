@@ -52,7 +52,7 @@ const misnumbering MISNUMBERINGS[] = {
     {"the right view's numbers are one column too high", false, 0, -1},
 };
 
-// The index that a corner should have had; -1 if there is none.
+// The index that a corner should have had; -1 if not found.
 int renumbered(const misnumbering &how, const board &target, int index) {
     if (how.half_turn) {
         return target.corner_count() - 1 - index;

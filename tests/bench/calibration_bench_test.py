@@ -26,7 +26,7 @@ class CalibrationBench(unittest.TestCase):
                               capture_output=True, text=True, timeout=900, check=False)
 
     def test_table_of_all_methods(self):
-        # Sides by folder; a picture of another size takes no part.
+        # Sides by folder; a picture of another size is excluded.
         for side in ("left", "right"):
             (self.here / "pictures" / side).mkdir(parents=True)
             for number in range(1, 9):
@@ -40,7 +40,7 @@ class CalibrationBench(unittest.TestCase):
         self.assertEqual(result["pairs"], 8)
         for name, line in result["methods"].items():
             if name == "OpenCV, SB":
-                continue  # it misses a board, and in halves too many
+                continue  # it misses a board, and too many in halves
             with self.subTest(name):
                 self.assertNotIn("trouble", line)
                 self.assertEqual((line["views"], line["pairs"]), (8, 8))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost of our debayer beside OpenCV's edge-aware one on the sensor's full size, and the error of
+// Cost of our debayer and of OpenCV's edge-aware one on the sensor's full size, and the error of
 // both on a recorded colour image that is reduced to a mosaic.
 #include <algorithm>
 #include <chrono>
@@ -22,7 +22,7 @@ constexpr int kRounds = 9;
 constexpr int kBits = 10;
 constexpr double kGreyToRaw = 1023.0 / 255;
 
-// GRBG as the sensor gives it: even rows G R, odd rows B G.
+// GRBG as the sensor delivers it: even rows G R, odd rows B G.
 cv::Mat mosaic_of(const cv::Mat &bgr) {
     cv::Mat raw(bgr.size(), CV_16U);
     for (int y = 0; y < bgr.rows; y++) {
@@ -80,7 +80,7 @@ double timed_ms(const std::function<void()> &work) {
 int run(const char *path) {
     const cv::Mat bgr = cv::imread(path, cv::IMREAD_COLOR);
     if (bgr.cols < 16 || bgr.rows < 16) {
-        std::fprintf(stderr, "debayer_bench: %s: no image of at least 16x16\n", path);
+        std::fprintf(stderr, "debayer_bench: %s: not an image of at least 16x16\n", path);
         return 1;
     }
     cv::setNumThreads(1);

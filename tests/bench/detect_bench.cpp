@@ -16,7 +16,7 @@ namespace {
 struct Case {
     const char *name;
     double width_share, blur_px, noise_grey;
-    bool opencv;  // theirs does not come to an end on very blurred boards
+    bool opencv;  // OpenCV's does not terminate on very blurred boards
 };
 
 const Case cases[] = {
@@ -37,7 +37,7 @@ struct Tally {
     int found = 0;
 };
 
-// Theirs may number the board from the other end; its corners carry no standard deviation.
+// OpenCV's may number the board from the other end; its corners have no standard deviation.
 calib::board_view opencv_view(const calib::board &board, BoardImage *image) {
     const cv::Mat pixels(image->height, image->width, CV_8U, image->pixels.data());
     std::vector<cv::Point2f> points;

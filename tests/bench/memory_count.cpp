@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstdlib>
 
-// gcc says it with a macro, clang with a feature.
+// gcc has a macro for it, clang a feature test.
 #if defined(__SANITIZE_ADDRESS__)
 #define COUNTS 0
 #elif defined(__has_feature)
@@ -48,7 +48,7 @@ void count_out(void *memory) {
 }  // namespace
 
 #if COUNTS
-// The GNU C library offers its allocator under these names to whoever replaces the usual ones.
+// The GNU C library exports its allocator under these names for replacements.
 extern "C" {
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
@@ -72,7 +72,7 @@ void *realloc(void *old, size_t size) {
     count_out(old);
     void *memory = __libc_realloc(old, size);
     if (memory == nullptr && size > 0) {
-        count_in(old);  // still there
+        count_in(old);  // still allocated
     }
     count_in(memory);
     return memory;

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Counts what a program has on its heap by standing between it and the C library's allocator, so
-/// that the working memory of a library can be measured without its help.
+/// Counts a program's heap by intercepting the C library's allocator, so that the working memory of
+/// a library can be measured from outside.
 #ifndef VERGENCE_TESTS_BENCH_MEMORY_COUNT_HPP
 #define VERGENCE_TESTS_BENCH_MEMORY_COUNT_HPP
 
 #include <cstddef>
 
-/// False in builds with sanitizers, which have an allocator of their own: all counts are 0.
+/// False in builds with sanitizers, which have their own allocator: all counts are then 0.
 bool memory_count_available();
 
-/// Starts to watch the peak from what is allocated now.
+/// Starts to track the peak from what is allocated now.
 void memory_count_begin();
 
-/// Bytes at the peak since the beginning, above what was allocated then. Rounded up by the
-/// allocator to its own sizes, as the computer's memory is.
+/// Bytes at the peak since the start, above what was allocated then. Rounded up to the allocator's
+/// size classes, like the real memory use.
 std::size_t memory_count_peak_bytes();
 
 #endif

@@ -20,7 +20,7 @@ import numpy
 
 FOLDER = sys.argv[1]
 if not os.path.isdir(os.path.join(FOLDER, "cv2")):
-    sys.exit(print(f"error no module cv2 in {FOLDER}"))  # the system's would be found instead
+    sys.exit(print(f"error no module cv2 in {FOLDER}"))  # otherwise the system's would be found
 sys.path.insert(0, FOLDER)
 import cv2  # pylint: disable=wrong-import-position
 
@@ -54,7 +54,7 @@ class Matcher:
 
 
 def set_threads(count):
-    """Threads that a new count starts are there before anything is timed."""
+    """Starts the threads of a new count before anything is timed."""
     if cv2.getNumThreads() != count:
         cv2.setNumThreads(count)
         cv2.GaussianBlur(numpy.zeros((512, 512), numpy.uint8), (9, 9), 2)
@@ -69,8 +69,8 @@ def resident_bytes(name):
 
 
 def first_run_bytes(matcher):
-    """Growth of the process at its peak: the peak is first set back to what it has now, and what
-    earlier work left on the heap is given back, or the run would be served from that."""
+    """Growth of the process at its peak. The peak is first reset to the current size, and free heap
+    from earlier work is returned, or the run would be served from it."""
     ctypes.CDLL(None).malloc_trim(0)
     with open("/proc/self/clear_refs", "w", encoding="ascii") as file:
         file.write("5")
@@ -98,7 +98,7 @@ class Worker:
         self.stream, self.matchers = stream, {}
 
     def answer(self, words):
-        """The answer's line and the bytes after it."""
+        """The reply's line and the bytes after it."""
         command, number = words[0], words[1]
         if command == "make":
             width, height = int(words[2]), int(words[3])
@@ -129,7 +129,7 @@ def main():
         try:
             text, content = worker.answer(line.decode().split())
             replies.write(f"ok {text}\n".encode() + content)
-        except Exception as error:  # whatever OpenCV throws is the other side's to say
+        except Exception as error:  # any exception of OpenCV is reported to the other side
             replies.write(f"error {type(error).__name__} {' '.join(str(error).split())}\n".encode())
         replies.flush()
 

@@ -18,14 +18,14 @@ constexpr const char *kUsage =
     "  DIR         a folder with left.png right.png meta.json, or a folder of such folders\n"
     "  --rounds N  interleaved rounds of all methods and sizes (default 7)\n"
     "  --quick     3 sizes a series and 1 round\n"
-    "  --only TEXT of our methods those whose name contains TEXT (beside SGBM 3-way plain)\n"
+    "  --only TEXT of our methods those whose name contains TEXT (plus SGBM 3-way plain)\n"
     "Times are of the processor, on one thread, the best of the rounds.\n"
-    "Prints JSON; tools/bench scaling makes a table and a drawing of it.\n";
+    "Prints JSON; tools/bench scaling makes a table and a plot of it.\n";
 
 // Eighths of the whole picture.
 constexpr int kWhole = 8;
 
-// One step of a series: a picture and what it is drawn over.
+// One step of a series: a picture and its x value.
 struct step {
     double x;
     bench_pair pair;
@@ -36,7 +36,7 @@ struct series {
     std::vector<step> steps;
 };
 
-// The middle of both images.
+// The centre part of both images.
 bench_pair cropped(const bench_pair &pair, int width, int height) {
     const cv::Rect middle((pair.left.cols - width) / 2, (pair.left.rows - height) / 2, width,
                           height);

@@ -11,7 +11,7 @@ namespace {
 constexpr uint64_t kSeed = 20090915;
 constexpr double kFullWell_electrons = 40000, kReadNoise_electrons = 8, kExposure = 0.01;
 
-// Every pixel by itself. Rounded and cut off as a sensor of 8 bits does.
+// Each pixel independently, rounded and clipped like an 8-bit sensor.
 void map_greys(cv::Mat &image, const std::function<double(double grey)> &curve) {
     cv::Mat table(1, 256, CV_8U);
     for (int i = 0; i < 256; i++) {
@@ -49,7 +49,7 @@ void vignette(cv::Mat &image, double corner_loss) {
     }
 }
 
-// Shot and read noise of a sensor that got a hundredth of the light and was amplified back.
+// Shot and read noise of a sensor that received a hundredth of the light and was amplified back.
 void low_light(cv::Mat &image, uint64_t seed) {
     const double electrons_per_grey = kFullWell_electrons * kExposure / 255;
     cv::RNG random(seed);
@@ -74,7 +74,7 @@ void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
     }
 }
 
-// Amplified until this share of the pixels stands at white.
+// Amplified until this share of the pixels is white.
 void saturate(cv::Mat &image, double share) {
     std::vector<uint8_t> greys(image.begin<uint8_t>(), image.end<uint8_t>());
     const auto at = static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(greys.size()));
@@ -127,7 +127,7 @@ bench_pair swapped(const bench_pair &pair, const bench_pair &) {
     return with_images(pair, pair.right, pair.left);
 }
 
-// With itself for another, turned upside down and left to right.
+// Paired with itself, rotated by half a turn, if there is no other.
 bench_pair unrelated(const bench_pair &pair, const bench_pair &other) {
     cv::Mat right;
     cv::resize(other.right, right, pair.left.size(), 0, 0, cv::INTER_AREA);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much worse matchers get when the images differ, and what they keep of pairs that show no
-// surface. See kUsage and README.md.
+// Growth of the errors when the images differ, and what is kept of pairs without a surface. See
+// kUsage and README.md.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -25,16 +25,16 @@ constexpr const char *kUsage =
     "  --quick        only the change of exposure and the unrelated images\n"
     "  --pypi FOLDER  also the OpenCV of the Python module cv2 in FOLDER, in its own process\n"
     "  --json         machine-readable result on standard output\n"
-    "Errors are bad-1.0 (filled, non-occluded); growth is their mean over that of the images\n"
-    "as they are.\n";
+    "Errors are bad-1.0 (filled, non-occluded); growth is their mean over that of the unmodified\n"
+    "images.\n";
 
 constexpr int kNameWidth = 30;
 constexpr int kColumnWidth = 9;
 
-// One method: for each case, a value a pair.
+// One method: for each case, one value per pair.
 struct troubled {
     std::string method;
-    std::map<std::string, std::vector<double>> bad_percent;   // by photometric trouble
+    std::map<std::string, std::vector<double>> bad_percent;   // by photometric change
     std::map<std::string, std::vector<double>> kept_percent;  // by pair without a surface
 };
 
@@ -46,14 +46,14 @@ double mean(const std::vector<double> &values) {
     return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-// Not a number where the clean images give no error at all.
+// NaN if the clean images have no error.
 double growth(const troubled &one, const char *name) {
     const double clean = mean(one.bad_percent.at("clean"));
     return clean > 0 ? mean(one.bad_percent.at(name)) / clean
                      : std::numeric_limits<double>::quiet_NaN();
 }
 
-// What is to be tried.
+// The cases to run.
 struct plan {
     std::vector<trouble_case> photometric;
     std::vector<trouble_nothing> nothing;
@@ -98,7 +98,7 @@ void run_pair(const std::vector<bench_method_entry> &methods, const plan &plan,
     }
 }
 
-// A line a method, a column a case.
+// One line per method, one column per case.
 template <typename Case>
 void print_table(const char *title, const std::vector<Case> &cases,
                  const std::vector<troubled> &results,
@@ -136,7 +136,7 @@ void print_tables(const std::vector<troubled> &results, const plan &plan, std::s
     print_table(
         "growth: the same over that of the clean images", plan.photometric, results,
         [](const troubled &one, const char *name) { return decimals(2, growth(one, name)); });
-    print_table("kept where there is no surface, percent of all pixels: mean (and most)",
+    print_table("kept where there is no surface, percent of all pixels: mean (and maximum)",
                 plan.nothing, results, [](const troubled &one, const char *name) {
                     const std::vector<double> &values = one.kept_percent.at(name);
                     return decimals(1, mean(values)) + "(" +
@@ -204,7 +204,7 @@ void print_json(const std::vector<troubled> &results, const std::vector<bench_pa
 int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) {
     for (const bench_pair &pair : pairs) {
         if (pair.truth_px.empty()) {
-            throw std::runtime_error(pair.name + ": has no disparity.pfm to compare with");
+            throw std::runtime_error(pair.name + ": no disparity.pfm to compare with");
         }
     }
     const bench_choice choice = bench_choice_of(arguments);

@@ -62,7 +62,7 @@ class Info(Workshop):
         self.assertIsNone(pair["calibration"]["matches"])
         text = self.said(session)
         for words in ("mug_3x: session\n", "pan 3.57 deg, ", "zoom 421 to 422, ", "closed in order",
-                      "exposure 159994 us, gain 1", "brightness 32", "not known whether it matches"):
+                      "exposure 159994 us, gain 1", "brightness 32", "unknown whether it matches"):
             self.assertIn(words, text)
 
     def test_pairs_of_two_cameras(self):

@@ -221,7 +221,7 @@ class Pairs(Surfaces):
         self.assertGreater(common_mm, 50)
         self.assertAlmostEqual(figures["deviation_common"], common_mm, delta=0.01 * common_mm)
         report = open(os.path.join(out, "report.html"), encoding="utf-8").read()
-        self.assertIn("deviation that all depths share", report)
+        self.assertIn("common deviation", report)
         self.assertRegex(report, r"all points share ± [0-9.]+ mm more")
 
 

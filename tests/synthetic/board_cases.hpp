@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Boards, lenses and ways to hold a board, drawn at random; and errors of found corners.
+/// Random boards, lenses and board poses; and errors of found corners.
 #ifndef VERGENCE_TESTS_SYNTHETIC_BOARD_CASES_HPP
 #define VERGENCE_TESTS_SYNTHETIC_BOARD_CASES_HPP
 
@@ -28,7 +28,7 @@ inline calib::board coded_board(int columns, int rows, const std::string &dictio
     return board;
 }
 
-/// A lens of ordinary width with some barrel distortion.
+/// A lens of normal width with some barrel distortion.
 inline Camera lens_of(int width, int height, Random &random) {
     Camera camera;
     camera.width = width;
@@ -43,7 +43,7 @@ inline Camera lens_of(int width, int height, Random &random) {
     return camera;
 }
 
-/// Tilted and rolled up to the given angles, moved as far as a board of that size can.
+/// Tilted and rolled up to the given angles, moved as far as a board of that size can be.
 inline BoardHold random_hold(double width_share, double tilt_rad, double roll_rad, Random &random) {
     BoardHold hold;
     hold.width_share = width_share;

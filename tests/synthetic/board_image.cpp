@@ -13,7 +13,7 @@ namespace {
 constexpr int fine = 3;       // the blur works on pixels a third as wide
 constexpr int samples = 144;  // in a fine pixel that an edge crosses
 
-// The paint of the board: which of a few grey levels a point has.
+// The paint of the board: each point has one of a few grey levels.
 class Paint {
   public:
     Paint(const calib::board &board, const BoardLight &light)
@@ -63,8 +63,8 @@ class Paint {
     const calib::marker_dictionary *dictionary_;
 };
 
-// Where the rays through the image meet the board's plane. Between the corners of a pixel the
-// distortion is as good as linear.
+// Intersection of the image's rays with the board's plane. Between the corners of a pixel the
+// distortion is practically linear.
 class PlaneMap {
   public:
     PlaneMap(const Camera &camera, const BoardPose &pose)
@@ -164,7 +164,7 @@ std::vector<float> kernel_of(double sigma) {
     return kernel;
 }
 
-// Along rows, then with the result's rows and columns changed over: twice makes a blurred image.
+// Along rows, transposing the result: applied twice it blurs the image.
 std::vector<float> blurred_and_turned(const std::vector<float> &image, size_t width, size_t height,
                                       const std::vector<float> &kernel) {
     const size_t reach = kernel.size() / 2;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Photographs of calibration boards with exact truth: perspective and Brown-Conrady distortion,
-/// pixels that integrate over their area, Gaussian blur, noise. Shares no code with calib/ but the
-/// description of the board and the markers' bits.
+/// Images of calibration boards with exact truth: perspective and Brown-Conrady distortion, pixels
+/// that integrate over their area, Gaussian blur, noise. Shares with calib/ only the description of
+/// the board and the markers' bits.
 #ifndef VERGENCE_TESTS_SYNTHETIC_BOARD_IMAGE_HPP
 #define VERGENCE_TESTS_SYNTHETIC_BOARD_IMAGE_HPP
 
@@ -20,8 +20,8 @@ struct BoardPose {
     Vector t_camera_board_mm;
 };
 
-/// How a board is held: its squares (margin not counted) cover `width_share` of the image's width
-/// when it faces the camera; then it is turned, and its centre moved by shares of the image.
+/// Pose of a board: its squares (without the margin) cover `width_share` of the image's width when
+/// it faces the camera; then it is rotated, and its centre moved by shares of the image.
 struct BoardHold {
     double width_share = 0.75;
     Vector turn_rad;
@@ -32,7 +32,7 @@ BoardPose hold_board(const calib::board &board, const Camera &camera, const Boar
 
 struct BoardLight {
     double dark_grey = 35, light_grey = 205, background_grey = 95;
-    double margin_squares = 1;  // of white paper round the squares
+    double margin_squares = 1;  // of white paper around the squares
     double shade = 0;           // brightness falls by this share from the left to the right edge
     double blur_px = 1;         // standard deviation of the lens's blur
     double noise_grey = 2;
@@ -47,7 +47,7 @@ struct BoardImage {
     image_u8 view() { return {pixels.data(), width, height, width}; }
 };
 
-/// `camera` stands at its own origin: its place in the world does not count.
+/// `camera` is at its own origin: its position in the world is ignored.
 BoardImage photograph(const calib::board &board, const Camera &camera, const BoardPose &pose,
                       const BoardLight &light);
 

@@ -39,8 +39,8 @@ Pixel distort(const Camera &camera, const Pixel &ideal) {
 }
 
 Pixel undistort(const Camera &camera, const Pixel &distorted) {
-    // Fixed-point iteration: contracts for the mild lenses used here, and the self-test of
-    // the generator checks that it did.
+    // Fixed-point iteration: contracts for the mild lenses used here; the generator's self-test
+    // checks that it did.
     Pixel ideal = distorted;
     for (int i = 0; i < 60; i++) {
         const Pixel there = distort(camera, ideal);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cameras of synthetic worlds, written from the Brown-Conrady equations and Rodrigues' formula
-/// alone: no code of firmware/ is used, so that a mistake there cannot cancel here.
+/// Cameras of synthetic worlds, written from the Brown-Conrady equations and Rodrigues' formula: no
+/// code of firmware/ is used, so that an error there cannot cancel here.
 #ifndef VERGENCE_TESTS_SYNTHETIC_CAMERA_HPP
 #define VERGENCE_TESTS_SYNTHETIC_CAMERA_HPP
 
@@ -22,8 +22,8 @@ struct Pixel {
     double x, y;
 };
 
-/// Moves every image row of a camera: what a ray would hit at (x, y) is seen at
-/// y + offset + slope_x (x - width/2) + slope_y (y - height/2).
+/// Moves every image row of a camera: a ray that would hit (x, y) is seen at y + offset + slope_x
+/// (x - width/2) + slope_y (y - height/2).
 struct VerticalShift {
     double offset_px = 0, slope_x = 0, slope_y = 0;
 };
@@ -53,8 +53,8 @@ struct Rig {
 Rig rectified_rig(int width, int height, double f_px, double baseline_mm,
                   double disparity_at_infinity_px = 0);
 
-/// A rig as it stands on a table: lenses as given, right camera turned by a rotation vector,
-/// point_right = R point_left + t.
+/// An unrectified rig: lenses as given, right camera rotated by a rotation vector, point_right = R
+/// point_left + t.
 Rig posed_rig(const Camera &left_lens, const Camera &right_lens, const Vector &rotation_rad,
               const Vector &translation_mm);
 

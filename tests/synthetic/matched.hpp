@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Runs the matcher on a synthetic pair and compares its answer with the truth.
+/// Runs the matcher on a synthetic pair and compares the result with the truth.
 #ifndef VERGENCE_TESTS_SYNTHETIC_MATCHED_HPP
 #define VERGENCE_TESTS_SYNTHETIC_MATCHED_HPP
 
@@ -13,7 +13,7 @@
 
 namespace synthetic {
 
-/// Memory aligned as the arena wants it, of exactly the size asked for.
+/// Memory with the arena's alignment, of exactly the requested size.
 class Memory {
   public:
     explicit Memory(size_t size_bytes);
@@ -28,7 +28,7 @@ class Memory {
     size_t size_bytes_;
 };
 
-/// Images, spans and outputs of one match, alive together.
+/// Images, spans and outputs of one match, with a common lifetime.
 struct Matched {
     int width, height;
     std::vector<uint8_t> left, right;  // with their strides
@@ -46,7 +46,7 @@ struct Matched {
     bool valid(size_t i) const { return reason[i] == REASON_VALID; }
     double share(int of_reason) const;  // of all pixels
 
-    /// Lets the views look at this object's own vectors: to be called on a copy.
+    /// Points the views at this object's own vectors; call it on a copy.
     void bind();
 };
 
@@ -54,18 +54,18 @@ struct MatchSetting {
     const struct parallel *parallel = &parallel_serial;
     int stride_extra = 0;
     std::function<bool(int rows_done, int rows)> progress;
-    size_t memory_bytes = 0;  // 0: what match_need_bytes asks for
+    size_t memory_bytes = 0;  // 0: the result of match_need_bytes
 };
 
-/// Matches; the caller looks at `status`. The arena is exactly as large as the matcher asked.
+/// Matches; the caller checks `status`. The arena is exactly as large as the matcher requested.
 Matched run_match(const Pair &pair, const match_options &options, const MatchSetting &setting = {});
 Matched run_match(const std::vector<uint8_t> &left, const std::vector<uint8_t> &right, int width,
                   int height, const match_options &options, const MatchSetting &setting = {});
 
-/// How an answer compares with the truth, over the pixels chosen by `counts(x, y)`.
+/// Statistics of a result against the truth, over the pixels selected by `counts(x, y)`.
 struct Comparison {
-    int pixels = 0;                  // chosen
-    int valid = 0;                   // of them
+    int pixels = 0;                  // selected
+    int valid = 0;                   // of these
     int bad_1px = 0, bad_2px = 0;    // of the valid ones: |error| > 1 px, > 2 px
     double bias_px = 0, rms_px = 0;  // of the valid ones within 1 px
     double valid_share() const { return pixels > 0 ? static_cast<double>(valid) / pixels : 0; }

@@ -14,7 +14,7 @@ uint16_t expose(double reflectance, const Sensor &sensor, Random &random) {
     double signal =
         sensor.gain * std::pow(std::max(reflectance, 0.0), sensor.gamma) + sensor.offset;
     if (sensor.full_well_electrons > 0) {
-        // The normal limit of Poisson noise; good from about ten electrons.
+        // The normal limit of Poisson noise; accurate from about ten electrons.
         signal += random.normal() * std::sqrt(std::max(signal, 0.0) / sensor.full_well_electrons);
     }
     if (sensor.noise_grey > 0) {

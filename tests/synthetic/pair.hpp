@@ -12,7 +12,7 @@
 
 namespace synthetic {
 
-/// What a sensor makes of a reflectance r: clip(gain r^gamma + offset), noise, rounding.
+/// Response of a sensor to a reflectance r: clip(gain r^gamma + offset), noise, rounding.
 struct Sensor {
     int bits = 8;
     double gain = 1;
@@ -24,7 +24,7 @@ struct Sensor {
 
 struct RenderOptions {
     Sensor left, right;
-    int samples = 3;    // samples * samples points a pixel; 1: the pixel's centre only
+    int samples = 3;    // samples * samples points per pixel; 1: the pixel's centre only
     uint64_t seed = 1;  // of the noise
 };
 

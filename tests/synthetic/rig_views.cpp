@@ -67,7 +67,7 @@ Vector corner_of(const RigViewsPlan &plan, double square_mm, const Board &board,
     return board.R * Vector{x * square_mm * (1 + plan.stretch), y * square_mm, z} + board.middle_mm;
 }
 
-// Pixels without noise of the corners inside the image.
+// Noise-free pixels of the corners inside the image.
 std::vector<calib::corner> look(const RigViewsPlan &plan, const Camera &camera, double square_mm,
                                 const Board &board) {
     std::vector<calib::corner> corners;
@@ -132,7 +132,7 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
     int attempts = 0;
     while (int(views.seen.sightings.size()) < plan.boards) {
         if (++attempts > 1000 * plan.boards) {
-            throw std::runtime_error("the plan's boards are never in view");
+            throw std::runtime_error("no board of the plan is in view");
         }
         const Board board = random_board(plan, views.rig.left, random);
         calib::sighting sighting;

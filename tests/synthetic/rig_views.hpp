@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Corners of a calibration board as a synthetic rig sees them, with the truth beside them.
+/// Corners of a calibration board as a synthetic rig sees them, with the truth.
 #ifndef VERGENCE_TESTS_SYNTHETIC_RIG_VIEWS_HPP
 #define VERGENCE_TESTS_SYNTHETIC_RIG_VIEWS_HPP
 
@@ -20,21 +20,22 @@ struct RigViewsPlan {
     double aspect = 1;                             // fy / fx
     double baseline_mm = 250, distance_mm = 1800;  // the axes meet at that distance
     double fill = 0.6;                             // width of the board over the field of view
-    double depth_range = 0.04;                     // boards stand within 1 +- this of the distance
+    double depth_range = 0.04;                     // boards are within 1 +- this of the distance
     double tilt_least_rad = 0.15, tilt_most_rad = 0.7;
     double noise_px = 0.1;
-    // What the lens does at half of the image's diagonal, px; right lenses get 0.8 of it.
+    // Displacement by the lens at half of the image's diagonal, px; right lenses get 0.8 of it.
     double k1_px = 12, k2_px = -3, p1_px = 0.5, p2_px = -0.4;
     double centre_px = 15;       // principal points off by up to this
     double warp_mm[2] = {0, 0};  // z = a (2x/width)^2 + b (2y/height)^2 from the board's middle
     double twist_mm = 0;         // and z = c (2x/width) (2y/height)
     double stretch = 0;          // the print's rows are longer by this share, its columns as drawn
-    // Of every other pair, between the left and the right picture: shift of the board along all its
-    // axes, and turn of the right camera about its vertical axis for the second half of all pairs.
+    // For every other pair, between the left and the right picture: shift of the board along all
+    // its axes; and rotation of the right camera about its vertical axis for the second half of all
+    // pairs.
     double moved_mm = 0, knock_rad = 0;
     double roll_most_rad = 0.4;  // of the board about its normal
-    double waves_px = 0;         // distortion that no lens model has: sin along both axes
-    bool all_in_view = true;     // false: corners outside an image are just not seen
+    double waves_px = 0;         // distortion outside all lens models: sin along both axes
+    bool all_in_view = true;     // false: corners outside an image are simply not seen
 };
 
 struct RigViews {
@@ -48,11 +49,11 @@ struct RigViews {
     calibration truth() const { return calibration_of(rig, rotation_rad, translation_mm); }
 };
 
-/// The same plan and seeds give the same views. `scene_seed` places lenses and boards,
-/// `noise_seed` moves the corners. Throws when hardly a board of the plan comes into view.
+/// The same plan and seeds give the same views. `scene_seed` places lenses and boards, `noise_seed`
+/// moves the corners. Throws when hardly any board of the plan is in view.
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
 
-/// How many random draws a test makes: VERGENCE_DRAWS from the environment, else `usual`.
+/// The number of random draws of a test: VERGENCE_DRAWS from the environment, else `usual`.
 int draws(int usual);
 
 }  // namespace synthetic

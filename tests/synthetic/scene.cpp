@@ -126,7 +126,7 @@ double Texture::at(double x_mm, double y_mm) const {
     }
     double value = std::sqrt(1 - coarse_share) * noise->at(x_mm / cell_mm, y_mm / cell_mm);
     if (coarse_share > 0) {
-        // Another part of the table, so that the two octaves are not alike.
+        // Another part of the table, so that the two octaves differ.
         value += std::sqrt(coarse_share) *
                  noise->at(x_mm / cell_mm / 4 + 61.3, y_mm / cell_mm / 4 + 47.7);
     }

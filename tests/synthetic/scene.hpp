@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Worlds made of textured planes and spheres, for synthetic stereo pairs whose truth is exact by
+/// Worlds of textured planes and spheres, for synthetic stereo pairs whose truth is exact by
 /// construction: both views look at the same continuous texture. Shares no code with firmware/.
 #ifndef VERGENCE_TESTS_SYNTHETIC_SCENE_HPP
 #define VERGENCE_TESTS_SYNTHETIC_SCENE_HPP
@@ -42,9 +42,9 @@ class Random {
     std::optional<double> spare_;
 };
 
-/// Periodic table of random coefficients of a cubic B-spline: noise whose spectrum falls
-/// as sinc^4, with its first zero at one cycle per cell. With cells of 2.5 px the
-/// amplitude at the Nyquist frequency is 0.1 % of that at 0.
+/// Periodic table of random coefficients of a cubic B-spline: noise whose spectrum falls as sinc^4,
+/// with its first zero at one cycle per cell. With cells of 2.5 px the amplitude at the Nyquist
+/// frequency is 0.1 % of that at 0.
 class Noise {
   public:
     explicit Noise(uint64_t seed);
@@ -55,8 +55,8 @@ class Noise {
     std::vector<float> coefficients_;
 };
 
-/// Reflectance as a function of world (x, y), swept along z: so its frequency in both images
-/// does not depend on how steep the surface is.
+/// Reflectance as a function of world (x, y), constant along z, so that its frequency in both
+/// images does not depend on the slope of the surface.
 struct Texture {
     enum class Kind { Noise, Constant, Stripes };
     Kind kind = Kind::Noise;
@@ -97,7 +97,7 @@ struct Hit {
 struct Scene {
     std::vector<Surface> surfaces;
 
-    /// Nearest surface along a ray, t > 1e-9; the direction needs no unit length.
+    /// Nearest surface along a ray, t > 1e-9; the direction need not be normalised.
     std::optional<Hit> cast(const Vector &origin, const Vector &direction) const;
     double reflectance(const Hit &hit) const;
 };

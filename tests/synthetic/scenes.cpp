@@ -68,7 +68,7 @@ Surface Builder::sphere(double disparity_px, double x, double y, double radius_p
     Surface surface;
     surface.kind = Surface::Kind::Sphere;
     surface.radius_mm = radius_px * z / rig_.left.fx;
-    // The nearest point lies on the ray through (x, y); the centre one radius behind it in z.
+    // The nearest point is on the ray through (x, y); the centre is one radius behind it in z.
     surface.centre = {(x - rig_.left.cx) * z / rig_.left.fx, (y - rig_.left.cy) * z / rig_.left.fy,
                       z + surface.radius_mm};
     surface.texture = texture;
@@ -105,7 +105,7 @@ Scene everything(const Rig &rig, double nearest_px, const Look &look, uint64_t s
 
 Scene wall(const Rig &rig, double at_centre_px, double slope_x, double slope_y, const Look &look,
            uint64_t seed) {
-    // Another stream than a caller's own builder has: its surfaces must not look alike.
+    // Another random stream than a caller's own builder: its surfaces must not look alike.
     Builder builder(rig, ~seed);
     Scene scene;
     scene.surfaces.push_back(builder.plane(

@@ -12,7 +12,7 @@ class Builder {
   public:
     Builder(const Rig &rig, uint64_t seed) : rig_(rig), random_(seed) {}
 
-    /// Noise whose cells measure `cell_px` in the image at that disparity.
+    /// Noise with cells of `cell_px` in the image at that disparity.
     Texture noise(double disparity_px, double cell_px, double contrast, double coarse_share = 0.3);
     Texture stripes(double disparity_px, double period_px, double contrast) const;
     static Texture constant(double mean);
@@ -26,7 +26,7 @@ class Builder {
     Surface piece(double disparity_px, double x, double y, double width, double height,
                   const Texture &texture) const;
 
-    /// Sphere whose nearest point stands at (x, y) with that disparity; radius in pixels there.
+    /// Sphere whose nearest point is at (x, y) with that disparity; radius in pixels there.
     Surface sphere(double disparity_px, double x, double y, double radius_px,
                    const Texture &texture) const;
 
@@ -47,7 +47,7 @@ struct Look {
     double contrast = 0.15;
 };
 
-/// Planes, a sphere, steps, thin bars and a hole before a slanted wall, disparities from
+/// Planes, a sphere, steps, thin bars and a hole in front of a slanted wall, disparities from
 /// `nearest - 28` to `nearest` px in an image of at least 160x120.
 Scene everything(const Rig &rig, double nearest_px, const Look &look, uint64_t seed);
 
@@ -55,7 +55,7 @@ Scene everything(const Rig &rig, double nearest_px, const Look &look, uint64_t s
 Scene wall(const Rig &rig, double at_centre_px, double slope_x, double slope_y, const Look &look,
            uint64_t seed);
 
-/// A fronto-parallel foreground rectangle before a fronto-parallel wall.
+/// A fronto-parallel foreground rectangle in front of a fronto-parallel wall.
 Scene step(const Rig &rig, double near_px, double far_px, const Look &look, uint64_t seed);
 
 }  // namespace synthetic

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The seed of a random test: VERGENCE_SEED from the environment, else a fixed one. Tests name
-/// it with INFO so that a failure can be replayed.
+/// The seed of a random test: VERGENCE_SEED from the environment, else a fixed one. Tests report it
+/// with INFO so that a failure can be reproduced.
 #ifndef VERGENCE_TESTS_SYNTHETIC_SEED_HPP
 #define VERGENCE_TESTS_SYNTHETIC_SEED_HPP
 
@@ -22,8 +22,8 @@ constexpr bool kSanitized = __has_feature(address_sanitizer);
 constexpr bool kSanitized = false;
 #endif
 
-/// How many of `usual` random cases a test of statistics looks at: all of them, but `sanitized`
-/// where the address sanitizer looks for mistakes that one case shows as well as a hundred.
+/// The number of random cases of a statistical test: `usual`, but `sanitized` under the address
+/// sanitizer, which finds an error in one case as well as in a hundred.
 constexpr int rounds(int usual, int sanitized) {
     return kSanitized ? sanitized : usual;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A plain implementation of core's `struct parallel` for tests: parts run in an order that is
-/// shuffled by a seed and on as many threads as asked for, so that no result can lean on either.
+/// A simple implementation of core's `struct parallel` for tests: parts run in an order shuffled by
+/// a seed and on any number of threads, so that no result can depend on either.
 #ifndef VERGENCE_TESTS_SYNTHETIC_THREADS_HPP
 #define VERGENCE_TESTS_SYNTHETIC_THREADS_HPP
 

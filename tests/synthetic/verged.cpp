@@ -23,7 +23,7 @@ Camera lens_of(double focal_px, double cx_off, double cy_off, double k1) {
     return camera;
 }
 
-// A slanted wall, a ball and a block before it, all between 0.8 m and 1.2 m.
+// A slanted wall with a ball and a block in front of it, all between 0.8 m and 1.2 m.
 Scene verged_scene(uint64_t seed) {
     const Rig guide = rectified_rig(kVergedWidth, kVergedHeight, kVergedFocalPx, kVergedBaselineMm);
     Builder builder(guide, seed);

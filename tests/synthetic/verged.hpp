@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A synthetic pair of two verged, distorted cameras, and the whole reconstruction of it.
+/// A synthetic pair of two verged, distorted cameras, and its whole reconstruction.
 #ifndef VERGENCE_TESTS_SYNTHETIC_VERGED_HPP
 #define VERGENCE_TESTS_SYNTHETIC_VERGED_HPP
 
@@ -19,7 +19,7 @@ constexpr int kVergedBits = 10;
 constexpr double kVergedFocalPx = 500;
 constexpr double kVergedBaselineMm = 100;
 
-/// Two lenses that differ, four degrees of vergence, a little of every other rotation.
+/// Two different lenses, four degrees of vergence, a small rotation about every other axis.
 struct Verged {
     Rig rig;
     calibration calib;
@@ -27,11 +27,11 @@ struct Verged {
     std::vector<uint16_t> left, right;
 };
 
-/// A slanted wall, a ball and a block before it, all between 0.8 m and 1.2 m of a stated range of
-/// 0.75 m to 1.4 m.
+/// A slanted wall with a ball and a block in front of it, all between 0.8 m and 1.2 m of a stated
+/// range of 0.75 m to 1.4 m.
 Verged make_verged(uint64_t seed, double noise_grey = 1);
 
-/// A run with all that keeps it alive.
+/// A run with everything that it needs.
 struct VergedRun {
     std::unique_ptr<Memory> memory;
     reconstruct_result result{};
@@ -43,10 +43,10 @@ struct VergedSetting {
     reconstruct_options options = reconstruct_default_options();
     reconstruct_environment environment{};
     pixel_layout layout = PIXEL_GREY;
-    size_t memory_bytes = 0;  // 0: what reconstruct_need_bytes asks for
+    size_t memory_bytes = 0;  // 0: the result of reconstruct_need_bytes
 };
 
-/// Plans and reconstructs; the caller looks at `status`.
+/// Plans and reconstructs; the caller checks `status`.
 VergedRun run_verged(const Verged &setup, const VergedSetting &setting = {});
 
 }  // namespace synthetic

@@ -11,7 +11,7 @@
 
 namespace {
 
-// Wrong usage, as opposed to work that fails.
+// Wrong usage, as opposed to a failure.
 struct usage_error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -20,7 +20,7 @@ int parse_rounds(const char *text) {
     char *end = nullptr;
     const long rounds = std::strtol(text, &end, 10);
     if (*end != '\0' || rounds < 1 || rounds > 10000) {
-        throw usage_error("--rounds wants a number from 1 to 10000");
+        throw usage_error("--rounds must be a number from 1 to 10000");
     }
     return static_cast<int>(rounds);
 }
@@ -48,7 +48,7 @@ bench_arguments parse(const bench_program &program, int argc, char **argv) {
         } else if (flags.count(word) > 0) {
             *flags.at(word) = true;
         } else if (i + 1 == argc) {
-            throw usage_error(word + " wants a value; see --help");
+            throw usage_error(word + " requires a value; see --help");
         } else {
             *values.at(word) = argv[++i];
         }
@@ -59,7 +59,7 @@ bench_arguments parse(const bench_program &program, int argc, char **argv) {
         result.rounds = 1;
     }
     if (result.paths.empty()) {
-        throw usage_error("no folder of pairs was named; see --help");
+        throw usage_error("no folder of pairs; see --help");
     }
     return result;
 }
@@ -82,7 +82,7 @@ std::vector<bench_pair> load(const std::vector<std::string> &paths) {
             if (!bench_pair_load(folder, &pair, &message)) {
                 throw std::runtime_error(message);
             }
-            // Results are told apart by the pair's name.
+            // Results are identified by the pair's name.
             const std::string name = pair.name;
             for (int i = 2; has_name(pairs, pair.name); i++) {
                 pair.name = name + " (" + std::to_string(i) + ")";

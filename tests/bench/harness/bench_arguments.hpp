@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The command line that the benchmark's programs share.
+/// The command line common to the benchmark programs.
 #ifndef VERGENCE_TESTS_BENCH_BENCH_ARGUMENTS_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_ARGUMENTS_HPP
 
@@ -17,22 +17,22 @@ struct bench_arguments {
     std::string pypi_folder;  // with another module cv2; empty: none
 };
 
-/// One program: its name, its manual, and which of the options it knows.
+/// One program: its name, its help text, and which of the options it accepts.
 struct bench_program {
     const char *name, *usage;
     std::vector<std::string> options;
 };
 
-/// Exit code of a whole program: reads the command line, loads the pairs, works. All that goes
-/// wrong is said in one line on standard error. 2 for wrong usage, 1 for all else.
+/// Exit code of a whole program: reads the command line, loads the pairs, works. Errors are one
+/// line on standard error. 2 for wrong usage, 1 for everything else.
 int bench_main(
     const bench_program &program, int argc, char **argv,
     const std::function<int(const bench_arguments &, const std::vector<bench_pair> &)> &work);
 
-/// The choice that the arguments make; starts PyPI's OpenCV when a folder is named.
+/// The methods that the arguments select; starts PyPI's OpenCV when a folder is given.
 bench_choice bench_choice_of(const bench_arguments &arguments);
 
-/// "" when there is none.
+/// "" if unknown.
 std::string bench_pypi_version(const bench_choice &choice);
 
 #endif

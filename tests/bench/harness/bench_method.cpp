@@ -86,7 +86,7 @@ std::vector<bench_method_entry> bench_methods(const bench_choice &choice) {
         }
     }
     if (!found) {
-        throw std::runtime_error("no method's name contains " + choice.only);
+        throw std::runtime_error("no method with a name that contains " + choice.only);
     }
     return wanted;
 }

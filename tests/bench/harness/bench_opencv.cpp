@@ -68,7 +68,7 @@ class linked_method : public bench_method {
     }
 
   private:
-    // Threads that a new count starts are there before anything is timed.
+    // Starts the threads of a new count before anything is timed.
     static void set_threads(int threads) {
         if (cv::getNumThreads() != threads) {
             cv::setNumThreads(threads);
@@ -128,7 +128,7 @@ std::vector<opencv_setting> opencv_candidates(opencv_mode mode) {
     const bool is_block = mode == opencv_mode::block_matching;
     const std::vector<int> blocks_px =
         is_block ? std::vector<int>{5, 7, 9, 11, 15} : std::vector<int>{3, 5};
-    // OpenCV's own sample takes 8 and 32 a channel, of grey images also as if they had three.
+    // OpenCV's own sample uses 8 and 32 per channel, for grey images also as if they had three.
     const std::vector<int> penalty_scales = is_block ? std::vector<int>{0} : std::vector<int>{1, 3};
     const std::vector<int> uniqueness =
         is_block ? std::vector<int>{0, 10, 15} : std::vector<int>{0, 10};

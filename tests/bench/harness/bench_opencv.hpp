@@ -17,7 +17,7 @@ struct opencv_setting {
     int penalty_scale;  // P1 = 8 * this * block^2, P2 = 4 P1; block matching has none
     int prefilter_cap;
     int uniqueness_percent;
-    int speckle_px;  // islands below this area are rejected, steps up to 2 px join; 0: off
+    int speckle_px;  // regions below this area are rejected, steps up to 2 px connect; 0: off
 
     int p1() const { return 8 * penalty_scale * block_px * block_px; }
     int p2() const { return 4 * p1(); }
@@ -26,18 +26,19 @@ struct opencv_setting {
 const char *opencv_mode_name(opencv_mode mode);
 std::string opencv_setting_text(const opencv_setting &setting);
 
-/// The one with the least mean error of `opencv_candidates`, or within 0.02 of it (see README.md).
+/// The setting of `opencv_candidates` with the smallest mean error, or within 0.02 of it (see
+/// README.md).
 opencv_setting opencv_default(opencv_mode mode);
 
-/// The three-way mode without its filters: the fastest of the semi-global ones. All times are
-/// compared with it.
+/// The three-way mode without its filters: the fastest semi-global one. All times are relative to
+/// it.
 opencv_setting opencv_plain();
 
 /// The sensible settings of a mode.
 std::vector<opencv_setting> opencv_candidates(opencv_mode mode);
 
-/// A pair as OpenCV takes it: the count of disparities a multiple of 16 (searching a few more is
-/// its own affair), the images widened where it would otherwise leave their border unsearched.
+/// A pair in OpenCV's form: the number of disparities a multiple of 16 (it may search a few more),
+/// the images padded where it would otherwise not search the border.
 struct opencv_input {
     cv::Mat left, right;
     int disparity_min, disparity_count;

@@ -22,7 +22,7 @@ void check(int status) {
     }
 }
 
-// Threads and the memory that the core asks for with that many.
+// Threads, and the memory that the core needs with that many.
 class team {
   public:
     team(int threads, int width, int height, const match_options &options, bool refine)
@@ -105,7 +105,7 @@ class our_method : public bench_method {
             .first->second;
     }
 
-    // Returns the most that was taken of the lent memory.
+    // Returns the peak use of the lent memory.
     std::size_t run_on(const team &team) {
         arena arena;
         team.init(&arena);

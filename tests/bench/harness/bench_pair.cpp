@@ -20,7 +20,7 @@ bool fail(std::string *message, const std::string &what) {
     return false;
 }
 
-// By OpenCV's conversion: each format's own reader weighs the colours differently.
+// By OpenCV's conversion, because each format's own reader weights the colours differently.
 cv::Mat load_grey(const fs::path &path) {
     const cv::Mat colour = cv::imread(path.string(), cv::IMREAD_COLOR);
     cv::Mat grey;
@@ -32,9 +32,9 @@ cv::Mat load_grey(const fs::path &path) {
 
 bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
     const fs::path path = folder / "meta.json";
-    const std::string wanted = "; it must give disparity_search: [min, end]";
+    const std::string wanted = " (expected disparity_search: [min, end])";
     if (!fs::exists(path)) {
-        return fail(message, path.string() + ": is not there" + wanted);
+        return fail(message, path.string() + ": not found" + wanted);
     }
     int begin = 0;
     int end = 0;
@@ -42,14 +42,14 @@ bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
         const cv::FileStorage meta(path.string(), cv::FileStorage::READ);
         const cv::FileNode search = meta["disparity_search"];
         if (!search.isSeq() || search.size() != 2 || !search[0].isInt() || !search[1].isInt()) {
-            return fail(message, path.string() + ": has no range" + wanted);
+            return fail(message, path.string() + ": no range" + wanted);
         }
         begin = static_cast<int>(search[0]);
         end = static_cast<int>(search[1]);
         const cv::FileNode round = meta["round_disparity"];
         pair->round_disparity = round.isInt() && static_cast<int>(round) != 0;
     } catch (const cv::Exception &) {
-        return fail(message, path.string() + ": is not valid JSON" + wanted);
+        return fail(message, path.string() + ": not valid JSON" + wanted);
     }
     if (end <= begin || end - begin > 1024) {
         return fail(message, path.string() + ": disparity_search must span 1 to 1024 disparities");

@@ -14,21 +14,22 @@ struct bench_pair {
     int disparity_min = 0, disparity_count = 0;
     bool round_disparity = false;  // truth in whole pixels: round before comparing
     std::vector<float> truth_px;   // empty: none; not finite: unknown
-    std::vector<uint8_t> mask;  // enum of evaluate.hpp; made from the truth when there is no file
-    std::string mask_origin;    // "mask.png" or "from the truth"
+    std::vector<uint8_t>
+        mask;                 // enum of evaluate.hpp; derived from the truth when there is no file
+    std::string mask_origin;  // "mask.png" or "from the truth"
 };
 
-/// The folders to load: `path` itself when it holds left.png, else its sub-folders that do, in
-/// order of their names. Empty when there is none.
+/// The folders to load: `path` itself if it contains left.png, else its sub-folders that do, in
+/// order of their names. May be empty.
 std::vector<std::string> bench_pair_folders(const std::string &path);
 
-/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional
-/// round_disparity) and, where they are, disparity.pfm and mask.png. On failure returns false
-/// and says why, with the file's name.
+/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional round_disparity)
+/// and, if present, disparity.pfm and mask.png. On failure returns false and the reason with the
+/// file's name.
 bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *message);
 
-/// Mask from the truth alone. A pixel is hidden when its match lies outside the right image, or
-/// when another pixel of the row with more than 1 px more disparity falls on the same whole right
+/// Mask derived from the truth. A pixel is occluded when its match is outside the right image, or
+/// when another pixel of the row with more than 1 px more disparity falls on the same integer right
 /// column.
 std::vector<uint8_t> bench_pair_mask(int width, int height, const std::vector<float> &truth_px);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the benchmark found, as tables for people and as JSON for programs.
+/// The benchmark's results, as tables for people and as JSON for programs.
 #ifndef VERGENCE_TESTS_BENCH_BENCH_REPORT_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_REPORT_HPP
 
@@ -9,12 +9,12 @@
 #include "bench/harness/bench_run.hpp"
 #include "bench/harness/bench_summary.hpp"
 
-/// Names the methods and their settings, and says which OpenCV is there. `pypi_version` is empty
-/// when there is none.
+/// Names the methods, their settings and the OpenCV versions. `pypi_version` is empty when it is
+/// not measured.
 void bench_print_methods(const std::vector<bench_method_entry> &methods,
                          const std::string &pypi_version);
 
-/// The outcomes of all methods on one pair, in lines.
+/// The results of all methods on one pair.
 void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> &outcomes);
 
 /// Over all pairs: errors, then time and memory.

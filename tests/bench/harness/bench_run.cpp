@@ -11,7 +11,7 @@ namespace {
 constexpr double kSlow = 4;
 constexpr int kSlowEvery = 3;
 
-// One pair's methods, alive together.
+// The methods of one pair, all in memory.
 struct contest {
     std::vector<std::unique_ptr<bench_method>> methods;
     std::vector<bool> is_slow;
@@ -67,7 +67,7 @@ void time_rounds(contest &all, const bench_rounds &rounds, std::vector<bench_out
     if (rounds.two_threads) {
         thread_counts.push_back(2);
     }
-    // Once more untimed: brings up the second thread, and tells the slow from the fast.
+    // One more untimed run: starts the second thread, and finds the slow methods.
     std::vector<double> trial_ms;
     for (const auto &method : all.methods) {
         for (const int threads : thread_counts) {

@@ -10,36 +10,36 @@
 #include "bench/harness/bench_method.hpp"
 #include "tools/host/evaluate/evaluate.hpp"
 
-/// What the pixels of a map that the method stands by are worth.
+/// Quality of the pixels of a map that the method did not reject.
 struct bench_kept {
-    double density_percent = 0;  // kept of known
+    double density_percent = 0;  // share of kept among known pixels
     double bad_3px_percent = 0;  // of the kept
 };
 
-/// How far a map is from the truth.
+/// Error of a map.
 struct bench_error {
     evaluate_result all;
-    bench_kept visible, known;  // of pixels that both cameras see; of all with known truth
+    bench_kept visible, known;  // of pixels seen by both cameras; of all with known truth
 };
 
-/// Errors of a map against the pair's truth, which must be there.
+/// Errors of a map against the pair's truth, which must exist.
 bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px);
 
 /// Share of finite values in percent.
 double bench_density_percent(const std::vector<float> &disparity_px);
 
-/// Median, quartiles and so on, by linear interpolation; 0 of no values.
+/// Median, quartiles and so on, by linear interpolation; 0 without values.
 double bench_quantile(std::vector<double> values, double share);
 struct bench_spread {
     double median = 0, low = 0, high = 0;  // quartiles
 };
 bench_spread bench_spread_of(const std::vector<double> &values);
 
-/// Times of one method, a round each.
+/// Times of one method, one per round.
 struct bench_times {
     std::vector<double> wall_ms;     // with this many threads
-    std::vector<double> ratios;      // to the reference with as many in the same round
-    std::vector<double> cpu_ratios;  // the same of processor time
+    std::vector<double> ratios;      // relative to the reference with as many in the same round
+    std::vector<double> cpu_ratios;  // the same for processor time
 };
 
 struct bench_outcome {
@@ -51,9 +51,9 @@ struct bench_outcome {
     double density_percent = 0;  // of all pixels
     std::size_t memory_bytes = 0;
     std::map<int, bench_times> times;  // by threads
-    std::vector<double> speedups;      // one thread's time over that of two, a round each
+    std::vector<double> speedups;      // one thread's time over that of two, one per round
 
-    /// 24 bytes a column and disparity and 64 a column: what a matcher by rows may take.
+    /// 24 bytes per column and disparity and 64 per column: the allowance of a row-based matcher.
     std::size_t allowance_bytes() const {
         return static_cast<std::size_t>(width) * (24 * static_cast<std::size_t>(disparities) + 64);
     }
@@ -65,7 +65,7 @@ struct bench_rounds {
 };
 
 /// All methods on one pair. In a round each method runs once, in another order each time. Methods
-/// four times slower than the reference take part in every third round only.
+/// four times slower than the reference run in every third round only.
 std::vector<bench_outcome> bench_run_pair(const std::vector<bench_method_entry> &methods,
                                           const bench_pair &pair, const bench_rounds &rounds);
 

@@ -17,14 +17,14 @@ struct bench_setting_score {
 struct bench_setting_search {
     opencv_mode mode;
     std::vector<bench_setting_score> scores;
-    bench_setting_score built_in;                // what the benchmark takes
+    bench_setting_score built_in;                // used by the benchmark
     std::vector<bench_setting_score> of_worker;  // its scores of the best and of the built-in one
 };
 
 /// Tries all candidates of the modes whose name contains `choice.only` on the pairs with ground
-/// truth, in the linked OpenCV. The worker's, if there is one, is asked for the best and for the
-/// built-in setting alone: the methods have not changed between versions, and this shows it.
-/// Throws when no pair has a truth.
+/// truth, in the linked OpenCV. The worker's, if there is one, runs only the best and the built-in
+/// setting: the methods have not changed between versions, and this verifies it. Throws when no
+/// pair has a truth.
 std::vector<bench_setting_search> bench_search_settings(const std::vector<bench_pair> &pairs,
                                                         const bench_choice &choice);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One line a method over all pairs.
+/// One line per method over all pairs.
 #ifndef VERGENCE_TESTS_BENCH_BENCH_SUMMARY_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_SUMMARY_HPP
 
@@ -8,7 +8,7 @@
 
 #include "bench/harness/bench_run.hpp"
 
-/// Pairs of about the same count of searched disparities, over which times are pooled.
+/// Pairs with similar counts of searched disparities, over which times are pooled.
 struct bench_group {
     const char *name;
     int least, most;  // disparities
@@ -23,20 +23,21 @@ constexpr bench_group bench_groups[] = {
 struct bench_group_time {
     const bench_group *group;
     int pairs = 0;
-    bench_spread ratio, cpu_ratio;  // to the reference, 1 thread, over all rounds of all its pairs
+    bench_spread ratio,
+        cpu_ratio;  // relative to the reference, 1 thread, over all rounds of all its pairs
 };
 
 struct bench_summary {
     std::string method;
     bool is_ours = false;
-    int pairs = 0;                    // with ground truth; the means are theirs
+    int pairs = 0;                    // with ground truth; the means are over these
     double bad_1px = 0, bad_2px = 0;  // filled, non-occluded, percent
     double to_best_mode = 0;          // bad_1px over that of OpenCV's HH4; 0: not run
     int against_plain = 0;            // pairs on which OpenCV's SGBM ran
-    int better_than_plain = 0;        // of them, those with less bad_1px than it
+    int better_than_plain = 0;        // of these, the ones with less bad_1px than it
     int better_than_all = 0;          // pairs with less than every OpenCV method of the run
     bench_kept visible, known;
-    double most_of_allowance_percent = 0;  // memory, on the pair where it is most
+    double most_of_allowance_percent = 0;  // memory, on the pair with the largest value
     std::vector<bench_group_time> times;   // of the groups that have pairs
     bench_spread speedup;                  // by a second thread, over all rounds; 0: not run
 };

@@ -53,7 +53,7 @@ class worker_method : public bench_method {
         try {
             worker_->ask("drop " + number_);
         } catch (const std::exception &) {
-            // The process is gone, and the matcher with it.
+            // The process has ended, and its matcher with it.
         }
     }
 
@@ -63,7 +63,7 @@ class worker_method : public bench_method {
         const std::string answer = worker_->ask("run " + number_ + " " + std::to_string(threads));
         bench_time time;
         if (std::sscanf(answer.c_str(), "%lf %lf", &time.wall_ms, &time.cpu_ms) != 2) {
-            throw std::runtime_error("OpenCV's process answered no times: " + answer);
+            throw std::runtime_error("no times from OpenCV's process: " + answer);
         }
         return time;
     }
@@ -81,11 +81,11 @@ class worker_method : public bench_method {
     opencv_input input_;
 };
 
-// In the new process between fork and exec: only calls that are allowed there.
+// In the new process between fork and exec: only async-signal-safe calls.
 [[noreturn]] void become_python(int in, int out, const char *folder) {
     dup2(in, STDIN_FILENO);
     dup2(out, STDOUT_FILENO);
-    // -s: no modules of the user's own; -B: leaves nothing beside the script.
+    // -s: no modules of the user; -B: writes no cache next to the script.
     execl(kPython, kPython, "-s", "-B", OPENCV_WORKER_SCRIPT, folder, static_cast<char *>(nullptr));
     _exit(127);
 }
@@ -96,14 +96,14 @@ std::shared_ptr<opencv_worker> opencv_worker::start(const std::string &folder,
                                                     std::string *message) {
     int to[2], from[2];
     if (pipe2(to, O_CLOEXEC) != 0) {
-        throw std::runtime_error("no pipe to OpenCV's process");
+        throw std::runtime_error("cannot open the pipe to OpenCV's process");
     }
     if (pipe2(from, O_CLOEXEC) != 0) {
         close(to[0]);
         close(to[1]);
-        throw std::runtime_error("no pipe from OpenCV's process");
+        throw std::runtime_error("cannot open the pipe from OpenCV's process");
     }
-    std::signal(SIGPIPE, SIG_IGN);  // a dead process is an error of write, not our end
+    std::signal(SIGPIPE, SIG_IGN);  // a dead process causes a write error, not a signal
     const pid_t process = fork();
     if (process == 0) {
         become_python(to[0], from[1], folder.c_str());
@@ -124,7 +124,7 @@ std::shared_ptr<opencv_worker> opencv_worker::start(const std::string &folder,
 }
 
 opencv_worker::~opencv_worker() {
-    std::fclose(to_);  // the end of its input ends it
+    std::fclose(to_);  // closing its input ends it
     std::fclose(from_);
     if (process_ > 0) {
         waitpid(process_, nullptr, 0);

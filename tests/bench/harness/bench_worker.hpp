@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Another OpenCV than the one linked with, in a Python process of its own behind two pipes
-/// (opencv_worker.py), so that its runs fall into the same interleaved rounds.
+/// Another OpenCV than the linked one, in a separate Python process behind two pipes
+/// (opencv_worker.py), so that its runs are part of the same interleaved rounds.
 #ifndef VERGENCE_TESTS_BENCH_BENCH_WORKER_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_WORKER_HPP
 
@@ -14,8 +14,8 @@
 
 class opencv_worker : public std::enable_shared_from_this<opencv_worker> {
   public:
-    /// Starts the process with the module cv2 of `folder`. NULL when it cannot be had; `message`
-    /// then says why.
+    /// Starts the process with the module cv2 of `folder`. Returns NULL with the reason in
+    /// `message` on failure.
     static std::shared_ptr<opencv_worker> start(const std::string &folder, std::string *message);
 
     opencv_worker(const opencv_worker &) = delete;
@@ -23,17 +23,17 @@ class opencv_worker : public std::enable_shared_from_this<opencv_worker> {
     /// Ends the process and waits for it.
     ~opencv_worker();
 
-    /// Of the OpenCV in the process, as "4.10.0".
+    /// Version of the OpenCV in the process, as "4.10.0".
     const std::string &version() const { return version_; }
 
     /// A matcher in the process. All its work throws when the process fails or dies.
     std::unique_ptr<bench_method> make(const bench_pair &pair, const opencv_setting &setting,
                                        bool padded);
 
-    /// Sends a line, then `bytes` raw; reads the answer's line without its leading "ok ".
+    /// Sends a line, then `bytes` raw; reads the reply's line without its leading "ok ".
     std::string ask(const std::string &line, const std::string &bytes = "");
 
-    /// Reads raw bytes that follow an answer.
+    /// Reads raw bytes that follow a reply.
     void read(void *bytes, std::size_t size);
 
   private:

@@ -92,7 +92,7 @@ class CalibrationReport(unittest.TestCase):
         self.assertLess(abs(focal_px - 533.5), 3)
         baseline_mm = float(self.card("Baseline").split()[0])
         self.assertLess(abs(baseline_mm - 99.8), 0.3)
-        self.assertLess(float(self.card("Rows agree to").split()[0]), 0.2)
+        self.assertLess(float(self.card("Rows agree within").split()[0]), 0.2)
         rig = (self.out / "rig.calibration").read_text()
         told_px = float(re.search(r"^left_focal_px ([\d.]+)", rig, re.M)[1])
         self.assertAlmostEqual(focal_px, told_px, delta=0.006)

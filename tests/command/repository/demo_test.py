@@ -107,7 +107,7 @@ class Demo(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="vergence-build-") as folder:
             done = run("build", "some/part", "-DCMAKE_C_COMPILER=/no/such", XDG_CACHE_HOME=folder)
             self.assertEqual((done.returncode, done.stdout), (1, ""))
-            place = re.search(r"all of its output: (\S+)\n$", done.stderr).group(1)
+            place = re.search(r"log: (\S+)\n$", done.stderr).group(1)
             self.assertRegex(place, folder + r"/vergence/some/[0-9]+/part/configure\.log")
             with open(place, encoding="utf-8") as file:
                 self.assertIn("/no/such", file.read())

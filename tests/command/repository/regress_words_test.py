@@ -45,13 +45,12 @@ class Words(Recorded):
                                 (["--preset=fast", "--json"], "--json"), (["-out"], "-out"),
                                 (["--out", str(victim)], "--out")):
             self.options(arguments=["--disparity", "0:48", *arguments])
-            with self.assertRaisesRegex(Unusable, f"options.json: {word} does not say"):
+            with self.assertRaisesRegex(Unusable, f"options.json: .*{word} "):
                 reference.read_options(self.folder)
         for options in ([], ["--accept", "again"]):
             done = regress("--out", self.pictures, *options, self.folder)
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (
-                3, "", f"tools/regress: {path}: --out does not say how to measure; see "
-                       "tools/regress --help\n"))
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1))
+            self.assertRegex(done.stderr, f"^tools/regress: {re.escape(str(path))}: .*--out ")
             self.assertFalse(victim.exists())
         self.assertEqual({p: p.read_bytes() for p in kept}, kept)
 
@@ -70,7 +69,7 @@ class Words(Recorded):
         self.compare(1)
 
     def test_bad_directories_and_words(self):
-        for arguments, code, word in (([], 2, "no directory"), (["--accept"], 2, "--accept"),
+        for arguments, code, word in (([], 2, "DIR"), (["--accept"], 2, "--accept"),
                                       (["--accept", " ", "x"], 2, "--accept"),
                                       (["--nonsense", "x"], 2, "--nonsense")):
             done = regress(*arguments)
@@ -79,9 +78,9 @@ class Words(Recorded):
             self.assertIn(word, done.stderr)
         for reason in ("a\nb", "a\r", "\x1b[2Ja", "a\tb", "a\x7f", "a\x85b", "a\u2028b"):
             done = regress("--accept", reason, self.folder)
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (
-                2, "", "tools/regress: --accept wants a reason in one line without control "
-                       "characters; see tools/regress --help\n"), ascii(reason))
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1),
+                             ascii(reason))
+            self.assertRegex(done.stderr, "^tools/regress: --accept .*control characters")
         self.assertIn("disparity_off_percent", regress("--help").stdout)
         reason = "0,5\u00a0px: \u201egut\u201c"
         self.assertIn(reason, self.accept(reason).stdout)
@@ -97,8 +96,7 @@ class Words(Recorded):
                               ("--vergence", "--json")):
             done = regress(option, value, self.folder)
             self.assertEqual((done.returncode, done.stdout), (2, ""), (option, value))
-            self.assertEqual(done.stderr, f"tools/regress: {option} wants a value, and {value} "
-                             "is none; see tools/regress --help\n")
+            self.assertRegex(done.stderr, f"^tools/regress: {option} .*{value};.*--help\n$")
         self.assertEqual((self.folder / "regress" / "reference.json").read_bytes(), kept)
 
 

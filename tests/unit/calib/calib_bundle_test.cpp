@@ -31,7 +31,7 @@ calib::lens_state random_lens(synthetic::Random &random, double focal_px) {
     return state;
 }
 
-// A rig in front of which stands one board; corners are seen some pixels off.
+// A rig in front of one board; corners are displaced by some pixels.
 struct scene {
     calib::bundle data;
     calib::bundle_state state;
@@ -81,7 +81,7 @@ scene random_scene(uint64_t seed, double focal_px) {
     return result;
 }
 
-// Residual of one corner after one number was moved.
+// Residual of one corner after one parameter was changed.
 std::array<double, 2> moved_residual(const scene &from, int camera, size_t corner, int kind,
                                      int place, double step) {
     calib::bundle_state state = from.state;
@@ -131,7 +131,7 @@ TEST_CASE("the solver's lens is the core's in other units") {
     CHECK_FALSE(calib::project(calib::make_lens_frame(10, 10), {}, behind, pixel));
 }
 
-TEST_CASE("derivatives are those of differences") {
+TEST_CASE("derivatives match finite differences") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     for (const double focal_px : {800.0, 26560.0}) {
@@ -166,7 +166,7 @@ TEST_CASE("derivatives are those of differences") {
     }
 }
 
-TEST_CASE("turns chain, and their left Jacobian is that of differences") {
+TEST_CASE("rotations compose, and their left Jacobian matches finite differences") {
     const double turn[3] = {0.3, -1.2, 0.7}, step = 1e-6;
     const calib::rigid start = calib::turned({}, turn);
     double J[9];
@@ -187,8 +187,8 @@ TEST_CASE("turns chain, and their left Jacobian is that of differences") {
     CHECK(geometry_norm(unit.t_mm) < 1e-14);
 }
 
-TEST_CASE("an adjustment ends where the gradient is nothing, from either side") {
-    // One board: only its pose is free, so the answer is easily reached from afar.
+TEST_CASE("an adjustment ends where the gradient vanishes, from either side") {
+    // One board: only its pose is free, so the adjustment converges from far away.
     scene from = random_scene(synthetic::test_seed(), 2000);
     calib::bundle_options options;
     calib::bundle_state one = from.state, other = from.state;
@@ -196,7 +196,7 @@ TEST_CASE("an adjustment ends where the gradient is nothing, from either side") 
     const double back[6] = {-0.1, 0.02, -0.1, -0.01, 0.02, -0.1};
     one.T_left_board[0] = calib::moved_board(one.T_left_board[0], away);
     other.T_left_board[0] = calib::moved_board(other.T_left_board[0], back);
-    // The rig would follow the one board: use the left view only.
+    // The rig would follow the one board, so only the left view is used.
     from.data.sightings[0][RIGHT].used = false;
     const auto first = calib::adjust(from.data, options, &one);
     const auto second = calib::adjust(from.data, options, &other);
@@ -204,7 +204,7 @@ TEST_CASE("an adjustment ends where the gradient is nothing, from either side") 
     CHECK(second.converged);
     CHECK(first.cost == doctest::Approx(second.cost).epsilon(1e-9));
     CHECK(calib::turn_between_rad(one.T_left_board[0], other.T_left_board[0]) < 1e-6);
-    // With a loss that is wide the answer is the same; with a narrow one the cost is smaller.
+    // With a wide loss the result is the same; with a narrow one the cost is smaller.
     options.loss_scale = 1e6;
     calib::bundle_state wide = one;
     CHECK(calib::adjust(from.data, options, &wide).cost ==
@@ -213,7 +213,7 @@ TEST_CASE("an adjustment ends where the gradient is nothing, from either side") 
     CHECK(calib::adjust(from.data, options, &wide).cost < 0.5 * first.cost);
 }
 
-TEST_CASE("nothing to adjust is no failure") {
+TEST_CASE("an empty adjustment succeeds") {
     scene from = random_scene(1, 1000);
     from.data.sightings[0][LEFT].used = from.data.sightings[0][RIGHT].used = false;
     calib::bundle_state state = from.state;

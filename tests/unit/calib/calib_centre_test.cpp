@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lens at 3x that is a little off its axis: the views hardly tell p1 and p2 from a shift of the
-// principal point. Without them in the model the principal point takes what they would explain, and
-// its error bar must count that.
+// A lens at 3x that is slightly off its axis: the views hardly distinguish p1 and p2 from a shift
+// of the principal point. Without them in the model the principal point absorbs their effect, and
+// its error bar must include that.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -84,7 +84,7 @@ TEST_CASE("principal points stay within their error bars where p1 and p2 are lef
     const int scenes = synthetic::rounds(40, 6);
     const scores score = score_simple(zoomed(), options, scenes);
     INFO(score.count, " scores, rms ", score.rms(), ", worst ", score.worst);
-    CHECK(score.count >= scenes);  // of four a scene
+    CHECK(score.count >= scenes);  // out of four per scene
     CHECK(score.rms() > 0.5);
     CHECK(score.rms() < 1.5);  // without the share of p1 and p2: 2.4, the worst 4.7
     CHECK(score.worst < 3.5);
@@ -100,7 +100,7 @@ TEST_CASE("and where the caller leaves them out although the views show them") {
     options.model = {lens_model::K1_K2, true};
     const scores score = score_simple(plan, options, synthetic::rounds(20, 3));
     INFO("rms ", score.rms(), ", worst ", score.worst);
-    CHECK(score.rms() > 0.3);  // what is left in the residuals widens as well
+    CHECK(score.rms() > 0.3);  // the rest of the residuals also widens them
     CHECK(score.rms() < 1.5);  // without: 11, the worst 16
     CHECK(score.worst < 3.5);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corner cache: what is written is read back, mrgingham's and mrcal's forms are read, and
-// anything else is refused by line.
+// The corner cache: round trip, mrgingham's and mrcal's formats, and errors with their line.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -43,7 +42,7 @@ std::string read_error(const std::string &text) {
 
 }  // namespace
 
-TEST_CASE("standard deviations that no detector has are refused") {
+TEST_CASE("implausible standard deviations are rejected") {
     for (const char *sigma : {"1e-300", "9e-7", "1001", "0", "-1", "nan"}) {
         CHECK(read_error("## a corner of level 0 has a standard deviation of " +
                          std::string(sigma) + " px\n")
@@ -80,7 +79,7 @@ TEST_CASE("a cache is read back as it was written") {
     }
 }
 
-TEST_CASE("other programs' forms are read") {
+TEST_CASE("other programs' formats are read") {
     std::vector<calib::cached_view> views;
     std::string error;
     std::istringstream mrgingham(
@@ -107,10 +106,11 @@ TEST_CASE("other programs' forms are read") {
     CHECK(views[0].view.corners.size() == 6);
 }
 
-TEST_CASE("what is no corner cache is refused by line") {
+TEST_CASE("an invalid corner cache is rejected with its line") {
     CHECK(read_error("a 1 2 3 4\n") == "line 1: expected 'filename x y level'");
     CHECK(read_error("a 1\n") == "line 1: expected 'filename x y level'");
-    CHECK(read_error("# x y\na 1 2\n") == "line 1: columns are not 'filename x y level'");
+    CHECK(read_error("# x y\na 1 2\n") ==
+          "line 1: unknown columns (expected 'filename x y level')");
     CHECK(read_error("a one 2 0\n") == "line 1: expected numbers or '-' after the name");
     CHECK(read_error("a 1 nan 0\n") == "line 1: expected numbers or '-' after the name");
     CHECK(read_error("a 1 2 0\na 1 2 0\n").find("'a' has 2 corners, the board has 6") !=
@@ -121,7 +121,7 @@ TEST_CASE("what is no corner cache is refused by line") {
     std::string error;
     for (const char *name : {"", "two words", "#hash", "tab\there"}) {
         CHECK_FALSE(calib::corner_cache_write(out, small_board(), {{name, {}}}, &error));
-        CHECK(error.find("cannot stand in a corner cache") != std::string::npos);
+        CHECK(error.find("corner cache") != std::string::npos);
     }
     CHECK(out.str().empty());
 }

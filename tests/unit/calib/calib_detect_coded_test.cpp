@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coded boards: any part of them, held any way, in any number of pieces.
+// Coded boards: any part of them, in any orientation, in any number of pieces.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ void mirror(BoardImage *image) {
 
 }  // namespace
 
-TEST_CASE("markers: numbers, places, turns") {
+TEST_CASE("markers: numbers, positions, rotations") {
     for (const auto &[columns, rows] : {std::pair{9, 6}, {8, 6}, {8, 5}, {9, 5}, {2, 2}}) {
         const calib::board board = coded_board(columns, rows, "4x4_50");
         int next = 0;
@@ -107,7 +107,7 @@ TEST_CASE("a coded board behind a bar is one board") {
     CHECK(errors.worst_px() < 0.3);
 }
 
-TEST_CASE("a coded board that is mirrored, of other markers or of another size is refused") {
+TEST_CASE("a coded board that is mirrored, of other markers or of another size is rejected") {
     Random random(12);
     const calib::board board = coded_board(9, 6, "4x4_50");
     BoardImage image = photograph_of(board, random_hold(0.7, 0.2, 0.2, random), random);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which views of a pair must be turned: on simulated rigs, right views numbered from a random end.
+// Which views of a pair must be turned: simulated rigs with right views numbered from a random end.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ constexpr double pi = 3.14159265358979323846;
 
 struct Views {
     std::vector<calib::board_view> left, right;
-    std::vector<int> turned;  // quarters that put the right view right
+    std::vector<int> turned;  // quarter turns that correct the right view
 };
 
 calib::board_view view_of(const calib::board &board, const Camera &camera, const BoardPose &pose,
@@ -32,7 +32,7 @@ calib::board_view view_of(const calib::board &board, const Camera &camera, const
     return view;
 }
 
-// `roll_rad`: of the right camera about its axis, against the left one.
+// `roll_rad`: of the right camera about its axis, relative to the left one.
 Views views_of(const calib::board &board, int pairs, double roll_rad, Random &random) {
     Views made;
     Camera left = lens_of(1280, 960, random), right = lens_of(1280, 960, random);
@@ -110,7 +110,7 @@ TEST_CASE("few pairs, missing views and boards that need no turn") {
         CHECK(answer[i].decided);
         CHECK(answer[i].quarters == views.turned[i]);
     }
-    // On its side, a single pair leaves both ways open.
+    // On its side, a single pair is ambiguous.
     views = views_of(board, 1, pi / 2, random);
     CHECK_FALSE(calib::pair_order(board, views.left, views.right)[0].decided);
     views = views_of(board, 6, 0, random);

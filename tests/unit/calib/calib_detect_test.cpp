@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corners of rendered boards against the truth: how far off, and whether the predicted standard
-// deviations say so.
+// Corners of rendered boards against the truth: their errors, and whether the predicted standard
+// deviations match.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -25,11 +25,11 @@ struct Case {
 
 }  // namespace
 
-TEST_CASE("corners of plain boards lie where they are, and know how well") {
+TEST_CASE("corners of plain boards are accurate, and so is their predicted sigma") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     const calib::board board = plain_board(9, 6);
-    // Bounds: the figures that are promised for larger images, squares being smaller here.
+    // Bounds: the figures stated for larger images; squares are smaller here.
     const Case cases[] = {
         {"large, sharp", 0.75, 0.7, 2, 0.03},       {"large, soft", 0.75, 2, 4, 0.03},
         {"large, blurred", 0.75, 5, 4, 0.1},        {"middling", 0.4, 1, 3, 0.03},
@@ -65,7 +65,7 @@ TEST_CASE("corners of plain boards lie where they are, and know how well") {
     }
 }
 
-TEST_CASE("a view tells which share of its white squares is overexposed") {
+TEST_CASE("a view states the overexposed share of its white squares") {
     Random random(7);
     for (const bool coded : {false, true}) {
         const calib::board board = coded ? coded_board(9, 6, "5x5_100") : plain_board(9, 6);
@@ -90,7 +90,7 @@ TEST_CASE("a view tells which share of its white squares is overexposed") {
     }
 }
 
-TEST_CASE("a board whose colours tell is numbered from its black corner, however it is held") {
+TEST_CASE("a board with unique colours is numbered from its black corner in any orientation") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     Random random(seed);

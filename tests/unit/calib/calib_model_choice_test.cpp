@@ -34,7 +34,7 @@ calib::solution solve(const synthetic::RigViewsPlan &plan, uint64_t seed) {
     return calib::solve(synthetic::make_rig_views(plan, seed, seed + 30).seen, options);
 }
 
-// How many of the scenes end with what `wanted` accepts.
+// Number of scenes whose result `wanted` accepts.
 template <typename Wanted>
 int count(const synthetic::RigViewsPlan &plan, Wanted wanted) {
     int found = 0;
@@ -46,7 +46,7 @@ int count(const synthetic::RigViewsPlan &plan, Wanted wanted) {
 
 }  // namespace
 
-TEST_CASE("an ideal camera and a flat board need nothing unusual") {
+TEST_CASE("an ideal camera and a flat board get the simple model") {
     CHECK(count(ideal(), [](const calib::solution &found) {
               return found.model.distortion <= lens_model::K1_K2_P1_P2;
           }) >= kMost);
@@ -55,7 +55,7 @@ TEST_CASE("an ideal camera and a flat board need nothing unusual") {
           }) >= kMost);
 }
 
-TEST_CASE("what is there is estimated") {
+TEST_CASE("existing effects are estimated") {
     synthetic::RigViewsPlan plan = ideal();
     SUBCASE("barrel") {
         plan.k1_px = -3;
@@ -93,7 +93,8 @@ TEST_CASE("what is there is estimated") {
         CHECK(count(plan, [](const calib::solution &found) {
                   return found.target.stretched && found.model.square_pixels;
               }) == kScenes);
-        // One that never turned in its plane is not mistaken for the pixels' fault, either.
+        // A board that was never rotated in its plane is not mistaken for non-square pixels,
+        // either.
         plan.roll_most_rad = 0;
         CHECK(count(plan, [](const calib::solution &found) {
                   return found.target.stretched && found.model.square_pixels;
@@ -101,7 +102,7 @@ TEST_CASE("what is there is estimated") {
     }
 }
 
-TEST_CASE("scores are told, one of them chosen, and held-out residuals are near the noise") {
+TEST_CASE("scores are reported, one of them chosen, and held-out residuals are near the noise") {
     synthetic::RigViewsPlan plan = ideal();
     plan.k1_px = -10;
     const calib::solution found = solve(plan, 3);
@@ -129,7 +130,7 @@ TEST_CASE("a distortion that the caller states is kept, and pixels and board are
     options.second_start = false;
     for (const lens_model::kind kind : {lens_model::K1, lens_model::K1_K2_P1_P2_K3}) {
         options.distortion = kind;
-        for (const int boards : {10, 4}) {  // with few nothing is chosen
+        for (const int boards : {10, 4}) {  // with few positions nothing is chosen
             plan.boards = boards;
             const calib::solution found =
                 calib::solve(synthetic::make_rig_views(plan, 2, 32).seen, options);

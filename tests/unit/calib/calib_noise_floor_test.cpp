@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corners that are off by more than the noise of their images says.
+// Corners with larger errors than the noise of their images predicts.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@
 
 namespace {
 
-// Ten boards with the same true error, of which every other one claims to be ten times as sharp.
+// Ten boards with the same true error, of which every other one claims to be ten times as accurate.
 calib::observations claims(uint64_t seed) {
     synthetic::RigViewsPlan plan;
     plan.width = 1280;
@@ -35,7 +35,7 @@ calib::observations claims(uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("what corners are off by beyond their images' noise is found and weighs all alike") {
+TEST_CASE("corner errors beyond the noise of the images are found and weighted equally") {
     double squares = 0;
     const int seeds = synthetic::rounds(8, 2);
     for (uint64_t seed = 1; seed <= uint64_t(seeds); seed++) {
@@ -49,7 +49,7 @@ TEST_CASE("what corners are off by beyond their images' noise is found and weigh
         CHECK(found.sigma0 == doctest::Approx(1).epsilon(0.15));
         const double off_mm = geometry_norm(found.T_right_left.t_mm) - 250;
         squares += off_mm * off_mm / (found.sigma.baseline_mm * found.sigma.baseline_mm);
-        // Honest views and boasting ones are equally far off.
+        // Views with correct and with too small sigmas have the same errors.
         double by_claim[2] = {0, 0};
         for (size_t i = 0; i < found.views.size(); i++) {
             by_claim[i % 2] += found.views[i][0].rms_px;
@@ -59,7 +59,7 @@ TEST_CASE("what corners are off by beyond their images' noise is found and weigh
     CHECK(std::sqrt(squares / seeds) < 2);
 }
 
-TEST_CASE("corners that are as good as they say have no floor") {
+TEST_CASE("corners with correct sigmas have no floor") {
     synthetic::RigViewsPlan plan;
     plan.focal_px = 2000;
     plan.boards = 8;

@@ -14,7 +14,7 @@ namespace {
 
 using calib::corner;
 using calib::sighting;
-using Named = std::set<std::array<size_t, 3>>;  // sighting, camera, index
+using Named = std::set<std::array<size_t, 3>>;  // position, camera, index
 
 const size_t WHOLE_VIEW = 9999;
 
@@ -106,7 +106,7 @@ void shift_board(calib::board_view *view, const calib::board &target) {
 
 }  // namespace
 
-TEST_CASE("no honest corner is taken for a blunder") {
+TEST_CASE("no good corner is rejected") {
     for (uint64_t seed = 1; seed <= uint64_t(synthetic::rounds(8, 1)); seed++) {
         INFO("seed ", seed);
         const auto views = synthetic::make_rig_views(twenty_boards(), seed, seed + 100);
@@ -167,14 +167,14 @@ TEST_CASE("swapped numbers and a shifted row are named") {
     CHECK(found.rejected_corners[2].reason.find("lies where corner 19 belongs") == 0);
 }
 
-TEST_CASE("a pair numbered from opposite ends is named, and put right where the board allows it") {
+TEST_CASE("a pair numbered from opposite ends is named, and corrected where the board allows it") {
     for (const int rows : {6, 7}) {
         synthetic::RigViewsPlan plan = twenty_boards();
         plan.rows = rows;
         auto views = synthetic::make_rig_views(plan, 5, 6);
         const int count = views.seen.target.corner_count();
         half_turn(&views.seen.sightings[4].view[1], count);
-        // Both ends turned is no blunder: the board then lies the other way round.
+        // With both ends turned there is no error: the board is then turned around.
         half_turn(&views.seen.sightings[8].view[0], count);
         half_turn(&views.seen.sightings[8].view[1], count);
         const calib::solution found = solve(views.seen);
@@ -203,7 +203,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         CHECK(
             named(found) ==
             Named{{1, 0, WHOLE_VIEW}, {1, 1, WHOLE_VIEW}, {9, 0, WHOLE_VIEW}, {9, 1, WHOLE_VIEW}});
-        CHECK(found.rejected_views[0].reason.find("wrong partner") != std::string::npos);
+        CHECK(found.rejected_views[0].reason.find("wrongly paired") != std::string::npos);
         CHECK(focal_error(views, found) < 1.5 * focal_error(views, clean) + 1e-4);
     }
     SUBCASE("one view's numbers a row too low") {
@@ -252,6 +252,6 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         INFO(reasons(found));
         CHECK(named(found) == Named{{0, 0, WHOLE_VIEW}, {1, 1, WHOLE_VIEW}});
         CHECK(found.rejected_views[0].reason == "only 5 corners seen");
-        CHECK(found.rejected_views[1].reason == "all corners lie in one line");
+        CHECK(found.rejected_views[1].reason.find("one line") != std::string::npos);
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong for a whole view at once, so that residuals look well: error bars must tell, and
-// from some size on the verdict.
+// Errors common to a whole view, with good residuals: the error bars and, above a limit, the
+// verdict must show them.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -77,7 +77,7 @@ outcome solve_some(const synthetic::RigViewsPlan &plan, int scenes) {
 
 }  // namespace
 
-TEST_CASE("views that agree are not called scattered") {
+TEST_CASE("consistent views are not called scattered") {
     const outcome seen = solve_some(handheld(), kScenes);
     CHECK(seen.scattered == 0);
     CHECK(seen.good == kScenes);
@@ -91,13 +91,13 @@ TEST_CASE("boards that moved between left and right pictures widen the error bar
     CHECK(seen.scattered == kScenes);
     CHECK(seen.words.find("did the board move between left and right pictures") !=
           std::string::npos);
-    // All moved the same way, which no scatter shows; without it this is 5.
+    // All moved the same way, which causes no scatter; without the widening this is 5.
     CHECK(seen.rms(seen.baseline_z2) < 3.5);
     CHECK(seen.rms(seen.turn_z2) < 2.5);
     CHECK(seen.rms(seen.focal_z2) < 2);
 }
 
-TEST_CASE("a rig that was knocked is not good") {
+TEST_CASE("a rig that was bumped is not good") {
     synthetic::RigViewsPlan plan = handheld();
     plan.knock_rad = 0.002;
     const outcome seen = solve_some(plan, kScenes);
@@ -105,7 +105,7 @@ TEST_CASE("a rig that was knocked is not good") {
     CHECK(seen.good <= kScenes * 3 / 8);
 }
 
-TEST_CASE("a stretched print makes all lengths doubtful, and says so") {
+TEST_CASE("a stretched print makes all lengths doubtful, with a remark") {
     synthetic::RigViewsPlan plan = handheld();
     plan.stretch = 0.003;
     const outcome seen = solve_some(plan, kScenes);

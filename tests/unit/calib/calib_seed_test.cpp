@@ -38,7 +38,7 @@ std::vector<calib::homography> homographies(const calib::bundle &data, size_t ca
 
 }  // namespace
 
-TEST_CASE("a homography of exact corners is exact, and holds against wrong ones") {
+TEST_CASE("a homography of exact corners is exact, and robust against wrong ones") {
     const auto views = synthetic::make_rig_views(plan_at(3000, 0), 1, 2);
     calib::bundle data = used_bundle(views.seen);
     calib::bundle_view &view = data.sightings[0][LEFT];
@@ -93,19 +93,19 @@ TEST_CASE("a pose is found from its mirrored twin") {
         calib::rigid right = pose, twin = calib::second_pose(pose);
         const double cost = calib::fit_pose(data, left_only, state, 0, &right);
         REQUIRE(cost > 0);
-        CHECK(cost < 3);  // two is what noise makes
+        CHECK(cost < 3);  // noise makes two
         calib::rigid stuck = twin;
         twins += calib::fit_pose(data, left_only, state, 0, &stuck) > 1.5 * cost;
         CHECK(calib::fit_pose_either_way(data, left_only, state, 0, &twin) ==
               doctest::Approx(cost).epsilon(1e-3));
         CHECK(calib::turn_between_rad(right, twin) < 1e-3);
-        // Twice reversed is where it was.
+        // Reversed twice is the original.
         CHECK(calib::turn_between_rad(calib::second_pose(calib::second_pose(pose)), pose) < 1e-12);
     }
-    CHECK(twins >= 10);  // the second solution is a real one, and worse
+    CHECK(twins >= 10);  // the second solution exists, and is worse
 }
 
-TEST_CASE("pairs vote for the rig, and those that do not belong stand out") {
+TEST_CASE("pairs vote for the rig, and outliers stand out") {
     auto views = synthetic::make_rig_views(plan_at(3000, 0.1), 5, 6);
     std::swap(views.seen.sightings[2].view[1], views.seen.sightings[7].view[1]);
     const calib::bundle data = used_bundle(views.seen);

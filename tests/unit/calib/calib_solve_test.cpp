@@ -30,7 +30,7 @@ calib::solution solve(const calib::observations &seen, int threads = 2) {
     return calib::solve(seen, options);
 }
 
-// What lies between the text fields of a calibration counts for nothing.
+// Padding between the text fields of a calibration is ignored.
 bool same_rig(const calibration &a, const calibration &b) {
     return std::memcmp(&a.left, &b.left, sizeof a.left) == 0 &&
            std::memcmp(&a.right, &b.right, sizeof a.right) == 0 &&
@@ -65,7 +65,7 @@ synthetic::RigViewsPlan exact() {
 
 }  // namespace
 
-TEST_CASE("without noise the truth comes out: lenses, rig, warp, boards") {
+TEST_CASE("without noise the result is the truth: lenses, rig, warp, boards") {
     const auto views = synthetic::make_rig_views(exact(), 1, 2);
     const calib::solution found = solve(views.seen);
     INFO(found.verdict.sentence);
@@ -115,7 +115,7 @@ TEST_CASE("the same bytes on any number of threads and in any order") {
     std::swap(shuffled.sightings[1], shuffled.sightings[6]);
     const calib::solution other = solve(shuffled, 3);
     CHECK(same_bytes(one, other));
-    // What is told by sighting follows the caller's order.
+    // Results by board position follow the caller's order.
     CHECK(other.views[9][0].rms_px == one.views[0][0].rms_px);
     CHECK(other.T_left_board[9].t_mm[2] == one.T_left_board[0].t_mm[2]);
     CHECK(other.views[1][1].rms_px == one.views[3][1].rms_px);
@@ -153,8 +153,8 @@ TEST_CASE("focal lengths of 26,560 px are found as well as they can be") {
     const double count = 2 * draws;
     MESSAGE(draws, " seeds: rms of f ", 100 * std::sqrt(squares / count), " %, predicted ",
             100 * std::sqrt(predicted / count), " %, worst ", worst, " sigma");
-    // The bounds leave room for chance: an rms of n values is known to 1 / sqrt(2 n), and among
-    // some hundred values one beyond 4 sigma is rare, not impossible.
+    // The bounds allow for chance: an rms of n values is known to 1 / sqrt(2 n), and among some
+    // hundred values one beyond 4 sigma is rare, not impossible.
     CHECK(std::sqrt(squares) < (1.1 + 2 / std::sqrt(2 * count)) * std::sqrt(predicted));
     CHECK(worst < 4.5);
 }
@@ -208,10 +208,10 @@ TEST_CASE("parts of boards are enough") {
           4 * found.sigma.focal_px[0]);
 }
 
-TEST_CASE("what cannot be calibrated is refused in words") {
+TEST_CASE("unusable observations are rejected with a reason") {
     auto views = synthetic::make_rig_views(plain(), 11, 12);
     calib::observations seen = views.seen;
-    SUBCASE("nothing at all") {
+    SUBCASE("no observations") {
         seen.sightings.clear();
         const calib::solution found = solve(seen);
         CHECK_FALSE(found.solved);
@@ -258,7 +258,7 @@ TEST_CASE("three images of each camera give a result that is marked as not good"
     CHECK(mentions(found, "only 3 boards"));
 }
 
-TEST_CASE("an unobservable focal length is said, not returned in silence") {
+TEST_CASE("an unobservable focal length is reported") {
     synthetic::RigViewsPlan plan = plain();
     plan.depth_range = 0.1;
     SUBCASE("boards parallel to the image") {

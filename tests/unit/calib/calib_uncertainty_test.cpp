@@ -48,7 +48,7 @@ struct scores {
     double covered() const { return double(within) / count; }
 };
 
-// Where the found rig sees the point that the true one sees at `pixel`, the boards standing still:
+// Where the estimated rig sees the point that the true one sees at `pixel`, with the boards fixed:
 // the mean over the boards of the frames that they imply.
 bool projection_error(const synthetic::RigViews &views, const calib::solution &found, int camera,
                       const double pixel[2], double distance_mm, double error[2]) {
@@ -85,7 +85,7 @@ bool projection_error(const synthetic::RigViews &views, const calib::solution &f
     return true;
 }
 
-// Depth that the found rig measures where the true depth is `depth_mm`, both pixels exact.
+// Depth that the estimated rig measures where the true depth is `depth_mm`, with exact pixels.
 double depth_error_mm(const synthetic::RigViews &views, const calib::solution &found,
                       const double pixel[2], double depth_mm) {
     const Vector ray = views.rig.left.direction({pixel[0], pixel[1]});
@@ -109,7 +109,7 @@ struct draw {
     calib::solution found;
 };
 
-// In a campaign (VERGENCE_DRAWS) the model is chosen anew in every draw, which takes longer.
+// In a campaign (VERGENCE_DRAWS) the model is chosen again in every draw, which takes longer.
 draw make_draw(const synthetic::RigViewsPlan &plan, uint64_t scene, uint64_t noise) {
     draw result{synthetic::make_rig_views(plan, scene, noise), {}};
     calib::solve_options options;
@@ -172,7 +172,7 @@ void add_draw(const draw &one, all_scores *all) {
 
 }  // namespace
 
-TEST_CASE("error bars hold the truth over 400 independent draws") {
+TEST_CASE("error bars contain the truth over 400 independent draws") {
     const int draws = synthetic::rounds(std::max(400, synthetic::draws(400)), 20);
     const bool many = draws >= 400;
     const uint64_t seed = synthetic::test_seed();
@@ -200,7 +200,7 @@ TEST_CASE("error bars hold the truth over 400 independent draws") {
     }
 }
 
-TEST_CASE("the alarm rings for a lens that no model describes, and error bars widen") {
+TEST_CASE("a lens outside all models raises the alarm and widens the error bars") {
     synthetic::RigViewsPlan plan = small_rig();
     plan.waves_px = 0.15;
     scores focal;
@@ -216,7 +216,7 @@ TEST_CASE("the alarm rings for a lens that no model describes, and error bars wi
     CHECK(focal.rms() < 2);
 }
 
-TEST_CASE("what is asked for must be in front of the cameras") {
+TEST_CASE("arguments must be in front of the cameras") {
     const draw one = make_draw(small_rig(), 1, 2);
     const double pixel[2] = {100, 100};
     double covariance[3], sigma_mm;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a calibration writes of the axes of its pairs: their mean and spread, and why it refuses
-// pairs that do not belong together.
+// The axes of the pairs in a calibration: their mean and spread, and the rejection of inconsistent
+// pairs.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -41,7 +41,7 @@ struct pairs {
         solution.views.push_back({view, view});
     }
 
-    /// "" when they belong together.
+    /// "" when they are consistent.
     std::string refusal(calibration_origin *origin) const {
         std::string error;
         const bool good = calibrate_origin_of(shots, solution, origin, &error);
@@ -57,7 +57,7 @@ TEST_CASE("axes have the mean and the largest deviation of the pairs that count"
     taken.add(state_at(3.57, 421));
     taken.add(state_at(3.57, 422));
     taken.add(state_at(3.57, 424));
-    taken.add(state_at(9, 700), false);  // a blunder, which nothing was solved from
+    taken.add(state_at(9, 700), false);  // a rejected one, which was not used in the solution
     calibration_origin origin;
     CHECK(taken.refusal(&origin).empty());
     CHECK(std::string(origin.instrument) == "rig");
@@ -69,7 +69,7 @@ TEST_CASE("axes have the mean and the largest deviation of the pairs that count"
     CHECK(origin.side[0].axis[CALIBRATION_IRIS].kind == CALIBRATION_AXIS_UNKNOWN);
 }
 
-TEST_CASE("an axis that moved between the pairs is refused by its name, and other cameras are") {
+TEST_CASE("an axis that moved between the pairs is rejected by name, and so are other cameras") {
     const auto refusal = [](const calibration_match_state &other) {
         pairs taken;
         taken.add(state_at(3.57, 421));
@@ -106,7 +106,7 @@ TEST_CASE("a servo that was not set is noted") {
     CHECK(notes[0].find("right pan") == 0);
 }
 
-TEST_CASE("pictures of no session make all of it unknown") {
+TEST_CASE("pictures without a session make all of it unknown") {
     pairs taken;
     taken.add(state_at(3.57, 421));
     taken.add(state_at(3.57, 421));

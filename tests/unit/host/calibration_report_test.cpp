@@ -56,7 +56,7 @@ TEST_CASE("ticks are round numbers within the axis") {
     CHECK(calibration_report_round_up(600) == doctest::Approx(1000));
 }
 
-TEST_CASE("a picture shrinks to the means of what its pixels cover") {
+TEST_CASE("a picture is shrunk by averaging") {
     calibration_picture picture{{0, 10, 20, 30, 40, 50, 60, 70}, 4, 2};
     const calibration_picture small = calibration_picture_shrink(picture, 2);
     CHECK(small.width_px == 2);
@@ -73,7 +73,7 @@ TEST_CASE("figures follow from corners and boards") {
     REQUIRE(figures.camera.size() == 2);
     for (const calibration_pose &pose : figures.camera[0].poses) {
         const synthetic::Vector &t = views.t_left_board_mm[pose.sighting];
-        // The plan's boards stand at 1800 mm, 30 % nearer or farther; their corner 0 is near.
+        // The plan's boards are at 1800 mm, 30 % nearer or farther; their corner 0 is near.
         CHECK(std::fabs(pose.distance_mm - std::hypot(t.x, t.y, t.z)) < 700);
         CHECK(pose.tilt_deg < 60);
     }
@@ -87,7 +87,7 @@ TEST_CASE("figures follow from corners and boards") {
     CHECK(calibration_figures_sigma_px(result, 0, 640, 480, INFINITY) > 0);
 }
 
-TEST_CASE("hints say what is missing") {
+TEST_CASE("hints name what is missing") {
     const auto hints_of = [](double fill, double tilt_rad, int boards) {
         const synthetic::RigViews views = make_views(fill, tilt_rad, boards);
         const calib::solution result = solve(views.seen);
@@ -101,13 +101,12 @@ TEST_CASE("hints say what is missing") {
     const std::string small_flat_few = hints_of(0.25, 0.2, 6);
     INFO(small_flat_few);
     CHECK(small_flat_few.find("Next: the board in the ") == 0);
-    CHECK(small_flat_few.find("6 positions of the board are used; take 6 more") !=
-          std::string::npos);
+    CHECK(small_flat_few.find("6 board positions are used; take 6 more") != std::string::npos);
     CHECK(small_flat_few.find("never tilted away by more than") != std::string::npos);
     CHECK(small_flat_few.find(" corner") != std::string::npos);
     const std::string enough = hints_of(0.8, 0.7, 40);
     INFO(enough);
-    CHECK(enough.find("positions of the board are used; take") == std::string::npos);
+    CHECK(enough.find("board positions are used; take") == std::string::npos);
     CHECK(enough.find("never tilted") == std::string::npos);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluation rules and the float-map reader, each against a plain second writing of the rule.
+// Evaluation rules and the float-map reader, each against a simple second implementation of the
+// rule.
 #include "tools/host/evaluate/evaluate.hpp"
 
 #include <doctest/doctest.h>
@@ -28,7 +29,7 @@ std::vector<float> random_map(std::mt19937 *random, std::size_t pixels, double m
     return map;
 }
 
-/// The filling rule read pixel by pixel: what `evaluate_fill` does gap by gap.
+/// The filling rule applied pixel by pixel; `evaluate_fill` works gap by gap.
 float filled_pixel(const float *row, int width, int x) {
     if (std::isfinite(row[x])) {
         return row[x];
@@ -57,7 +58,7 @@ std::vector<unsigned char> bytes_of(const std::string &header, const std::vector
     std::vector<unsigned char> bytes(header.begin(), header.end());
     for (const float value : values) {
         unsigned char raw[4];
-        std::memcpy(raw, &value, 4);  // the machines we test on are little-endian
+        std::memcpy(raw, &value, 4);  // the test machines are little-endian
         for (int i = 0; i < 4; i++) {
             bytes.push_back(raw[big_endian ? 3 - i : i]);
         }
@@ -75,7 +76,7 @@ TEST_CASE("filling takes the farther neighbour, the only one, or 0") {
     CHECK(map == wanted);
 }
 
-TEST_CASE("filling agrees with the rule read pixel by pixel") {
+TEST_CASE("filling agrees with the rule applied pixel by pixel") {
     const auto seed = static_cast<unsigned>(synthetic::test_seed());
     INFO("seed ", seed);
     std::mt19937 random(seed);
@@ -145,7 +146,7 @@ TEST_CASE("rounding goes to the nearest whole pixel, also below zero") {
     CHECK(evaluate_disparity(input).filled_all.average_px == 0.0);
 }
 
-TEST_CASE("nothing known gives zeros, not NaN") {
+TEST_CASE("no known pixel gives zeros, not NaN") {
     const std::vector<float> disparity = {1, 2}, truth = {none, none};
     evaluate_input input;
     input.width_px = 2;
@@ -186,7 +187,7 @@ TEST_CASE("both byte orders are read, rows from the bottom") {
     }
 }
 
-TEST_CASE("bad float maps are refused with a reason") {
+TEST_CASE("bad float maps are rejected with a reason") {
     const struct {
         const char *header;
         const char *says;

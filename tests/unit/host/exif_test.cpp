@@ -32,7 +32,7 @@ std::string block(bool little_endian, unsigned tag, unsigned type, unsigned valu
 }
 
 int orientation(const std::string &text) {
-    // A copy of exact size, so that a sanitizer sees a read beyond it.
+    // A copy of exact size, so that a sanitizer detects a read beyond it.
     const std::vector<unsigned char> exact(text.begin(), text.end());
     return exif_orientation(exact.data(), exact.size());
 }
@@ -52,9 +52,9 @@ TEST_CASE("the orientation is found in either byte order") {
     }
 }
 
-TEST_CASE("a block that ends anywhere, or holds anything, is survived") {
+TEST_CASE("truncated and random blocks do no harm") {
     const std::string whole = block(true, 0x0112, 3, 6);
-    const size_t entry_end = 12 + 2 + 2 * 12 - 2;  // the value's own bytes are enough
+    const size_t entry_end = 12 + 2 + 2 * 12 - 2;  // the value's own bytes suffice
     for (size_t length = 0; length < whole.size(); length++) {
         CHECK(orientation(whole.substr(0, length)) == (length >= entry_end ? 6 : 0));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the exporters write comes back through the importers, and what a format cannot hold is said.
+// Exported files read back through the importers, and reports of what a format cannot hold.
 #include "tools/host/convert/export.hpp"
 
 #include <doctest/doctest.h>
@@ -58,7 +58,7 @@ lens without_k3(lens one) {
     return one;
 }
 
-/// Between where two lenses see a point, over the image of the first.
+/// Distance between the image points of two lenses, over the image of the first.
 double largest_difference_px(const lens &one, const lens &other) {
     double largest_px = 0;
     for (int row = 0; row < 40; row++) {
@@ -131,7 +131,7 @@ TEST_CASE("Kalibr's and mrcal's files are read back as they were") {
     }
 }
 
-TEST_CASE("a lens with k3 goes to Kalibr by another one near to it, and the loss is true") {
+TEST_CASE("a lens with k3 is approximated for Kalibr, and the reported error is true") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     random_rig::Random random(seed);
@@ -180,7 +180,8 @@ TEST_CASE("a rectified pair stays one") {
     check_same(opencv.value, rig, 1e-12);
 }
 
-TEST_CASE("rectified cameras keep the size, and disparity 0 is infinity where it is in reach") {
+TEST_CASE(
+    "rectified cameras keep the size, and disparity 0 is infinity if it is in the depth range") {
     calibration rig = random_rig::plain_rig(0.001);
     export_rectified parallel;
     REQUIRE(export_rectify(rig, &parallel) == ERROR_OK);
@@ -192,7 +193,7 @@ TEST_CASE("rectified cameras keep the size, and disparity 0 is infinity where it
     export_rectified verged;
     REQUIRE(export_rectify(rig, &verged) == ERROR_OK);
     CHECK(verged.cx_left_px - verged.cx_right_px < -50);
-    // What stands where the axes meet lies near the middle of both images.
+    // A point where the axes meet is near the middle of both images.
     const double verged_mm = calibration_vergence_depth_mm(&rig), point_mm[3] = {0, 0, verged_mm};
     double rect_mm[3];
     geometry_rotate(verged.R_rect_left, point_mm, rect_mm);
@@ -203,7 +204,7 @@ TEST_CASE("rectified cameras keep the size, and disparity 0 is infinity where it
     CHECK(std::fabs(x_right - 319.5) < 100);
 }
 
-TEST_CASE("images that are too large for matching are exported all the same") {
+TEST_CASE("images that are too large for matching can be exported") {
     calibration rig = random_rig::plain_rig(0.01);
     for (lens *one : {&rig.left, &rig.right}) {
         one->width_px = 9000;
@@ -223,7 +224,7 @@ TEST_CASE("numbers are numbers for every reader of YAML") {
           "0, -1, 0.5, 1.0e+20, -4.9406564584124654e-324, 0.10000000000000001");
 }
 
-TEST_CASE("what a format cannot hold is said in one line") {
+TEST_CASE("what a format cannot hold is reported in one line") {
     random_rig::Random random(5);
     calibration rig = random_calibration(random);
     std::vector<export_file> files;

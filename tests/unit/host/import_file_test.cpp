@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ROS camera_info, our own text, and files that are none or damaged.
+// ROS camera_info, our own text, and files that are damaged or not calibrations.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -197,7 +197,7 @@ TEST_CASE("ROS: mistakes are named") {
     check_refused(here.write("right.yaml", good_left), {}, ERROR_BASELINE, {"swapped"});
 }
 
-TEST_CASE("our own text is loaded, and edits are taken when told so") {
+TEST_CASE("our own text is loaded, and edits are accepted on request") {
     const folder here;
     calibration value = load(here.write("calib.txt", middlebury)).value;
     std::string message;
@@ -221,18 +221,18 @@ TEST_CASE("our own text is loaded, and edits are taken when told so") {
                   {}, ERROR_RANGE, {"line 23", "rms_px", "0..1000 px"});
 }
 
-TEST_CASE("what is no calibration is refused in one line") {
+TEST_CASE("other files are rejected in one line") {
     const folder here;
     check_refused(here.path, {}, ERROR_ARGUMENT, {"calibration"});
     check_refused(here.path + "/none.txt", {}, ERROR_ARGUMENT, {"No such file"});
     check_refused(here.write("empty", ""), {}, ERROR_SYNTAX, {"empty"});
-    check_refused(here.write("text", "hello\n"), {}, ERROR_SYNTAX, {"no calibration"});
-    check_refused(here.write("nul", std::string("cam0=\0", 6)), {}, ERROR_SYNTAX, {"no text"});
+    check_refused(here.write("text", "hello\n"), {}, ERROR_SYNTAX, {"calibration"});
+    check_refused(here.write("nul", std::string("cam0=\0", 6)), {}, ERROR_SYNTAX, {"not a text"});
     check_refused(here.write("large", std::string(20 << 20, ' ')), {}, ERROR_TOO_LARGE, {"16 MiB"});
     const std::string calib = here.write("calib.txt", middlebury);
     here.write("calibration.txt", "x");
     check_refused(here.path, {}, ERROR_ARGUMENT, {"more than one"});
-    check_refused(calib + "," + calib, {}, ERROR_SYNTAX, {"no calibration"});
+    check_refused(calib + "," + calib, {}, ERROR_SYNTAX, {"calibration"});
     const loaded half = load(calib + ",/none");
     CHECK(half.code == ERROR_ARGUMENT);
     CHECK(half.message.find("/none: No such file") == 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats without a writer at hand: files in the published form, numbers checked by hand.
+// Formats without an available writer: files in the published form, with numbers checked by hand.
 #include "tools/host/convert/import.hpp"
 
 #include <doctest/doctest.h>
@@ -31,7 +31,7 @@ TEST_CASE("Middlebury: the published sample") {
     // 3997.684 * 193.001 = 771557.00968; over 257 + 1 + 131.111 and over 31 - 1 + 131.111.
     CHECK(value.depth_near_mm == doctest::Approx(1982.871).epsilon(1e-6));
     CHECK(value.depth_far_mm == doctest::Approx(4788.979).epsilon(1e-6));
-    // Found by its directory as well, and with the line ends of Windows.
+    // Also found by its directory, and with Windows line ends.
     CHECK(load(here.path).code == ERROR_OK);
     std::string windows;
     for (const char *c = middlebury; *c != '\0'; c++) {
@@ -121,7 +121,7 @@ TEST_CASE("KITTI: raw pair of a recording") {
     CHECK(result.value.left.p1 == 0.002219027);
     CHECK(result.value.right.k3 == -0.05314062);
     CHECK(result.value.right.fy_px == 987.8386);
-    // Camera 0 is the origin: the pose is R_01 and T_01 as they stand.
+    // Camera 0 is the origin: the pose is R_01 and T_01 unchanged.
     CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-537));
     CHECK(result.value.translation_right_left_mm[1] == doctest::Approx(4.822061));
     CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(-12.52488));
@@ -138,10 +138,10 @@ TEST_CASE("KITTI: raw cameras of which neither is the origin") {
     options.height_px = 512;
     const import_pair pair = import_kitti({"kitti", kitti_raw}, options);
     CHECK_FALSE(pair.value.rectified);
-    // The same two cameras stand in the rectified projections: their distance is
-    // |(0.532712, 0.002753, 0.000016)| m.
+    // The same two cameras are in the rectified projections: their distance is |(0.532712,
+    // 0.002753, 0.000016)| m.
     CHECK(calibration_baseline_mm(&pair.value) == doctest::Approx(532.719).epsilon(1e-5));
-    // R_rect of both sides turn into one frame: R_right_left = R_rect_03^T R_rect_02.
+    // R_rect of both sides rotate into one frame: R_right_left = R_rect_03^T R_rect_02.
     const double R_rect_02[9] = {9.998817e-01,  1.511453e-02, -2.841595e-03,
                                  -1.511724e-02, 9.998853e-01, -9.338510e-04,
                                  2.827154e-03,  9.766976e-04, 9.999955e-01};
@@ -176,7 +176,7 @@ TEST_CASE("KITTI: projections alone") {
     result = load(path, options);
     REQUIRE(result.code == ERROR_OK);
     CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-537.1657).epsilon(1e-6));
-    options.first_camera = 1;  // P1 and P2: the left one of these stands to the right
+    options.first_camera = 1;  // P1 and P2: the left one of these is on the right
     check_refused(path, options, ERROR_BASELINE, {"P1", "P2", "swapped"});
     options.first_camera = 7;
     check_refused(path, options, ERROR_MISSING, {"P7"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts that the page is made of. The page as a whole: tests/command/report_test.py.
+// The parts of the page. The page as a whole: tests/command/report_test.py.
 #include "tools/host/report/report.hpp"
 
 #include <doctest/doctest.h>
@@ -34,7 +34,7 @@ double luminance(const colormap_rgb &colour) {
     return sum;
 }
 
-/// A flat grey pair: nothing in it can be measured.
+/// A flat grey pair, where nothing can be measured.
 struct flat_run {
     std::vector<std::uint16_t> pixels = std::vector<std::uint16_t>(96 * 64, 128);
     calibration camera{};
@@ -69,7 +69,7 @@ TEST_CASE("text from outside cannot become markup") {
     CHECK(report_text_json("</script>\"\\\n") == "\"\\u003c/script\\u003e\\\"\\\\\\u000a\"");
 }
 
-TEST_CASE("numbers read as people write them") {
+TEST_CASE("numbers are formatted for people") {
     CHECK(report_text_count(0) == "0");
     CHECK(report_text_count(999) == "999");
     CHECK(report_text_count(1234567) ==
@@ -86,7 +86,7 @@ TEST_CASE("numbers read as people write them") {
     CHECK(report_text_file_name("/a/b/") == "b");
 }
 
-TEST_CASE("a page takes its parts by name") {
+TEST_CASE("parts are inserted into a page by name") {
     CHECK(report_text_fill("a {{x}} b {{y}}{{x}}", {{"x", "1"}, {"y", "{{x}}"}}) == "a 1 b {{x}}1");
     CHECK(report_text_fill("nothing {{ open", {}) == "nothing {{ open");
 }
@@ -124,7 +124,7 @@ TEST_CASE("the sequential scale brightens in steps that look equal") {
     double least = 1e9, most = 0;
     for (std::size_t i = 8; i < table.size(); i += 8) {
         CHECK(luminance(table[i]) > luminance(table[i - 8]));
-        // CIE lightness is another model of equal steps than the one the scale was made with.
+        // CIE lightness is another model of equal steps than the one used for the scale.
         const double step = 116 * (std::cbrt(luminance(table[i]) + 0.002) -
                                    std::cbrt(luminance(table[i - 8]) + 0.002));
         least = std::fmin(least, step);
@@ -158,7 +158,7 @@ TEST_CASE("sigma codes come back within their step") {
     CHECK(report_layers_sigma_code(1e9) == 255);
 }
 
-TEST_CASE("rows are judged in plain words") {
+TEST_CASE("rows are rated in plain words") {
     const auto rows = [](double median_px, int samples, const char *fault) {
         triangulate_vertical vertical{};
         vertical.median_px = median_px;

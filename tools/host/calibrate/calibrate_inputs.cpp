@@ -28,7 +28,7 @@ std::string lower(std::string text) {
     return text;
 }
 
-/// In lower case, without the dot; "" when there is none.
+/// In lower case, without the dot; "" without one.
 std::string extension_of(const std::string &path) {
     const size_t slash = path.rfind('/'), dot = path.rfind('.');
     const bool has = dot != std::string::npos && (slash == std::string::npos || dot > slash);

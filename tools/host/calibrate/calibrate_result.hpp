@@ -52,7 +52,7 @@ std::string calibrate_result_json(const calibrate_result &result);
 /// The main figures in a few lines, the verdict last.
 std::string calibrate_result_text(const calibrate_result &result);
 
-/// One line that names the pictures with overexposed white squares; empty if there are none.
+/// One line that names the pictures with overexposed white squares; otherwise empty.
 std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result);
 
 /// One line for each rejected view and corner, of corners only the worst.

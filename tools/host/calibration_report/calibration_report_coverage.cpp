@@ -98,7 +98,7 @@ std::string distance_plot(const calibration_figures &figures) {
     return calibration_report_figure(
         plot.svg("Distance and tilt of the boards"),
         report_text_format("<b>Distance and tilt.</b> Boards at %s to %s. Different distances and "
-                           "tilts tell the focal length from the distance.",
+                           "tilts separate the focal length from the distance.",
                            report_text_length(near_mm, "mm").c_str(),
                            report_text_length(far_mm, "mm").c_str()));
 }

@@ -355,7 +355,7 @@ void show_confidence(scene *scene) {
     debug_picture margin =
         picture_of_image("17_margin.png", "The result", scene->result.match.confidence);
     margin.title = "Confidence";
-    margin.shows = greedy ? "How much worse the disparities beside the match fit, as the greedy "
+    margin.shows = greedy ? "How much worse the neighbouring disparities fit, as the greedy "
                             "path measures it."
                           : report_text_format(
                                 "The winner's margin over its best rival; grey below "

@@ -9,11 +9,11 @@
 #include "daemon/surface/result/reconstruct_context.h"
 #include "tools/host/formats/colormap.hpp"
 
-/// disparity.png: 16 bit, 256 (x_left - x_right), 0 where there is none (KITTI's scale). The format
+/// disparity.png: 16 bit, 256 (x_left - x_right), 0 where invalid (KITTI's scale). The format
 /// cannot hold disparities of 0 and less: they become 0 as well; disparity.pfm has them.
 int write_png_disparity(const reconstruct_context *context, const char *path, message *message);
 
-/// depth.png: 16 bit, z in the left camera's frame in mm, 0 where there is none or beyond 65535 mm.
+/// depth.png: 16 bit, z in the left camera's frame in mm, 0 where invalid or beyond 65535 mm.
 int write_png_depth(const reconstruct_context *context, const char *path, message *message);
 
 /// reasons.png: palette (`colormap_reasons`); the index is enum reason.
