@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our calibration beside OpenCV's and mrcal's on any folder of images.
+"""Our calibration against OpenCV's and mrcal's on any folder of images.
 
 usage: calibration_bench.py DIR --board CxR --square MM --vergence PROGRAM
                             [--samples DIR] [--cache DIR] [--rounds N] [--only TEXT] [--quick]
                             [--json]
 
---samples is the data folder of opencv-doc, beside which the source of stereo_calib lies; it is
-compiled into --cache.
+--samples is the data folder of opencv-doc, next to the source of stereo_calib, which is compiled into
+--cache.
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ ENDINGS = (".png", ".jpg", ".jpeg", ".pgm", ".tif", ".tiff", ".bmp")
 
 
 def find_pairs(folder):
-    """Pairs of paths: names or folders that differ in left and right (or L and R) alone."""
+    """Pairs of paths: names or folders that differ only in left and right (or L and R)."""
     sides = ({}, {})
     for where, _, names in sorted(os.walk(folder)):
         for name in sorted(names):
@@ -40,7 +40,7 @@ def find_pairs(folder):
 
 
 def of_one_size(pairs):
-    """The pairs whose images have the size that most have: the others are of another camera."""
+    """The pairs with the most common image size: the others are from another camera."""
     sizes = []
     for pair in pairs:
         images = [cv2.imread(path, cv2.IMREAD_GRAYSCALE) for path in pair]
@@ -50,7 +50,7 @@ def of_one_size(pairs):
 
 
 def make_stage(folder, pairs):
-    """A folder of links leftNNN and rightNNN: names that every program understands."""
+    """A folder of links leftNNN and rightNNN, which every program accepts."""
     os.makedirs(folder)
     for number, pair in pairs:
         for side, path in zip(("left", "right"), pair):
@@ -67,7 +67,7 @@ def undistort(points, K, D):
 
 
 def rows_rms(rig, corners, pairs):
-    """Vertical disparity after rectification, in px of the raw images; and its count."""
+    """Vertical disparity after rectification, in px of the raw images, and its count."""
     T = np.asarray(rig["T"], float)
     R = np.asarray(rig["R"], float)
     x = -R.T @ T / np.linalg.norm(T)  # from the left centre to the right one
@@ -91,8 +91,8 @@ def rows_rms(rig, corners, pairs):
 
 
 def held_out_errors(rig, corners, pairs, grid):
-    """Squares of the distances of the corners of each pair from where the rig says they are, once
-    the (flat) board was put where it suits both cameras best."""
+    """Squared distances of the corners of each pair from where the rig predicts them, with the
+    (flat) board at the pose that fits both cameras best."""
     errors = []
     T, R = np.asarray(rig["T"], float), np.asarray(rig["R"], float)
     for pair in pairs:
@@ -134,7 +134,7 @@ class Bench:
         self.chosen = {name: method for name, method in methods.METHODS.items()
                        if options.only in name or name == methods.REFERENCE}
         self.grid = methods.points_of(self.context)
-        # Judges all: corners that are nobody's own but OpenCV's.
+        # The common corners by which all methods are judged: OpenCV's.
         self.common = methods.their_corners(self.all, self.context)
         for half in self.halves:
             self.context["cache"]["opencv", half] = {
@@ -142,7 +142,7 @@ class Bench:
         self.context["focal_px"] = self.first_focal()
 
     def first_focal(self):
-        """What mrcal is told to begin with."""
+        """mrcal's initial values."""
         size = cv2.imread(os.path.join(self.all, self.names[0][0]), 0).shape[::-1]
         seen = [self.common[left].astype(np.float32) for left, _ in self.names
                 if left in self.common]
@@ -192,7 +192,7 @@ class Bench:
         return line
 
     def hold_out(self, name, own):
-        """Calibrates with every other pair and judges by the rest, both ways."""
+        """Calibrates with every other pair and evaluates on the rest, both ways."""
         judged = {"common": [], "own": []}
         for half, other in zip(self.halves, reversed(self.halves)):
             rig = self.chosen[name](half, self.context)["rig"]

@@ -51,8 +51,8 @@ def points_of(context):
 # Ours.
 
 def read_vnl(path):
-    """Corners by image name, in the file's order, those that were not seen as NaN; images without
-    any are left out."""
+    """Corners by image name, in the file's order, missing ones as NaN; images without corners are
+    omitted."""
     corners = {}
     with open(path, encoding="utf-8") as file:
         for line in file:
@@ -84,7 +84,7 @@ def ours(stage, context):
             "rms_px": rig["rms_px"], "seconds": seconds, "corners": found}
 
 
-# OpenCV, in this process; the time is that of the calls alone.
+# OpenCV, in this process; only the calls are timed.
 
 def find_corners(path, context, how):
     grey = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
@@ -137,10 +137,10 @@ def opencv(how):
     return method
 
 
-# The sample that OpenCV's documentation ships, as it is.
+# The unmodified sample of OpenCV's documentation.
 
 def compile_sample(samples, folder):
-    """Path of the program, made in `folder` when it is not there; "" when it cannot be made."""
+    """Path of the program, built in `folder` if missing; "" when it cannot be built."""
     source = os.path.join(samples, "..", "cpp", "stereo_calib.cpp")
     program = os.path.join(folder, "stereo_calib")
     if os.path.exists(program):
@@ -201,7 +201,7 @@ def write_vnl(path, names, corners):
 
 
 def mrcal(source, model="LENSMODEL_OPENCV4"):
-    """`source` gives the corners of a stage; mrcal's time is that of its solver alone."""
+    """`source` returns the corners of a stage; of mrcal only the solver is timed."""
     def method(stage, context):
         import mrcal as library
         corners = source(stage, context)
@@ -216,7 +216,7 @@ def mrcal(source, model="LENSMODEL_OPENCV4"):
                  rows, "--pairs", "--outdir", out, "left*", "right*"], cwd=stage)
             models = sorted(name for name in os.listdir(out) if name.endswith(".cameramodel"))
             left, right = (library.cameramodel(os.path.join(out, name)) for name in models[:2])
-        # Per point, of the points that it did not throw out; it prints the rms of single components.
+        # Per point, without rejected points; mrcal prints the rms of single components.
         off = library.residuals_chessboard(left.optimization_inputs())
         rms_px = float(np.sqrt(np.mean(np.sum(off ** 2, axis=1))))
         Rt = library.compose_Rt(right.extrinsics_Rt_fromref(), left.extrinsics_Rt_toref())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot work is refused: one clear line, an exit code, nothing left behind."""
+"""Invalid input is rejected with one clear line and an exit code, and leaves nothing behind."""
 import os
 import resource
 import shutil
@@ -18,10 +18,10 @@ NOBODY = 65534
 
 class UnprivilegedWorkshop(pairs.Workshop):
     def as_nobody(self):
-        """Options of pairs.run that take root's rights away, which no permission stops."""
+        """Options of pairs.run that drop root's rights, since root ignores permissions."""
         if os.geteuid() != 0:
             return {}
-        # The build may lie where only root looks.
+        # The build may be in a folder that only root can read.
         program = shutil.copy(VERGENCE, self.directory / "vergence")
         self.directory.chmod(0o777)
         return {"user": NOBODY, "group": NOBODY, "extra_groups": [], "program": program}
@@ -338,7 +338,7 @@ class Output(UnprivilegedWorkshop):
         self.assertEqual(file.read_text(), "x")
 
     def test_names_that_no_directory_can_have(self):
-        """Refused before the work: the images need not even be good."""
+        """Rejected before the work: the images need not be valid."""
         nowhere, loop = self.directory / "nowhere", self.directory / "loop"
         nowhere.symlink_to(self.directory / "missing")
         loop.symlink_to(loop)
@@ -352,7 +352,7 @@ class Output(UnprivilegedWorkshop):
                 self.assertIn(word, done.stderr)
 
     def test_inputs_are_never_replaced(self):
-        """An earlier result's rectified pair is a good input, but not into the same directory."""
+        """An earlier result's rectified pair is a valid input, but not into the same directory."""
         self.reconstruct()
         left, right = self.out / "left_rectified.png", self.out / "right_rectified.png"
         linked = self.directory / "linked.png"
@@ -381,7 +381,7 @@ class Output(UnprivilegedWorkshop):
 
     @staticmethod
     def limited(megabytes):
-        """A write beyond this size of a file fails, as on a full disk, with another errno."""
+        """A write beyond this file size fails, as on a full disk, with another errno."""
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (int(megabytes * 2 ** 20),) * 2)
         return limit
@@ -413,12 +413,12 @@ class FullDisk(pairs.Workshop):
         return subprocess.run([*trace, VERGENCE, "reconstruct", str(self.left_path),
                                str(self.right_path), *map(str, RECTIFIED), "--out", str(self.out)],
                               capture_output=True, text=True, timeout=120,
-                              # Under the sanitizers: their search for leaks is a tracer itself.
+                              # Not under the sanitizers: their leak check is a tracer itself.
                               env={**os.environ, "ASAN_OPTIONS":
                                    os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=0"})
 
     def test_every_call_may_find_the_disk_full(self):
-        # Single calls: the line on standard error is a write, too.
+        # Single calls: the line on standard error is also a write.
         for call, when in (*(("write", n) for n in (1, 2, 3, 8, 20, 50, 100)), ("fsync", 1),
                            ("fsync", 5), ("fsync", 12), ("mkdir", 1), ("rename", 1)):
             with self.subTest(call=call, when=when):

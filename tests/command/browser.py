@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A headless chromium driven over its own debugging pipe: no driver program, no network port.
+"""A headless chromium driven over its debugging pipe: no driver program, no network port.
 
 Protocol: https://chromedevtools.github.io/devtools-protocol/ (messages are JSON, each ended by a
 zero byte, on file descriptors 3 and 4 of the browser).
@@ -16,7 +16,7 @@ import time
 
 
 class Browser:
-    """One page at a time; `events` collects what the browser reported since the page was opened."""
+    """One page at a time; `events` collects the browser's reports since the page was opened."""
 
     def __init__(self, width=1400, height=1000, arguments=()):
         self.profile = tempfile.TemporaryDirectory(prefix="vergence-browser-",
@@ -31,7 +31,7 @@ class Browser:
                    *arguments, "about:blank"]
 
         def place_pipes():
-            # The two ends must become 3 and 4 whatever their numbers are now.
+            # The two ends must become 3 and 4, regardless of their current numbers.
             high_in, high_out = os.dup(to_browser), os.dup(from_browser)
             os.dup2(high_in, 3)
             os.dup2(high_out, 4)
@@ -68,7 +68,7 @@ class Browser:
         self.profile.cleanup()
 
     def call(self, method, timeout_s=60, **parameters):
-        """Sends a command and returns its result; events that arrive meanwhile are kept."""
+        """Sends a command and returns its result; keeps events that arrive meanwhile."""
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters}
         if self.session:
@@ -106,7 +106,7 @@ class Browser:
         self.events.clear()
         self.call("Page.navigate", url="file://" + os.path.abspath(path))
         deadline = time.monotonic() + timeout_s
-        # While the page is replaced there may be no document to ask.
+        # There may be no document while the page is replaced.
         while not self.evaluate(f"document.documentElement !== null && ({ready})"):
             if time.monotonic() > deadline:
                 raise TimeoutError(f"not ready: {ready}; {self.complaints()}")
@@ -157,7 +157,7 @@ class Browser:
         return png
 
     def complaints(self):
-        """Errors and exceptions that the page caused."""
+        """Errors and exceptions caused by the page."""
         found = []
         for event in self.events:
             parameters = event.get("params", {})
@@ -172,7 +172,7 @@ class Browser:
         return found
 
     def requests(self):
-        """Addresses of all requests but those for data inside the page."""
+        """URLs of all requests but those for data inside the page."""
         urls = [event["params"]["request"]["url"] for event in self.events
                 if event.get("method") == "Network.requestWillBeSent"]
         return [url for url in urls if not url.startswith("data:")]

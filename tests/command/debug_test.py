@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""vergence reconstruct --debug: the pictures are there, right, and change nothing."""
+"""vergence reconstruct --debug: the pictures exist, are right, and change no result."""
 import json
 import os
 import pathlib
@@ -29,8 +29,8 @@ SEARCHED = 96  # with what lies beyond the nearest of these
 
 
 def read_indices(path):
-    """The palette indices of a PNG, by finding each colour in its palette; the last one of equal
-    colours. Shape (height, width)."""
+    """The palette indices of a PNG, by finding each colour in its palette; of equal colours the
+    last one. Shape (height, width)."""
     data = path.read_bytes()
     at = data.index(b"PLTE")
     size = struct.unpack(">I", data[at - 4:at])[0]
@@ -48,7 +48,7 @@ class Debug(pairs.Workshop):
         self.pictures = self.directory / "pictures"
 
     def run_both(self, *arguments):
-        """Results without --debug and with it; all files that hold no times must be the same."""
+        """Results without --debug and with it; all files without times must be equal."""
         self.reconstruct(*arguments)
         without = {n: (self.out / n).read_bytes() for n in os.listdir(self.out)}
         self.reconstruct(*arguments, "--debug", self.pictures)
@@ -68,7 +68,7 @@ class Debug(pairs.Workshop):
         return image
 
     def check_result_pictures(self):
-        """Those of the result against its files."""
+        """The pictures of the result against its files."""
         for side in ("left", "right"):
             ours = self.colours(f"0{1 if side == 'left' else 2}_{side}.png")[..., 0].astype(int)
             theirs = pairs.grey(cv2.imread(str(self.out / f"{side}_rectified.png"))).astype(int)
@@ -82,7 +82,7 @@ class Debug(pairs.Workshop):
         valid = numpy.isfinite(found)
         expected = numpy.full(found.shape, NOTHING)
         expected[valid] = numpy.floor(254 * numpy.clip(found[valid] / (DISPARITIES - 1), 0, 1) + 0.5)
-        # Neighbours on the scale may have one colour.
+        # Neighbours on the scale may have the same colour.
         self.assertTrue((palette[indices] == palette[expected]).all())
 
     def check_inner_pictures(self, row, level_height):
@@ -105,8 +105,8 @@ class Debug(pairs.Workshop):
         self.assertTrue((has == (winner != NOTHING)).all())
         expected = numpy.floor(254 * at / (SEARCHED - 1) + 0.5).astype(int)
         self.assertTrue((scale[winner[has]] == scale[expected[has]]).all())
-        # What surrounds a winner is no cheaper than anything else that was searched, away from the
-        # left end, where not all that is searched may win.
+        # Nothing else that was searched is cheaper than a winner, except at the left end, where
+        # some searched disparities cannot win.
         inside = has.copy()
         inside[:DISPARITIES] = False
         others = numpy.where((total == MARK) | (total == NOTHING), NOTHING, total)
@@ -153,7 +153,7 @@ class Debug(pairs.Workshop):
 
     def test_best_searches_everything(self):
         self.check("best", INNER | WINDOWS)
-        # Nothing that was asked for is left out of a slice.
+        # No requested disparity is missing in a slice.
         indices, _ = read_indices(self.pictures / "07_row_cost.png")
         asked = indices.shape[0] * DISPARITIES // SEARCHED
         self.assertFalse((indices[-asked:] == NOTHING).any())
@@ -200,7 +200,7 @@ class Debug(pairs.Workshop):
         for _ in range(2):
             self.reconstruct(*RECTIFIED, "--debug", self.out)
             self.assertLess(COMMON | INNER | {"result.json"}, set(os.listdir(self.out)))
-        # What an earlier run has drawn and this one has not goes away.
+        # Pictures of an earlier run that this one does not draw are removed.
         self.reconstruct(*RECTIFIED, "--debug", self.out, "--preset", "paper")
         self.assertFalse((INNER | WINDOWS) & set(os.listdir(self.out)))
         self.reconstruct(*RECTIFIED, "--debug", self.out / "below")
@@ -248,7 +248,7 @@ class Refused(pairs.Workshop):
         self.assertEqual(left.read_bytes(), before)
 
     def traced(self, log, *injected):
-        """The run under strace, which may let a call find the disk full."""
+        """The run under strace, which may make a call find the disk full."""
         trace = ["strace", "-f", "-qq", "-y", "-o", log, "-e", "trace=write,rename,fsync"]
         for call, when in injected:
             trace += ["-e", f"inject={call}:error=ENOSPC:when={when}"]
@@ -256,7 +256,7 @@ class Refused(pairs.Workshop):
                                self.right_path, *map(str, RECTIFIED), "--out", self.out, "--debug",
                                self.directory / "pictures"],
                               capture_output=True, text=True, timeout=120,
-                              # Under the sanitizers: their search for leaks is a tracer itself.
+                              # Not under the sanitizers: their leak check is a tracer itself.
                               env={**os.environ, "ASAN_OPTIONS":
                                    os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=0"})
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence evaluate` against the same rules written once more in numpy."""
+"""`vergence evaluate` against a second implementation of the same rules in numpy."""
 import json
 import os
 import subprocess
@@ -31,7 +31,7 @@ def filled(disparity):
         for x in range(len(row) - 2, -1, -1):
             if not np.isfinite(from_right[x]):
                 from_right[x] = from_right[x + 1]
-        smaller = np.minimum(from_left, from_right)  # inf where one side has none: the other wins
+        smaller = np.minimum(from_left, from_right)  # inf if one side has no value: the other wins
         row[:] = np.where(np.isfinite(smaller), smaller, 0)
     return result
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence info --export`: a thousand points seen by other programs where we see them.
+"""`vergence info --export`: other programs see a thousand points where we see them.
 
 OpenCV and mrcal project with their own code. ROS and Kalibr are not in Debian: their documented
-conventions (CameraInfo.msg; Kalibr's wiki) stand below as a few lines of Python.
+conventions (CameraInfo.msg; Kalibr's wiki) are implemented below in a few lines of Python.
 """
 import json
 import os
@@ -47,7 +47,7 @@ class Export(unittest.TestCase):
                               text=True, timeout=120)
 
     def make_rig(self, k3, verged_rad):
-        """Our calibration of a random rig, and the numbers in it as `info --json` tells them."""
+        """Our calibration of a random rig, and its values from `info --json`."""
         u = self.random.uniform
         source = self.here / "source"
         source.mkdir()
@@ -114,7 +114,7 @@ class Export(unittest.TestCase):
                                             read["M2"], read["D2"])
             self.assert_agree(left_px[:, 0], seen[0])
             self.assert_agree(right_px[:, 0], seen[1])
-            # Rectified: OpenCV undistorts what we project; rows agree, and Q gives the points back.
+            # Rectified: OpenCV undistorts our projections; rows agree, and Q gives the points back.
             still = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 1000, 1e-16)
             flat = [cv2.undistortPointsIter(seen[i], read[f"M{i + 1}"], read[f"D{i + 1}"],
                                             read[f"R{i + 1}"], read[f"P{i + 1}"], still)[:, 0]
@@ -126,7 +126,7 @@ class Export(unittest.TestCase):
             disparity = flat[0][:, 0] - flat[1][:, 0]
             back = np.column_stack((flat[0], disparity, np.ones(POINTS))) @ read["Q"].T
             self.assertLess(np.abs(back[:, :3] / back[:, 3:] @ read["R1"] - points).max(), 1e-3)
-            # The same baseline as OpenCV's own rectification gives.
+            # The same baseline as from OpenCV's own rectification.
             own = cv2.stereoRectify(read["M1"], read["D1"], read["M2"], read["D2"], (1280, 960),
                                     read["R"], read["T"])
             self.assertAlmostEqual(read["P2"][0, 3] / read["P2"][0, 0],
@@ -193,7 +193,7 @@ class Export(unittest.TestCase):
                                  text.splitlines()[:2])
                 lost_px = [float(most) for most in re.findall(r"at most ([0-9.e-]+) px", loss)]
                 self.assertEqual(len(lost_px), 2)
-                self.assertLess(max(lost_px), 8)  # of up to 40 px that k3 moves a corner by
+                self.assertLess(max(lost_px), 8)  # k3 moves a corner by up to 40 px
             points = self.points_mm()
             T = np.array(chain["cam1"]["T_cn_cnm1"])
             self.assertEqual(T[3].tolist(), [0, 0, 0, 1])
@@ -214,7 +214,7 @@ class Export(unittest.TestCase):
                 self.assertLess(off_px, most_px + AGREE_PX)
 
     def numbers(self, path):
-        """What our own text says of the cameras, names and remarks left out."""
+        """The cameras in our own text, without names and remarks."""
         return [line for line in path.read_text().splitlines()
                 if line.startswith(("left_", "right_", "rotation_", "translation_"))]
 
@@ -233,7 +233,8 @@ class Export(unittest.TestCase):
                                                rtol=0, atol=2e-9)
 
     def test_what_mrcal_writes_is_read(self):
-        """Its own writer rounds to ten digits; its reference frame need not be the left camera's."""
+        """Its own writer rounds to ten digits; its reference frame need not be the left camera's.
+        """
         for _, (rig, cameras, R, t) in self.rigs():
             out = self.export(rig, "mrcal")
             moved = np.array([.1, -.2, .05, 1, -2, .5])

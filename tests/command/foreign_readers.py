@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Other people's readers of PLY, PCD and glTF, installed once into the user's cache.
+"""Third-party readers of PLY, PCD and glTF, installed once into the user's cache.
 
-Versions are pinned, so that a test that passes today does not fail because of somebody's release.
+Versions are pinned, so that a new release does not break a test.
 """
 import fcntl
 import json
@@ -69,7 +69,7 @@ def python_readers():
                  ["rm", "-rf", str(folder / "lib")],
                  [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
                   "--no-deps", "--target", str(folder / "lib"), *PYTHON_PACKAGES])
-    # Before the system's: an older typing_extensions there would not do.
+    # Before the system's, whose typing_extensions may be too old.
     sys.path.insert(0, str(folder / "lib"))
     import plyfile
     import pypcd4

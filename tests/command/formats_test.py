@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every image format gives the same surface; every result file is read by somebody else's reader."""
+"""Every image format gives the same surface; every result file is read by a third-party reader."""
 import json
 import struct
 import unittest
@@ -15,7 +15,7 @@ from pairs import BASELINE_MM, FOCAL_PX, RECTIFIED
 
 
 def write_pnm(path, image, plain=False, maxval=255):
-    """PGM or PPM by the letter of the manual page, with a comment."""
+    """PGM or PPM, exactly as in the manual page, with a comment."""
     colour = image.ndim == 3
     values = image[:, :, ::-1] if colour else image
     kind = {(False, False): 5, (True, False): 6, (False, True): 2, (True, True): 3}[colour, plain]
@@ -31,7 +31,7 @@ def write_pnm(path, image, plain=False, maxval=255):
 
 
 def mosaic(image, bits):
-    """A GRBG mosaic of an image (BGR, 8 bit): what the sensor would give."""
+    """A GRBG mosaic of an image (BGR, 8 bit), as from the sensor."""
     raw = image[:, :, 1].copy()
     raw[0::2, 1::2] = image[0::2, 1::2, 2]
     raw[1::2, 0::2] = image[1::2, 0::2, 0]
@@ -45,7 +45,7 @@ class Images(pairs.Workshop):
         return self.disparity()
 
     def check_same(self, reference, left, right, *arguments):
-        """The very same disparities as `reference`: nothing of the image was lost or moved."""
+        """The same disparities as `reference`: no part of the image was lost or moved."""
         found = self.check(left, right, *arguments)
         self.assertTrue(numpy.array_equal(found, reference))
 
@@ -72,7 +72,7 @@ class Images(pairs.Workshop):
 
     @staticmethod
     def write_tiled_tiff(path, image, tile_width, tile_height):
-        """A tiled TIFF by the letter of TIFF 6.0, section 15; no writer at hand makes one."""
+        """A tiled TIFF exactly as in TIFF 6.0, section 15; no available writer makes one."""
         height, width = image.shape[:2]
         samples = 1 if image.ndim == 2 else 3
         padded = numpy.zeros((-(-height // tile_height) * tile_height,
@@ -141,7 +141,8 @@ class Images(pairs.Workshop):
                                      2 if orientation > 1 else 0, done.stderr)
 
     def save_turned(self, name, image, orientation):
-        """The image (BGR) in a file whose pixels are turned away and whose mark turns them back."""
+        """The image (BGR) in a file with rotated pixels and the orientation tag that restores it.
+        """
         away = {1: lambda a: a, 3: lambda a: numpy.rot90(a, 2), 6: lambda a: numpy.rot90(a, 1)}
         picture = Image.fromarray(numpy.ascontiguousarray(away[orientation](image)[:, :, ::-1]))
         path = self.directory / name
@@ -163,8 +164,8 @@ class Images(pairs.Workshop):
 
     @staticmethod
     def interlace(source, target):
-        """Adam7 by the letter of the PNG specification, section 8: neither OpenCV nor Pillow
-        writes it. Returns whether OpenCV reads the same image."""
+        """Adam7 exactly as in the PNG specification, section 8: neither OpenCV nor Pillow writes
+        it. Returns whether OpenCV reads the same image."""
         image = cv2.imread(str(source), cv2.IMREAD_UNCHANGED)[:, :, ::-1]
         scanlines = b""
         for x0, y0, dx, dy in ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4),
@@ -284,7 +285,7 @@ class Results(pairs.Workshop):
         self.assertTrue(0 <= faces.min() and faces.max() < len(vertex.data))
         points = numpy.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(float)
         a, b, c = (points[faces[:, i]] for i in range(3))
-        # Counter-clockwise for who looks from the camera: the normal points towards it.
+        # Counter-clockwise as seen from the camera: the normal points towards it.
         facing = numpy.einsum("ij,ij->i", numpy.cross(b - a, c - a), a)
         self.assertLess(facing.max(), 0)
         depth_step = abs(points[faces][:, :, 2].max(1) - points[faces][:, :, 2].min(1))
@@ -314,11 +315,11 @@ class Results(pairs.Workshop):
         node, accessor = document["nodes"][0], document["accessors"][0]
         self.assertNotIn("rotation", node)
         bounds = self.result["bounds_mm"]
-        # x stays, y and z are turned.
+        # x is unchanged, y and z are negated.
         expected_max = [bounds["greatest"][0], -bounds["least"][1], -bounds["least"][2]]
         for axis, millimetres in enumerate(expected_max):
             found = accessor["max"][axis] * node["scale"][axis] + node["translation"][axis]
-            # Points without a triangle are left out.
+            # Points without a triangle are omitted.
             self.assertAlmostEqual(found, millimetres / 1000, delta=2e-3)
 
     def test_maps_in_opencv_and_pillow(self):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""vergence info on results: what it says must be what foreign readers find in the same files."""
+"""vergence info on results: its output must match what third-party readers find in the same files.
+"""
 import json
 import pathlib
 import struct

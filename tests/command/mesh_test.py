@@ -54,7 +54,7 @@ class Mesh(pairs.Workshop):
         return mask
 
     def full(self):
-        """Points and pixels of every measured point, and what their triangles cover."""
+        """Points and pixels of every measured point, and the coverage of their triangles."""
         self.reconstruct()
         points, triangles = self.ply()
         rows, columns = numpy.nonzero(numpy.isfinite(self.disparity()))
@@ -62,7 +62,7 @@ class Mesh(pairs.Workshop):
         return points, pixels, triangles, self.covered(pixels, triangles)
 
     def worst_mm(self, full, mesh):
-        """The distance that 99 % of the points keep from the plane of their triangle."""
+        """The 99 % quantile of the points' distances from the plane of their triangle."""
         points, pixels = full[0], full[1]
         number = {tuple(pixel): i for i, pixel in enumerate(pixels)}
         corner_points, corner_pixels, triangles = mesh

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small synthetic pairs with exact truth, and what the command tests share."""
+"""Small synthetic pairs with exact truth, and helpers of the command tests."""
 import os
 import pathlib
 import shutil
@@ -16,7 +16,7 @@ SEED = int(os.environ.get("VERGENCE_SEED", "20090915"))
 
 WIDTH, HEIGHT = 240, 160
 FOCAL_PX, BASELINE_MM = 500.0, 100.0
-FAR_PX, NEAR_PX = 12, 30  # disparities of the wall and of the box before it
+FAR_PX, NEAR_PX = 12, 30  # disparities of the wall and of the box in front of it
 BOX = (slice(50, 120), slice(90, 170))
 
 
@@ -27,14 +27,14 @@ def run(*arguments, program=VERGENCE, **options):
 
 
 def texture(random, height, width):
-    """Grey noise without structure that a matcher could confuse."""
+    """Grey noise without structure that could confuse a matcher."""
     noise = random.integers(0, 256, (height, width)).astype(numpy.float32)
     smooth = cv2.GaussianBlur(noise, (0, 0), 1.0)
     return cv2.normalize(smooth, None, 20, 235, cv2.NORM_MINMAX).astype(numpy.uint8)
 
 
 def make_pair(seed=SEED, width=WIDTH, height=HEIGHT):
-    """Left and right image (colour, BGR) of a box before a wall, and the true disparity."""
+    """Left and right image (colour, BGR) of a box in front of a wall, and the true disparity."""
     random = numpy.random.default_rng(seed)
     wall, box = (numpy.dstack([texture(random, height, width + 64) for _ in range(3)])
                  for _ in range(2))
@@ -56,7 +56,7 @@ RECTIFIED = ["--rectified", "--focal", FOCAL_PX, "--baseline", BASELINE_MM, "--d
 
 
 class Workshop(unittest.TestCase):
-    """A test case with an empty directory of its own and a pair in it."""
+    """A test case with an empty directory and a pair in it."""
 
     def setUp(self):
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="vergence-test-"))
@@ -72,7 +72,7 @@ class Workshop(unittest.TestCase):
         return path
 
     def calibration_text(self, width=WIDTH, height=HEIGHT, focal_px=FOCAL_PX):
-        """Our own text for the pair, made by the converter."""
+        """Our own text for the pair, written by the converter."""
         source = self.directory / "calib.txt"
         matrix = f"[{focal_px} 0 {(width - 1) / 2}; 0 {focal_px} {(height - 1) / 2}; 0 0 1]"
         source.write_text(f"cam0={matrix}\ncam1={matrix}\ndoffs=0\nbaseline={BASELINE_MM}\n"
@@ -83,7 +83,7 @@ class Workshop(unittest.TestCase):
         return path
 
     def reconstruct(self, *arguments, program=VERGENCE, left=None, right=None):
-        """Runs the command on the pair and checks that it went well."""
+        """Runs the command on the pair and checks that it succeeded."""
         done = run("reconstruct", left or self.left_path, right or self.right_path, "--out",
                    self.out, *(arguments or RECTIFIED), program=program)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -101,12 +101,13 @@ class Workshop(unittest.TestCase):
         self.assertGreater((abs(found - self.truth)[valid] < 0.5).mean(), 0.97)
 
     def names(self):
-        """All files and directories below the test's directory, the given inputs left out."""
+        """All files and directories below the test's directory except the given inputs."""
         return sorted(str(p.relative_to(self.directory)) for p in self.directory.rglob("*")
                       if p not in (self.left_path, self.right_path))
 
     def assert_refused(self, done, code, *words):
-        """The run failed with this code, one clear line that holds the words, and no traces."""
+        """The run failed with this code and one clear line that contains the words, and left no
+        files."""
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         self.assertEqual(done.stdout, "")
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poor surfaces whose cause is to be seen in the pictures: light, blur, aim; and pictures that are
-the wrong way round. On synthetic pairs, and on a simulated rig's recorded scenes."""
+"""Poor surfaces with causes visible in the pictures: light, blur, aim; and swapped or mirrored
+pictures. On synthetic pairs, and on recorded scenes of a simulated rig."""
 import json
 import os
 import pathlib
@@ -15,7 +15,7 @@ import pairs
 
 SESSIONS = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
 WHITE = 1023
-# Of the light that falls in, and of the sensor's pedestal.
+# Share of the incoming light, and of the sensor's pedestal.
 PEDESTAL = 42
 
 
@@ -25,7 +25,7 @@ def exposed(image, gain, random):
 
 
 def blurred(image, sigma_px):
-    """Each colour of the mosaic by itself."""
+    """Each colour of the mosaic separately."""
     soft = image.astype(numpy.float32)
     for row in (0, 1):
         for column in (0, 1):
@@ -35,7 +35,7 @@ def blurred(image, sigma_px):
 
 
 class Session:
-    """A recorded one, to be written again with other frames."""
+    """A recorded session, to be rewritten with other frames."""
 
     def __init__(self, name):
         self.path = SESSIONS / name
@@ -68,7 +68,7 @@ class Session:
 
 class Pictures(pairs.Workshop):
     def measured(self, *arguments):
-        """What was said of the surface, and the result if there is one."""
+        """The messages about the surface, and the result if there is one."""
         shutil.rmtree(self.out, ignore_errors=True)
         done = pairs.run("reconstruct", *arguments, "--out", self.out)
         path = self.out / "result.json"
@@ -90,7 +90,7 @@ class Pictures(pairs.Workshop):
         return self.session.write(target, (left, right))
 
     def test_recorded_scenes(self):
-        """No false alarm as they are; each cause by its name once it is there."""
+        """No false alarm on good pictures; each cause is named once it exists."""
         for name in ("cylinder_1x", "mug_3x", "chessboard_1x"):
             said, result = self.measured(SESSIONS / name)
             self.assertEqual(said, "", name)
@@ -117,14 +117,14 @@ class Pictures(pairs.Workshop):
         # Half a turn, by whole cells of the mosaic.
         turned = right.reshape(200, 2, 336, 2)[::-1, :, ::-1, :].reshape(right.shape)
         self.named(("upside down", "rotated"), self.recorded(left, turned))
-        # A camera that looks two thirds of the picture aside, at another scene there.
+        # A camera that looks two thirds of the picture to the side, at another scene.
         other = Session("mug_3x").images[1][:400]
         aside = numpy.hstack([right[:, 400:], other[:, :400]])
         self.named(("the views overlap by only 4", "aim both cameras"), self.recorded(left, aside))
         self.named(("differ too much", "aimed at the same"), self.recorded(left, other))
 
     def test_plain_images(self):
-        """The same for image files, whose figures stand in result.json."""
+        """The same for image files, with the figures in result.json."""
         said, result = self.measured(self.left_path, self.right_path, *pairs.RECTIFIED)
         self.assertEqual(said, "")
         self.assertAlmostEqual(result["pictures"]["left"]["brightness_percent"],

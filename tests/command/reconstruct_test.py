@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""vergence reconstruct on pairs whose surface is known."""
+"""vergence reconstruct on pairs with a known surface."""
 import json
 import os
 import pathlib
@@ -149,7 +149,7 @@ class Reconstruct(pairs.Workshop):
         self.assertIn("focal length", done.stderr)
 
     def test_rows_apart_count_in_pixels_that_were_taken(self):
-        # A third of a pixel: no reason for doubt, however large the images are made.
+        # A third of a pixel is acceptable, regardless of the image size.
         matrix = numpy.float64([[1, 0, 0], [0, 1, 0.34]])
         moved = cv2.warpAffine(self.right, matrix, (pairs.WIDTH, pairs.HEIGHT),
                                flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
@@ -184,7 +184,7 @@ class Reconstruct(pairs.Workshop):
         found = self.disparity()
         self.assertEqual(found.shape, (90, 100))
         plan = json.loads((self.out / "result.json").read_text())["plan"]
-        # The window of the right image may stand elsewhere: what counts is the total disparity.
+        # The window of the right image may be at another place: only the total disparity counts.
         shift = plan["cx_left_px"] - plan["cx_right_px"]
         truth = self.truth[40:130, 80:180] + shift
         valid = numpy.isfinite(found)
@@ -238,7 +238,7 @@ class Reconstruct(pairs.Workshop):
         arguments = ["--calibration", rig, "--disparity", "0:96"]
         refused = pairs.run("reconstruct", *big, *arguments, "--out", self.out)
         self.assert_refused(refused, 3, "4096", "--scale 0.5")
-        # The reader halves the images, the rest of the scale is the rectification's.
+        # The reader halves the images, rectification does the rest of the scale.
         scale = 0.4
         done = self.reconstruct(*arguments, "--scale", scale, left=big[0], right=big[1])
         self.assertIn("shrunk by 2", done.stderr)

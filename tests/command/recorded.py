@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes a session's directory as daemon/session/session.md describes it."""
+"""Writes a session directory as described in daemon/session/session.md."""
 import zlib
 
 
 class Session:
-    """One that grows; frames of 8 bits."""
+    """A session under construction; frames of 8 bits."""
 
     def __init__(self, path):
         path.mkdir()
@@ -25,7 +25,7 @@ class Session:
         self.line("calibration file=" + self.file("calibration-{}.txt", text))
 
     def pair(self, *images, layout="grey", size=None):
-        """`size`: what the index claims in place of the truth."""
+        """`size`: the size stated in the index instead of the true one."""
         self.pairs += 1
         words = [f"pair number={self.pairs} skew_us=100 checked=no change_permille=0"]
         for side, image in zip(("left", "right"), images):

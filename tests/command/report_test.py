@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""report.html as a person sees it: opened from disk in a headless chromium."""
+"""report.html as the user sees it: opened from disk in a headless chromium."""
 import io
 import json
 import os
@@ -18,12 +18,12 @@ VERGENCE = os.environ["VERGENCE"]
 SAMPLES = os.environ["VERGENCE_OPENCV_SAMPLES"]
 READY = "document.documentElement.dataset.ready === 'yes'"
 FOCAL_PX, BASELINE_MM = 935.0, 160.0
-# Names of files may hold anything; the page must show them and not obey them.
+# File names may contain anything; the page must display and not execute it.
 LEFT, RIGHT = 'left <b>&"\'.png', "right <script>alert(1)<.png"
 
 
 def reconstruct(folder):
-    """Aloe at a quarter of its size, which software draws soon, with ground truth, into folder/out.
+    """Aloe at a quarter of its size, for fast software rendering, with ground truth, in folder/out.
     """
     for name, target in (("aloeL.jpg", LEFT), ("aloeR.jpg", RIGHT)):
         image = cv2.imread(os.path.join(SAMPLES, name))
@@ -31,7 +31,7 @@ def reconstruct(folder):
         cv2.imwrite(os.path.join(folder, target), small)
     truth = cv2.imread(os.path.join(SAMPLES, "aloeGT.png"), cv2.IMREAD_GRAYSCALE)[::4, ::4]
     truth = truth[:small.shape[0], :small.shape[1]]
-    # 256 values a pixel as KITTI has it; a quarter of the size has a quarter of the disparities.
+    # 256 values per pixel as in KITTI; a quarter of the size has a quarter of the disparities.
     cv2.imwrite(os.path.join(folder, "truth.png"), truth.astype(np.uint16) * 64)
     subprocess.run([VERGENCE, "reconstruct", os.path.join(folder, LEFT),
                     os.path.join(folder, RIGHT), "--rectified", "--focal", str(FOCAL_PX),
@@ -64,7 +64,8 @@ class Report(unittest.TestCase):
         self.browser.settle()
 
     def valid_pixel(self, near_x, near_y):
-        """A pixel whose neighbours are measured and alike, so that half a pixel of aim is harmless."""
+        """A pixel with measured and similar neighbours, so that an aim of half a pixel is harmless.
+        """
         near = np.ones((7, 7), np.uint8)
         filled = np.where(np.isfinite(self.disparity), self.disparity, -1000).astype(np.float32)
         least, most = cv2.erode(filled, near), cv2.dilate(filled, near)
@@ -84,7 +85,7 @@ class Report(unittest.TestCase):
     def view_shot(self):
         self.browser.settle()
         left, top, width, height = self.browser.box("#view")
-        # Only what WebGL drew: marks and buttons lie above it.
+        # Only what WebGL drew, without the marks and buttons above it.
         self.browser.evaluate("document.querySelectorAll('#view-marks, .viewer-tools, .viewer-scale')"
                               ".forEach(e => { e.style.visibility = 'hidden'; })")
         scroll = self.browser.evaluate("scrollY")
@@ -94,7 +95,7 @@ class Report(unittest.TestCase):
         return picture(shot)
 
     def test_one_file_alone(self):
-        """No error, no request but the file itself, no address in it that could be asked."""
+        """No error, no request but the file itself, and no URL in it that could be requested."""
         self.assertEqual(self.browser.complaints(), [])
         self.assertEqual(len(self.browser.requests()), 1, self.browser.requests())
         self.assertLess(os.path.getsize(self.page), 8e6)
@@ -124,7 +125,7 @@ class Report(unittest.TestCase):
         height, width = shot.shape[:2]
         rows, columns = self.disparity.shape
         photo = cv2.imread(os.path.join(self.out, "left_rectified.png"))[:, :, ::-1].astype(int)
-        # The picture fills the height but for 4 % and stands in the middle.
+        # The picture fills 96 % of the height and is centred.
         scale = height / rows / 1.04
         errors = []
         for x, y in (self.valid_pixel(columns * u, rows * v)
@@ -142,7 +143,7 @@ class Report(unittest.TestCase):
         self.browser.settle()
 
     def reach(self):
-        """Shares of the window's width and height that the surface takes."""
+        """Shares of the window's width and height that the surface covers."""
         drawn = self.view_shot()
         self.browser.evaluate("document.getElementById('view').style.visibility = 'hidden'")
         mask = np.abs(self.view_shot() - drawn).max(axis=2) > 12
@@ -269,7 +270,7 @@ class Report(unittest.TestCase):
         text = self.browser.evaluate("document.getElementById('measure').textContent")
         found = float(re.search(r"A to B: ([\d.]+)", text)[1])
         wanted = float(np.linalg.norm(points[0] - points[1]))
-        self.assertAlmostEqual(found / wanted, 1, delta=0.02)  # the click is good to a pixel or two
+        self.assertAlmostEqual(found / wanted, 1, delta=0.02)  # the click is accurate to a pixel or two
 
     def test_errors_are_those_of_evaluate(self):
         run = subprocess.run([VERGENCE, "evaluate", self.out, "--ground-truth",

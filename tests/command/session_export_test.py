@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded pairs as pictures: what is in them, under which names, and which files are left alone."""
+"""Recorded pairs as pictures: their contents and names, and which files are not touched."""
 import os
 import pathlib
 import pty
@@ -50,7 +50,7 @@ class Export(Workshop):
             left, right, _ = make_pair(seed=number)
             images = [left, right] if number == 1 else [image[:, :, 0].copy()
                                                         for image in (left, right)]
-            # Files hold red first.
+            # Files store red first.
             session.pair(*[image[:, :, ::-1] if image.ndim == 3 else image for image in images])
             made.append(images)
         return session, made
@@ -67,7 +67,7 @@ class Export(Workshop):
                 self.assertTrue(numpy.array_equal(self.shown(name), image), name)
 
     def test_a_mosaic_is_developed(self):
-        """As OpenCV does it, but for how colours are made between the pixels."""
+        """Like OpenCV, except for the interpolation of colours."""
         self.exported(RECORDED / "cylinder_1x")
         words = (RECORDED / "cylinder_1x" / "session.index").read_text().split()
         for side, name in zip(SIDES, names("cylinder_1x", 1)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `info` says of recorded sessions, against their index and their frames."""
+"""`info` on recorded sessions, against their index and their frames."""
 import json
 import os
 import pathlib
@@ -47,7 +47,7 @@ class Info(Workshop):
         for side in ("left", "right"):
             shown = pair[side]
             pan_q4, *lens = [int(number) for number in index[f"{side}_before"].split(",")]
-            # An HS-322HD: 1500 us is the middle, 10.3 us a degree.
+            # An HS-322HD: 1500 us is the middle, 10.3 us per degree.
             self.assertAlmostEqual(shown["pan_deg"], (pan_q4 / 16 - 1500) / 10.3, delta=0.01)
             self.assertEqual([shown[axis][0] for axis in ("zoom", "focus", "iris")], lens)
             self.assertEqual(shown["exposure_us"], int(index[f"{side}_exposure_us"]))
@@ -58,7 +58,7 @@ class Info(Workshop):
             values = numpy.frombuffer(data, ">u2", offset=len(data) - 2 * 672 * 440)
             self.assertAlmostEqual(shown["brightness_percent"], values.mean() / 1023 * 100,
                                    delta=0.06)
-        # An old text, which does not say where the axes stood.
+        # An old text without axis positions.
         self.assertIsNone(pair["calibration"]["matches"])
         text = self.said(session)
         for words in ("mug_3x: session\n", "pan 3.57 deg, ", "zoom 421 to 422, ", "closed in order",
@@ -66,7 +66,7 @@ class Info(Workshop):
             self.assertIn(words, text)
 
     def test_pairs_of_two_cameras(self):
-        """Of which nobody knows where they stood; the last one has another calibration."""
+        """Without axis positions; the last one has another calibration."""
         session = Session(self.directory / "views")
         images = [numpy.full((48, 64), value, numpy.uint8) for value in (0, 51, 255)]
         session.pair(images[0], images[1])

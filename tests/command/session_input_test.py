@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded sessions in place of pictures: `calibrate` takes all their pairs, `reconstruct` one."""
+"""Recorded sessions in place of pictures: `calibrate` uses all their pairs, `reconstruct` one."""
 import os
 import pathlib
 import shutil
@@ -19,7 +19,7 @@ RECORDED = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
 
 class Calibrate(Calibrating):
     def captured(self):
-        """A session for each pair but the last two, which share one; in colours."""
+        """One session per pair but the last two, which share one; in colour."""
         names = []
         for number, pair in enumerate(self.made):
             if number < len(self.made) - 1:
@@ -60,7 +60,7 @@ class Calibrate(Calibrating):
                 session.pair(*raw, layout=layout)
         self.assert_good(self.run_on(self.folder / "grbg"))
         self.assertLess(self.figures()["fit"]["rms_px"], 0.05)
-        # The same pixels, taken for grey: nobody sees a board.
+        # The same pixels as grey show no board.
         self.assertIn("no board found", self.run_on(self.folder / "grey").stderr)
 
     def test_bad_sessions_are_refused_in_one_line(self):
@@ -95,7 +95,9 @@ class Reconstruct(Reconstructing):
     def refused(self, words, *operands, code=3):
         done = run("reconstruct", *operands, "--out", self.directory / "none")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (code, 1), done.stderr)
-        self.assertIn("vergence reconstruct: " + words, done.stderr)
+        self.assertTrue(done.stderr.startswith("vergence reconstruct: "), done.stderr)
+        for word in [words] if isinstance(words, str) else words:
+            self.assertIn(word, done.stderr)
         self.assertFalse((self.directory / "none").exists())
 
     def test_a_recorded_session_with_its_own_calibration(self):
@@ -112,7 +114,7 @@ class Reconstruct(Reconstructing):
         self.assertTrue(numpy.array_equal(alone, files, equal_nan=True))
 
     def test_every_result_tells_the_capture(self):
-        """How far apart the frames were is in all that can hold words, under whatever name."""
+        """The skew between the frames, in every kind of output that has metadata."""
         strange = self.directory / "two\nlines"
         shutil.copytree(RECORDED / "cylinder_1x", strange)
         skew = next(word[8:] for word in (strange / "session.index").read_text().split()
@@ -128,7 +130,7 @@ class Reconstruct(Reconstructing):
                             ("result.json", f'"skew_us": {skew}')):
             self.assertIn(words.encode(), (out / name).read_bytes(), name)
         self.assertIn(f" pair 1, skew {skew} us\n", run("info", out).stdout)
-        # Pictures that are of no session tell of none.
+        # Pictures without a session have no capture data.
         self.measured(self.left_path, self.right_path, "--rectified", "--disparity", "0:48")
         self.assertIn(b'"capture": null', (out / "result.json").read_bytes())
         self.assertNotIn(b"comment capture", (out / "mesh.ply").read_bytes()[:2000])
@@ -138,14 +140,12 @@ class Reconstruct(Reconstructing):
         images = [cv2.imread(str(path)) for path in (self.left_path, self.right_path)]
         rgb = [cv2.cvtColor(image, cv2.COLOR_BGR2RGB) for image in images]
         search = ["--rectified", "--disparity", "0:48"]
-        self.refused(f"{session.path}: no pair in the session",
-                     session.path, *search)
+        self.refused((f"{session.path}: ", "no pair"), session.path, *search)
         session.pair(*rgb)
         first = self.measured(session.path, *search)
         self.assertTrue(numpy.array_equal(
             first, self.measured(self.left_path, self.right_path, *search), equal_nan=True))
-        self.refused(f"{session.path}: no pair 2 (the session has 1)",
-                     session.path, "--pair", 2, *search)
+        self.refused((f"{session.path}: ", "pair 2"), session.path, "--pair", 2, *search)
         session.pair(rgb[0][::-1].copy(), rgb[1][::-1].copy())
         self.assertTrue(numpy.array_equal(
             first, self.measured(session.path, "--pair", 1, *search), equal_nan=True))
@@ -180,9 +180,8 @@ class Reconstruct(Reconstructing):
     def test_what_is_wrong_is_said_in_one_line(self):
         session = Session(self.directory / "session")
         session.pair(*boards.pairs(poses=boards.POSES[:1])[0])
-        self.refused(f"{session.path}: no calibration in the session: give "
-                     "--calibration FILE", session.path)
-        self.refused(f"{self.directory}: not a session (it has no session.index", self.directory)
+        self.refused((f"{session.path}: ", "--calibration"), session.path)
+        self.refused((f"{self.directory}: ", "session.index"), self.directory)
         nowhere = self.directory / "scnee"
         self.refused(f"{nowhere}: No such file or directory", nowhere)
         for words in (["info"], ["replay"], ["evaluate", "--ground-truth", "truth.pfm"],
@@ -191,13 +190,12 @@ class Reconstruct(Reconstructing):
             self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
             self.assertIn(str(nowhere), done.stderr)
             self.assertIn("No such file or directory", done.stderr)
-        self.refused("missing RIGHT", self.left_path, code=2)
-        self.refused("--pair requires a recorded session", self.left_path, self.right_path, "--pair",
+        self.refused("RIGHT", self.left_path, code=2)
+        self.refused("--pair", self.left_path, self.right_path, "--pair",
                      1, "--rectified", code=2)
         for option in (["--bits", 10], ["--bayer", "grbg"], ["--raw", "20x30"]):
-            self.refused("--bits, --bayer and --raw are for images",
-                         session.path, "--rectified", *option, code=2)
-        # A frame may claim any size: there is no memory for that before its file was looked at.
+            self.refused("--bits, --bayer and --raw", session.path, "--rectified", *option, code=2)
+        # A frame may claim any size: no memory is allocated for it before its file was checked.
         claimed = Session(self.directory / "claimed")
         claimed.pair(*boards.pairs(poses=boards.POSES[:1])[0], size="65535x65535")
         self.refused(f"{claimed.path}/frame-", claimed.path, "--rectified")

@@ -21,7 +21,7 @@ from pairs import VERGENCE
 
 
 class Signals(pairs.Workshop):
-    """On a pair that takes about half a second, so that a signal meets every stage."""
+    """On a pair that takes about half a second, so that a signal can arrive in every stage."""
 
     @classmethod
     def setUpClass(cls):
@@ -38,7 +38,7 @@ class Signals(pairs.Workshop):
                         "0:256", "--out", str(self.out)]
 
     def measure(self):
-        """Seconds that an undisturbed run takes."""
+        """Duration of an undisturbed run in seconds."""
         begin = time.monotonic()
         subprocess.run(self.command, check=True, capture_output=True)
         return time.monotonic() - begin
@@ -61,17 +61,17 @@ class Signals(pairs.Workshop):
                 sent = time.monotonic()
                 _, complaint = process.communicate(timeout=30)
                 waited = time.monotonic() - sent
-                if process.returncode == 0:  # it was faster
+                if process.returncode == 0:  # it finished before
                     subprocess.run(["rm", "-r", str(self.out)], check=True)
                     continue
-                if process.returncode == -number:  # before the program took over
+                if process.returncode == -number:  # before the program installed its handler
                     self.assertEqual(self.traces(), [])
                     continue
                 interrupted += 1
                 self.assertEqual(process.returncode, code)
                 self.assertIn("interrupted", complaint)
                 self.assertEqual(complaint.count("\n"), 1, complaint)
-                # One second, and more only where a crowded machine makes everything slow.
+                # One second; more only on a loaded machine.
                 self.assertLess(waited, max(1.0, whole / 2), f"after {delay:.2f} s")
                 self.assertEqual(self.traces(), [], f"after {delay:.2f} s")
         self.assertGreater(interrupted, 3)
@@ -113,7 +113,7 @@ class Signals(pairs.Workshop):
 
 
     def await_taken(self, process):
-        """Until the signal that was sent has reached the process, or that has ended."""
+        """Waits until the signal has reached the process, or the process has ended."""
         interrupt = 1 << (signal.SIGINT - 1)
         end = time.monotonic() + 30
         while process.poll() is None and time.monotonic() < end:
@@ -134,7 +134,7 @@ class Signals(pairs.Workshop):
                                        stderr=subprocess.PIPE, text=True)
             time.sleep(part * whole)
             process.send_signal(signal.SIGINT)
-            self.await_taken(process)  # two that wait are one
+            self.await_taken(process)  # two pending signals are merged
             process.send_signal(signal.SIGINT)
             _, complaint = process.communicate(timeout=30)
             if process.returncode == -signal.SIGINT and complaint:
@@ -151,7 +151,7 @@ class Signals(pairs.Workshop):
 
 class Terminal(pairs.Workshop):
     def on_terminal(self, *arguments, interrupt_after=None, columns=80):
-        """Runs with standard error on a terminal of its own; what it shows, and the exit code."""
+        """Runs with standard error on its own terminal; returns its output and the exit code."""
         master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         process = subprocess.Popen([VERGENCE, *map(str, arguments)], stdin=slave,
@@ -165,7 +165,7 @@ class Terminal(pairs.Workshop):
         while True:
             try:
                 part = os.read(master, 4096)
-            except OSError:  # Linux says EIO when the other side is gone
+            except OSError:  # Linux reports EIO when the other side is closed
                 break
             if not part:
                 break
@@ -192,7 +192,7 @@ class Terminal(pairs.Workshop):
             self.assertIn(stage, stages)
         bars = [part for part in shown.split("\r") if "[" in part]
         self.assertLessEqual(max(map(len, bars)), 79)
-        # The last thing drawn wipes the bar; what follows are whole lines.
+        # The last output wipes the bar; the rest are whole lines.
         self.assertNotIn("[#", shown.rsplit("\r ", 1)[-1])
         self.assertIn("note: ", shown)
 
@@ -230,7 +230,7 @@ class Terminal(pairs.Workshop):
                 code, shown = self.on_terminal(
                     "reconstruct", left, right, "--rectified", "--disparity", "0:1024", "--preset",
                     preset, "--threads", threads, "--out", self.out, interrupt_after=0.5)
-                # Starting and reading take a part of this.
+                # Starting and reading take part of this.
                 self.assertLess(time.monotonic() - begin, 0.5 + 1.5)
                 self.assertEqual(code, 130, shown)
                 self.assertFalse(self.out.exists())

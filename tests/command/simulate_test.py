@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence simulate` is in every build; where the simulated rig is not, it says so in one line.
-What it does where it is: tests/simrig/docs_test.py."""
+"""`vergence simulate` exists in every build; without the simulated rig it reports that in one line.
+With the rig: tests/simrig/docs_test.py."""
 import unittest
 
 from pairs import run

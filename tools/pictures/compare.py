@@ -6,7 +6,7 @@ usage: compare.py VERGENCE PAIR PICTURE [PRESET...]
 
 VERGENCE is the program, PAIR a folder as tools/bench takes it (left.png, right.png, disparity.pfm,
 meta.json), PICTURE the file to write. OpenCV's settings are those that tools/bench found best
-(tests/bench/README.md). Prints each map's bad-1.0 and bad-2.0, filled by the rule of `vergence
+(tests/bench/RESULTS.md). Prints each map's bad-1.0 and bad-2.0, filled by the rule of `vergence
 evaluate`, of the pixels that both cameras see.
 """
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence board`: what is printed has its size, and is what OpenCV and we ourselves detect."""
+"""`vergence board`: the print has the right size and is detected by OpenCV and by our detector."""
 import os
 import pathlib
 import shutil
@@ -28,13 +28,13 @@ class Board(unittest.TestCase):
         return done.stdout
 
     def printed(self):
-        """The page as grey pixels, DOTS_A_MM a millimetre."""
+        """The page as grey pixels, DOTS_A_MM per millimetre."""
         subprocess.run(["pdftoppm", "-r", str(25.4 * DOTS_A_MM), "-gray", "-singlefile", self.page,
                         self.folder / "page"], check=True, capture_output=True)
         return cv2.imread(str(self.folder / "page.pgm"), cv2.IMREAD_GRAYSCALE)
 
     def assert_size(self, page, size):
-        """Either way round; the program that draws the page rounds its size up."""
+        """Either orientation; the program that renders the page rounds its size up."""
         for got, expected in zip(sorted(page.shape), sorted(size)):
             self.assertAlmostEqual(got, expected, delta=1)
 
@@ -66,7 +66,7 @@ class Board(unittest.TestCase):
         for arguments in (["0.0245", "--unit", "m"], ["2.45", "--unit", "cm"]):
             self.assertIn("squares of 24.5 mm", self.make("--board", "9x6", "--square", *arguments))
             self.assertEqual(self.page.read_bytes(), page)
-        self.make("--board", "9x6", "--square", "2.1")  # 21 mm across is not too small
+        self.make("--board", "9x6", "--square", "2.1")  # 21 mm across is above the limit
 
     def refuse(self, code, *arguments):
         done = run("board", *arguments)
@@ -117,7 +117,7 @@ class Board(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertEqual(reader.communicate(timeout=10)[0], expected)
         self.assertTrue(pipe.is_fifo())
-        # A link to the device, so that a mistake costs the link and not the machine's device.
+        # A link to the device, so that an error costs the link and not the machine's device.
         full = self.folder / "full"
         full.symlink_to("/dev/full")
         self.assertIn(f"{full}: cannot be written: No space left",
@@ -130,7 +130,7 @@ class Board(unittest.TestCase):
         expected = self.page.read_bytes()
         inner = self.folder / "inner"
         inner.mkdir()
-        for before in ("old", None):  # a file that is there, and one to come
+        for before in ("old", None):  # an existing file, and a new one
             target, link = inner / "target.pdf", self.folder / "link.pdf"
             link.unlink(missing_ok=True)
             target.unlink(missing_ok=True)
@@ -147,7 +147,7 @@ class Board(unittest.TestCase):
         self.assertIn(f"{circle}: ", self.refuse(1, *arguments, "--out", circle))
 
     def views(self, page):
-        """The printed page on a table, seen from six sides; in a folder of its own."""
+        """The printed page on a table, seen from six sides; in its own folder."""
         folder = self.folder / "views"
         texture = cv2.resize(page, None, fx=boards.TEXELS_A_MM / DOTS_A_MM,
                              fy=boards.TEXELS_A_MM / DOTS_A_MM, interpolation=cv2.INTER_AREA)
@@ -175,7 +175,7 @@ class Board(unittest.TestCase):
                 self.assertGreater(len(seen), 0.9 * 8 * columns * rows)
 
     def compare_with_opencv(self, page, columns, rows, name):
-        """Every marker is read where the board has it, in OpenCV's numbering."""
+        """Every marker is read at its place on the board, in OpenCV's numbering."""
         aruco = getattr(cv2, "aruco", None)
         if aruco is None or not hasattr(aruco, "CharucoBoard_create"):
             return

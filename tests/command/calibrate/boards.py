@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a calibration board as an ideal pair of cameras takes them, with exact truth."""
+"""Pictures of a calibration board from an ideal pair of cameras, with exact truth."""
 import math
 import os
 
@@ -10,10 +10,11 @@ WIDTH, HEIGHT = 640, 480
 FOCAL_PX, BASELINE_MM = 620.0, 90.0
 COLUMNS, ROWS, SQUARE_MM = 9, 6, 25.0
 MARGIN_MM, TEXELS_A_MM = 15, 4
-ROOM_MM = 500  # where the boards stand
+ROOM_MM = 500  # distance of the boards
 OPTIONS = ["--board", f"{COLUMNS}x{ROWS}", "--square", SQUARE_MM]
 
-# Tilts about x and y, turn about z in degrees; place of the middle in mm, the distance beside ROOM_MM.
+# Tilts about x and y, rotation about z in degrees; position of the middle in mm, relative to
+# ROOM_MM in depth.
 POSES = [(30, 0, 5, 0, 0, 0), (-30, 5, -4, 40, 10, 40), (0, 32, 2, -40, -20, 20),
          (5, -33, -6, 30, 20, 60), (25, 25, 8, -50, 30, 90), (-25, 22, 0, 50, -40, 10),
          (20, -28, -9, 60, 40, 70), (-20, -25, 3, -60, -40, 50), (10, 12, 15, 0, 30, -40),
@@ -21,7 +22,7 @@ POSES = [(30, 0, 5, 0, 0, 0), (-30, 5, -4, 40, 10, 40), (0, 32, 2, -40, -20, 20)
 
 
 def board_texture(columns=COLUMNS, rows=ROWS, square_mm=SQUARE_MM, margin_mm=MARGIN_MM):
-    """Black at the top left, TEXELS_A_MM pixels a millimetre, white around it."""
+    """Black at the top left, TEXELS_A_MM pixels per millimetre, white around it."""
     side = int(square_mm * TEXELS_A_MM)
     squares = (numpy.indices((rows + 1, columns + 1)).sum(axis=0) % 2 * 200 + 30).astype(numpy.uint8)
     board = numpy.kron(squares, numpy.ones((side, side), numpy.uint8))
@@ -29,7 +30,7 @@ def board_texture(columns=COLUMNS, rows=ROWS, square_mm=SQUARE_MM, margin_mm=MAR
 
 
 def pose(tilt_x, tilt_y, turn, x, y, z):
-    """Rotation and place of the board's middle in the left camera."""
+    """Rotation and position of the board's middle in the left camera."""
     rotation = numpy.eye(3)
     for axis, degrees in ((2, turn), (1, tilt_y), (0, tilt_x)):
         vector = numpy.zeros(3)
@@ -73,7 +74,7 @@ def pairs(texture=None, poses=None, **options):
 
 
 def write(folder, made, left="left{:02d}.png", right="right{:02d}.png"):
-    """Writes the pairs with numbers from 1."""
+    """Writes the pairs, numbered from 1."""
     for number, (a, b) in enumerate(made, 1):
         for name, image in ((left, a), (right, b)):
             path = os.path.join(folder, name.format(number))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence calibrate`: the one line that says what is wrong is right, also of odd mistakes."""
+"""`vergence calibrate`: the error line is right, even for unusual mistakes."""
 import json
 import shutil
 import signal
@@ -17,7 +17,7 @@ from pairs import VERGENCE, run
 
 
 class Seen(Workshop):
-    """Corners from a cache: what is solved, and what is said of it."""
+    """Corners from a cache: the solution and its messages."""
 
     def run_seen(self, made, *arguments, board=None, sigma_px=seen_corners.NOISE_PX, **options):
         cache = seen_corners.write(self.pictures, made, sigma_px)
@@ -35,8 +35,8 @@ class Seen(Workshop):
                              "exchanged")
 
     def test_numbers_that_the_text_cannot_hold(self):
-        """The baseline, the focal length: refused with a name, and nothing stays behind."""
-        # 100 m a square makes a baseline of 360 km of the one of 90 mm.
+        """Baseline and focal length: rejected by name, and nothing is left behind."""
+        # 100 m per square turns the baseline of 90 mm into 360 km.
         done = self.run_seen(seen_corners.pairs(), board=["--board", "9x6", "--square", 1e5])
         self.assert_refused(done, 3, "the calibration found cannot be used",
                             "translation_right_left_mm")
@@ -55,7 +55,7 @@ class Seen(Workshop):
         took = time.monotonic() - begin
         self.assertIn(done.returncode, (3, 5))
         self.assertIn("mirrored", done.stderr.splitlines()[-1])
-        # Pairs without a mistake are solved to the end.
+        # Correct pairs are solved to the end.
         shutil.rmtree(self.out, ignore_errors=True)
         begin = time.monotonic()
         self.assert_good(self.run_seen(seen_corners.pairs(60)), 60)
@@ -75,7 +75,7 @@ class Seen(Workshop):
             time.sleep(part * whole)
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=60)
-            if process.returncode not in (3, 5):  # it was faster
+            if process.returncode not in (3, 5):  # it finished before
                 stopped += 1
                 self.assertEqual(process.returncode, 130, part)
                 self.assertEqual([p.name for p in self.folder.iterdir()], ["pictures"])
@@ -83,7 +83,7 @@ class Seen(Workshop):
         self.assertGreater(stopped, 2)
 
     def test_a_board_behind_the_left_camera(self):
-        """The right camera looks to the left from the far side, and saw one board there alone."""
+        """The right camera looks to the left from the far side, and only there saw one board."""
         def turned(degrees):
             return cv2.Rodrigues(numpy.array([0, numpy.radians(degrees), 0]))[0]
         R = turned(100)
@@ -109,10 +109,10 @@ class Seen(Workshop):
 
 
 class Advice(Workshop):
-    """What is advised belongs to what is wrong."""
+    """The advice matches the error."""
 
     def test_a_smaller_board_than_the_pictures_show(self):
-        """Two views are cut so that they show as many corners as were asked for."""
+        """Two views are cut so that they show as many corners as requested."""
         self.good()
         for name, view in (("left03.png", self.made[2][0]), ("right07.png", self.made[6][1])):
             texture = boards.board_texture(8, 6)
@@ -182,7 +182,7 @@ class Advice(Workshop):
 
 
 class Figures(Workshop):
-    """`vergence info` on what calibrate wrote."""
+    """`vergence info` on the output of calibrate."""
 
     def test_one_camera(self):
         boards.write(self.pictures, [(a, None) for a, _ in self.made])

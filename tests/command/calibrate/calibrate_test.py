@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence calibrate`: what it makes of good pictures, and what it says of bad ones."""
+"""`vergence calibrate`: results from good pictures, and messages about bad ones."""
 import json
 import os
 import resource
@@ -22,7 +22,7 @@ RESULTS = {"rig.calibration", "corners.vnl", "calibration.html", "calibration.js
 
 
 class Names(Workshop):
-    """The same pairs are found however they are named, and give the same rig."""
+    """The same pairs are found under any naming scheme, and give the same rig."""
 
     def test_folders_patterns_and_lists(self):
         self.good()
@@ -94,7 +94,7 @@ class Output(Workshop):
         first = self.figures()
         corners = self.folder / "corners.vnl"
         shutil.move(self.out / "corners.vnl", corners)
-        # Pictures without a board now: whatever is found comes from the file.
+        # The pictures now show no board, so every corner comes from the file.
         for seed, path in enumerate(sorted(self.pictures.iterdir())):
             random = numpy.random.default_rng(seed)
             cv2.imwrite(str(path), random.integers(0, 255, (480, 640)).astype(numpy.uint8))
@@ -118,7 +118,7 @@ class Output(Workshop):
         told = (self.out / "rig.calibration").read_bytes()
         self.assert_good(self.run_on())
         self.assertEqual((self.out / "rig.calibration").read_bytes(), told)
-        # A board of 0.25 mm, if that is what it is.
+        # A board of 0.25 mm is accepted with --unit.
         done = self.run_on(board=["--board", "9x6", "--square", "0.025", "--unit", "mm"])
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertAlmostEqual(self.figures()["rig"]["baseline_mm"], boards.BASELINE_MM / 1000, 3)
@@ -177,9 +177,10 @@ class Output(Workshop):
         calls = [("write", 2), ("fsync", 2), ("rename", 1), ("mkdir", 1)]
         with open(VERGENCE, "rb") as program:
             if b"__asan_init" in program.read():
-                # A sanitizer finds out by writing what memory is there, and ends when it can't.
+                # A sanitizer finds out which memory is mapped by writing to it, and ends if it
+                # cannot.
                 del calls[0]
-        # Its search for leaks is a tracer itself.
+        # Its leak check is a tracer itself.
         environment = {**os.environ, "ASAN_OPTIONS":
                        os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=0"}
         for call, when in calls:
@@ -207,7 +208,7 @@ class Output(Workshop):
             process.send_signal(signal.SIGINT)
             sent = time.monotonic()
             _, complaint = process.communicate(timeout=60)
-            if process.returncode == 0:  # it was faster
+            if process.returncode == 0:  # it finished before
                 shutil.rmtree(self.out)
                 continue
             self.assertLess(time.monotonic() - sent, max(1.0, whole))
@@ -220,7 +221,7 @@ class Output(Workshop):
 
 
 class BadInput(Workshop):
-    """One clear line each; what is left is used."""
+    """One clear line each; the rest is used."""
 
     def spoil(self, name, image):
         self.assertTrue(cv2.imwrite(str(self.pictures / name), image))
@@ -303,7 +304,8 @@ class BadInput(Workshop):
         self.assertIn("overexposed", self.note(done, "right06.png"))
 
     def test_a_board_whose_white_is_overexposed(self):
-        """It can be used, but its corners may be off: the user must know, from a cache too."""
+        """It can be used, but its corners may be off: the user must be warned, also with a cache.
+        """
         self.good()
         self.spoil("right06.png", numpy.clip(self.made[5][1] * 1.6, 0, 255).astype(numpy.uint8))
         done = self.run_on()
@@ -327,15 +329,15 @@ class BadInput(Workshop):
         self.assertIn("empty", self.note(done, "right08.png"))
 
     def test_photographs_of_twelve_megapixels_that_exif_turns(self):
-        """The sensor is on its side: its rows are the shown picture's columns."""
+        """The sensor is mounted on its side: its rows are the displayed picture's columns."""
         texture = boards.board_texture()
         exif = Image.Exif()
-        exif[0x0112] = 6  # turn clockwise to see it upright
+        exif[0x0112] = 6  # rotate clockwise to display
         for number, where in enumerate(boards.POSES[:6], 1):
             for right, name in enumerate(("left", "right")):
                 image = boards.picture(texture, boards.pose(*where), bool(right), scale=6,
                                        seed=2 * number + right)[:3000, :]
-                lying = numpy.rot90(image)  # as the sensor has it
+                lying = numpy.rot90(image)  # as on the sensor
                 Image.fromarray(lying).save(self.pictures / f"{name}{number}.jpg", quality=92,
                                             exif=exif)
         done = self.run_on()
@@ -343,7 +345,7 @@ class BadInput(Workshop):
         figures = self.figures()
         self.assertEqual(figures["left"]["size_px"], [3840, 2880])
         self.assertAlmostEqual(figures["rig"]["baseline_mm"], boards.BASELINE_MM, delta=0.2)
-        # One that is turned another way is another camera.
+        # A picture with another orientation is from another camera.
         picture = Image.open(self.pictures / "left2.jpg")
         exif[0x0112] = 8
         picture.save(self.pictures / "left2.jpg", quality=92, exif=exif)

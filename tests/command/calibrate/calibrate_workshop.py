@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of `vergence calibrate` share."""
+"""Shared by the tests of `vergence calibrate`."""
 import json
 import pathlib
 import shutil
@@ -12,7 +12,7 @@ from pairs import VERGENCE
 
 
 class Workshop(unittest.TestCase):
-    """A folder of its own with ten good pairs, to be spoiled."""
+    """A folder with ten good pairs, to be spoiled."""
 
     @classmethod
     def setUpClass(cls):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""calibration.html as a person sees it: opened from disk in a headless chromium."""
+"""calibration.html as the user sees it: opened from disk in a headless chromium."""
 import base64
 import io
 import json
@@ -21,7 +21,7 @@ VERGENCE = os.environ["VERGENCE"]
 SAMPLES = pathlib.Path(os.environ["VERGENCE_OPENCV_SAMPLES"])
 READY = "document.documentElement.dataset.ready === 'yes'"
 NUMBERS = [f"{i:02d}" for i in range(1, 15) if i != 10]
-HOSTILE = "<b>&\"'"  # in the name of a file: shown, not obeyed
+HOSTILE = "<b>&\"'"  # in a file name: displayed, not executed
 
 
 def calibrate(pictures, out, *more):
@@ -41,7 +41,7 @@ class CalibrationReport(unittest.TestCase):
         for number in NUMBERS:
             for side in ("left", "right"):
                 shutil.copy(SAMPLES / f"{side}{number}.jpg", pictures)
-        # One pair without a board, with a name that means harm.
+        # One pair without a board, with a malicious name.
         for side in ("left", "right"):
             grey = np.full((480, 640), 90, np.uint8)
             cv2.imwrite(str(pictures / f"{side}99{HOSTILE}.png"), grey)
@@ -117,7 +117,7 @@ class CalibrationReport(unittest.TestCase):
         self.assertRegex(hint, r"at about [\d.]+ m?m")
 
     def test_rows_of_the_rectified_pair_agree(self):
-        """The board's corners, found by OpenCV in the page's own pictures, lie on equal rows."""
+        """The board's corners, found by OpenCV in the page's own pictures, are on equal rows."""
         rows = []
         for i in range(2):
             uri = self.browser.evaluate(f"document.querySelectorAll('.pair img')[{i}].src")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations on the command line: import, conversion, hand edits, and what happens to bad ones."""
+"""Calibrations on the command line: import, conversion, manual edits, and rejection of invalid
+ones."""
 import json
 import os
 import pathlib

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Corners as ideal cameras see them, in a cache beside pictures that show nothing: many pairs and
-odd rigs in little time."""
+"""Corners as ideal cameras see them, in a cache next to blank pictures: many pairs and unusual rigs
+in little time."""
 import os
 
 import cv2
@@ -19,7 +19,8 @@ def board_mm(columns=boards.COLUMNS, rows=boards.ROWS, square_mm=boards.SQUARE_M
 
 
 def poses(count, seed=1, facing=numpy.eye(3)):
-    """Boards about boards.ROOM_MM away, tilted to all sides from how `facing` turns them."""
+    """Boards about boards.ROOM_MM away, tilted in all directions from the orientation of `facing`.
+    """
     random = numpy.random.default_rng(seed)
     made = []
     for number in range(count):
@@ -33,14 +34,14 @@ def poses(count, seed=1, facing=numpy.eye(3)):
 
 
 def pixels(points_mm, R=numpy.eye(3), t_mm=(0, 0, 0)):
-    """Where a camera sees points; R and t lead from their frame into its own."""
+    """Where a camera sees points; R and t map from their frame into its own."""
     seen = points_mm @ numpy.asarray(R, float).T + t_mm
     middle = numpy.array([boards.WIDTH - 1, boards.HEIGHT - 1]) / 2
     return seen[:, :2] / seen[:, 2:] * boards.FOCAL_PX + middle
 
 
 def pairs(count=10, R=numpy.eye(3), t_mm=(-boards.BASELINE_MM, 0, 0), facing=numpy.eye(3)):
-    """What both cameras see of boards, with noise. R and t lead from left to right."""
+    """What both cameras see of boards, with noise. R and t map from left to right."""
     random = numpy.random.default_rng(2)
     made = []
     for turn, middle in poses(count, facing=facing):
@@ -51,8 +52,8 @@ def pairs(count=10, R=numpy.eye(3), t_mm=(-boards.BASELINE_MM, 0, 0), facing=num
 
 
 def write(folder, made, sigma_px=NOISE_PX):
-    """left01.png, right01.png, ... and their corners; returns the cache's name. None for a picture
-    that there is not."""
+    """left01.png, right01.png, ... and their corners; returns the cache's name. None for a missing
+    picture."""
     os.makedirs(folder, exist_ok=True)
     cache = os.path.join(folder, "seen.vnl")
     random = numpy.random.default_rng(3)
@@ -65,7 +66,7 @@ def write(folder, made, sigma_px=NOISE_PX):
                     continue
                 name = f"{side}{number:02d}.png"
                 image = numpy.full((boards.HEIGHT, boards.WIDTH), 128, numpy.uint8)
-                image[0, :64] = random.integers(0, 255, 64)  # no two pictures are the same
+                image[0, :64] = random.integers(0, 255, 64)  # no two pictures are equal
                 cv2.imwrite(os.path.join(folder, name), image)
                 file.writelines(f"{name} {x:.6f} {y:.6f} 0\n" for x, y in view)
     return cache

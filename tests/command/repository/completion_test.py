@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What Tab fills in behind vergence and vergenced in bash."""
+"""Tab completion of vergence and vergenced in bash."""
 import os
 import pty
 import re
@@ -14,7 +14,7 @@ from pairs import VERGENCE, run
 
 SCRIPT = os.path.join(os.path.dirname(VERGENCE), "install", "completion.bash")
 PATIENCE_S = 60
-# As bash itself does: the last word ends at the cursor, and : and = are words of their own.
+# Like bash: the last word ends at the cursor, and : and = are separate words.
 ASK = """
 source "$1" || exit
 COMP_LINE=$2 COMP_POINT=${#2}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The core needs nothing but itself: no allocation, no input or output, no libm but sqrt.
+"""The core depends on nothing but itself: no allocation, no input or output, no libm except sqrt.
 
 Every source of firmware/core and firmware/stereo is compiled by itself and its undefined symbols are looked at, for
 the processor at hand and for 32-bit ARM (where the compiler's own helpers show as well).
@@ -16,7 +16,7 @@ import unittest
 ROOT = os.environ["VERGENCE_SOURCE"]
 FLAGS = ["-std=c11", "-O2", "-ffp-contract=off", "-fno-pic", "-I",
          os.path.join(ROOT, "firmware"), "-c"]
-# The objects are the same each time: no need to compile unchanged sources again.
+# The objects are the same each time, so unchanged sources need not be recompiled.
 CACHED = ["ccache"] if shutil.which("ccache") else []
 EXPORTED = "TDBRVWC"
 ALLOWED = {
@@ -24,8 +24,8 @@ ALLOWED = {
     "memcpy", "memset", "memmove", "memcmp", "memchr",
     "strlen", "strcmp", "strncmp", "strchr", "strspn", "strcspn",
 }
-# What a compiler adds by itself: position-independent code, its own library of 64-bit division,
-# counts of zeros and floating point, processor detection.
+# Symbols that a compiler adds: position-independent code, its library of 64-bit division, bit
+# counts and floating point, processor detection.
 COMPILER = re.compile(r"^(_GLOBAL_OFFSET_TABLE_|__aeabi_\w+|__(u|)(div|mod)\w*|__c[lt]z\w+|"
                       r"__(u|)float\w+|__fix\w+|__cpu_model|__cpu_indicator_init|__popcount\w+)$")
 
@@ -41,7 +41,7 @@ def extra_flags(compiler, source):
 
 
 class Listing:
-    """What nm says of every object of the core, by compiler: compiled once for all tests."""
+    """Output of nm for every object of the core, by compiler: compiled once for all tests."""
     known = {}
 
     @classmethod
@@ -104,7 +104,7 @@ class CoreSymbols(unittest.TestCase):
             self.assertIsNone(COMPILER.match(name))
 
     def test_exports_carry_their_file_name(self):
-        """foo.c exports only foo_*, so that a name says where it lives."""
+        """foo.c exports only foo_*, so that a name identifies its file."""
         for source, listing in Listing.of("gcc").items():
             # A module of several files shares its first word.
             stem = source.removesuffix(".c").split("_")[0] + "_"
@@ -113,7 +113,7 @@ class CoreSymbols(unittest.TestCase):
                                   if kind in EXPORTED and not name.startswith(stem)], [])
 
     def test_no_mutable_statics(self):
-        """Nothing in the core's data or bss: it runs on any thread, from read-only memory."""
+        """The core has no data or bss: it runs on any thread, from read-only memory."""
         for source, listing in Listing.of("gcc").items():
             with self.subTest(source):
                 self.assertEqual([name for kind, name in listing if kind in "bBdDcC"], [])

@@ -44,7 +44,7 @@ class Demo(unittest.TestCase):
         self.assertGreater(score["measured_all"]["density_percent"], 70)
         result = load(self.folder.name, "motorcycle", "result.json")
         self.assertTrue(result["metric"])
-        # The truth holds disparities of 7.2 to 59.9 px: f B / (d + doffs).
+        # The truth has disparities of 7.2 to 59.9 px: f B / (d + doffs).
         near, far = (994.978 * 193.001 / (d + 31.086) for d in (59.9, 7.2))
         self.assertGreater(result["bounds_mm"]["least"][2], 0.85 * near)
         self.assertLess(result["bounds_mm"]["greatest"][2], 1.25 * far)
@@ -76,13 +76,14 @@ class Demo(unittest.TestCase):
             self.assertGreaterEqual(found["measured_percent"], 90)
             self.assertLessEqual(found["median_error_px"], 0.25)
             self.assertLessEqual(found["wrong_result_percent"], 1)
-            # Zoomed in, a pixel of the camera is little against the slopes at the cylinder's rims.
+            # Zoomed in, a pixel of the camera is small relative to the slopes at the cylinder's
+            # rims.
             self.assertLessEqual(found["wrong_percent"], 1 if name.endswith("1x") else 5)
             with open(os.path.join(folder, "console.txt"), encoding="utf-8") as file:
                 console = file.read()
             self.assertIn(f"> capture {name}\n", console)
             self.assertNotIn("ERR ", console)
-        # The same surface, three times as near.
+        # The same surface at a third of the distance.
         near, far = (load(self.folder.name, f"rig_cylinder_{zoom}", "accuracy.json")["textured"]
                      for zoom in ("3x", "1x"))
         self.assertLess(near["median_error_mm"], 0.8 * far["median_error_mm"])

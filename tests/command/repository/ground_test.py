@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rules that hold for the whole tree: licence lines, allowed arrows, layout, sizes, and nothing
-that only holds on the machine where it was written."""
+"""Rules for the whole tree: licence lines, allowed arrows, layout, sizes, and no content that is
+valid only on one machine."""
 import os
 import re
 import shutil
@@ -25,7 +25,7 @@ FOREIGN = {
 
 
 def tracked():
-    """All files of the tree, as git knows them, or by walking where there is no git."""
+    """All files of the tree, from git, or by walking where there is no git."""
     try:
         out = subprocess.run(["git", "-c", "safe.directory=*", "-C", ROOT, "ls-files", "-co",
                               "--exclude-standard"], capture_output=True, text=True, check=True)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `cmake --install` puts below an empty prefix is all that a user needs: the demo's quick path
-runs from there."""
+"""`cmake --install` into an empty prefix gives a user everything: the demo's quick path runs from
+there."""
 import json
 import os
 import re
@@ -95,7 +95,7 @@ class Installed(unittest.TestCase):
     def test_the_readme_s_commands_are_these(self):
         with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
             block = re.search(r"^```sh install\n(.*?)^```", file.read(), re.S | re.M)[1]
-        # The build of this test stands in for the demo's; nothing goes into the system.
+        # The build of this test replaces the demo's; nothing goes into the system.
         home = os.path.join(self.folder, "home")
         os.mkdir(home)
         lines = [line for line in block.splitlines() if line.startswith("cmake --install ")]
@@ -125,7 +125,8 @@ class Installed(unittest.TestCase):
 
     @unittest.skipUnless(HAS_RIG, "the simulated rig is not built (VERGENCE_FPGA)")
     def test_scenes_are_those_of_the_prefix(self):
-        """The rig that `vergence simulate` starts, too, opens no file of the sources or the build."""
+        """The rig that `vergence simulate` starts opens no file of the sources or the build,
+        either."""
         self.assertTrue(shutil.which("strace"), "package to install: strace")
         log = os.path.join(self.folder, "calls")
         done = self.run_installed("strace", "-f", "-e", "trace=%file", "-o", log, "vergence",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The manual pages that the build makes of the tables behind --help: whole, and well-formed."""
+"""The manual pages that the build generates from the option tables: complete and well-formed."""
 import glob
 import os
 import re
@@ -17,7 +17,7 @@ PAGES = {os.path.basename(path): path
 
 
 def shown(page):
-    """The page as a person sees it, without the breaks of lines."""
+    """The page as the user sees it, without line breaks."""
     done = subprocess.run(["man", "--warnings", "--no-hyphenation", "-l", PAGES[page]], text=True,
                           capture_output=True, env={**os.environ, "MANWIDTH": "200", "LC_ALL": "C"})
     assert (done.returncode, done.stderr) == (0, ""), (page, done.stderr)

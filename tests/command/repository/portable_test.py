@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The core computes the same bytes on every processor, with every compiler and optimisation.
 
-tests/portable/core_digest.c prints one line of checksums. It is built for x86-64, 32-bit and
-64-bit ARM, with NEON and without, and 64-bit RISC-V (run by qemu's user-mode emulation), at -O0
-and -O2 and more, and every line must be equal to the first.
+tests/portable/core_digest.c prints one line of checksums. It is built for x86-64, 32-bit and 64-bit
+ARM, with NEON and without, and 64-bit RISC-V (run by qemu's user-mode emulation), at -O0 and -O2
+and more, and every line must be equal to the first.
 """
 import concurrent.futures
 import glob
@@ -18,16 +18,16 @@ FOLDERS = [os.path.join(ROOT, "firmware", "core"), os.path.join(ROOT, "firmware"
            os.path.join(ROOT, "tests", "portable")]
 FLAGS = ["-std=c11", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-I",
          os.path.join(ROOT, "firmware")]
-# The objects are the same each time: no need to compile unchanged sources again.
+# The objects are the same each time, so unchanged sources need not be recompiled.
 CACHED = ["ccache"] if shutil.which("ccache") else []
-# As tools/build has it: equal sources of another checkout are found again.
+# As in tools/build: the cache also finds equal sources of another checkout.
 os.environ.update(CCACHE_BASEDIR=os.path.dirname(ROOT), CCACHE_NOHASHDIR="1", CCACHE_DEPEND="1")
 # The levels of the matcher that need a processor's extensions; empty files elsewhere.
 LEVEL_FLAGS = {"sse41.c": ["-msse4.1"], "avx2.c": ["-mavx2"]}
 
 ARM, ARM64, RISCV = "arm-linux-gnueabihf-gcc", "aarch64-linux-gnu-gcc", "riscv64-linux-gnu-gcc"
-# Name -> compiler, flags, what runs the program, the matcher's level that it has to choose (none:
-# the processor at hand decides).
+# Name -> compiler, flags, how to run the program, the matcher's level that it must choose (none:
+# depends on the native processor).
 TARGETS = {
     "x86-64 gcc -O2": ("gcc", ["-O2"], [], []),
     "x86-64 gcc -O0": ("gcc", ["-O0"], [], []),
@@ -60,7 +60,7 @@ def level_flags(target, source):
 
 
 def processor_allows(flags):
-    """False for instructions that the machine at hand does not have."""
+    """False for instructions that this machine does not have."""
     if "-mfma" not in flags:
         return True
     with open("/proc/cpuinfo", encoding="ascii", errors="replace") as info:
@@ -87,7 +87,7 @@ class Portable(unittest.TestCase):
         self.assertEqual(missing, [], "packages to install: " + " ".join(missing))
         targets = [t for t in TARGETS if processor_allows(TARGETS[t][1])]
         for absent in set(TARGETS) - set(targets):
-            print(f"not run, this processor lacks its instructions: {absent}")
+            print(f"not run (missing instructions on this processor): {absent}")
         with tempfile.TemporaryDirectory() as folder, \
                 concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             lines = list(pool.map(lambda t: digest(t, folder), targets))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command in the README's shell blocks runs, in the order given, on a pair made here."""
+"""The commands of the READMEs: those in shell blocks run, in the order given, on generated pictures;
+those in tables exist and have the options shown."""
 import os
 import re
 import subprocess
@@ -40,36 +41,73 @@ def write_calibration(folder):
         storage.release()
 
 
-def commands():
-    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
-        blocks = re.findall(r"^```sh\n(.*?)^```", file.read(), re.S | re.M)
+def text_of(document):
+    with open(os.path.join(ROOT, document), encoding="utf-8") as file:
+        return file.read()
+
+
+def commands(document):
+    blocks = re.findall(r"^```sh\n(.*?)^```", text_of(document), re.S | re.M)
     return [line for block in blocks for line in block.splitlines()
             if line.strip() and not line.startswith("#")]
 
 
 class Readme(unittest.TestCase):
-    def test_every_command_runs(self):
-        lines = commands()
+    def run_all(self, document, folder):
+        """Runs the commands of a document in a folder with a pair, its calibration and pictures."""
+        lines = commands(document)
         self.assertGreaterEqual(len(lines), 5)
+        write_pair(folder)
+        write_calibration(os.path.join(folder, "calibration"))
+        boards.write(os.path.join(folder, "pictures"), boards.pairs())
+        path = os.path.dirname(os.environ["VERGENCE"]) + os.pathsep + os.environ["PATH"]
+        for line in lines:
+            done = subprocess.run(["bash", "-c", line], cwd=folder, text=True,
+                                  capture_output=True, env={**os.environ, "PATH": path})
+            self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
+
+    def check_depth(self, folder):
+        depth = cv2.imread(os.path.join(folder, "result", "depth.png"), cv2.IMREAD_UNCHANGED)
+        middle = numpy.median(depth[depth > 0])
+        self.assertAlmostEqual(middle, FOCAL_PX * BASELINE_MM / SHIFT_PX, delta=5)
+
+    def test_every_command_runs(self):
         with tempfile.TemporaryDirectory() as folder:
-            write_pair(folder)
-            write_calibration(os.path.join(folder, "calibration"))
-            boards.write(os.path.join(folder, "pictures"), boards.pairs())
-            path = os.path.dirname(os.environ["VERGENCE"]) + os.pathsep + os.environ["PATH"]
-            for line in lines:
-                done = subprocess.run(["bash", "-c", line], cwd=folder, text=True,
-                                      capture_output=True, env={**os.environ, "PATH": path})
-                self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
-            depth = cv2.imread(os.path.join(folder, "result", "depth.png"), cv2.IMREAD_UNCHANGED)
-            middle = numpy.median(depth[depth > 0])
-            self.assertAlmostEqual(middle, FOCAL_PX * BASELINE_MM / SHIFT_PX, delta=5)
+            self.run_all("README.md", folder)
+            self.check_depth(folder)
+
+    def test_every_command_of_the_tools_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_all("tools/README.md", folder)
+            self.check_depth(folder)
+
+    def test_every_command_of_the_calibration_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_all("calib/README.md", folder)
+            names = {"rig.calibration", "calibration.html", "calibration.json", "corners.vnl"}
+            self.assertEqual(set(os.listdir(os.path.join(folder, "calibrated"))), names)
+
+    def test_scripts_have_the_options_shown(self):
+        """The scripts take hours or change the system: only their help texts are read."""
+        for document in ("tools/README.md", "tests/bench/README.md"):
+            shown = re.findall(r"^\| `(tools/\w+)([^`]*)`", text_of(document), re.M)
+            self.assertGreaterEqual(len(shown), 5)
+            for tool, words in shown:
+                done = subprocess.run([os.path.join(ROOT, tool), "--help"], text=True,
+                                      capture_output=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for word in re.findall(r"(?<!\w)--[a-z-]+|(?<= )[a-z]+", words):
+                    self.assertIn(word, done.stdout, tool)
 
     def test_the_named_files_exist(self):
-        with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
-            text = file.read()
+        text = text_of("README.md")
         for target in re.findall(r"\]\(([^)#]+)\)", text) + re.findall(r"`((?:tools|tests)/[\w./]+)`",
                                                                          text):
             self.assertTrue(os.path.exists(os.path.join(ROOT, target)), target)
+        for document in ("calib/README.md", "tools/README.md", "tests/bench/README.md"):
+            folder = os.path.join(ROOT, os.path.dirname(document))
+            for target in re.findall(r"\]\(([^)#]+)\)", text_of(document)):
+                self.assertTrue(os.path.exists(os.path.join(folder, target)), (document, target))
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ MOST_BYTES = 2_000_000
 
 class Regress(Recorded):
     def change_reference(self, change):
-        """Alters the kept result, and makes the files fit again."""
+        """Alters the stored result, and makes the files consistent again."""
         (result,), told = reference.load(self.folder)
         change(result)
         accepted = told["accepted"][0]
@@ -273,7 +273,7 @@ class Regress(Recorded):
 
 
 class Ends(Recorded):
-    """What no measurement is the cause of: outputs, programs and signals."""
+    """Failures outside the measurement: outputs, programs and signals."""
 
     def setUp(self):
         super().setUp()
@@ -287,7 +287,7 @@ class Ends(Recorded):
                                  *map(str, arguments)], text=True, env=self.environment, **streams)
 
     def ended(self, code, process):
-        """What it said: at most one line, and nothing is left where temporary files go."""
+        """Its message: at most one line, and no temporary files are left."""
         output, complaint = process.communicate(timeout=60)
         self.assertEqual(process.returncode, code, complaint)
         self.assertLessEqual(complaint.count("\n"), 1, complaint)
@@ -350,7 +350,7 @@ class Ends(Recorded):
         random = numpy.random.default_rng(pairs.SEED)
         for delay in random.uniform(0, 1.0, 4):
             process = self.start(VERGENCE, "--accept", "first", self.folder)
-            # Until then Python starts, and has an answer of its own.
+            # Until then Python starts up and has its own reaction.
             while not self.catches(process, signal.SIGHUP):
                 self.assertIsNone(process.poll(), "it never took over")
                 time.sleep(0.001)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words of the command line and of a session's options.json that tools/regress refuses."""
+"""Arguments of the command line and of a session's options.json that tools/regress rejects."""
 import re
 import unittest
 
@@ -9,7 +9,7 @@ from regress_workshop import Recorded, regress
 import reference
 from session import Unusable
 
-# What vergence reconstruct has besides: what is read or written, and what is said.
+# The other options of vergence reconstruct: input, output and messages.
 NO_MEASURES = {"--calibration", "--pair", "--out", "--threads", "--ground-truth", "--mask",
                "--ground-truth-scale", "--debug", "--debug-row", "--json", "--quiet", "--help",
                "--accept-mismatch", "--compress", "--error", "--files", "--mesh-unit",
@@ -34,7 +34,7 @@ class Words(Recorded):
             self.refused("left.png", word)
 
     def test_a_session_cannot_say_what_is_written(self):
-        """Sessions come from others: what they hold must not write where they want."""
+        """Sessions come from others and must not choose where to write."""
         self.accept()
         victim = self.directory / "victim"
         path = self.folder / "regress" / "options.json"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of tools/regress share; its own modules can be imported after this one."""
+"""Shared by the tests of tools/regress, whose modules can be imported after this one."""
 import json
 import os
 import pathlib
@@ -20,7 +20,7 @@ def regress(*arguments, timeout=300):
 
 
 class Recorded(Workshop):
-    """A directory with a pair, its calibration and options in it."""
+    """A directory with a pair, its calibration and options."""
 
     def setUp(self):
         super().setUp()

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tools/install_packages and tools/opencv_samples on machines that lack something, and what wrong
-words the tools refuse before anything is installed.
+"""tools/install_packages and tools/opencv_samples on machines with missing packages, and which
+wrong arguments the tools reject before anything is installed.
 
-The machine is played by small programs that stand before the real ones in PATH and write down how
-they were called.
+The machine is simulated by small programs, earlier in PATH than the real ones, that record their
+calls.
 """
 import os
 import pathlib
@@ -14,11 +14,11 @@ import tempfile
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
-# What the scripts need of the real machine.
+# The programs that the scripts need from the real machine.
 REAL = ("bash", "env", "sort", "comm", "sed", "mkdir", "mktemp", "rm", "mv", "cat", "tail", "touch")
 PICTURES = ("aloeL.jpg", "aloeR.jpg", "aloeGT.png", "left01.jpg", "right01.jpg")
 INSIDE = "usr/share/doc/opencv-doc/examples/data"
-# Which options each campaign has.
+# The options of each campaign.
 CAMPAIGNS = {"fuzz": "runs seed jobs only", "calibration": "runs seed", "proof": "jobs only",
              "rig": "runs seed jobs", "endurance": "hours seed", "fpga": "jobs only seed write"}
 WRITE_DOWN = 'echo "$(basename "$0") $*" >>"$CALLS"\n'
@@ -42,7 +42,7 @@ class Machine(unittest.TestCase):
         path.chmod(0o755)
 
     def run_tool(self, tool, *arguments):
-        # `id` and `nproc` come from here, too: nothing but what setUp and the test put there.
+        # `id` and `nproc` come from here, too: only what setUp and the test put there.
         return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
                               text=True, timeout=60, env={
                                   "PATH": str(self.programs), "HOME": str(self.folder / "home"),
@@ -55,7 +55,7 @@ class Machine(unittest.TestCase):
 
 class Setup(Machine):
     def installed(self, *missing):
-        """Plays a machine where all packages but these are installed."""
+        """Simulates a machine where all packages but these are installed."""
         words = " ".join(missing)
         self.play("dpkg-query", f'for p in "${{@:4}}"; do case " {words} " in *" $p "*) ;; '
                                 '*) echo "$p installed" ;; esac; done\n')
@@ -150,7 +150,7 @@ class Setup(Machine):
 
 
 class WrongWords(Machine):
-    """Here nothing is installed and nothing can be: whoever comes so far fails with another line."""
+    """Nothing is installed, and installing is impossible: accepted arguments fail with another line."""
 
     def setUp(self):
         super().setUp()
@@ -170,7 +170,7 @@ class WrongWords(Machine):
         self.refused(2, tool, words, why)
 
     def goes_on(self, tool, words):
-        """Whether the words were right: the next that is done is to install."""
+        """Checks that the arguments are accepted: the next step is to install."""
         done = self.run_tool(tool, *words)
         self.assertRegex(done.stderr, "^tools/install_packages: no apt-get here", words)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1), words)
@@ -197,7 +197,7 @@ class WrongWords(Machine):
                              "--only [")
             self.wrong_usage("campaign", [campaign, "--only"], "--only")
             self.goes_on("campaign", [campaign, "--only", right])
-        # Python is among what is installed, and complains later.
+        # Python would be installed, and reports its errors later.
         (self.programs / "python3").unlink()
         self.goes_on("campaign", ["proof", "--only", "nope"])
 

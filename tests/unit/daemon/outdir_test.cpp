@@ -53,7 +53,7 @@ void put_work(const outdir &directory, const char *name, const char *text) {
 
 }  // namespace
 
-/// Replaces the C library's function: calling it would change the mask for all threads.
+/// Replaces the C library's: a call changes the umask of all threads.
 extern "C" mode_t umask(mode_t mask) noexcept {
     umasks++;
     return static_cast<mode_t>(syscall(SYS_umask, mask));
@@ -163,8 +163,9 @@ TEST_CASE("a failure leaves the earlier set unchanged") {
             put_work(directory, name, "new");
         }
         CHECK(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
-        CHECK(std::string(text.text) == "writing " + (place / "out/b.txt") + " failed: " +
-                                            (pipe ? "exists and is not a file" : "Is a directory"));
+        const std::string why = text.text;
+        CHECK(why.find(place / "out/b.txt") != std::string::npos);
+        CHECK(why.find(pipe ? "file" : "directory") != std::string::npos);
         CHECK(contents(place / "out/a.txt") == "old");
         CHECK(contents(place / "out/end.txt") == "old");
         CHECK(fs::is_fifo(place / "out/b.txt") == pipe);
