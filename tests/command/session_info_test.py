@@ -84,7 +84,7 @@ class Info(Workshop):
                           second["left"]["black_percent"]), (100, 100, 0))
         text = self.said(session.path)
         self.assertEqual(text.count("pair "), 2)
-        for words in ("cut off", "none in the session", "does not match", "exposure not set"):
+        for words in ("truncated", "none in the session", "does not match", "exposure not set"):
             self.assertIn(words, text)
 
     def test_a_session_without_a_pair(self):

@@ -120,7 +120,7 @@ class Board(unittest.TestCase):
         # A link to the device, so that an error costs the link and not the machine's device.
         full = self.folder / "full"
         full.symlink_to("/dev/full")
-        self.assertIn(f"{full}: cannot be written: No space left",
+        self.assertIn("No space left",
                       self.refuse(1, *arguments, "--out", full))
         self.assertTrue(full.is_symlink())
 

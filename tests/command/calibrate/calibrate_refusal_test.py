@@ -27,12 +27,12 @@ class Seen(Workshop):
     def test_a_right_camera_on_its_head(self):
         turn = numpy.diag([-1.0, -1, 1])
         done = self.run_seen(seen_corners.pairs(R=turn, t_mm=turn @ [-boards.BASELINE_MM, 0, 0]))
-        self.assertNotIn("exchanged", done.stderr)
+        self.assertNotIn("swapped", done.stderr)
         self.assert_good(done)
 
     def test_left_and_right_exchanged(self):
         self.assert_not_good(self.run_seen([pair[::-1] for pair in seen_corners.pairs()]),
-                             "exchanged")
+                             "swapped")
 
     def test_numbers_that_the_text_cannot_hold(self):
         """Baseline and focal length: rejected by name, and nothing is left behind."""

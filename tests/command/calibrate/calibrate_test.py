@@ -246,7 +246,7 @@ class BadInput(Workshop):
 
     def test_left_and_right_exchanged(self):
         boards.write(self.pictures, [(b, a) for a, b in self.made])
-        self.assert_not_good(self.run_on(), "exchanged", "mirrored")
+        self.assert_not_good(self.run_on(), "swapped", "mirrored")
 
     def test_one_mirrored_camera(self):
         boards.write(self.pictures, [(a, b[:, ::-1]) for a, b in self.made])
@@ -276,8 +276,7 @@ class BadInput(Workshop):
         self.spoil("right02.png", cv2.resize(self.made[1][1], (320, 240)))
         done = self.run_on()
         self.assert_good(done, 9)
-        self.assertIn("320x240 pixels; most of its camera have 640x480",
-                      self.note(done, "right02.png"))
+        self.assertIn("320x240 pixels", self.note(done, "right02.png"))
 
     def test_three_pictures_in_all(self):
         boards.write(self.pictures, [self.made[0], (self.made[1][0], None)])
