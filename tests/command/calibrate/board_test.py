@@ -78,7 +78,7 @@ class Board(unittest.TestCase):
         out = ["--out", self.page]
         line = self.refuse(2, "--board", "9x6", "--square", "30", *out)
         self.assertIn("does not fit on A4", line)
-        largest = line.split("squares of ")[2].split(" mm")[0]
+        largest = line.rsplit(" mm)", 1)[0].rsplit(" ", 1)[1]
         self.make("--board", "9x6", "--square", largest)
         self.refuse(2, "--board", "9x6", "--square", str(float(largest) + 0.2), *out)
         for arguments, word in ((["--board", "9x6", "--square", "20"], "--out"),

@@ -131,7 +131,7 @@ class Calibration(unittest.TestCase):
             "version.txt": (good.replace("calibration 1", "calibration 9"), "line 1", "version"),
             "empty.txt": ("", "empty"),
             "image.png": (b"\x89PNG\r\n\x1a\n" + bytes(20), "image.png"),
-            "words.txt": ("some words\n", "no calibration"),
+            "words.txt": ("some words\n", "not a calibration"),
         }
         for name, (content, *words) in bad.items():
             with self.subTest(name):
