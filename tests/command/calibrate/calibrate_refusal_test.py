@@ -122,7 +122,7 @@ class Advice(Workshop):
         done = self.run_on(board=["--board", "8x6", "--square", 25])
         self.assert_refused(done, 3, "found 9 x 6 corners, not 8 x 6 (18 of 20 pictures)",
                             "--board")
-        self.assertIn("only a part, it seems, of the board of 9 x 6 corners", self.note(done, "left03.png"))
+        self.assertIn("only a part of the board of 9 x 6 corners", self.note(done, "left03.png"))
 
     def test_files_that_are_missing(self):
         names = self.folder / "pictures" / "names.txt"
