@@ -163,8 +163,8 @@ TEST_CASE("swapped numbers and a shifted row are named") {
         wrong.insert({5, 1, 18 + column});
     }
     CHECK(named(found) == wrong);
-    CHECK(found.rejected_corners[0].reason.find("lies where corner 31 belongs") == 0);
-    CHECK(found.rejected_corners[2].reason.find("lies where corner 19 belongs") == 0);
+    CHECK(found.rejected_corners[0].reason.find("corner 31,") != std::string::npos);
+    CHECK(found.rejected_corners[2].reason.find("corner 19,") != std::string::npos);
 }
 
 TEST_CASE("a pair numbered from opposite ends is named, and corrected where the board allows it") {
@@ -251,7 +251,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         CHECK(named(found) == Named{{0, 0, WHOLE_VIEW}, {1, 1, WHOLE_VIEW}});
-        CHECK(found.rejected_views[0].reason == "only 5 corners seen");
+        CHECK(found.rejected_views[0].reason.find("only 5 corners") == 0);
         CHECK(found.rejected_views[1].reason.find("one line") != std::string::npos);
     }
 }
