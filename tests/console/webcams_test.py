@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The README's commands from two webcams to a surface, taken from the README, on a fake kernel: the
-board is printed, shown to the cameras view after view, and replaced by the scene."""
+"""The commands of FIRST_HOUR.md for two webcams, on a fake kernel whose cameras show the board in view
+after view and then the scene."""
 import json
 import os
 import pathlib
@@ -28,8 +28,8 @@ COMMANDS = 6
 
 
 def commands():
-    """The commands of the README's block, in order."""
-    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+    """The commands of the page's block, in order."""
+    with open(os.path.join(ROOT, "FIRST_HOUR.md"), encoding="utf-8") as file:
         block = re.findall(r"^```sh webcams\n(.*?)^```", file.read(), re.S | re.M)
     return [line for line in block[0].splitlines() if line.strip() and not line.startswith("#")]
 
@@ -116,8 +116,8 @@ class Webcams(unittest.TestCase):
         self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
 
     def look(self):
-        """The README's commands that show the result."""
-        with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+        """The page's commands that show what was captured."""
+        with open(os.path.join(ROOT, "FIRST_HOUR.md"), encoding="utf-8") as file:
             text = re.sub(r"\n +", " ", file.read())
         shown = re.findall(r"`(vergence (?:--connect unix:rig.sock snapshot|\w+ files/scene"
                            r"(?: --png --out seen)?))`", text)

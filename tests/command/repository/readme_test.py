@@ -100,14 +100,25 @@ class Readme(unittest.TestCase):
                     self.assertIn(word, done.stdout, tool)
 
     def test_the_named_files_exist(self):
-        text = text_of("README.md")
-        for target in re.findall(r"\]\(([^)#]+)\)", text) + re.findall(r"`((?:tools|tests)/[\w./]+)`",
-                                                                         text):
-            self.assertTrue(os.path.exists(os.path.join(ROOT, target)), target)
+        for page in ("README.md", "tests/README.md"):
+            text = text_of(page)
+            folder = os.path.join(ROOT, os.path.dirname(page))
+            links = [os.path.join(folder, target)
+                     for target in re.findall(r"\]\(([^)#]+)\)", text)]
+            names = re.findall(r"`((?:tools|tests|firmware|daemon|calib|fpga)/[\w./]+)`", text)
+            for target in links + [os.path.join(ROOT, name) for name in names]:
+                self.assertTrue(os.path.exists(target), target)
         for document in ("calib/README.md", "tools/README.md", "tests/bench/README.md"):
             folder = os.path.join(ROOT, os.path.dirname(document))
             for target in re.findall(r"\]\(([^)#]+)\)", text_of(document)):
                 self.assertTrue(os.path.exists(os.path.join(folder, target)), (document, target))
+
+    def test_first_hour_is_linked(self):
+        """Its commands are run by console/first_hour_test and console/webcams_test."""
+        anchors = re.findall(r"\(FIRST_HOUR\.md#([\w-]+)\)", text_of("README.md"))
+        headings = re.findall(r"^## (.*)$", text_of("FIRST_HOUR.md"), re.M)
+        self.assertLessEqual(set(anchors), {name.lower().replace(" ", "-") for name in headings})
+        self.assertGreaterEqual(len(anchors), 2)
 
 
 if __name__ == "__main__":
