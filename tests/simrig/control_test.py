@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tools/simrig/control, as a user types it."""
+"""tools/simrig/control as a user runs it."""
 import subprocess
 import unittest
 
@@ -44,8 +44,8 @@ class Control(Bench):
                     self.assertNotIn("secret", done.stderr)
 
     def test_nobody_there(self):
-        self.refuse(3, (f"unix:{self.folder}/none", "status"), "there is no simulated rig")
-        self.refuse(3, ("tcp:1", "status"), "there is no simulated rig")
+        self.refuse(3, (f"unix:{self.folder}/none", "status"), "no simulated rig")
+        self.refuse(3, ("tcp:1", "status"), "no simulated rig")
 
     def test_wrong_usage(self):
         for words in ((), ("status",), ("unix:rig.sock",), ("rig.sock", "status")):

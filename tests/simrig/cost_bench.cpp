@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the simulated rig costs: CPU seconds of this process beside the goals. Everything passes the
-// Verilated bridge as a board would see it.
+// Cost of the simulated rig: CPU seconds of this process next to the goals. Everything passes the
+// Verilated bridge as on a board.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -25,7 +25,7 @@ double cpu_s() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// CPU seconds of a fixed piece of work, by which machines (and days of a shared one) compare: a
+/// CPU seconds of a fixed piece of work, to compare machines (and days of a shared one): a
 /// chain of ten million dependent steps in integers, a table and floating point.
 double yardstick_s() {
     static double table[4096];
@@ -44,7 +44,7 @@ double yardstick_s() {
         entry = (state & 1u) != 0 ? sum : 1 / (1 + sum);
     }
     const double end_s = cpu_s();
-    if (!(sum > 0)) {  // never, but the loop must not be left out
+    if (!(sum > 0)) {  // never true, but keeps the loop
         std::abort();
     }
     return end_s - begin_s;
@@ -64,7 +64,7 @@ simrig::RigSettings settings_at(const world::Rig &rig, double zoom) {
     return settings;
 }
 
-/// A board with its drivers in a few lines, before a scene.
+/// A board with minimal drivers, in front of a scene.
 class Bench {
   public:
     Bench(const std::string &scene, double zoom)
@@ -83,7 +83,7 @@ class Bench {
         write(kBridge, 0x08, 0x0103);  // servos and stream
         for (size_t side = 0; side < 2; side++) {
             write(kSensor[side], 0x09, 150);  // rows of exposure: 8 ms
-            // Both look at what stands 1.8 m away.
+            // Both look at the scene 1.8 m away.
             const simrig::ServoSettings servo;
             const double pan_deg = stage_.rig().camera[side].pan_rad * 180 / world::kPi;
             const double pulse_us = servo.centre_us + servo.us_per_degree * pan_deg;
@@ -190,7 +190,7 @@ void measure_zoom() {
                std::fabs(bench.rig.state(1).zoom - 850) > 4;
     };
     while (under_way() && bench.rig.now_us() < begin_us + 20000 * kMs) {
-        // As a driver does, which asks where the motors are.
+        // As a driver polls the motors' positions.
         const std::string ask = "1?\n2?\n";
         bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
         bench.pass(200 * kMs);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every command in the simulated rig's README runs, and `vergence simulate` is what it says."""
+"""Runs every command of the simulated rig's README, and `vergence simulate`."""
 import os
 import re
 import subprocess

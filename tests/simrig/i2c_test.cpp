@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the board's I2C master reports when somebody else holds a line, and when that begins.
+// What the board's I2C master reports when a line is held low, by the time that this begins.
 #include <doctest/doctest.h>
 
 #include <vector>
@@ -24,7 +24,7 @@ struct Held {
     double from_bit, to_bit;  // from START's fall of SDA on, in bits; -1: never
 };
 
-// One transfer while somebody holds a line; after that they let go and the bus works again.
+// One transfer while a line is held low; afterwards it is released and the bus works again.
 Told transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &held) {
     const double begin_us = bench.rig.now_us();
     const auto at = [&bench, begin_us](double bit, simrig::BusFaults faults) {
@@ -46,7 +46,7 @@ Told transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &held) 
     const Told told = {result.status, result.messages_done, result.bytes_done,
                        bench.rig.now_us() - begin_us};
     bench.rig.host().set_faults({});
-    CHECK(bench.rig.wires().in.scl);  // the master has let go as well
+    CHECK(bench.rig.wires().in.scl);  // released by the master as well
     CHECK(bench.rig.wires().in.sda);
     bench.rig.advance(bench.rig.now_us() + 100, 0);
     CHECK(bench.read(kBridge, 0x00) == 0x5B1D);
@@ -61,7 +61,7 @@ constexpr double kByteBits = 9;
 
 }  // namespace
 
-TEST_CASE("nobody holds a line: all is done, in the time of the bits") {
+TEST_CASE("no line held: the transfer takes the time of its bits") {
     Bench bench;
     const Told told = transfer(bench, kWrite, {false, false, kNever, kNever});
     CHECK(told.status == I2cStatus::kOk);
@@ -80,7 +80,7 @@ TEST_CASE("a line that is low before START: stuck, and no clock is sent") {
     }
 }
 
-TEST_CASE("SDA low where the master lets it go: arbitration, at once and without STOP") {
+TEST_CASE("SDA low where the master releases it: arbitration, at once and without STOP") {
     Bench bench;
     // Found at the next 1: bit 1 or 3 of the address; after its last one bit 5 of the index,
     // because the acknowledgement between them looks like one.
@@ -107,16 +107,16 @@ TEST_CASE("SDA low where the master lets it go: arbitration, at once and without
     CHECK(read.bytes == 1);
 }
 
-TEST_CASE("SDA that does not come up at STOP: stuck, though every message is whole") {
+TEST_CASE("SDA that does not rise at STOP: stuck, though every message is whole") {
     Bench bench;
-    // Within the last zeros nothing tells that SDA is held.
+    // Within the last zeros a held SDA cannot be noticed.
     const Told told = transfer(bench, kZeros, {true, false, 3 * kByteBits + 4.5, kNever});
     CHECK(told.status == I2cStatus::kStuck);
     CHECK(told.messages == 1);
     CHECK(told.bytes == 0);
 }
 
-TEST_CASE("SCL held: waited for, 25 ms and no longer") {
+TEST_CASE("SCL held: the master waits 25 ms and no longer") {
     Bench bench;
     for (const double from_bit : {2.5, 2 * kByteBits + 3.5, 4 * kByteBits + 0.7}) {
         CAPTURE(from_bit);

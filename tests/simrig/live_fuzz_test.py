@@ -25,7 +25,7 @@ class Maker:
         self.random = random.Random(seed)
 
     def number(self, bits):
-        """Small ones, large ones, powers of two and what is beside them."""
+        """Small numbers, large numbers, powers of two and their neighbours."""
         chance = self.random
         value = chance.choice((chance.getrandbits(bits), chance.getrandbits(4),
                                (1 << chance.randrange(bits)) + chance.randint(-1, 1), 0, -1))
@@ -46,7 +46,7 @@ class Maker:
         return body
 
     def message(self, now_us):
-        """Kind and body of a message that is right, before it is mutated."""
+        """Kind and body of a valid message, before mutation."""
         chance = self.random
         soon = now_us + chance.randint(0, 3000)
         return chance.choice((
@@ -74,7 +74,7 @@ class Maker:
             body += self.bytes(20)
         elif what == 3:
             kind = self.number(16)
-        # Time asked for must stay short, or the test waits for what it asked.
+        # Requested times must stay short, because the test waits for them.
         if kind in (ADVANCE, FRAME_WAIT) and what < 4:
             kind = TIME
         return kind, bytes(body)
@@ -82,7 +82,7 @@ class Maker:
 
 class LiveFuzz(Bench):
     def talk(self, running, maker, count):
-        """Until the other end closes or count messages are answered; gives how many."""
+        """Until the other end closes or count messages are answered; returns how many were."""
         client = running.client()
         now_us = 0
         for done in range(count):
@@ -119,7 +119,7 @@ class LiveFuzz(Bench):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_noise(self):
-        """Bytes that are no messages, before and after a greeting, cut off anywhere."""
+        """Bytes that are not messages, before and after a greeting, cut off anywhere."""
         maker = Maker(SEED + 1)
         running = self.start()
         for _ in range(MESSAGES // 20):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real process, spoken to over its socket: buses, lines, frames, bytes, time."""
+"""The real process over its socket: buses, lines, frames, bytes, time."""
 import os
 import select
 import socket
@@ -46,7 +46,7 @@ class VirtualTime(Bench):
         self.assertEqual([board.read(s, 0x00) for s in (LEFT, RIGHT)], [0x1621, 0x1621])
         self.assertEqual(board.write(LEFT, 0x03, 99), OK)
         self.assertEqual([board.read(s, 0x03) for s in (LEFT, RIGHT)], [99, 1535])
-        # What is not acknowledged is told with its place: an ID that cannot be written.
+        # A byte that is not acknowledged is reported with its position: a read-only ID.
         status, whole, some, _ = board.transfer([(BRIDGE, b"\x04"), (BRIDGE, b"\x00\x12\x34")])
         self.assertNotEqual(status, OK)
         self.assertEqual((whole, some), (1, 2))
@@ -69,7 +69,7 @@ class VirtualTime(Bench):
         self.assertEqual(board.write(BRIDGE, 0x0B, 1), OK)  # interrupt enable
         before = board.time_us()
         self.assertEqual(board.write(BRIDGE, 0x0C, 1), OK)  # interrupt test
-        # The edge came during the transfer; who waits for one is woken at once.
+        # The edge came during the transfer: a wait for one returns at once.
         self.assertEqual(board.advance(50000, WAKE_GPIO)[1], WAKE_GPIO)
         levels, edges = board.gpio()
         self.assertEqual((levels, len(edges)), (1, 1))
@@ -121,7 +121,7 @@ class VirtualTime(Bench):
             self.assertIn("focal_length_px:", answer[:length].decode())
             depth = struct.unpack(f"<{64 * 48}f", answer[length:])
             self.assertTrue(all(1700 < d < 1900 for d in depth), (min(depth), max(depth)))
-        # Armed for another window: told, not hidden.
+        # Armed for another window: reported.
         board.arm(66, 48)
         self.assertEqual(board.frame()[5] & 1, 1)
         board.arm(64, 50)
@@ -130,7 +130,7 @@ class VirtualTime(Bench):
         self.assertEqual(board.frame()[5] & 4, 4)
 
     def test_frames_are_whole_whenever_they_are_armed(self):
-        """In the middle of one that nobody looks at, too."""
+        """Also within a frame that is not watched."""
         board = self.board
         board.bring_up()
         for pause_us in (0, 100, 200, 300, 350, 400, 450, 500, 1000, 10000):
@@ -175,7 +175,7 @@ class VirtualTime(Bench):
         self.assertIn("time_s:", control.control("status"))
         self.assertEqual(control.advance(1000)[0], self.board.time_us())
         self.assertIn("time_s:", self.board.control("status"))
-        # The board's seat is free again when it has gone, and its lines are let go.
+        # After the board disconnects another client may be the board, and its lines are released.
         self.board.arm(4, 4)
         self.board.ask(GPIO_SET, struct.pack("<I", 1))
         self.board.close()
@@ -198,7 +198,7 @@ class VirtualTime(Bench):
 
 
 class EveryClock(Bench):
-    """What the bridge measures of cameras whose frames nobody has armed."""
+    """What the bridge measures of cameras without an armed frame."""
 
     def measured(self, *arguments):
         board = self.start(*arguments).client()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bad input to the real process: one clear line or a closed connection with its reason, the right
-exit code, never a hang, nothing left behind."""
+"""Bad input to the real process: one line, or a closed connection with its reason; the right exit
+code; never a hang; nothing left behind."""
 import os
 import signal
 import socket
@@ -23,22 +23,22 @@ class StartUp(Bench):
     def test_wrong_usage(self):
         listen = ["--listen", "tcp:0", "--scene", self.scene]
         for arguments, word in (
-                ([], "--listen or --view"), (["--listen", "tcp:0"], "--scene is wanted"),
-                (["--scen", "x", "--listen", "tcp:0"], "'--scen' is not known"),
-                ([*listen, "--seed"], "--seed wants a value"), ([*listen, "extra"], "'extra'"),
+                ([], "--listen or --view"), (["--listen", "tcp:0"], "--scene is required"),
+                (["--scen", "x", "--listen", "tcp:0"], "unknown option '--scen'"),
+                ([*listen, "--seed"], "--seed"), ([*listen, "extra"], "'extra'"),
                 ([*listen, "--seed", "-1"], "from 0 to 4294967295"),
                 ([*listen, "--seed", "1e3"], "not '1e3'"), ([*listen, "--threads", "0"], "1 to 64"),
                 ([*listen, "--zoom", "11"], "from 1 to 10"), ([*listen, "--zoom", "nan"], "nan"),
                 ([*listen, "--pty"], "--wall"), ([*listen, "--log", ""], "empty"),
                 ([*listen, "--wall", "--log", "x"], "--log"), ([*listen, "--until", "3"], "--from"),
-                ([*listen, "--replay", "x"], "--replay goes with"),
-                (["--replay", "x", "--every-clock"], "as they were in the log"),
-                (["--from", "x", "--every-clock", "--listen", "tcp:0"], "as they were in the log"),
-                (["--replay", "x", "--begin", "5"], "as they were in the log"),
+                ([*listen, "--replay", "x"], "--replay allows"),
+                (["--replay", "x", "--every-clock"], "log"),
+                (["--from", "x", "--every-clock", "--listen", "tcp:0"], "log"),
+                (["--replay", "x", "--begin", "5"], "log"),
                 (["--scene", "x", "--listen", "tcp:0", "--begin", "-1"],
-                 "--begin wants a whole number from 0 to 1000000, not '-1'"),
+                 "0 to 1000000, not '-1'"),
                 (["--scene", "x", "--listen", "tcp:0", "--begin", "5", "--wall"],
-                 "--begin does not go with it")):
+                 "--begin excludes --wall")):
             self.refuse(2, arguments, word, "see simrig --help")
 
     def test_help_and_version(self):
@@ -65,10 +65,10 @@ class StartUp(Bench):
             self.assertIn("standard output", done.stderr)
         done = subprocess.run([render, "--seed"], capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (
-            2, "simrig-render: --seed wants a value; see simrig-render --help\n"))
+            2, "simrig-render: --seed: value missing; see simrig-render --help\n"))
 
     def test_closed_streams(self):
-        # What is printed must not go into files and connections that got their numbers.
+        # Output must not go into files and connections that got the numbers of closed streams.
         place = os.path.join(self.folder, "closed.sock")
         log = os.path.join(self.folder, "closed.log")
         process = subprocess.Popen(
@@ -95,8 +95,8 @@ class StartUp(Bench):
                             ("unix:", "1 to 103"), ("unix:" + "x" * 200, "1 to 103")):
             self.refuse(2, ["--scene", "none.yaml", "--listen", where], word)
         for where, word in (("unix:no/such", "no/such"),
-                            ("unix:scene.yaml", "scene.yaml is there already and is not a socket"),
-                            ("unix:s.sock", "s.sock.new is there already and is not a socket")):
+                            ("unix:scene.yaml", "scene.yaml exists and is not a socket"),
+                            ("unix:s.sock", "s.sock.new exists and is not a socket")):
             self.refuse(1, ["--scene", self.scene, "--listen", where], word)
         for option in (("--zoom", "3"), ("--focus", "900")):
             self.refuse(2, ["--scene", "none.yaml", "--listen", "unix:s", *option], "--view")
@@ -112,7 +112,7 @@ class StartUp(Bench):
         self.assertEqual(stat.S_IMODE(path.stat().st_mode) & 0o077, 0, "open to others")
         self.refuse(1, ["--scene", self.scene, "--listen", f"unix:{path}"], "in use")
         self.assertTrue(second.client().time_us() >= 0)
-        # Whoever was killed leaves a socket; it is replaced.
+        # A killed process leaves its socket, which is replaced.
         second.process.kill()
         second.process.wait()
         self.assertTrue(path.exists())
@@ -134,18 +134,18 @@ class StartUp(Bench):
         wrong = self.bad_file("wrong.yaml", SCENE.replace("lux: 0", "lux: x").encode())
         large = self.bad_file("large.yaml", b"# \n" * 2000000)
         for name, word in (("nosuch", "still_life"), ("./nosuch", "cannot be read"),
-                           (self.folder / "pipe.yaml", "is no file"),
-                           (f"{self.folder}/", "no file"), ("/dev/zero", "no file"),
+                           (self.folder / "pipe.yaml", "not a file"),
+                           (f"{self.folder}/", "not a file"), ("/dev/zero", "not a file"),
                            (bad_yaml, "bad.yaml:"), (control, "YAML"),
-                           (deep, "deep.yaml"), (wrong, "wrong.yaml:7: a number is wanted"),
+                           (deep, "deep.yaml"), (wrong, "wrong.yaml:7: not a number"),
                            (large, "too long")):
             self.refuse(3, ["--scene", name, *listen], word)
         for name, word in (("nosuch", "perfect"), (bad_yaml, "bad.yaml:"), (wrong, "wrong.yaml:"),
-                           ("/dev/null", "no file")):
+                           ("/dev/null", "not a file")):
             self.refuse(3, ["--scene", self.scene, "--rig", name, *listen], word)
         for name, word in self.scenes_that_ask_too_much():
             self.refuse(3, ["--scene", name, *listen], word)
-        # Told before the scene's light is worked out, which takes seconds.
+        # Reported before the scene's light is worked out, which takes seconds.
         rig = (FILES / "rigs" / "default.yaml").read_text(encoding="utf-8")
         slow = self.bad_file("r.yaml", rig.replace("counts_per_s: 200", "counts_per_s: x").encode())
         begin = children_cpu_s()
@@ -153,7 +153,7 @@ class StartUp(Bench):
         self.assertLess(children_cpu_s() - begin, 1)
         script = self.bad_file("script", b"# faults\n\nat 1 fault servo left jam\nat 2 fault cat\n")
         self.refuse(3, ["--scene", self.scene, "--script", script, *listen], f"{script}:4: ", "cat")
-        self.refuse(3, ["--scene", self.scene, "--script", self.folder, *listen], "no file")
+        self.refuse(3, ["--scene", self.scene, "--script", self.folder, *listen], "not a file")
         self.refuse(3, ["--scene", self.scene, "--script", "nosuch", *listen], "nosuch")
         self.assertFalse((self.folder / "n.sock").exists())
 
@@ -161,8 +161,8 @@ class StartUp(Bench):
         """Files, and a word of the line that refuses them."""
         sheet = "  - sheet: {name: s%d, material: print, position_mm: [0, 0, 0], size_mm: [9, 9]}\n"
         for number, (text, word) in enumerate((
-                (SCENE + "".join(sheet % i for i in range(255)), "at most 255 objects"),
-                (SCENE + sheet.replace("s%d", "board"), "'board' is there already"),
+                (SCENE + "".join(sheet % i for i in range(255)), "at most 255"),
+                (SCENE + sheet.replace("s%d", "board"), "duplicate object 'board'"),
                 (SCENE.replace("name: board", 'name: "a\\nb"'), "1 to 64"),
                 (SCENE.replace("name: board", "name: a b"), "1 to 64"),
                 (SCENE.replace("name: board", 'name: ""'), "1 to 64"),
@@ -191,11 +191,11 @@ class StartUp(Bench):
                 self.assertIn(word, done.stderr)
         self.refuse(3, ["--replay", "nosuch"], "nosuch")
         self.scene.write_text(SCENE + "\n")
-        self.refuse(3, ["--replay", log], "is not as it was")
+        self.refuse(3, ["--replay", log], "has changed")
         self.assertFalse((self.folder / "n.sock").exists())
 
     def test_a_log_that_fills_the_disk(self):
-        # A limit on the size of files stands in for the disk.
+        # A limit on file size plays the full disk.
 
         where = f"unix:{self.folder}/l.sock"
         process = subprocess.Popen(
@@ -293,7 +293,7 @@ class Clients(Bench):
         self.assertIn("time_s", client.control("status"))
 
     def test_clients_that_vanish(self):
-        """In the middle of a header, a body, an advance, a frame, a reply that nobody reads."""
+        """In the middle of a header, a body, an advance, a frame, a reply that is not read."""
         whole = struct.pack("<IHH", 8, HELLO, 1) + struct.pack("<IHH", MAGIC, 1, 0)
         for cut in (1, 7, 8, 12):
             client = self.raw()
@@ -318,7 +318,7 @@ class Clients(Bench):
         self.assertEqual(self.running.stop(), 0)
 
     def next_board(self):
-        """As soon as simrig has noticed that the last one has gone."""
+        """As soon as simrig has noticed that the previous one disconnected."""
         found = []
 
         def there():
@@ -330,12 +330,12 @@ class Clients(Bench):
         wait_until(there)
         return found[0]
 
-    def test_half_a_message_holds_nobody_up(self):
+    def test_half_a_message_blocks_no_other_client(self):
         slow = self.raw()
         slow.socket.sendall(b"\x10\0\0\0\1\0")
         board = self.running.client()
         self.assertEqual(board.advance(1000)[1], 0)
-        # The other half still counts; the seat is taken by now.
+        # The second half still completes it; by now there is a board.
         slow.socket.sendall(b"\1\0" + struct.pack("<IHH", MAGIC, 1, 0) + b"12345678")
         self.assertEqual(slow.receive()[2], BUSY)
 

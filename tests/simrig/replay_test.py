@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The control side of the real process: scenes, poses, truth, faults at a time; logs that give the
-same bytes again; snapshots."""
+"""The control side of the real process: scenes, poses, truth, timed faults; logs that replay to the
+same bytes; snapshots."""
 import struct
 import unittest
 
@@ -85,7 +85,7 @@ class Control(Bench):
         board.control("fault camera left ok")
         self.assertTrue((numpy.frombuffer(take(board)[6], "<u2") & 8).any())
         at_s = board.time_us() * 1e-6 + 0.02
-        board.control(f"at {at_s} fault camera left silent")  # its clock stands
+        board.control(f"at {at_s} fault camera left silent")  # its clock is stopped
         self.assertEqual(take(board)[5], 0)
         board.advance(20000)
         board.arm(64, 48)
@@ -155,7 +155,7 @@ class Control(Bench):
 
 class Replay(Bench):
     def story(self, running):
-        """Something of everything; the bytes of all answers that have noise in them."""
+        """A bit of everything; returns the bytes of all answers with noise."""
         board, control = running.client(), running.client(CONTROLLER)
         board.bring_up()
         control.control(f"at {board.time_us() * 1e-6 + 0.03} fault camera left torn 0")
@@ -182,11 +182,11 @@ class Replay(Bench):
         log = self.folder / "run.log"
         running = self.start("--log", log, "--seed", 9)
         self.story(running)
-        # Killed, not ended: what was answered is there all the same.
+        # Killed, not ended: all answered requests are in the log.
         running.process.kill()
         running.process.wait()
         self.replay(log)
-        # Another answer than in the log is noticed, and said in one line.
+        # An answer that differs from the log is reported in one line.
         text = log.read_bytes()
         mark = text.rindex(struct.pack("<I", 1) + b"\0")  # the body of the question for the truth
         changed = bytearray(text)
@@ -196,7 +196,7 @@ class Replay(Bench):
                             "otherwise")
 
     def test_what_was_abandoned_is_replayed_too(self):
-        """A client leaves in the middle of an advance, while another one asks; then of a frame."""
+        """A client leaves during an advance, while another one sends requests; then during a frame."""
         log = self.folder / "run.log"
         running = self.start("--log", log)
         board, control = running.client(), running.client(CONTROLLER)
@@ -209,7 +209,7 @@ class Replay(Bench):
         control.close()
         control = None
         board.arm(64, 48)
-        while control is None:  # until it has been noticed
+        while control is None:  # until simrig has noticed
             try:
                 pixels = board.frame()[6]
                 control = running.client(CONTROLLER)
@@ -232,14 +232,14 @@ class Replay(Bench):
         board.advance(50000)
         last = take(board)[6]
         running.stop()
-        # To its end, and on from there as the first one would have gone on.
+        # To its end, and on from there as the first run would have continued.
         second = self.start("--from", log, "--log", self.folder / "second.log")
         board = second.client()
         board.ask(SERIAL_READ)
         self.assertGreater(board.time_us(), middle_us + 50000)
         second.stop()
         self.replay(self.folder / "second.log")
-        # Up to the middle, and then what the first one did: the same picture.
+        # Up to the middle, and then the same requests: the same image.
         third = self.start("--from", log, "--until", middle_us * 1e-6)
         board = third.client()
         self.assertEqual(board.time_us(), middle_us)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rig's devices through the Verilated bridge: what a board sees of them.
+// The rig's devices through the Verilated bridge, as a board sees them.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -41,7 +41,7 @@ TEST_CASE("frames come through camera select and passthrough bit for bit") {
     }
 }
 
-TEST_CASE("a sensor that is reset or sleeps in the middle of a row begins anew") {
+TEST_CASE("a sensor that is reset or sleeps within a row starts over") {
     Bench bench;
     bench.wake_sensors();
     CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
@@ -60,7 +60,7 @@ TEST_CASE("a sensor that is reset or sleeps in the middle of a row begins anew")
     }
 }
 
-TEST_CASE("a camera whose frame was broken off has its frames passed on when it is chosen again") {
+TEST_CASE("a camera whose frame was aborted passes frames when it is selected again") {
     Bench bench;
     bench.wake_sensors();
     CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
@@ -81,7 +81,7 @@ TEST_CASE("a camera whose frame was broken off has its frames passed on when it 
     }
 }
 
-TEST_CASE("a window other than armed is told") {
+TEST_CASE("a window other than armed is reported") {
     Bench bench;
     bench.wake_sensors();
     bench.set_window(kLeft, 64, 48, 21, 5);
@@ -113,7 +113,7 @@ TEST_CASE("servos follow the pulses of the Verilog") {
     CHECK(std::abs(bench.rig.state(1).pan_deg) < 0.01);
 }
 
-TEST_CASE("lens motors move at their speed, and the controller tells where they are") {
+TEST_CASE("lens motors move at their speed, and the controller reports their positions") {
     simrig::RigSettings settings;
     for (simrig::LensSettings &lens : settings.lens) {
         for (simrig::LensMotorSettings &motor : lens.motor) {
@@ -141,7 +141,7 @@ TEST_CASE("lens motors move at their speed, and the controller tells where they 
     CHECK(std::abs(zoom - 600) <= 5);
 }
 
-TEST_CASE("after days the rig does what it did in its first second, and time stands nowhere") {
+TEST_CASE("after days the rig works as in its first second, and time never stops") {
     for (const uint32_t begin_s : {0u, 5000u, 86400u, 890298u, 999999u}) {
         CAPTURE(begin_s);
         simrig::RigSettings settings;
@@ -156,7 +156,7 @@ TEST_CASE("after days the rig does what it did in its first second, and time sta
         const double begin_us = begin_s * 1e6;
         CHECK(bench.rig.now_us() >= begin_us + 200);
         CHECK(bench.rig.now_us() < begin_us + 300);
-        // Answers of the lens controller, at any part of a microsecond, awaited or not.
+        // Answers of the lens controller, at any fraction of a microsecond, awaited or not.
         for (int i = 1; i <= 40; i++) {
             const std::string ask = "1?\n";
             bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
@@ -185,7 +185,7 @@ TEST_CASE("after days the rig does what it did in its first second, and time sta
     }
 }
 
-TEST_CASE("a clock that stops or begins while all rest is told as soon as ever") {
+TEST_CASE("a clock that stops or starts while all rest is reported without extra delay") {
     Bench bench;
     bench.wake_sensors();
     CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);

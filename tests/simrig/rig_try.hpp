@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A board with its drivers in a few lines, and sensors whose pixels are a formula of the place.
+/// A board with minimal drivers, and sensors whose pixels are a formula of their position.
 #ifndef VERGENCE_TESTS_SIMRIG_RIG_TRY_HPP
 #define VERGENCE_TESTS_SIMRIG_RIG_TRY_HPP
 
@@ -22,7 +22,7 @@ inline uint16_t pixel_of(int camera, unsigned row, unsigned column) {
     return uint16_t((row * 37u + column * 11u + unsigned(camera) * 501u) & 0x3FFu);
 }
 
-// A board with drivers in a few lines.
+// A board with minimal drivers.
 struct Bench {
     simrig::Rig rig;
     std::vector<simrig::SensorFrame> sent;

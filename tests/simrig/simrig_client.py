@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A client of the simulated rig, written from the protocol's description alone, and the tests'
-common ground: processes with time limits, files in a directory that goes away."""
+"""A client of the simulated rig, written from the protocol's description alone, and what the tests
+share: processes with time limits, files in a temporary directory."""
 import os
 import pathlib
 import re
@@ -30,7 +30,7 @@ BOARD, CONTROLLER = 0, 1
 WAKE_GPIO, WAKE_SERIAL, WAKE_FRAME = 1, 2, 4
 BRIDGE, LEFT, RIGHT = 0x2C, 0x5C, 0x5E
 
-# A board to look at that needs no time to be lit.
+# A scene whose light takes no time to compute.
 SCENE = """\
 room: {origin_mm: [125, 0, 1800], tilt_deg: 0}
 lights:
@@ -147,7 +147,7 @@ class Client:
         return values[0] if words == 1 else values
 
     def gpio(self):
-        """Levels, and the edges since the last asking: (time_us, line, level)."""
+        """Levels, and the edges since the last call: (time_us, line, level)."""
         rest = self.ask(GPIO_GET)
         levels, count = struct.unpack_from("<II", rest)
         assert len(rest) == 8 + 10 * count
@@ -176,7 +176,7 @@ class Client:
             for index, value in ((3, rows - 1), (4, columns - 1), (5, 21), (6, 5), (9, rows),
                                  (1, 20 + 700), (2, 32 + 900)):
                 assert self.write(sensor, index, value) == OK
-        # The frame that is under way is a whole one: while no frame is armed it costs little.
+        # The frame in progress is a whole one: while no frame is armed it costs little.
         self.advance(150000)
         assert self.write(BRIDGE, 0x08, 0x0100) == OK
         self.advance(2000)
@@ -209,7 +209,7 @@ class Rig:
         return self.clients[-1]
 
     def stop(self, how=None):
-        """Ends it; gives the exit code."""
+        """Ends it; returns the exit code."""
         if self.process.poll() is None:
             self.process.send_signal(how or 15)
         code = self.process.wait(PATIENCE_S)
@@ -246,7 +246,7 @@ class Bench(unittest.TestCase):
         return running
 
     def run_simrig(self, *arguments, **options):
-        """A simrig that is to end by itself."""
+        """Runs a simrig that exits without a signal."""
         return subprocess.run([SIMRIG, *map(str, arguments)], capture_output=True, text=True,
                               timeout=PATIENCE_S, cwd=self.folder, **options)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded: listen() takes its time, so that whoever connects too early is seen.
+// Preloaded: delays listen(), so that a client that connects too early is noticed.
 #include <dlfcn.h>
 #include <stdint.h>
 #include <sys/socket.h>

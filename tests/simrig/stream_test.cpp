@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames through the Verilated bridge: their times, their pixels, and that the short cuts of the
-// rig (a camera's clock runs only for frames that somebody looks at) change nothing that is told
-// here.
+// Frames through the Verilated bridge: their times, their pixels, and that the rig's short
+// cuts (a camera's clock runs only for watched frames) change nothing that is tested here.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -63,7 +62,7 @@ Measured measure(const Row &row) {
     bench.rig.cancel_frame();
     const simrig::SensorFrame &sent = bench.sent.back();
     const double model_us = sent.row_us * (sent.rows + sent.blank_rows);
-    // Frames may have passed between the two that were looked at.
+    // Frames may have passed between the two captured ones.
     const double frames = std::round((next_us - first_us) / model_us);
     return {double(frame.end_ps - frame.begin_ps) * 1e-6 / rows,
             frames * 1e6 / (next_us - first_us)};
@@ -111,7 +110,7 @@ Told session(const simrig::RigSettings &settings) {
 
 }  // namespace
 
-// Blanking as stated beside the datasheet's table in the sensor's timing model; the last ones were
+// Blanking as stated next to the datasheet's table in the sensor's timing model; the last ones were
 // measured on a camera with this sensor.
 TEST_CASE("rows and frames take the time that the sensor's table says") {
     constexpr Row kRows[] = {
@@ -134,7 +133,7 @@ TEST_CASE("rows and frames take the time that the sensor's table says") {
     }
 }
 
-TEST_CASE("both cameras' frames pass bit for bit, whatever the window, skipping and binning") {
+TEST_CASE("both cameras' frames pass bit for bit, for any window, skipping and binning") {
     Bench bench;
     bench.wake_sensors();
     CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
@@ -163,7 +162,7 @@ TEST_CASE("both cameras' frames pass bit for bit, whatever the window, skipping 
     CHECK((bench.read(kBridge, 0x21) & 0x60) == 0);
 }
 
-TEST_CASE("a camera that nobody looks at is never taken for lost") {
+TEST_CASE("a camera that is not watched is never reported as lost") {
     Bench bench;
     bench.wake_sensors();
     CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
@@ -174,7 +173,7 @@ TEST_CASE("a camera that nobody looks at is never taken for lost") {
     CHECK((bench.read(kBridge, 0x0A) & kCameraLost) == 0);
 }
 
-TEST_CASE("the short cuts change nothing but counts of frames that nobody looked at") {
+TEST_CASE("the short cuts change nothing but counts of unwatched frames") {
     const Told all = session(every_clock());
     const Told some = session({});
     REQUIRE(all.registers.size() == some.registers.size());

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rig's true cameras as a calibration: the same pixels as the rig's own equations, and the same
-world for both cameras; and what tools/simrig/compare says of results that are right or wrong."""
+world for both cameras; and the figures of tools/simrig/compare for right and wrong results."""
 import importlib.machinery
 import importlib.util
 import json
@@ -91,7 +91,7 @@ class TrueCalibration(unittest.TestCase):
                                                                                 translation_mm)
                 ours = cv2.projectPoints(points_mm, *pose, *cameras[side])[0][:, 0]
                 own = points_mm if side == "left" else camera.from_world(left.to_world(points_mm))
-                # Beyond the other camera's view the polynomial means nothing.
+                # Beyond the other camera's view the polynomial is meaningless.
                 theirs = camera.pixels(own)
                 seen = ((theirs > -200) & (theirs < [width + 200, height + 200])).all(-1)
                 off = numpy.abs(ours - theirs)[seen]
@@ -196,7 +196,7 @@ class Compare(unittest.TestCase):
             self.assertAlmostEqual(seen["median_error_px"], 2 * shift_px, delta=0.05)
             self.assertEqual((seen["wrong_percent"], seen["wrong_result_percent"]),
                              (wrong, wrong_result))
-        # The same depth a pixel of the camera's, whatever the result's size.
+        # The same depth per camera pixel for any size of the result.
         whole = self.told("--object", "cylinder")["seen"]
         self.assertAlmostEqual(seen["mm_per_px"], whole["mm_per_px"], delta=0.05)
 

@@ -25,7 +25,7 @@ def scene_with_a_ball():
 
 
 def brute_force(camera, columns, rows):
-    """Depth, normal and object of each pixel of the lit array; a pinhole, and no lens's faults."""
+    """Depth, normal and object of each pixel of the lit array, for a pinhole without lens errors."""
     def numbers(key):
         return numpy.array([float(n) for n in re.search(
             rf"^{key}: \[?([^\]\n]*)", camera, re.M)[1].split(",")])

@@ -249,7 +249,7 @@ TEST_CASE("ornaments out of focus keep their colours, and have no grain but the 
     struct Case {
         double aside_deg, sharp_mm;
     };
-    // The middle of its front, where it turns away, beside its outline.
+    // The middle of its front, where it turns away, next to its outline.
     for (const Case &c : {Case{0, 1820}, Case{2, 1860}, Case{2.5, 1890}}) {
         Grain seen[2][2];
         for (const int out_of_focus : {0, 1}) {

@@ -165,7 +165,7 @@ TEST_CASE("depth of boxes and balls joined sharply") {
           });
 }
 
-TEST_CASE("depth of limbs that melt into each other") {
+TEST_CASE("depth of limbs blended into each other") {
     const double a[3] = {-20, 0, 0};
     const double b[3] = {15, -30, 8};
     const double c[3] = {20, 10, -10};
@@ -279,7 +279,7 @@ TEST_CASE("normals and objects are those of a search along rays") {
             const auto [object, z] = searched(centre);
             other_object += object != truth.id[pixel];
             checked[object]++;
-            // From depths of rays beside this one, where they meet the same object's same side.
+            // From depths of neighbouring rays, where they hit the same side of the same object.
             world::Vec3 point[4];
             bool same = object != 0 && object == truth.id[pixel];
             for (int i = 0; i < 4 && same; i++) {

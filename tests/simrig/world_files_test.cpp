@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files: all that are delivered can be read; wrong ones are refused in one line that says where.
-// And what must not change a frame does not.
+// Scene and rig files: the shipped ones can be read; bad ones are refused in one line with the
+// place. Also: what must not change a frame does not.
 #include <doctest/doctest.h>
 #include <sys/wait.h>
 
@@ -68,20 +68,20 @@ TEST_CASE("every mistake in a scene is named with its line") {
         const char *what, *by, *expected;
     };
     const Case cases[] = {
-        {"bounce_lux: 0", "bounce_lux: no", ":5: a number is wanted here, not 'no'"},
-        {"bounce_lux: 0", "bounce: 0", ":5: 'bounce' is not known here"},
-        {"kind: clay", "kind: cheese", ":8: material 'cheese' is not known"},
+        {"bounce_lux: 0", "bounce_lux: no", ":5: not a number: 'no'"},
+        {"bounce_lux: 0", "bounce: 0", ":5: unknown key 'bounce'"},
+        {"kind: clay", "kind: cheese", ":8: unknown material 'cheese'"},
         {"radius_mm: 30", "radius_mm: -3", ":16: -3 is not between 0.1 and 1000"},
-        {"radius_mm: 30", "radius: 3", ":16: 'radius' is not known here"},
-        {"ball", "ghost", ":16: part 'ghost' is not known"},
-        {"ball", "\"two\\nlines\"", ":16: part 'two?lines' is not known"},
-        {"ball", "[1, 2]", ":16: a word is wanted here"},
-        {"size_mm: [600, 400]", "size_mm: [600]", ":10: 2 numbers are wanted here, not 1"},
-        {"material: m", "material: q", ":10: material 'q' is not in this file"},
-        {"material: c", "material: m", ":13: this material is not for a solid"},
-        {"[[0.5, 0.5, 0.5]]", "[[0.5, 1.5, 0.5]]", ":7: a colour's channels lie between"},
+        {"radius_mm: 30", "radius: 3", ":16: unknown key 'radius'"},
+        {"ball", "ghost", ":16: unknown part 'ghost'"},
+        {"ball", "\"two\\nlines\"", ":16: unknown part 'two?lines'"},
+        {"ball", "[1, 2]", ":16: not a word"},
+        {"size_mm: [600, 400]", "size_mm: [600]", ":10: expected 2 numbers"},
+        {"material: m", "material: q", ":10: unknown material 'q'"},
+        {"material: c", "material: m", ":13: this material cannot"},
+        {"[[0.5, 0.5, 0.5]]", "[[0.5, 1.5, 0.5]]", ":7: a colour's channels"},
         {"lights: []", "lights: {", ":"},
-        {"tilt_deg: 0", "tilt_deg: .nan", ":1: a number is wanted here"},
+        {"tilt_deg: 0", "tilt_deg: .nan", ":1: not a number"},
         {"ambient: [300, 300, 300]\n", "", ":1: 'ambient' is missing"},
         {"      name: b\n", "", ":12: 'name' is missing"},
     };
@@ -122,7 +122,7 @@ TEST_CASE("the program refuses a bad file with one line and a code that is not 0
     };
     CHECK(run(bad.path() + " " + file("rigs/default.yaml") + " --out /nowhere/x") == 1);
     const std::string text = contents(said.path());
-    CHECK(text.find(bad.path() + ":16: part 'ghost' is not known\n") != std::string::npos);
+    CHECK(text.find(bad.path() + ":16: unknown part 'ghost'\n") != std::string::npos);
     CHECK(std::count(text.begin(), text.end(), '\n') == 1);
     const ShortLivedFile good(kScene);
     const std::string both = good.path() + " " + file("rigs/default.yaml");
@@ -170,7 +170,7 @@ TEST_CASE("a window shows what the whole frame shows there") {
     CHECK(different < part.rows * part.columns / 100);
 }
 
-TEST_CASE("truth stands where the window's pixels are") {
+TEST_CASE("truth is at the window's pixels") {
     const world::Scene scene = scene_of(kScene);
     const world::Rig rig = perfect_rig();
     world::FrameRequest request = steady(straight(rig, 500, 1750, 600));
@@ -191,7 +191,7 @@ TEST_CASE("truth stands where the window's pixels are") {
     }
 }
 
-TEST_CASE("windows that are none are refused") {
+TEST_CASE("invalid windows are refused") {
     const world::Scene scene = scene_of(kScene);
     const world::Rig rig = perfect_rig();
     world::FrameRequest request = steady(straight(rig, 500, 1750, 600));
@@ -205,7 +205,7 @@ TEST_CASE("windows that are none are refused") {
     }
 }
 
-TEST_CASE("all scenes that are delivered can be rendered") {
+TEST_CASE("all shipped scenes can be rendered") {
     const world::Rig rig = world::load_rig(file("rigs/default.yaml"));
     for (const char *name :
          {"cylinder", "mug", "figurine", "level", "still_life", "plane", "chessboard", "charuco"}) {

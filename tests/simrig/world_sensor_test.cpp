@@ -111,7 +111,7 @@ TEST_CASE("read noise and black level in the dark") {
     const world::Rig rig = noisy_rig();
     world::FrameRequest request = steady(straight(rig, 400, 1800, 300));
     request.exposure_us = 0.001;
-    // At gain 8 the rounding to whole numbers does not count.
+    // At gain 8 the rounding to integers is negligible.
     for (double &g : request.gains.analog) {
         g = 4;
     }
@@ -172,7 +172,7 @@ TEST_CASE("signal follows exposure and saturates at 1023; digital gain multiplie
     CHECK(one == doctest::Approx(lux * 17000 * 0.008 * 981 / 8500).epsilon(0.01));
 }
 
-TEST_CASE("colours stand where GRBG says, in windows and when skipping and binning") {
+TEST_CASE("colours follow GRBG, in windows and when skipping and binning") {
     const world::Scene scene = even_sheet("[0.9, 0.3, 0.6]");
     const world::Rig rig = perfect_rig();
     world::FrameRequest request = steady(straight(rig, 400, 1800, 600));
@@ -278,7 +278,7 @@ TEST_CASE("rolling shutter: each row sees the camera at its own time") {
         const double start = 5000 + row * 53.3125;
         const double part = std::clamp((jump_us - start) / 2000, 0.0, 1.0);
         const double expected = dark + part * (bright - dark);
-        // Sixteen moments stand for the exposure.
+        // Sixteen moments represent the exposure.
         CHECK(std::fabs(row_mean(frame, row) - 42 - expected) < 0.05 * bright);
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing in the pictures comes from the renderer itself: other rays give the same picture but for
-// noise, the spectrum has no lines, and no area is without texture or noise.
+// The renderer leaves no artefacts in the images: other rays give the same image up to noise, the
+// spectrum has no lines, and no area is without texture or noise.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ cv::Mat green_plane(const world::Frame &frame) {
     return plane;
 }
 
-// The strongest line of the spectrum over the median of its surroundings, over all surroundings.
+// The strongest line of the spectrum over the median of its neighbourhood; the maximum over all.
 double strongest_line(const cv::Mat &plane) {
     cv::Mat soft;
     cv::GaussianBlur(plane, soft, {}, 12);
@@ -127,7 +127,7 @@ TEST_CASE("places of rays are spread evenly over the pixel, the pupil, and both 
         quarters.insert(quarter);
     }
     CHECK(quarters.size() == 16);
-    // Opposite to each other: whatever is XORed to them, the mean stays where it is.
+    // Opposite to each other: XOR with any number keeps the mean.
     for (const std::size_t count : {4u, 16u, 64u}) {
         for (const unsigned key : {0u, 0x1234u, 0xFFFFu}) {
             for (std::size_t d = 0; d < 4; d++) {
@@ -201,7 +201,7 @@ TEST_CASE("other rays change a picture by less than its own noise") {
             MESSAGE(std::string(name)
                     << " at " << zoom << ": sampling " << std::sqrt(relative / n)
                     << " of the sensor's noise, mean difference " << sum / n << " DN");
-            // Most of it stands at outlines, where rays end at 128 a pixel.
+            // Most of it is at outlines, where rays end at 128 a pixel.
             CHECK(std::sqrt(relative / n) < 0.6);
             CHECK(std::fabs(sum / n) < 0.05);
         }
@@ -271,7 +271,7 @@ TEST_CASE("a board's white squares do not end where its paper begins") {
     const world::Board board = {5, 4, 20, 0};
     for (const double filter_mm : {0.1, 1.0, 8.0}) {
         for (const double off_mm : {-3.0, -0.4, 0.0, 0.4, 3.0}) {
-            // The right end of the top row's last square but one row: white beside white.
+            // The right end of the top row's last square but one row: white next to white.
             const double x = 50 + off_mm;
             CHECK(world::board_white(board, {x, -10}, filter_mm, 0.3) == doctest::Approx(1));
         }

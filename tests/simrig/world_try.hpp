@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the tests of the world share: files of a moment, rigs with some faults, steady cameras.
+/// What the tests of the world share: temporary files, rigs with some errors, still cameras.
 #ifndef VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
 #define VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
 
@@ -17,7 +17,7 @@ inline std::string file(const std::string &name) {
     return std::string(SIMRIG_FILES) + "/" + name;
 }
 
-/// A file that is gone when this is.
+/// A file that is removed with this object.
 class ShortLivedFile {
   public:
     explicit ShortLivedFile(const std::string &text) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// simrig-render: what one camera of a rig sees of a scene, as files to look at.
+// simrig-render: writes what one camera of a rig sees of a scene.
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -19,28 +19,29 @@ using world::Side;
 constexpr const char *kUsage =
     "usage: simrig-render SCENE RIG --out PREFIX [OPTION VALUE]...\n"
     "\n"
-    "Shows what one camera of a rig sees of a scene. Writes PREFIX.png (a photograph), PREFIX.pgm\n"
-    "(the 10-bit mosaic), PREFIX.pfm (true depth, mm), PREFIX_object.pgm (what is seen where) and\n"
-    "PREFIX.yaml (the camera).\n"
+    "Writes what one camera of a rig sees of a scene: PREFIX.png (developed), PREFIX.pgm (the "
+    "10-bit\n"
+    "mosaic), PREFIX.pfm (true depth, mm), PREFIX_object.pgm (the object at each pixel) and\n"
+    "PREFIX.yaml (the camera). Defaults follow the semicolons.\n"
     "\n"
     "  --camera left|right   which camera; left\n"
     "  --zoom POSITION       of the motor, 300 to 850; 300 (1x)\n"
-    "  --focus POSITION      of the motor, 300 to 850; what --distance asks for\n"
-    "  --distance MM         what is sharp, from 300 on; 1800\n"
+    "  --focus POSITION      of the motor, 300 to 850; follows --distance\n"
+    "  --distance MM         focus distance, at least 300; 1800\n"
     "  --iris POSITION       of the motor, 300 to 850; 850 (open)\n"
-    "  --pan DEGREES         of the pan axis, -180 to 180; the rig's\n"
+    "  --pan DEGREES         of the pan axis, -180 to 180; from the rig file\n"
     "  --window COLUMN,ROW,COLUMNS,ROWS\n"
-    "                        the part of the sensor; all of it\n"
+    "                        the part of the sensor to read; all of it\n"
     "  --skip N, --bin N     1 to 16 pixels in both directions; 1\n"
     "  --exposure US         1 to 10000000; 20000\n"
     "  --gain FACTOR         of all colours, 0.01 to 128; 1\n"
-    "  --brightness FACTOR   of the photograph alone, 0.01 to 100; 1\n"
+    "  --brightness FACTOR   of PREFIX.png only, 0.01 to 100; 1\n"
     "  --seed N              of the noise; 1\n"
     "  --threads N           1 to 64; 1\n"
-    "  --time                prints how long it took\n"
-    "  --help, --version     this text, and which version this is\n"
+    "  --time                print the CPU time\n"
+    "  --help, --version     print this text, or the version\n"
     "\n"
-    "Exit code: 0 written, 1 something failed, 2 wrong usage.\n";
+    "Exit code: 0 written, 1 failure, 2 wrong usage.\n";
 
 struct Options {
     std::string scene, rig, out;
@@ -66,7 +67,7 @@ double number(const std::string &option, const char *text, double low, double hi
     const double value = std::strtod(text, &end);
     if (end == text || *end != '\0' || !(value >= low && value <= high)) {
         char range[96];
-        std::snprintf(range, sizeof range, " wants a number between %g and %g, not ", low, high);
+        std::snprintf(range, sizeof range, " must be a number from %g to %g, not ", low, high);
         refuse(option + range + "'" + text + "'");
     }
     return value;
@@ -76,7 +77,7 @@ void set_window(world::Window &w, const char *text) {
     int used = 0;
     if (std::sscanf(text, "%d,%d,%d,%d%n", &w.column, &w.row, &w.columns, &w.rows, &used) != 4 ||
         text[used] != '\0') {
-        refuse("--window wants four numbers with commas, not '" + std::string(text) + "'");
+        refuse("--window must be COLUMN,ROW,COLUMNS,ROWS, not '" + std::string(text) + "'");
     }
 }
 
@@ -86,7 +87,7 @@ void set_option(Options &o, const std::string &name, const char *value) {
         o.out = value;
     } else if (name == "--camera") {
         if (std::strcmp(value, "left") != 0 && std::strcmp(value, "right") != 0) {
-            refuse("--camera is left or right");
+            refuse("--camera must be left or right");
         }
         o.side = std::strcmp(value, "left") == 0 ? Side::kLeft : Side::kRight;
     } else if (name == "--zoom") {
@@ -117,7 +118,7 @@ void set_option(Options &o, const std::string &name, const char *value) {
     } else if (name == "--brightness") {
         o.brightness = number(name, value, 0.01, 100);
     } else {
-        refuse("option '" + name + "' is not known");
+        refuse("unknown option '" + name + "'");
     }
 }
 
@@ -129,7 +130,7 @@ Options parsed(int count, char **arguments) {
             options.timed = true;
         } else if (name.rfind("--", 0) == 0) {
             if (i + 1 >= count) {
-                refuse(name + " wants a value");
+                refuse(name + ": value missing");
             }
             set_option(options, name, arguments[++i]);
         } else if (options.scene.empty()) {
@@ -137,11 +138,11 @@ Options parsed(int count, char **arguments) {
         } else if (options.rig.empty()) {
             options.rig = name;
         } else {
-            refuse("'" + name + "' is one file too many");
+            refuse("unexpected argument '" + name + "'");
         }
     }
     if (options.rig.empty() || options.out.empty()) {
-        refuse("a scene, a rig and --out are wanted");
+        refuse("SCENE, RIG and --out are required");
     }
     return options;
 }
@@ -174,7 +175,7 @@ void run(Options &o) {
     world::write_camera_yaml(o.out + ".yaml", truth);
 }
 
-/// The exit code: what cannot be heard has failed.
+/// The exit code: 1 when the output could not be written.
 int print(const char *text) {
     if (std::fputs(text, stdout) < 0 || std::fflush(stdout) != 0) {
         std::fprintf(stderr, "simrig-render: cannot write standard output: %s\n",

@@ -29,12 +29,12 @@ using namespace simrig;
 
 constexpr size_t kLongestScript = size_t(1) << 20;
 
-/// A file that was named cannot be used.
+/// A file that the user named cannot be used.
 struct BadInput : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Runs what reads such files.
+/// Runs `what`; its exceptions become BadInput.
 template <typename Read>
 auto reading(Read read) -> decltype(read()) {
     try {
@@ -44,7 +44,7 @@ auto reading(Read read) -> decltype(read()) {
     }
 }
 
-/// One bar on standard error, when that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 class Progress {
   public:
     ~Progress() { wipe(); }
@@ -72,7 +72,7 @@ int stop_pipe[2];
 
 void stop(int) {
     const char byte = 0;
-    // The pipe is full only when it has been written to often enough.
+    // The pipe is full only when enough wake-ups are pending.
     if (write(stop_pipe[1], &byte, 1) < 0) {
         return;
     }
@@ -80,7 +80,7 @@ void stop(int) {
 
 void catch_signals() {
     if (pipe2(stop_pipe, O_CLOEXEC | O_NONBLOCK) != 0) {
-        throw std::runtime_error("cannot make a pipe");
+        throw std::runtime_error("cannot create a pipe");
     }
     struct sigaction action {};
     action.sa_handler = stop;
@@ -89,7 +89,7 @@ void catch_signals() {
     signal(SIGPIPE, SIG_IGN);
 }
 
-/// The clock's time since this was first asked for.
+/// Time since the first call.
 WallClock wall_clock() {
     using Clock = std::chrono::steady_clock;
     std::optional<Clock::time_point> begin;
@@ -100,9 +100,9 @@ WallClock wall_clock() {
     };
 }
 
-/// How the rig is to be made, and what it has been through.
+/// How to build the rig, and the past to replay on it.
 struct Plan {
-    LogHead head;  ///< with the names that were given
+    LogHead head;  ///< with names as given
     std::string rig_path, scene_path;
     std::shared_ptr<world::Scene> scene;
     std::vector<LogEntry> past;
@@ -110,7 +110,7 @@ struct Plan {
 
 void check_sum(const std::string &path, uint32_t sum, uint32_t then, const std::string &log) {
     if (sum != then) {
-        throw BadInput(path + " is not as it was when " + log + " was made");
+        throw BadInput(path + " has changed since " + log + " was recorded");
     }
 }
 
@@ -143,9 +143,9 @@ Plan plan_of(const Options &options) {
         check_sum(plan.scene_path, plan.head.scene_sum, then.scene_sum, log);
     }
     Progress progress;
-    progress.show(0, 1, "working out the scene's light");
+    progress.show(0, 1, "computing the scene's light");
     reading([&plan] {
-        // Soon done, and so a mistake in them is soon told.
+        // Quick, so a mistake in these files is reported before the slow steps.
         world::load_rig(plan.rig_path);
         load_settings(plan.rig_path);
         plan.scene = std::make_shared<world::Scene>(world::load_scene(plan.scene_path));
@@ -195,7 +195,7 @@ void run_script(Session &session, const std::string &path) {
 
 void write_views(const Options &options, const Plan &plan) {
     if (mkdir(options.view.c_str(), 0777) != 0 && errno != EEXIST) {
-        throw std::runtime_error("cannot make " + options.view + ": " + std::strerror(errno));
+        throw std::runtime_error("cannot create " + options.view + ": " + std::strerror(errno));
     }
     const world::Rig rig = reading([&plan] { return world::load_rig(plan.rig_path); });
     View view = view_at(rig, options.zoom, options.focus_mm);
@@ -210,7 +210,7 @@ void write_views(const Options &options, const Plan &plan) {
                 prefix.c_str());
 }
 
-/// The text with the listener's name for each ADDRESS.
+/// The text with each ADDRESS replaced by the listener's name.
 std::string hint_of(std::string text, const std::string &name) {
     const std::string word = "ADDRESS";
     for (size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += name.size()) {

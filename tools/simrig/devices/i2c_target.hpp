@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A device on an I2C bus, bit by bit: registers of 16 bits, high byte first, behind an 8-bit
-/// index that counts on, as Micron's sensors have them.
+/// index that increments, as Micron's sensors have them.
 #ifndef VERGENCE_SIMRIG_DEVICES_I2C_TARGET_HPP
 #define VERGENCE_SIMRIG_DEVICES_I2C_TARGET_HPP
 
@@ -16,10 +16,10 @@ class I2cTarget {
 
     I2cTarget(uint8_t address, Write write, Read read);
 
-    /// The wires have changed. Returns whether this device pulls SDA from now on (after its own
-    /// delay, which is the caller's business).
+    /// Call when the wires have changed. Returns whether this device pulls SDA from now on (after
+    /// its delay, which the caller applies).
     bool lines(bool scl, bool sda);
-    /// The device loses power or is reset: it lets go and waits for START.
+    /// Power loss or reset: releases SDA and waits for START.
     void reset();
     bool pulls() const { return pulls_; }
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The lens controller Image Labs V3LC, as far as it is known: 9600 baud, lines of ASCII. The
 /// commands are those of its sibling V1LC (seen in public code); positions of 10 bits from 300 to
-/// 850 are the paper's. Nothing public tells how it names two lenses: here by a digit in front.
+/// 850 are the paper's. How it addresses two lenses is not public: here by a leading digit.
 ///
-///   [1|2]Znnn [1|2]Fnnn [1|2]Innn  zoom, focus, iris to a position; nothing comes back
+///   [1|2]Znnn [1|2]Fnnn [1|2]Innn  moves zoom, focus or iris to a position; no answer
 ///   [1|2]?                         status: "V3LC n", "Zoom:nnnn", "Focus:nnnn", "Iris:nnnn", each
 ///                                  with CR, the last with CR LF
-///   T255                           taken, does nothing that could be seen
+///   T255                           accepted without visible effect
 ///
-/// What it does not understand, and positions out of its range, it leaves unanswered.
+/// Unknown commands and positions out of range get no answer.
 #ifndef VERGENCE_SIMRIG_DEVICES_LENS_CONTROLLER_HPP
 #define VERGENCE_SIMRIG_DEVICES_LENS_CONTROLLER_HPP
 

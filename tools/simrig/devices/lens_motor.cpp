@@ -36,7 +36,7 @@ void LensMotor::stop(double time_us) {
     target_ = motor_;
 }
 
-// The ring is moved by the motor only once the play is used up.
+// The motor moves the ring only once the backlash is taken up.
 void LensMotor::drag() {
     const double half = settings_.backlash_counts / 2;
     ring_ = std::clamp(ring_, motor_ - half, motor_ + half);

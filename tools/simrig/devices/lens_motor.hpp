@@ -10,38 +10,38 @@
 
 namespace simrig {
 
-/// What it is; every imperfection can be 0.
+/// Its parameters; every imperfection can be 0.
 struct LensMotorSettings {
     double counts_per_s = 150;
     double start_ms = 20;                    ///< from command to motion
-    double backlash_counts = 4;              ///< the ring follows the motor with so much play
+    double backlash_counts = 4;              ///< play between motor and ring
     double least_step_counts = 2;            ///< a shorter move does not start
     double stop_low = 290, stop_high = 860;  ///< mechanical end stops
     double read_noise_counts = 1;            ///< sigma of a read-back
-    double outlier_chance = 0.002;           ///< of a read-back that is anything
-    double settle_error_counts = 0.7;        ///< sigma of where it comes to rest
+    double outlier_chance = 0.002;           ///< chance of a read-back with a random value
+    double settle_error_counts = 0.7;        ///< sigma of the resting position
     double drift_counts_per_h = 0;           ///< of the potentiometer against the ring, when cold
 };
 
-/// How far the potentiometer has drifted so long after power-up: less and less as it gets warm, and
-/// six hours' worth of the first drift in the end.
+/// Drift of the potentiometer at a time after power-up: it slows down as the part warms up, and
+/// ends at six hours of the initial drift.
 double drift_counts(const LensMotorSettings &settings, double since_us);
 
 class LensMotor {
   public:
-    /// begin_us: when it got its power.
+    /// begin_us: time of power-up.
     LensMotor(const LensMotorSettings &settings, double position, uint64_t seed,
               double begin_us = 0);
 
-    /// Goes there; a move under way is given up.
+    /// Starts a move; a move in progress is abandoned.
     void go(double time_us, double counts);
     void stop(double time_us);
-    /// Where the optics are. Times must not decrease.
+    /// Position of the optics. Times must not decrease.
     double ring(double time_us);
     bool moving(double time_us);
     /// What the converter reads now, 0 .. 1023.
     int read(double time_us);
-    /// Fault: it does not move any more, or does again.
+    /// Fault: it stops moving, or moves again.
     void jam(double time_us, bool jammed);
 
   private:

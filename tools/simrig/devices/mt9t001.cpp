@@ -60,7 +60,7 @@ const Row *row_of(uint8_t index) {
     return nullptr;
 }
 
-// No row takes less; a constant of Elphel's drivers for this sensor.
+// Minimum time of a row; a constant of Elphel's drivers for this sensor.
 constexpr unsigned kShortestRowClocks = 511;
 
 // Pixel clocks of a row besides columns and blanking, by binning of rows and of columns: measured
@@ -99,7 +99,7 @@ void Mt9t001::reset_registers() {
     triggered_ = false;
 }
 
-// In the middle of whatever it did; it begins anew.
+// Abandons the frame in progress and restarts.
 void Mt9t001::stop() {
     state_ = State::kStopped;
     row_ = clock_ = 0;
@@ -200,7 +200,7 @@ SensorFrame Mt9t001::plan(double period_us) const {
                                          std::max<unsigned>(latched_[kHorizontalBlanking], 21));
     frame.shutter_rows = light_now_.shutter_rows;
     frame.shutter_delay_clocks = light_now_.shutter_delay;
-    // The rows that follow are being exposed meanwhile: a long exposure makes the frame longer.
+    // The following rows are exposed meanwhile: a long exposure makes the frame longer.
     const unsigned frame_rows =
         std::max(frame.rows + std::max<unsigned>(latched_[kVerticalBlanking], 3) + 1,
                  light_next_.shutter_rows + 1);
@@ -228,7 +228,7 @@ void Mt9t001::latch() {
     }
 }
 
-// After a restart nothing of the past is in the rows: one exposure, then a good frame.
+// After a restart the rows are empty: one exposure, then a good frame.
 void Mt9t001::begin_frame(double period_us) {
     const bool snapshot = (registers_[kReadMode1] & 0x0100u) != 0;
     const bool enabled = (registers_[kOutputControl] & 2u) != 0 && registers_[kReset] == 0;
@@ -282,7 +282,7 @@ void Mt9t001::begin_frame(double period_us) {
 
 void Mt9t001::begin_if_due(double period_us) {
     if (restart_ && state_ == State::kReading) {
-        state_ = State::kStopped;  // the frame is given up at once
+        state_ = State::kStopped;  // the frame is abandoned at once
         row_ = clock_ = 0;
         begun_ = false;
     }
@@ -303,7 +303,7 @@ void Mt9t001::run(double now_us, double period_us, std::vector<uint16_t> &words)
         words.assign(row_clocks_ - clock_, 0);
         end_row();
     } else if (clock_ < lead_clocks_) {
-        // The light of a frame is asked for when its first pixel is due, and not before.
+        // A frame is rendered only when its first pixel is due.
         words.assign(lead_clocks_ - clock_, kFrameValid);
         clock_ = lead_clocks_;
         return;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The image sensor Micron MT9T001 as its pins and its I2C registers show it: which frames it
-/// makes, when, of what part of the array, and with which exposure and gain. What light falls on
-/// it is not known here: a FrameSource gives the numbers.
+/// The image sensor Micron MT9T001 as seen from its pins and I2C registers: which frames it
+/// outputs, when, of which part of the array, and with which exposure and gain. A FrameSource
+/// supplies the pixels.
 ///
 /// Registers and times: the sensor's data as collected in Linux's mt9t001.c and mt9t031.c, Elphel's
-/// mt9x001.c, and measurements of cameras with it. Where these leave something open, it says so.
+/// mt9x001.c, and measurements of cameras with it. Comments mark what these leave open.
 #ifndef VERGENCE_SIMRIG_DEVICES_MT9T001_HPP
 #define VERGENCE_SIMRIG_DEVICES_MT9T001_HPP
 
@@ -22,7 +22,7 @@ struct SensorFrame {
     unsigned height = 0, width = 0;            ///< rows and columns read, before skipping
     unsigned skip_rows = 1, skip_columns = 1, bin_rows = 1, bin_columns = 1;
     bool flip_rows = false, flip_columns = false;
-    unsigned rows = 0, columns = 0;  ///< of the picture that goes out
+    unsigned rows = 0, columns = 0;  ///< of the image that is output
     unsigned row_clocks = 0;         ///< pixel clocks from row to row
     unsigned blank_rows = 0;         ///< after the last one, until the next frame
     unsigned shutter_rows = 0;
@@ -33,11 +33,11 @@ struct SensorFrame {
     std::array<double, 4> analog_gain{}, digital_gain{};
     bool test_data = false;
     unsigned test_value = 0;  ///< 10 bits
-    bool bad = false;         ///< window or blanking changed under it: not to be trusted
-    bool shown = true;        ///< false: a bad frame that the sensor keeps to itself
+    bool bad = false;         ///< window or blanking changed during it: invalid
+    bool shown = true;        ///< false: a bad frame that is not output
 };
 
-/// Gives the picture of a frame: rows * columns numbers of 10 bits, row by row. begin_us: when the
+/// Returns the image of a frame: rows * columns numbers of 10 bits, row by row. begin_us: when the
 /// first row's pixels leave the sensor; the exposure of row r ended at begin_us + r * row_us.
 using FrameSource = std::function<std::vector<uint16_t>(const SensorFrame &frame, double begin_us)>;
 
@@ -88,26 +88,26 @@ class Mt9t001 {
     void set_pins(const Pins &pins);
     /// A pulse on the trigger pin: begins a frame in snapshot mode.
     void trigger() { triggered_ = true; }
-    /// Pixel clocks for one of the clock input's; 0: the output clock stands.
+    /// Pixel clocks per clock of the input; 0: the output clock is stopped.
     unsigned clock_divider() const;
-    /// What is sent moves after the rising edge of the pixel clock, to be taken at its falling one;
-    /// with this, the other way round.
+    /// Data changes after the rising edge of the pixel clock, to be sampled at the falling edge;
+    /// inverted: the other way round.
     bool clock_inverted() const { return (registers_[kPixelClockControl] & 0x8000u) != 0; }
 
-    /// What the pins show for some pixel clocks: data, and these bits.
+    /// Output for some pixel clocks: data and these bits.
     enum : uint16_t { kLineValid = 1u << 10, kFrameValid = 1u << 11 };
-    /// The next pixel clocks, up to the end of a row at most; at least one. words is made new, a
-    /// word for each. now_us: time of the first; period_us: of the pixel clock. Before the first
-    /// pixel of a frame wanted() is asked whether anybody looks; if not, the numbers are not made
-    /// and the pixels are those of an unlit sensor.
+    /// The next pixel clocks, up to the end of a row at most; at least one. words is replaced,
+    /// one word per clock. now_us: time of the first; period_us: of the pixel clock. Before the
+    /// first pixel of a frame wanted() decides whether the frame is rendered; if not, the pixels
+    /// are those of an unlit sensor.
     void run(double now_us, double period_us, std::vector<uint16_t> &words);
     std::function<bool()> wanted = [] { return true; };
-    /// Pixel clocks until the next frame may begin; the largest number: not before a register is
-    /// written or a pin moves.
+    /// Pixel clocks until the next frame may begin; the largest number: not before a register
+    /// write or a pin change.
     uint64_t clocks_to_frame() const;
     /// At the first pixel clock of a frame that is shown.
     bool begins_frame() const;
-    /// So many pixel clocks without anybody looking; frames pass in them.
+    /// Skips so many pixel clocks without output; frames pass in them.
     void skip(uint64_t clocks, double period_us);
 
     /// The frame that is being read out, or was last.
@@ -116,7 +116,7 @@ class Mt9t001 {
     static uint64_t frame_clocks(const SensorFrame &frame);
 
   private:
-    // Exposure and gain on their way: written during frame n, in force from frame n + 2.
+    // Pending exposure and gain: written during frame n, in force from frame n + 2.
     struct Light {
         unsigned shutter_rows = 0, shutter_delay = 0;
         std::array<uint16_t, 4> gain{};
@@ -140,7 +140,7 @@ class Mt9t001 {
     Pins pins_;
     State state_ = State::kStopped;
     bool triggered_ = false, restart_ = false;
-    bool begun_ = false;  // the frame that stands at its first clock has been begun already
+    bool begun_ = false;  // the frame at its first clock has been started already
     Light light_now_, light_next_;
     SensorFrame frame_;
     std::vector<uint16_t> pixels_;

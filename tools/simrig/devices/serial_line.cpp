@@ -76,7 +76,7 @@ uint64_t SerialLine::next_ps() const {
     if (!to_host_.empty()) {
         return to_host_.front().time_ps;
     }
-    // What the device has not got yet may make it answer.
+    // Bytes still on their way to the device may make it answer.
     return to_device_.empty() ? kNever : to_device_.back().time_ps;
 }
 

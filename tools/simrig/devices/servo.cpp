@@ -27,7 +27,7 @@ void Servo::edge(double time_us, bool level) {
     last_pulse_at_us_ = time_us;
     const double within_us = std::clamp(pulse_us, settings_.least_us, settings_.most_us);
     asked_deg_ = (within_us - settings_.centre_us) / settings_.us_per_degree;
-    // Inside its dead band the amplifier leaves the motor alone.
+    // Within the dead band the motor does not move.
     if (std::abs(within_us - followed_us_) > settings_.dead_band_us) {
         followed_us_ = within_us;
         target_deg_ = asked_deg_ + settings_.offset_degrees +

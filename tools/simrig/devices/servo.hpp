@@ -9,17 +9,17 @@
 
 namespace simrig {
 
-/// What it is; every imperfection can be 0.
+/// Its parameters; every imperfection can be 0.
 struct ServoSettings {
     double centre_us = 1500;
     double us_per_degree = 10.3;
     /// 60 degrees in 0.19 s at 4.8 V.
     double degrees_per_s = 316;
-    double least_us = 570, most_us = 2430;  ///< beyond, it pushes against its end stops
-    double dead_band_us = 3;                ///< a change of less moves nothing
-    double repeatability_degrees = 0.3;     ///< sigma of where it comes to rest
+    double least_us = 570, most_us = 2430;  ///< range of pulses; the end stops limit it beyond
+    double dead_band_us = 3;                ///< a smaller change causes no motion
+    double repeatability_degrees = 0.3;     ///< sigma of the resting position
     double offset_degrees = 0;              ///< of the horn on its spline
-    /// Pulses outside of this are ignored, and without any for so long it goes limp (stays).
+    /// Pulses outside this range are ignored; without pulses for so long it goes limp (stays).
     double shortest_us = 400, longest_us = 2700, limp_ms = 100;
 };
 
@@ -33,9 +33,9 @@ class Servo {
     double angle_deg(double time_us);
     bool moving(double time_us);
 
-    /// Fault: it does not move any more, or does again.
+    /// Fault: it stops moving, or moves again.
     void jam(double time_us, bool jammed);
-    /// As the last pulse asked, without imperfections.
+    /// Angle that the last pulse commands, without imperfections.
     double asked_deg() const { return asked_deg_; }
     double last_pulse_us() const { return pulse_us_; }
 

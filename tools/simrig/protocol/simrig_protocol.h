@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The protocol of the simulated rig: how a program that would drive the real one (daemon, emulated
- * board, test) drives this. C11, no dependencies; all numbers are little endian.
+/* The protocol of the simulated rig: how a program that drives the real rig (daemon, emulated
+ * board, test) drives this one. C11, no dependencies; all numbers are little endian.
  *
  * A connection carries messages in both directions, each of a header and a body:
  *
@@ -11,21 +11,21 @@
  *
  * The client sends a request, the rig answers it with one reply, in order. A reply's body begins
  * with i32 status (enum simrig_status); if that is not SIMRIG_OK, a text follows that says what is
- * wrong, in one line and without an end. The first request is SIMRIG_HELLO. A body has exactly the
- * bytes that its type asks for. After a refused greeting, and after a message longer than any may
- * be, the rig says why and closes the connection. A client that closes its sending side has gone.
+ * wrong, in one line without a line end. The first request is SIMRIG_HELLO. A body has exactly the
+ * bytes that its type requires. After a refused greeting, and after a message that is too long, the
+ * rig sends the reason and closes the connection. A client that closes its sending side counts as
+ * disconnected.
  *
- * Time. In virtual time nothing happens but by requests: SIMRIG_ADVANCE lets time pass, a transfer
- * of I2C takes the time that it takes on the wire, and everything else takes none. With wall time
- * the rig keeps up with the clock of the machine by itself, and SIMRIG_ADVANCE waits. Times are
- * microseconds since the rig's start.
+ * Time. Virtual time advances by requests only: SIMRIG_ADVANCE advances it, an I2C transfer takes
+ * as long as on the wire, and everything else takes no time. Wall time follows the clock of the
+ * machine, and SIMRIG_ADVANCE waits. Times are microseconds since the rig's start.
  *
- * The version is that of what stands here by its meaning; a new type of request leaves it as it is
- * (a simrig without that type says SIMRIG_BAD_REQUEST).
+ * The version counts changes of meaning; a new type of request does not change it (a simrig without
+ * that type replies SIMRIG_BAD_REQUEST).
  *
  * One client at a time is the board (SIMRIG_ROLE_BOARD) and has the buses; others are for control.
- * When the board's connection ends, its lines are let go: the buses are free, outputs go to their
- * level at reset, an armed frame is given up.
+ * When the board's connection ends, its lines are released: the buses are free, outputs go to their
+ * level at reset, an armed frame is cancelled.
  */
 #ifndef VERGENCE_SIMRIG_PROTOCOL_H
 #define VERGENCE_SIMRIG_PROTOCOL_H
@@ -47,18 +47,18 @@ enum {
 
 enum simrig_status {
     SIMRIG_OK = 0,
-    SIMRIG_BAD_REQUEST = -1, /* the message is not what its type asks for */
+    SIMRIG_BAD_REQUEST = -1, /* the message does not fit its type */
     SIMRIG_BAD_VERSION = -2, /* another version of the protocol, or no greeting */
-    SIMRIG_BUSY = -3,        /* somebody else is the board */
+    SIMRIG_BUSY = -3,        /* another client is the board */
     SIMRIG_NOT_ALLOWED = -4, /* not for this role */
     SIMRIG_I2C_NACK_ADDRESS = -5,
     SIMRIG_I2C_NACK_DATA = -6,
-    SIMRIG_I2C_ARBITRATION = -7, /* SDA was low where the master let it go */
+    SIMRIG_I2C_ARBITRATION = -7, /* SDA was low where the master released it */
     SIMRIG_I2C_TIMEOUT = -8,     /* SCL held for more than 25 ms */
     SIMRIG_I2C_STUCK = -9,       /* a line low before START, or SDA still low after STOP */
     SIMRIG_DEADLINE = -10,       /* no frame until the deadline */
     SIMRIG_NO_FRAME_ARMED = -11,
-    SIMRIG_FAILED = -12 /* what was asked for did not work; the text says why */
+    SIMRIG_FAILED = -12 /* the command failed; the text says why */
 };
 
 enum simrig_role { SIMRIG_ROLE_BOARD = 0, SIMRIG_ROLE_CONTROL = 1 };
@@ -70,9 +70,9 @@ enum simrig_type {
     SIMRIG_HELLO = 1,
     /* - -> u64 now_us */
     SIMRIG_TIME = 2,
-    /* u64 until_us, u32 wake (SIMRIG_WAKE_*): lets time pass until then, or until something of
-     * `wake` is there: an edge that no SIMRIG_GPIO_GET has told yet, bytes that can be read, an
-     * armed frame that is whole. A day at most -> u64 now_us, u32 woken_by */
+    /* u64 until_us, u32 wake (SIMRIG_WAKE_*): advances time until then, or until an event of
+     * `wake`: an edge not yet returned by SIMRIG_GPIO_GET, bytes to read, a complete armed frame.
+     * A day at most -> u64 now_us, u32 woken_by */
     SIMRIG_ADVANCE = 3,
 
     /* ---- board only */
@@ -85,19 +85,19 @@ enum simrig_type {
     SIMRIG_I2C = 16,
     /* u32 levels (SIMRIG_OUT_*) -> - */
     SIMRIG_GPIO_SET = 17,
-    /* - -> u32 levels (SIMRIG_IN_*), u32 count, then for each edge since the last asking:
+    /* - -> u32 levels (SIMRIG_IN_*), u32 count, then for each edge since the last call:
      * u64 time_us, u8 bit number of the line, u8 level */
     SIMRIG_GPIO_GET = 18,
     /* u16 columns, u16 rows: the port waits for the next whole frame; line lengths other than
      * that are errors of the frame -> - */
     SIMRIG_FRAME_ARM = 19,
-    /* u64 deadline_us: lets time pass until the frame is there -> u64 begin_us, u64 end_us,
+    /* u64 deadline_us: advances time until the frame is complete -> u64 begin_us, u64 end_us,
      * u32 number of frames since the start, u16 columns, u16 rows, u32 faults (SIMRIG_FRAME_*),
      * columns * rows u16 */
     SIMRIG_FRAME_WAIT = 20,
     SIMRIG_FRAME_CANCEL = 21, /* - -> - */
     SIMRIG_SERIAL_WRITE = 22, /* bytes -> - */
-    SIMRIG_SERIAL_READ = 23,  /* - -> the bytes that have come */
+    SIMRIG_SERIAL_READ = 23,  /* - -> the bytes received */
 
     /* ---- board and control */
     /* text: a command of the control side, see simrig --help-control; SIMRIG_CONTROL_BYTES_MAX
@@ -107,10 +107,10 @@ enum simrig_type {
      * u16 rows, u32 length of the text, text (YAML: the camera as it was, and the scene's objects
      * by name), columns * rows f32 depth along the camera's axis in mm, 0 where nothing is seen */
     SIMRIG_TRUTH = 33,
-    /* u8 camera, u8 layers (SIMRIG_LAYER_*, one at least), u16 first row, u16 rows: that much of
-     * the same truth -> u16 columns, u16 rows, then each layer that was asked for, in the order of
-     * their bits, rows * columns of what SIMRIG_LAYER_* says. Rows are those of the frame; a reply
-     * longer than SIMRIG_BODY_MAX is refused: ask for fewer */
+    /* u8 camera, u8 layers (SIMRIG_LAYER_*, one at least), u16 first row, u16 rows: these
+     * rows of the same truth -> u16 columns, u16 rows, then each requested layer in the order of
+     * the bits, rows * columns of what SIMRIG_LAYER_* says. Rows are those of the frame; a reply
+     * longer than SIMRIG_BODY_MAX is refused */
     SIMRIG_TRUTH_ROWS = 34
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What can be asked of a camera, and what it answers.
+/// Requests to a camera and the frames that it returns.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_FRAME_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_FRAME_HPP
 
@@ -13,7 +13,7 @@
 
 namespace world {
 
-/// Part of the active array (2048 x 1536; 0, 0 is its first pixel), and how it is thinned out.
+/// Part of the active array (2048 x 1536; 0, 0 is its first pixel), and its skipping.
 /// Colours stay GRBG: pixels go in pairs. Output column j is array column
 /// column + skip_x * 2 (j / 2) + j % 2, and with binning the mean of bin_x columns 2 apart from
 /// there.
@@ -41,7 +41,7 @@ struct Window {
         return {array_column(output_column, 0) + bin_x - 1.0,
                 array_row(output_row, 0) + bin_y - 1.0};
     }
-    /// Empty when the window can be rendered, or else what is wrong with it.
+    /// Empty when the window is valid, otherwise what is wrong with it.
     const char *fault() const;
 };
 
@@ -59,7 +59,7 @@ struct FrameRequest {
     double row_time_us = 53.3125;
     std::function<Mechanics(double time_us)> mechanics;
     std::uint64_t seed = 1;
-    std::uint64_t frame = 0;  ///< a number of the caller's: noise of two frames differs
+    std::uint64_t frame = 0;  ///< chosen by the caller: noise of two frames differs
     int threads = 1;
 };
 
@@ -69,16 +69,16 @@ struct Frame {
     std::vector<std::uint16_t> pixels;  ///< 10 bits, GRBG
 };
 
-/// What the camera sees. Bytes depend on all arguments but the number of threads.
-/// Throws std::invalid_argument when the window is not one (Window::fault) or mechanics is empty.
+/// Renders a frame. Bytes depend on all arguments but the number of threads.
+/// Throws std::invalid_argument when the window is invalid (Window::fault) or mechanics is empty.
 Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &request);
 
-/// Truth beside a frame, for the middle of each output pixel (the pinhole's ray).
+/// Truth of a frame, for the middle of each output pixel (the pinhole's ray).
 struct Truth {
     int columns = 0;
     int rows = 0;
     Window window;
-    bool mirrored_x = false;  ///< what comes of the window is, left to right
+    bool mirrored_x = false;  ///< the output of the window is mirrored left to right
     bool mirrored_y = false;
     std::vector<float> depth_mm;       ///< z in the camera's frame; 0 where nothing is seen
     std::vector<float> normal;         ///< three a pixel, in the camera's frame

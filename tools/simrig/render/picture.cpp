@@ -29,7 +29,7 @@ File opened(const std::string &path) {
 void finished(const std::string &path, File file) {
     const bool wrong = std::ferror(file.get()) != 0;
     if (std::fclose(file.release()) != 0 || wrong) {
-        throw std::runtime_error(path + ": not written completely");
+        throw std::runtime_error(path + ": cannot be written completely");
     }
 }
 
@@ -49,7 +49,7 @@ class Mosaic {
         const double dn = frame_.pixels[static_cast<std::size_t>(y * frame_.columns + x)];
         return (dn - black_) * gain_[channel(x, y)];
     }
-    // Where green saturates: brighter red or blue beside it would only tint what is white.
+    // Where green saturates: brighter red or blue next to it would only tint white.
     double white() const { return gain_[1] * (1023 - black_); }
     static int channel(int x, int y) { return (x + y) % 2 == 0 ? 1 : y % 2 == 0 ? 0 : 2; }
 

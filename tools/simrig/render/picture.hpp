@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Frames and truth as files that people and programs can look at.
+/// Writes frames and truth as files.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_PICTURE_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_PICTURE_HPP
 
@@ -20,7 +20,7 @@ struct Picture {
 /// filters, sRGB with a soft shoulder. `exposure`: what white is multiplied by.
 Picture developed(const Frame &frame, const Sensor &sensor, double exposure);
 
-/// Each writes one file; throws std::runtime_error with the file's name when it cannot.
+/// Each writes one file; throws std::runtime_error with the file's name on failure.
 void write_png(const std::string &path, const Picture &picture);
 void write_raw_pgm(const std::string &path, const Frame &frame);  ///< 16 bits, largest value 1023
 void write_depth_pfm(const std::string &path, const Truth &truth);

@@ -23,7 +23,7 @@ std::array<double, 4> disk_variances() {
                 sum += 0.5 * (dot(p, p) - dot(m, m));
             }
         }
-        // What the middles lack of the disk's own second moment.
+        // The share of the disk's second moment that the middles do not cover.
         variance[static_cast<std::size_t>(level + 1)] = sum / (kFine * kFine);
     }
     return variance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One ray: what it meets, and the light there.
+/// One ray: what it hits, and the light there.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_RAY_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_RAY_HPP
 
@@ -11,8 +11,8 @@
 namespace world {
 
 /// Textures are looked up nearer to the middle of a ray's share of pixel and pupil than the ray
-/// itself runs; the filter makes up for it, so that second moments stay what they are. Less noise
-/// for the same rays. kPull is the part of a ray's own offset that remains.
+/// itself; the filter compensates, so that second moments are unchanged. This lowers noise for the
+/// same number of rays. kPull is the part of a ray's own offset that remains.
 constexpr double kPull = 0.15;
 constexpr double kFiltered = 1 - kPull * kPull;
 /// Rays stop when their standard error is this part of the pixel's own noise.

@@ -91,7 +91,7 @@ void find_block(const Job &job, const Block &b, State &state) {
 }
 
 // Pixels of a block around which corners of pixels, each seen from another place of the pupil's
-// rim, meet the same object without a step in depth: no edge is near, as far as that tells.
+// rim, hit the same object without a step in depth: probably no edge is near.
 class Smoothness {
   public:
     Smoothness(const Job &job, const Block &b, const State &state) : block_(b) {
@@ -329,7 +329,7 @@ void check(const FrameRequest &request) {
         throw std::invalid_argument(request.window.fault());
     }
     if (!request.mechanics) {
-        throw std::invalid_argument("a frame needs to know where the motors stand");
+        throw std::invalid_argument("mechanics is empty");
     }
 }
 
@@ -338,17 +338,17 @@ void check(const FrameRequest &request) {
 const char *Window::fault() const {
     if (column < 0 || row < 0 || columns < 2 || rows < 2 || column + columns > kArrayColumns ||
         row + rows > kArrayRows) {
-        return "the window does not lie on the array";
+        return "the window is not within the array";
     }
     if (column % 2 != 0 || row % 2 != 0 || columns % 2 != 0 || rows % 2 != 0) {
-        return "the window's place and size must be even";
+        return "the window's position and size must be even";
     }
     if (skip_x < 1 || skip_y < 1 || skip_x > 16 || skip_y > 16 || bin_x < 1 || bin_y < 1 ||
         bin_x > skip_x || bin_y > skip_y) {
-        return "skipping is 1 to 16, and binning 1 to skipping";
+        return "skip must be 1 to 16, and bin 1 to skip";
     }
     if (output_columns() < 2 || output_rows() < 2) {
-        return "nothing is left of the window after skipping";
+        return "the window is empty after skipping";
     }
     return nullptr;
 }

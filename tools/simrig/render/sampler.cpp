@@ -98,7 +98,7 @@ Course stratified_course(const View &view, const PixelTask &task, int n, int lev
         level};
 }
 
-// Is the mean of n stratified rays as good as the pixel's own noise asks for?
+// Whether the mean of n stratified rays is as accurate as the pixel's own noise requires.
 bool settled(const PixelTask &task, double sum, double square, int n, int level) {
     const double mean = sum / n;
     const double variance = std::max(square / n - mean * mean, 0.0) / (n - 1);
@@ -145,7 +145,7 @@ double pixel_luminance(const View &view, const PixelTask &task) {
         return luminance;
     }
     // Where objects meet, rays that all miss the smaller share must not end the pixel: that would
-    // make blurred outlines too sharp. Half of the last level's rays at least, whatever they say.
+    // make blurred outlines too sharp. Use at least half of the last level's rays.
     const bool edge_may_be_near = task.view_count == 1 && !task.starts_smooth;
     const auto add = [&](int level) {
         const double value =
@@ -157,7 +157,8 @@ double pixel_luminance(const View &view, const PixelTask &task) {
     for (int level = kFirstLevel; level <= kLastLevel; level++) {
         const int count = 4 << (2 * level);
         while (n < count) {
-            // Not of textures: half of the shares are left out then, which no spread tells.
+            // Not for textures: half of the shares are left out then, which the spread does not
+            // show.
             if (edge_may_be_near && level == kLastLevel && n == count / 2 &&
                 settled(task, sum, square, n, level)) {
                 return sum / n;
@@ -169,7 +170,7 @@ double pixel_luminance(const View &view, const PixelTask &task) {
             return sum / n;
         }
     }
-    // Bright against dark: the same number once more, turned.
+    // Bright against dark: the same number again, rotated.
     while (n < 2 * kMostSamples) {
         add(kLastLevel);
     }

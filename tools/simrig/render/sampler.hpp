@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The light on one pixel: rays over its area and over the pupil, as many as its noise asks for.
+/// The light on one pixel: rays over its area and over the pupil, as many as its noise requires.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_SAMPLER_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_SAMPLER_HPP
 
@@ -59,9 +59,9 @@ struct BlockLight {
     LocalLight corner[4];
 };
 
-/// A body that bends little where it fills a block: what middle rays meet at the block's corners.
+/// A body that curves little where it fills a block: what middle rays hit at the block's corners.
 struct Patch {
-    const Candidate *candidate = nullptr;  ///< null: there is no such body
+    const Candidate *candidate = nullptr;  ///< null: none
     BlockLight light;
     Vec3 normal[4];
     double z[4];

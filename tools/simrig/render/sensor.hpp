@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From light on a pixel to its number.
+/// Converts light on a pixel to its value.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_SENSOR_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_SENSOR_HPP
 
@@ -18,7 +18,7 @@ inline int bayer_channel(int place) {
     return kChannels[place];
 }
 
-/// Time that an exposure is worth in steady light: the integral of the mains' flicker over it.
+/// Equivalent exposure time in steady light: the integral of the mains' flicker over it.
 double lit_time_us(const Mains &mains, double start_us, double exposure_us);
 
 /// Mean electrons of a pixel for one lux on it during the exposure.
@@ -28,7 +28,7 @@ class PixelReader {
   public:
     PixelReader(const Sensor &sensor, const Gains &gains, std::uint64_t key);
 
-    /// What collects in one pixel: response of this very pixel, photon noise, full well.
+    /// Electrons in one pixel: response of this very pixel, photon noise, full well.
     double collected(double mean_electrons, int array_column, int array_row) const;
     /// The number for collected electrons (the mean of `binned` pixels); each row has
     /// noise of its own.

@@ -56,7 +56,7 @@ double mirrored(const AreaLight &lamp, const Vec3 &place, const Vec3 &direction,
     return edge_u * edge_v * clear;
 }
 
-// What a mirror shows: the room, brighter above; and the lamps where nothing stands before them.
+// Reflection of a mirror: the room, brighter above, and the lamps where unobstructed.
 void add_sheen(const Scene &scene, const Object &object, const Arriving &arriving,
                const Vec3 &place, const Vec3 &normal, const Vec3 &from_eye, LocalLight &light) {
     const Material &material = object.material;
@@ -103,7 +103,7 @@ void add_sheen(const Scene &scene, const Object &object, const Arriving &arrivin
 LocalLight light_at(const Scene &scene, const Object &object, const Vec3 &place, const Vec3 &normal,
                     const Vec3 &from_eye) {
     const bool is_sheet = object.solid == nullptr;
-    // A body's light is asked for a little outside, where the map's nodes are free.
+    // A body's light is looked up slightly outside, where the map's nodes are free.
     const Arriving arriving =
         object.light.at(is_sheet ? place : place + 0.75 * object.light.step_mm() * normal);
     LocalLight light;

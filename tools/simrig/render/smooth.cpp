@@ -87,9 +87,9 @@ double filtered_along(const Spread &s, int channel) {
 
 // Textures with edges: four rays through places of pixel and pupil that lie opposite to each other.
 // Slopes cancel between them, so that their mean is much better than their differences say. The
-// places are the same for all pixels and frames: whether the differences are small enough must not
-// be a matter of chance, because a ray's filter is of another shape than the pixel, and what it is
-// wrong by would come and go.
+// places are the same for all pixels and frames: chance must not decide whether the differences are
+// small enough, because a ray's filter has another shape than the pixel, and its error would
+// flicker.
 double filtered_in_four(const Spread &s, int channel, double &spread2) {
     constexpr double kPart = 0.6;  // of the way to the pixel's corner and to the pupil's rim
     const double filter2 = kFiltered * s.filter2;
@@ -118,7 +118,7 @@ bool has_edges(const Material &material) {
 
 // Ornaments more out of focus than this are seen through a disk: two rays would make grain there.
 constexpr double kBlurredPx = 2;
-// Seen flatter than this the disk is too long for its places.
+// At a flatter angle than this the disk is too long for its places.
 constexpr double kLeastSlant = 0.35;
 
 // An ornament through the whole blur at once. False: it is not one surface under the disk.
@@ -250,8 +250,8 @@ bool light_of_pixel(const View &view, const PixelView &pixel,
 
 Patch find_patch(const View &view, const PixelView (&views)[5],
                  const std::vector<Candidate> &candidates) {
-    // Light is as good as linear where this part of it is not, and so a blur over no more pixels
-    // than a block has leaves it as it is.
+    // Light is nearly linear where this part of it is not, so a blur over no more pixels than a
+    // block has does not change it.
     constexpr double kUneven = 0.004, kBlockPx = 8;
     Patch patch;
     Remembered middle;

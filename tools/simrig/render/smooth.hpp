@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pixels whose rays all meet one smooth surface: one ray, and the texture through a filter.
+/// Pixels whose rays all hit one smooth surface: one ray, and the texture through a filter.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_SMOOTH_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_SMOOTH_HPP
 
@@ -7,8 +7,8 @@
 
 namespace world {
 
-/// The middle ray of such a pixel: its mean luminance, and what it met in `memory`. False: the
-/// texture asks for more rays.
+/// The middle ray of such a pixel: its mean luminance, and what it hit in `memory`. False: the
+/// texture needs more rays.
 bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memory,
                       double &luminance);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which objects a small block of pixels can see, and from which depth on.
+/// Finds the objects that a small block of pixels can see, and from which depth on.
 #ifndef VERGENCE_TOOLS_SIMRIG_RENDER_TILE_HPP
 #define VERGENCE_TOOLS_SIMRIG_RENDER_TILE_HPP
 
@@ -29,7 +29,7 @@ Beam beam_of(const Camera &camera, Vec2 low, Vec2 high, double margin_px);
 struct Candidate {
     const Object *object = nullptr;
     Pose object_camera;
-    double z_near = 0;  ///< nothing of it is nearer
+    double z_near = 0;  ///< minimum depth
     double z_far = 0;
     PartMask parts = 0;
     bool covers = false;  ///< a flat sheet that the whole beam hits

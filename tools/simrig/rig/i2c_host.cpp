@@ -8,7 +8,7 @@ namespace simrig {
 namespace {
 
 constexpr uint64_t kNs = 1000, kMs = 1000 * kPsPerUs;
-// What a controller of a processor waits for SCL before it gives up.
+// Time-out of a processor's controller for SCL held low.
 constexpr uint64_t kStretchLimitPs = 25 * kMs;
 
 }  // namespace
@@ -147,7 +147,7 @@ I2cResult I2cHost::transfer(unsigned speed_hz, std::vector<I2cMessage> &messages
                 set(true, true);
             }
         } else {
-            // The bus is somebody else's: let go and leave it.
+            // Arbitration lost: release the bus.
             set(true, true);
             wait(low_ps_);
         }

@@ -20,11 +20,11 @@ struct I2cMessage {
 
 enum class I2cStatus {
     kOk,
-    kNackAddress,  ///< nobody answers to the address; STOP was sent
+    kNackAddress,  ///< the address was not acknowledged; STOP was sent
     kNackData,     ///< a byte of a write was not acknowledged; STOP was sent
-    kArbitration,  ///< SDA was low where the master let it go; no clock and no STOP after that
-    kTimeout,      ///< SCL was held for more than 25 ms; given up there
-    kStuck,        ///< a line was low before START, or SDA did not come up at STOP
+    kArbitration,  ///< SDA was low where the master released it; no clock, no STOP after that
+    kTimeout,      ///< SCL was held for more than 25 ms; aborted there
+    kStuck,        ///< a line was low before START, or SDA did not rise at STOP
 };
 
 struct I2cResult {
@@ -33,7 +33,7 @@ struct I2cResult {
     size_t bytes_done = 0;  ///< of the message that failed
 };
 
-/// What others do to the bus, besides the bridge.
+/// Faults on the bus: lines held low.
 struct BusFaults {
     bool sda_stuck = false, scl_stuck = false;
 };

@@ -38,7 +38,7 @@ void PpiPort::take_pixels(const uint16_t *data, size_t count) {
     column_ += unsigned(count);
 }
 
-// The run that ends had the syncs that are remembered; with the present sample others begin.
+// The run that ends had the stored syncs; the present sample begins another one.
 void PpiPort::on_run(uint64_t time_ps, const uint16_t *data, size_t count,
                      const bridge_outputs &now) {
     const bool frame_valid = now.ppi_fs2 != 0, line_valid = now.ppi_fs1 != 0;

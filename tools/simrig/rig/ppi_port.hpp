@@ -15,7 +15,7 @@ struct PpiFrame {
     uint32_t number = 0;  ///< of the frames that passed the port since the start
     unsigned columns = 0, rows = 0;
     bool short_line = false, short_frame = false, long_frame = false;
-    std::vector<uint16_t> pixels;  ///< columns * rows; what did not come is 0
+    std::vector<uint16_t> pixels;  ///< columns * rows; missing pixels are 0
 };
 
 class PpiPort : public PpiListener {
@@ -25,14 +25,14 @@ class PpiPort : public PpiListener {
     void on_run(uint64_t time_ps, const uint16_t *data, size_t count,
                 const bridge_outputs &now) override;
 
-    /// Waits for the next frame that begins. stop_when_done: Wires::stop() then.
+    /// Arms for the next frame that begins. stop_when_done: calls Wires::stop() at its end.
     void arm(unsigned columns, unsigned rows);
     void cancel();
     bool armed() const { return armed_; }
     bool done() const { return done_; }
     /// The frame, once done().
     PpiFrame take();
-    /// When the frame that is being taken began; 0: none is.
+    /// Begin of the frame in progress; 0: none.
     uint64_t taking_since_ps() const { return taking_ ? frame_.begin_ps : 0; }
 
   private:

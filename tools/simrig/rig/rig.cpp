@@ -12,7 +12,7 @@ namespace simrig {
 
 namespace {
 
-// Of the IRQ line's edges the newest are kept.
+// Only the newest edges of the IRQ line are kept.
 constexpr size_t kEdgesKept = 4096;
 constexpr uint64_t kResetPs = 10 * kPsPerUs;
 constexpr uint64_t kPsPerS = 1000000 * kPsPerUs;
@@ -29,7 +29,7 @@ std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigS
     return {lens(0), lens(1)};
 }
 
-// The first whole picosecond that is not before it.
+// Rounds up to whole picoseconds.
 uint64_t ps_of(double time_us) {
     const double whole_us = std::floor(time_us);
     return uint64_t(whole_us) * kPsPerUs +
@@ -62,7 +62,7 @@ Rig::Rig(const RigSettings &settings, Scenery scenery)
         };
         auto port =
             std::make_unique<SensorPort>(wires_, camera, settings.sensor[size_t(camera)], source);
-        // Only what reaches the armed port is worth rendering.
+        // Render only what reaches the armed port.
         SensorPort *sensor = port.get();
         sensor->sensor().wanted = [this, sensor] {
             return ppi_.taking_since_ps() != 0 &&
@@ -88,7 +88,7 @@ void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) 
                 pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
                 pulse.rise_ps = time_ps;
                 if (quiet_) {
-                    wires_.stop();  // its end is to be foreseen: see run_quietly()
+                    wires_.stop();  // its end must be predicted: see run_quietly()
                 }
             } else if (!high && pulse.high) {
                 const uint64_t width_ps = time_ps - pulse.rise_ps;
@@ -154,8 +154,8 @@ void Rig::run_quietly(uint64_t until_ps) {
     quiet_ = false;
 }
 
-// Where no camera's frames are wanted their clocks rest too, but for a while before somebody may
-// ask for them.
+// When no camera's frames are wanted, their clocks rest too, except shortly before they may be
+// wanted.
 void Rig::run_idle(uint64_t end_ps) {
     constexpr uint64_t kShowPs = 200 * kPsPerUs, kShortestPs = 3 * kShowPs, kStepPs = 10 * kPsPerUs;
     unsigned alive = 0;
@@ -190,7 +190,7 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
     SerialLine &line = lenses_.line();
     const uint64_t until_ps = ps_of(until_us);
     while (woken == 0 && now_ps() < until_ps) {
-        // Bytes that nobody waits for must not stop the clock.
+        // Bytes that no request waits for must not stop the clock.
         const bool unwanted = line.next_ps() <= now_ps() && (wake & kWakeSerial) == 0;
         run_quietly(unwanted ? until_ps : std::min(until_ps, line.next_ps()));
         line.advance(now_ps());
@@ -258,8 +258,8 @@ void Rig::release_board() {
     irq_edges_.clear();
 }
 
-// Motion is known up to now and foreseen from the commands given so far; what lies before is taken
-// as it is now.
+// Motion is known up to now and predicted from the commands so far; earlier times use the present
+// state.
 CameraState Rig::state_at(int camera, double time_us) {
     const auto at = std::max(time_us, now_us());
     Servo servo = servos_[size_t(camera)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The whole simulated rig: the Verilated bridge with everything that hangs on it, and its time.
+/// The whole simulated rig: the Verilated bridge, all devices on it, and its time.
 #ifndef VERGENCE_SIMRIG_RIG_RIG_HPP
 #define VERGENCE_SIMRIG_RIG_RIG_HPP
 
@@ -24,7 +24,7 @@ struct LensSettings {
 
 struct RigSettings {
     uint64_t seed = 1;
-    /// What the rig's time is when it comes to life, as of a machine that has run for long.
+    /// The rig's time at the start, as if it had run for so long.
     uint32_t begin_s = 0;
     /// Every clock of both sensors reaches the bridge at all times, which costs some 5 CPU seconds
     /// for each second. Otherwise only frames that the armed port could get do, and the bridge's
@@ -36,7 +36,7 @@ struct RigSettings {
     std::array<LensSettings, LensController::kLenses> lens;
 };
 
-/// Where the moving parts of a camera are.
+/// Positions of a camera's moving parts.
 struct CameraState {
     double pan_deg = 0;                    ///< of the servo's horn, positive for longer pulses
     double zoom = 0, focus = 0, iris = 0;  ///< of the rings, counts
@@ -61,7 +61,7 @@ class Rig : public PinListener {
 
     double now_us() const { return wires_.now_us(); }
     uint64_t now_ps() const { return wires_.now_ps(); }
-    /// Lets time pass until then or until something of `wake` happens, and tells what did.
+    /// Advances time until then or until an event of `wake`; returns what happened.
     uint32_t advance(double until_us, uint32_t wake);
 
     I2cResult i2c(unsigned speed_hz, std::vector<I2cMessage> &messages);
@@ -75,13 +75,13 @@ class Rig : public PinListener {
     void cancel_frame();
     bool frame_armed() const { return ppi_.armed(); }
     bool frame_done() const { return ppi_.done(); }
-    /// Lets time pass until the armed frame is there. False: not until then.
+    /// Advances time until the armed frame is complete. False: not until then.
     bool wait_frame(double deadline_us);
     PpiFrame take_frame() { return ppi_.take(); }
 
     SerialLine &serial() { return lenses_.line(); }
 
-    /// The board has gone: everything that it drove is let go.
+    /// The board disconnected: releases everything that it drove.
     void release_board();
 
     // ---- the control side

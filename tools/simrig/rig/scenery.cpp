@@ -49,7 +49,7 @@ world::Mechanics Stage::mechanics(const CameraState &state) {
     return mechanics;
 }
 
-// Those whose array pixels all lie in the world's array.
+// Outputs whose array pixels all lie in the world's array.
 Stage::Lit Stage::lit_part(int start, int skip, int bin, int outputs, int array) {
     const auto first = [=](int output) { return start + skip * 2 * (output / 2) + output % 2; };
     Lit lit;
@@ -69,7 +69,7 @@ void Stage::ask(Asked &asked, const SensorFrame &frame, double begin_us) const {
     const int column_start = int(frame.column_start) - kFirstColumn;
     const auto skip_x = int(frame.skip_columns), skip_y = int(frame.skip_rows);
     const auto bin_x = int(frame.bin_columns), bin_y = int(frame.bin_rows);
-    // The scene is kept: another one may be set before its truth is asked for.
+    // The scene is kept: it may be replaced before its truth is requested.
     asked.pictured = {int(frame.columns), int(frame.rows), scene_};
     asked.flip_columns = frame.flip_columns;
     asked.flip_rows = frame.flip_rows;
@@ -113,7 +113,7 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
                   pixels.begin() + long(row + asked.rows.begin) * long(frame.columns) +
                       asked.columns.begin);
     }
-    // Truth is asked for later, when the moving parts have moved on: they are kept as they were.
+    // Truth is requested later, when the parts have moved: their state is saved.
     const world::Mechanics then = mechanics(state(begin_us));
     asked.request.mechanics = [then](double) { return then; };
     flip(pixels, frame);

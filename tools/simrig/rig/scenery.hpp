@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// From what a sensor reads to what the world shows it: windows, skipping and time of its frames.
+/// Maps a sensor's readout to the world: windows, skipping and times of its frames.
 #ifndef VERGENCE_SIMRIG_RIG_SCENERY_HPP
 #define VERGENCE_SIMRIG_RIG_SCENERY_HPP
 
@@ -18,7 +18,7 @@ class Stage {
     Stage(const std::string &scene, const std::string &rig, uint64_t seed, int threads);
     Stage(std::shared_ptr<world::Scene> scene, const std::string &rig, uint64_t seed, int threads);
 
-    /// Another scene from the next frame on.
+    /// Replaces the scene from the next frame on.
     void set_scene(std::shared_ptr<world::Scene> scene);
 
     /// Numbers of a frame, as Scenery wants them. Where the window leaves the lit array, dark ones.
@@ -31,8 +31,8 @@ class Stage {
         std::shared_ptr<const world::Scene> scene;
     };
     const Pictured *pictured(int camera) const;
-    /// Truth for `rows` rows from `first_row` on of that frame, pixel by pixel as its numbers stand
-    /// in it; dark pixels see nothing. pictured() must not be null, and the rows must be there.
+    /// Truth for `rows` rows from `first_row` on of that frame, in the order of its pixels;
+    /// dark pixels see nothing. pictured() must not be null, and the rows must exist.
     world::Truth truth(int camera, int first_row, int rows) const;
 
     const world::Rig &rig() const { return rig_; }

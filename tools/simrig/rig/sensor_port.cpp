@@ -9,10 +9,10 @@ namespace simrig {
 
 namespace {
 
-// While a sensor's clock is not shown, it is looked at so often; the bridge takes a clock for lost
+// While a sensor's clock is hidden, it is shown this often; the bridge reports a clock as lost
 // after 150 us at least.
 constexpr uint64_t kLookPs = 140 * kPsPerUs;
-// Before a frame and after it the bridge sees the clock for so long at least.
+// The bridge sees the clock at least so long before and after a frame.
 constexpr uint64_t kLeadPs = 20 * kPsPerUs;
 
 }  // namespace
@@ -83,7 +83,7 @@ void SensorPort::update_clock() {
     const auto period_ps = uint64_t(std::lround(divider * input_ps));
     catch_up();
     if (live_ && sensor_.clocks_to_frame() == 0) {
-        wires_.feed(camera_, {}, !sensor_.clock_inverted());  // a restart: the row is given up
+        wires_.feed(camera_, {}, !sensor_.clock_inverted());  // a restart: the row is abandoned
     }
     if (period_ps != period_ps_) {
         period_ps_ = period_ps;
@@ -100,7 +100,7 @@ void SensorPort::update_clock() {
     next_look();
 }
 
-// What passed while nobody saw it.
+// Catches up with the time that passed while hidden.
 void SensorPort::catch_up() {
     const uint64_t now_ps = wires_.now_ps();
     if (live_ || period_ps_ == 0) {
@@ -157,13 +157,13 @@ void SensorPort::next_look() {
 }
 
 // The bridge's watch divides the clock by 16 and looks at changes: 16 clocks are one change,
-// whatever came before; with one more there could be two, which look like none when nobody looks in
-// between.
+// whatever came before; one more could make two changes, which look like none if the watch does not
+// sample in between.
 void SensorPort::burst() {
     constexpr uint64_t kClocks = 16;
     if (blank_since_ps_ == 0) {
-        // It was reset, or its clock stood, in the middle of a row. A frame that the pins go on
-        // showing would keep the bridge's gate closed for ever.
+        // It was reset, or its clock stopped, within a row. A frame left valid on the pins would
+        // keep the bridge's gate closed forever.
         wires_.show(camera_, 0);
         blank_since_ps_ = wires_.now_ps();
     }

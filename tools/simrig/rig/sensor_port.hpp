@@ -18,10 +18,10 @@ struct SensorSettings {
     double answer_ns = 350;      ///< from SCL's fall until its SDA is valid
 };
 
-/// What can be wrong between a sensor and the bridge.
+/// Faults between a sensor and the bridge.
 struct SensorFaults {
     bool unplugged = false;  ///< neither I2C nor clock
-    bool silent = false;     ///< answers on I2C, but its clock stands
+    bool silent = false;     ///< answers on I2C, but its clock is stopped
     uint16_t torn_bits = 0;  ///< data lines without contact: read as 0
     bool sda_stuck = false;  ///< pulls the branch's SDA
 };
@@ -34,16 +34,16 @@ class SensorPort : public PinListener, public ClockListener {
     void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
     void on_clock(uint64_t time_ps, int camera) override;
 
-    /// Whether somebody looks at its frames; to be asked at any time. A frame that began unwatched
-    /// does not reach the pins, and while no frame does, of the clock only enough edges do that the
-    /// bridge does not take it for lost: the sensor's frames go on in time all the same.
+    /// Whether the frames are watched; may be called at any time. A frame that began unwatched does
+    /// not reach the pins; while none does, the pins show only enough clock edges that the bridge
+    /// does not report the clock as lost. The sensor's frames continue in time either way.
     std::function<bool()> watched = [] { return true; };
-    /// Asks watched() now and not only at the next look; after a rest of the wires its looks go on.
+    /// Checks watched() now instead of at the next look; after a rest of the wires looks continue.
     void look() { update_clock(); }
     /// All of its clock's edges are at the pins.
     bool live() const { return live_; }
     void set_faults(const SensorFaults &faults);
-    /// When the frame began that it shows now: the rise of frame valid.
+    /// Begin of the frame that it shows now: the rise of frame valid.
     uint64_t frame_begun_ps() const { return frame_begun_ps_; }
     uint64_t period_ps() const { return period_ps_; }
     Mt9t001 &sensor() { return sensor_; }
@@ -65,8 +65,8 @@ class SensorPort : public PinListener, public ClockListener {
     SensorFaults faults_;
     std::vector<uint16_t> words_;
     uint64_t pull_order_ = 0, period_ps_ = 0, frame_begun_ps_ = 0;
-    uint64_t caught_up_ps_ = 0;  ///< until then the sensor has run, while it is not live
-    uint64_t look_ps_ = 0;       ///< time of the look that is on its way; 0: none is
+    uint64_t caught_up_ps_ = 0;  ///< time up to which the sensor was simulated while not live
+    uint64_t look_ps_ = 0;       ///< time of the scheduled look; 0: none
     uint64_t blank_since_ps_ = 0;
     bool live_ = false, joined_late_ = false, trigger_ = false;
 };

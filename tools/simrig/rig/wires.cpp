@@ -31,7 +31,7 @@ void Wires::run_until(uint64_t time_ps) {
     while (!stopped_) {
         end_ps_ = moments_.empty() ? time_ps : std::min(time_ps, moments_.top().time_ps);
         if (now_ps() < end_ps_) {
-            // Ends early when a callback sets an earlier moment, or stops.
+            // Ends early when a callback sets an earlier timer, or stops.
             bridge_model_advance(model_.get(), end_ps_ - now_ps());
         }
         bool called = false;

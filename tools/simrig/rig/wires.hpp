@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bridge's pins and the time they live in: devices set inputs at their moments and hear of
-/// what the outputs do.
+/// The bridge's pins and their time: devices set inputs at given times and are called on changes of
+/// outputs.
 #ifndef VERGENCE_SIMRIG_RIG_WIRES_HPP
 #define VERGENCE_SIMRIG_RIG_WIRES_HPP
 
@@ -21,7 +21,7 @@ inline double us_of(uint64_t time_ps) {
     return double(time_ps / kPsPerUs) + double(time_ps % kPsPerUs) / double(kPsPerUs);
 }
 
-/// Who is told when pins of the groups in wanted() have changed.
+/// Called when pins of the groups in wanted() have changed.
 class PinListener {
   public:
     virtual ~PinListener() = default;
@@ -29,7 +29,7 @@ class PinListener {
     virtual void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) = 0;
 };
 
-/// Who makes what a camera's pins show. Called just after an edge of its clock when the words that
+/// Supplies the pins of a camera. Called just after an edge of its clock when the words that
 /// it gave with Wires::feed() are used up.
 class ClockListener {
   public:
@@ -37,7 +37,7 @@ class ClockListener {
     virtual void on_clock(uint64_t time_ps, int camera) = 0;
 };
 
-/// Who takes what the PPI shows: see bridge_ppi_callback.
+/// Receives the PPI's samples: see bridge_ppi_callback.
 class PpiListener {
   public:
     virtual ~PpiListener() = default;
@@ -53,7 +53,7 @@ class Wires {
     Wires(const Wires &) = delete;
     Wires &operator=(const Wires &) = delete;
 
-    /// What the world drives; takes effect with drive().
+    /// The inputs; a change takes effect with drive().
     bridge_inputs in{};
     void drive();
     /// The wires as of now.
@@ -61,10 +61,9 @@ class Wires {
 
     uint64_t now_ps() const { return bridge_model_time_ps(model_.get()); }
     double now_us() const { return us_of(now_ps()); }
-    /// Lets time pass until then, with all moments on the way. Returns early when stop() was
-    /// called.
+    /// Advances time until then, with all timers on the way. Returns early when stop() is called.
     void run_until(uint64_t time_ps);
-    /// The same, whoever calls stop().
+    /// The same, ignoring stop().
     void run(uint64_t duration_ps);
     void stop() { stopped_ = true; }
     bool stopped() const { return stopped_; }
@@ -90,7 +89,7 @@ class Wires {
     void show(int camera, uint16_t word) { bridge_model_show(model_.get(), camera, word); }
     unsigned watched() const { return bridge_model_watched(model_.get()); }
 
-    /// Listeners stay for good; the caller owns them.
+    /// Listeners cannot be removed; the caller owns them.
     void listen(PinListener &listener);
     void listen_clock(int camera, ClockListener &listener);
     void listen_ppi(PpiListener &listener);

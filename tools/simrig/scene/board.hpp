@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calibration boards as exact functions of the place: no texels, so corners are where they belong.
+/// Calibration boards as exact functions of position: no texels, so corners are exact.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_BOARD_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_BOARD_HPP
 

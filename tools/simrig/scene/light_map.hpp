@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Light that arrives at an object: worked out once, because neither lights nor objects move.
+/// Light that arrives at an object: computed once, because lights and objects do not move.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_LIGHT_MAP_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_LIGHT_MAP_HPP
 
@@ -38,7 +38,7 @@ class LightMap {
     /// Linear between the nodes. In the object's frame.
     Arriving at(const Vec3 &place_mm) const;
     double step_mm() const { return step_mm_; }
-    /// Mean of each node with its neighbours in a layer: takes away the sampling's grain.
+    /// Mean of each node with its neighbours in a layer: smooths the sampling noise.
     void smooth();
 
   private:

@@ -20,7 +20,7 @@ bool blocked(const Scene &scene, const Ray &ray, double t_far) {
     return nearest_hit(scene, ray, t_far, 0.02).object != nullptr;
 }
 
-// Could anything stand between a place and a lamp? Spheres around objects against the cone.
+// Whether an object may obstruct the lamp: spheres around objects against the cone.
 bool may_be_blocked(const Scene &scene, const AreaLight &lamp, const Vec3 &place) {
     const Vec3 to = lamp.centre_mm - place;
     const double distance = length(to);
@@ -28,7 +28,7 @@ bool may_be_blocked(const Scene &scene, const AreaLight &lamp, const Vec3 &place
     const double lamp_reach = length(lamp.half_u_mm) + length(lamp.half_v_mm);
     for (const auto &object : scene.objects) {
         if (object->solid == nullptr) {
-            // Sheets stand behind what they light, but for boards.
+            // Sheets are behind what they light, except boards.
             if (object->reach_mm < 1000) {
                 return true;
             }

@@ -99,8 +99,8 @@ double wood(const Material &m, const SurfacePlace &s, int channel) {
     return (here + part * (there - here)) * (1 - 0.85 * gap);
 }
 
-// The ornament is on the outside of the wall that it is wound around: neither within, nor on what
-// stands off, such as a handle. A filter softens that only as far as the surface leads off the
+// The ornament is on the outside of the wall that it wraps: neither inside, nor on protruding parts
+// such as a handle. A filter softens that only as far as the surface leads off the
 // wall: along the wall it stays on it, however wide it is.
 double on_wall(const Material &m, const SurfacePlace &s) {
     const double from_axis = std::sqrt(s.met.x * s.met.x + s.met.z * s.met.z);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What surfaces look like: reflectance in one channel at a place, as a filter of some width sees
-/// it.
+/// Appearance of surfaces: reflectance in one channel at a place, through a filter of some width.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_MATERIAL_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_MATERIAL_HPP
 
@@ -15,9 +14,9 @@ namespace world {
 
 enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kPaper };
 
-/// What is painted on a wall, and how large.
+/// The ornament on a wall and its size.
 struct Ornament {
-    std::string name;  ///< empty: nothing
+    std::string name;  ///< empty: none
     Vec2 size_mm;
     int seed = 0;
 };
@@ -25,7 +24,7 @@ struct Ornament {
 struct Material {
     MaterialKind kind = MaterialKind::kClay;
     std::vector<Colour> tones;  ///< one, or one for each tone of the parts
-    double contrast = 1;        ///< of the fine texture; 0 is really plain
+    double contrast = 1;        ///< of the fine texture; 0: none
     /// Mirror at right angles (0.04 glaze), and how soft its picture of the lights is, rad.
     double gloss = 0;
     double gloss_blur_rad = 0.1;
@@ -36,7 +35,7 @@ struct Material {
     double plank_mm = 120;
 };
 
-/// Where reflectance is asked for.
+/// The place of a reflectance lookup.
 struct SurfacePlace {
     Vec3 p;      ///< the body's own frame; on the tangent plane of `met`
     Vec3 met;    ///< where the ray met the body

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Band-limited noise from which all surfaces are made.
+/// Band-limited noise for all surface textures.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_NOISE_TILE_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_NOISE_TILE_HPP
 
@@ -64,7 +64,8 @@ inline double NoiseTile::at(double x, double y, double rms_texels) const {
         const double fade = 1 / (place - (kLevels - 2));
         return at_level(kLevels - 1, x, y) * fade * fade;
     }
-    /// Levels are blended in the middle between them only: half of the work for what no eye sees.
+    /// Levels are blended in the middle between them only: half of the work for an invisible
+    /// difference.
     const int level = static_cast<int>(place);
     const double part = (place - level - 0.3) * 2.5;
     if (part <= 0) {
@@ -75,10 +76,10 @@ inline double NoiseTile::at(double x, double y, double rms_texels) const {
 }
 
 /// Isotropic tiles of independent noise: 0 rough (all octaves alike), 1 and 2 soft (finer octaves
-/// weaker). They are made once, at the first call.
+/// weaker). Computed once, at the first call.
 const NoiseTile &noise_tile(int number);
 
-/// One layer on a surface: turned by an angle that is no fraction of a turn, `period_mm` long.
+/// One layer on a surface: rotated by an irrational part of a turn, `period_mm` long.
 struct NoiseLayer {
     const NoiseTile *tile = nullptr;
     double along = 0;  ///< texels a mm, cosine and sine part

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Painted decoration, as a brush would leave it: motifs at places of blue noise, none like another.
+// Painted decoration: brush-like motifs at blue-noise positions, all different.
 #include <algorithm>
 #include <cmath>
 
@@ -168,7 +168,7 @@ Vine vine_at(Random &random, double width, double middle, double amplitude) {
     return vine;
 }
 
-// A function of x at the middles of all columns, for those who ask it row by row.
+// A function of x at the middles of all columns, for lookups row by row.
 template <class Value, class Function>
 std::vector<Value> by_column(const Raster &raster, Function function) {
     std::vector<Value> values(static_cast<std::size_t>(raster.columns()));

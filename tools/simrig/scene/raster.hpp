@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A painted picture on a surface: motifs drawn once, looked up with the filter of the asker.
+/// A painted image on a surface: motifs drawn once, looked up with the caller's filter.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_RASTER_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_RASTER_HPP
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A scene: bodies and sheets with their materials, lights, and the light that arrives everywhere.
+/// A scene: bodies and sheets with their materials, lights, and the light on them.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_SCENE_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_SCENE_HPP
 
@@ -54,17 +54,17 @@ struct Hit {
     const Object *object = nullptr;
 };
 
-/// Reads the text of a scene file that is called `name`; its ornaments, its noise and its light
-/// are missing yet. Throws BadFile.
+/// Reads the text of a scene file called `name`, without its ornaments, noise and light. Throws
+/// BadFile.
 Scene parse_scene(const std::string &name, const std::string &text);
 
-/// Reads a scene file, draws its ornaments and works out its light. Throws BadFile.
+/// Reads a scene file, draws its ornaments and computes its light. Throws BadFile.
 Scene load_scene(const std::string &path);
 
-/// The nearest surface along a ray before t_far, to `tolerance` mm; object is null when none.
+/// The nearest surface along a ray before t_far, to `tolerance` mm; object is null if none.
 Hit nearest_hit(const Scene &scene, const Ray &ray, double t_far, double tolerance);
 
-/// Works out every object's light map. Part of load_scene.
+/// Computes every object's light map. Part of load_scene.
 void light_scene(Scene &scene);
 
 }  // namespace world

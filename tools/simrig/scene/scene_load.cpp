@@ -8,7 +8,7 @@
 namespace world {
 namespace {
 
-// Truth tells objects apart by a byte, in which 0 is nothing.
+// Truth numbers objects in a byte, in which 0 means none.
 constexpr std::size_t kMostObjects = 255;
 constexpr std::size_t kLongestName = 64;
 
@@ -16,7 +16,7 @@ Colour colour_of(const Entry &entry, double low, double high) {
     const Vec3 v = entry.vector();
     for (const double c : {v.x, v.y, v.z}) {
         if (c < low || c > high) {
-            entry.fail("a colour's channels lie between " + std::to_string(low) + " and " +
+            entry.fail("a colour's channels must lie between " + std::to_string(low) + " and " +
                        std::to_string(high));
         }
     }
@@ -43,7 +43,7 @@ Board read_board(const Entry &entry) {
     board.square_mm = entry.number("square_mm", 0.1, 10000);
     board.marker_mm = entry.number("marker_mm", 0, board.square_mm, 0);
     if (board.marker_mm > 0 && board.columns * board.rows / 2 > 50) {
-        entry.fail("a coded board has at most 50 markers, one in each white square");
+        entry.fail("too many markers (at most 50, one per white square)");
     }
     return board;
 }
@@ -53,7 +53,7 @@ Material read_material(const Entry &entry) {
                  "ornament_size_mm", "ornament_seed", "plank_mm"});
     const std::string kind = entry.at("kind").text();
     if (kKinds.count(kind) == 0) {
-        entry.at("kind").fail("material '" + kind + "' is not known");
+        entry.at("kind").fail("unknown material '" + kind + "'");
     }
     Material material;
     material.kind = kKinds.at(kind);
@@ -62,8 +62,8 @@ Material read_material(const Entry &entry) {
     }
     const bool is_board = material.kind == MaterialKind::kBoard;
     if (material.tones.size() < (is_board ? 2U : 1U)) {
-        entry.at("colours").fail(is_board ? "a board has two colours, paper and ink"
-                                          : "a material has a colour");
+        entry.at("colours").fail(is_board ? "a board must have two colours, paper and ink"
+                                          : "a material must have a colour");
     }
     material.contrast = entry.number("contrast", 0, 5, 1);
     material.gloss = entry.number("gloss", 0, 1, 0);
@@ -75,11 +75,11 @@ Material read_material(const Entry &entry) {
     if (material.kind == MaterialKind::kPainted) {
         const std::string name = entry.at("ornament").text();
         if (!is_ornament(name)) {
-            entry.at("ornament").fail("ornament '" + name + "' is not known");
+            entry.at("ornament").fail("unknown ornament '" + name + "'");
         }
         const Vec2 size = entry.at("ornament_size_mm").pair();
         if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
-            entry.at("ornament_size_mm").fail("an ornament is 20 to 2000 mm wide and high");
+            entry.at("ornament_size_mm").fail("an ornament must be 20 to 2000 mm wide and high");
         }
         material.ornament = {name, size, entry.at("ornament_seed").whole(0, 1000000)};
     }
@@ -95,7 +95,7 @@ Part read_can(const Entry &e) {
     part.s = 0.5 * e.number("height_mm", 0.1, 2000);
     const std::string axis = e.has("axis") ? e.at("axis").text() : "y";
     if (axis != "x" && axis != "y" && axis != "z") {
-        e.at("axis").fail("an axis is x, y or z");
+        e.at("axis").fail("an axis must be x, y or z");
     }
     part.axis = axis[0] - 'x';
     part.rounding = e.number("rounding_mm", 0, std::min(part.r, part.s), 0);
@@ -158,7 +158,7 @@ Part read_part(const Entry &entry) {
     } else if (kind == "arc") {
         part = read_arc(e);
     } else {
-        entry.fail("part '" + kind + "' is not known");
+        entry.fail("unknown part '" + kind + "'");
     }
     part.tone = e.has("tone") ? e.at("tone").whole(0, 31) : 0;
     return part;
@@ -170,11 +170,11 @@ void read_solid(const Entry &entry, Object &object) {
     for (const Entry &part : entry.at("parts").items()) {
         parts.push_back(read_part(part));
         if (static_cast<std::size_t>(parts.back().tone) >= object.material.tones.size()) {
-            part.fail("the material has no colour of this tone");
+            part.fail("the material has too few colours for this tone");
         }
     }
     if (parts.empty() || parts.size() > kMostParts) {
-        entry.at("parts").fail("a solid has 1 to 32 parts");
+        entry.at("parts").fail("a solid must have 1 to 32 parts");
     }
     object.solid = std::make_unique<Solid>(parts, entry.number("blend_mm", 0, 100, 0));
     object.middle_mm = object.world_object * (0.5 * (object.solid->low() + object.solid->high()));
@@ -185,12 +185,12 @@ void read_sheet(const Entry &entry, Object &object) {
     entry.allow({"name", "material", "position_mm", "turn_deg", "size_mm", "bend_radius_mm"});
     object.sheet.half_mm = 0.5 * entry.at("size_mm").pair();
     if (!(object.sheet.half_mm.x > 0 && object.sheet.half_mm.y > 0)) {
-        entry.at("size_mm").fail("sizes are positive");
+        entry.at("size_mm").fail("sizes must be positive");
     }
     if (entry.has("bend_radius_mm")) {
         const double radius = entry.at("bend_radius_mm").number();
         if (std::fabs(radius) < 2 * object.sheet.half_mm.x) {
-            entry.at("bend_radius_mm").fail("a sheet bends no more than over its own width");
+            entry.at("bend_radius_mm").fail("bend radius too small for the sheet's width");
         }
         object.sheet.bend_per_mm = 1 / radius;
     }
@@ -206,21 +206,21 @@ AreaLight read_light(const Entry &entry, const Pose &room) {
     light.half_u_mm = room.rotation * entry.at("half_u_mm").vector();
     light.half_v_mm = room.rotation * entry.at("half_v_mm").vector();
     if (length(cross(light.half_u_mm, light.half_v_mm)) < 1) {
-        entry.fail("a light has an area");
+        entry.fail("a light must have an area");
     }
     light.luminance = colour_of(entry.at("luminance"), 0.001, 1e6);
     light.panes = entry.has("panes") ? entry.at("panes").pair() : Vec2{1, 1};
     return light;
 }
 
-// Names go into commands of one line, of words, and into YAML between quotes.
+// Names are words of one-line commands and quoted in YAML.
 std::string read_name(const Entry &entry) {
     const std::string name = entry.text();
     const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
         return c > 0x20 && c != 0x7F && c != '"' && c != '\\';
     });
     if (!plain || name.empty() || name.size() > kLongestName) {
-        entry.fail("a name has 1 to 64 characters, without spaces, quotes and backslashes");
+        entry.fail("a name must have 1 to 64 characters, without spaces, quotes and backslashes");
     }
     return name;
 }
@@ -228,7 +228,7 @@ std::string read_name(const Entry &entry) {
 void name_once(const Entry &entry, const Scene &scene, const std::string &name) {
     for (const auto &object : scene.objects) {
         if (object->name == name) {
-            entry.fail("an object '" + name + "' is there already");
+            entry.fail("duplicate object '" + name + "'");
         }
     }
 }
@@ -237,7 +237,7 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
                                     const std::map<std::string, Entry> &materials, int id) {
     const std::string kind = entry.only_key();
     if (kind != "sheet" && kind != "solid") {
-        entry.fail("object '" + kind + "' is not known");
+        entry.fail("unknown object '" + kind + "'");
     }
     const Entry e = entry.at(kind);
     auto object = std::make_unique<Object>();
@@ -246,21 +246,21 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
     const std::string material = e.at("material").text();
     const auto found = materials.find(material);
     if (found == materials.end()) {
-        e.at("material").fail("material '" + material + "' is not in this file");
+        e.at("material").fail("unknown material '" + material + "'");
     }
     object->material = read_material(found->second);
     object->world_object =
         room * Pose{turn_of(e.vector("turn_deg", {})), e.at("position_mm").vector()};
     object->object_world = inverse(object->world_object);
     if (object->material.kind == MaterialKind::kPainted && kind == "sheet") {
-        e.fail("painted materials are for solids");
+        e.fail("painted materials require a solid");
     }
     const bool flat_only = object->material.kind == MaterialKind::kPlaster ||
                            object->material.kind == MaterialKind::kWood ||
                            object->material.kind == MaterialKind::kBoard ||
                            object->material.kind == MaterialKind::kPaper;
     if (flat_only != (kind == "sheet")) {
-        e.at("material").fail("this material is not for a " + kind);
+        e.at("material").fail("this material cannot be used for a " + kind);
     }
     kind == "sheet" ? read_sheet(e, *object) : read_solid(e, *object);
     return object;
@@ -282,7 +282,7 @@ Scene read_scene(const Entry &file) {
         scene.lights.push_back(read_light(light, room));
     }
     if (scene.lights.size() > 2) {
-        file.at("lights").fail("a scene has at most two lights");
+        file.at("lights").fail("too many lights (at most 2)");
     }
     std::map<std::string, Entry> materials;
     for (const Entry &material : file.at("materials").items()) {
@@ -291,7 +291,7 @@ Scene read_scene(const Entry &file) {
     }
     const std::vector<Entry> objects = file.at("objects").items();
     if (objects.size() > kMostObjects) {
-        file.at("objects").fail("a scene has at most 255 objects");
+        file.at("objects").fail("too many objects (at most 255)");
     }
     for (const Entry &object : objects) {
         auto read =

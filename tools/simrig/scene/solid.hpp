@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Closed bodies: unions of parts whose exact distance is known, sharp or blended into each other.
-/// Local frame: y points down, bodies stand on y = 0.
+/// Local frame: y points down, bodies rest on y = 0.
 #ifndef VERGENCE_TOOLS_SIMRIG_SCENE_SOLID_HPP
 #define VERGENCE_TOOLS_SIMRIG_SCENE_SOLID_HPP
 
@@ -37,7 +37,7 @@ struct Part {
     double reach = 0;
 };
 
-/// Bit n stands for part n.
+/// Bit n is part n.
 using PartMask = std::uint32_t;
 constexpr std::size_t kMostParts = 32;
 
@@ -52,7 +52,7 @@ class Solid {
     const Part &nearest_part(const Vec3 &p, PartMask mask) const;
 
     /// First place along the ray between t_near and t_far where the distance is 0, to `tolerance`;
-    /// negative when there is none. Rays start outside.
+    /// negative if there is none. Rays start outside.
     double trace(const Ray &ray, double t_near, double t_far, double tolerance,
                  PartMask mask) const;
 

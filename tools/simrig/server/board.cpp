@@ -13,11 +13,11 @@ namespace simrig {
 
 namespace {
 
-// A day: what is asked for beyond is a mistake.
+// A day: more is a client's mistake.
 constexpr double kLongestUs = 86400e6;
-// Of the rig's time between two looks at the clients; a replay takes the same slices.
+// Rig time between two polls of the clients; a replay uses the same slices.
 constexpr double kSliceUs = 5000;
-// Of a reply with truth, before its layers.
+// Bytes of a truth reply before its layers.
 constexpr int kTruthHeadBytes = 8;
 
 BodyWriter ok() {
@@ -78,7 +78,7 @@ std::optional<Body> Board::begin(uint16_t type, const Body &body, simrig_role ro
 }
 
 Board::Answer Board::answer(const Hello &) {
-    throw Refused{SIMRIG_BAD_REQUEST, "this client has greeted already"};
+    throw Refused{SIMRIG_BAD_REQUEST, "unexpected second greeting"};
 }
 
 Board::Answer Board::answer(const AskTime &) {
@@ -107,7 +107,7 @@ Body Board::time_and(uint32_t woken) const {
 Board::Answer Board::answer(const Advance &advance) {
     const auto until_us = double(advance.until_us);
     if (until_us > rig_.now_us() + kLongestUs) {
-        throw Refused{SIMRIG_BAD_REQUEST, "more than a day is asked for at once"};
+        throw Refused{SIMRIG_BAD_REQUEST, "ADVANCE by more than a day"};
     }
     const uint32_t woken = there_already(advance.wake);
     if (woken != 0) {
@@ -184,7 +184,7 @@ Board::Answer Board::answer(const SerialRead &) {
     return reply.take();
 }
 
-// What the desk does not do, it says in a line.
+// An exception of the control side becomes the reply's text.
 template <typename Ask>
 auto Board::at_desk(Ask ask) -> decltype(ask()) {
     try {
@@ -222,7 +222,7 @@ Board::Answer Board::answer(const AskTruthRows &ask) {
     const int most_rows = (SIMRIG_BODY_MAX - kTruthHeadBytes) / (columns * pixel_bytes);
     if (ask.rows > most_rows) {
         throw Refused{SIMRIG_FAILED,
-                      "at most " + std::to_string(most_rows) + " such rows go into a reply"};
+                      "a reply holds at most " + std::to_string(most_rows) + " such rows"};
     }
     const world::Truth truth =
         at_desk([&] { return desk_.truth_of(ask.camera, ask.first_row, ask.rows); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The requests of the protocol, carried out on a rig: bytes in, bytes out, no sockets. Requests
-/// that let time pass may take long; they run in steps so that a server can look after others.
+/// Executes the requests of the protocol on a rig: bytes in, bytes out, no sockets. Requests that
+/// advance time may take long; they run in steps so that a server can serve other clients.
 #ifndef VERGENCE_SIMRIG_SERVER_BOARD_HPP
 #define VERGENCE_SIMRIG_SERVER_BOARD_HPP
 
@@ -14,21 +14,21 @@
 
 namespace simrig {
 
-/// The rig's time by the machine's clock, in microseconds; empty: time passes by requests alone.
+/// The rig's time by the machine's clock, in microseconds; empty: only requests advance time.
 using WallClock = std::function<double()>;
 
 class Board {
   public:
     Board(Rig &rig, ControlDesk &desk, WallClock clock);
 
-    /// Starts a request of a client that has greeted. Empty: it goes on in step().
+    /// Starts a request of a client that has greeted. Empty: it continues in step().
     std::optional<Body> begin(uint16_t type, const Body &body, simrig_role role);
     bool busy() const { return pending_.has_value(); }
-    /// Goes on for a slice of the rig's time. Empty: not done yet.
+    /// Continues for a slice of the rig's time. Empty: not done yet.
     std::optional<Body> step();
-    /// Whoever waits for step() has gone.
+    /// The client that waits for step() disconnected.
     void abandon() { pending_.reset(); }
-    /// The board's client has gone.
+    /// The board's client disconnected.
     void release();
     double now_us() const { return rig_.now_us(); }
     uint64_t now_ps() const { return rig_.now_ps(); }
@@ -43,7 +43,7 @@ class Board {
         double until_us;
         uint32_t wake;
     };
-    // What each request does; nothing: it goes on in step(). Refused is thrown.
+    // One function per request; empty: it continues in step(). Throw Refused.
     using Answer = std::optional<Body>;
     Answer answer(const Hello &hello);
     Answer answer(const AskTime &ask);

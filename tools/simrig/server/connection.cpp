@@ -36,7 +36,7 @@ bool Connection::flush() {
     output_.clear();
     sent_ = 0;
     if (finished_) {
-        // Closing at once would throw away the last reply while the client still sends.
+        // Closing now would discard the last reply while the client still sends.
         shutdown(socket_, SHUT_WR);
     }
     return true;

@@ -11,26 +11,26 @@ namespace simrig {
 
 class Connection {
   public:
-    /// Takes over the socket, which must not block.
+    /// Takes ownership of the socket, which must be non-blocking.
     explicit Connection(int socket) : socket_(socket) {}
     ~Connection();
     Connection(const Connection &) = delete;
     Connection &operator=(const Connection &) = delete;
 
     int socket() const { return socket_; }
-    /// Reads what is there. False: the client sends no more, or has gone.
+    /// Reads what has arrived. False: the client sends no more or disconnected.
     bool receive();
-    /// The next whole message; nothing: not there yet.
+    /// The next whole message; empty: not complete yet.
     std::optional<Message> next() { return inbox_.next(); }
     std::optional<Message> too_long() const { return inbox_.too_long(); }
     void send(const Message &message) { append(output_, message); }
-    /// Sends what can be sent. False: the client has gone.
+    /// Sends without blocking. False: the client disconnected.
     bool flush();
     bool has_output() const { return sent_ < output_.size(); }
-    /// Replies that nobody fetches pile up only so far; until then no more requests are read.
+    /// Too many replies are waiting to be fetched: no more requests are read until then.
     bool clogged() const { return output_.size() - sent_ > kOutputMax; }
 
-    /// No more is heard; the client gets what has been sent to it, and a second to read that.
+    /// Stops receiving; the client has a second to read the replies sent so far.
     void finish();
     bool finished() const { return finished_; }
     bool overdue() const;

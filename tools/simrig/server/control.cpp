@@ -17,9 +17,9 @@ namespace simrig {
 
 namespace {
 
-// Eleven days; times in picoseconds stay within 64 bits.
+// Eleven days: times in picoseconds fit 64 bits.
 constexpr double kLatestS = 1e6;
-// Of an object's place, in mm and degrees.
+// Limit of an object's position and rotation, in mm and degrees.
 constexpr double kFarthest = 1e6;
 constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
 
@@ -27,7 +27,7 @@ constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
     throw std::runtime_error(what);
 }
 
-/// The file may be one that only simrig can read: no client gets to see what stands in it.
+/// The file may be readable by simrig only: clients must not see its content.
 template <typename Load>
 auto loaded(Load load) -> decltype(load()) {
     try {
@@ -39,7 +39,7 @@ auto loaded(Load load) -> decltype(load()) {
 }
 
 size_t side_at(const Words &words, size_t at) {
-    return one_of(word_at(words, at, "left or right"), {"left", "right"}, "a side");
+    return one_of(word_at(words, at, "left or right"), {"left", "right"}, "side");
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ size_t one_of(const std::string &word, const Words &choices, const std::string &
         }
         list += (list.empty() ? "" : ", ") + choices[i];
     }
-    refuse(what + " is one of " + list + ", not '" + word + "'");
+    refuse("unknown " + what + " '" + word + "' (expected " + list + ")");
 }
 
 const std::string &word_at(const Words &words, size_t at, const std::string &what) {
@@ -73,7 +73,7 @@ const std::string &word_at(const Words &words, size_t at, const std::string &wha
 
 void no_more_than(const Words &words, size_t count) {
     if (words.size() > count) {
-        refuse("'" + words[count] + "' is one word too many; see help");
+        refuse("unexpected argument '" + words[count] + "'; see help");
     }
 }
 
@@ -88,7 +88,8 @@ double number_at(const Words &words, size_t at, const std::string &what, double 
     }
     if (used == 0 || used != text.size() || !(value >= low && value <= high)) {
         std::ostringstream line;
-        line << what << " is a number from " << low << " to " << high << ", not '" << text << "'";
+        line << what << " must be a number from " << low << " to " << high << ", not '" << text
+             << "'";
         refuse(line.str());
     }
     return value;
@@ -98,29 +99,28 @@ ControlDesk::ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::
     : rig_(rig), stage_(stage), staging_(scene), files_(std::move(files)) {}
 
 std::string ControlDesk::help() {
-    return "status                              where everything stands\n"
+    return "status                              time, pan angles, lens positions\n"
            "scene NAME|FILE                     another scene from the next frame on\n"
-           "move OBJECT X Y Z [RX RY RZ]        puts an object of the scene elsewhere: mm and "
-           "degrees,\n"
-           "                                    as position_mm and turn_deg in the scene's file\n"
-           "truth left|right NAME               of the last frame, into the folder of --files:\n"
+           "move OBJECT X Y Z [RX RY RZ]        moves an object of the scene: mm and degrees, as\n"
+           "                                    position_mm and turn_deg in the scene's file\n"
+           "truth left|right NAME               writes the last frame's truth to --files:\n"
            "                                    NAME.pfm (depth in mm), NAME_normal.pfm, "
            "NAME_object.pgm,\n"
            "                                    NAME.yaml (the camera, and the objects' names)\n"
-           "view NAME                           what both cameras would see now, and a drawing, "
-           "there:\n"
+           "view NAME                           writes what both cameras see now, and a drawing:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
            "fault servo left|right jam|free\n"
            "fault lens left|right zoom|focus|iris jam|free\n"
            "fault camera left|right unplug|silent|stuck|torn BIT|ok\n"
            "                                    stuck: SDA held low; torn: this data bit reads 0\n"
-           "fault bus sda|scl|ok                somebody holds this line of the DSP's bus\n"
+           "fault bus sda|scl|ok                this line of the DSP's bus is held low\n"
            "fault serial silent|late MS|split MS|garbage PART|lost PART|ok\n"
-           "                                    of the lens controller's line; PART of all bytes, "
+           "                                    of the lens controller's line; PART: share of "
+           "bytes, "
            "0 to 1\n"
-           "at SECONDS fault|scene|move ...     the same at a time of the rig\n"
-           "snapshot NAME                       remembers this moment (virtual time only)\n"
-           "restore NAME                        back to it: all since then never was\n";
+           "at SECONDS fault|scene|move ...     the same at that time of the rig\n"
+           "snapshot NAME                       saves this moment (virtual time only)\n"
+           "restore NAME                        returns to it\n";
 }
 
 std::string ControlDesk::run(const std::string &command) {
@@ -144,12 +144,11 @@ std::string ControlDesk::run(const std::string &command) {
         what.run();
         return what.answer;
     }
-    refuse("there is no command '" + name + "'; see help");
+    refuse("unknown command '" + name + "'; see help");
 }
 
 ControlDesk::Deed ControlDesk::deed(const Words &words) {
-    switch (one_of(word_at(words, 0, "what is to be done"), {"fault", "scene", "move"},
-                   "what can be given a time")) {
+    switch (one_of(word_at(words, 0, "a command"), {"fault", "scene", "move"}, "command")) {
         case 0:
             return {fault_of(rig_, words), ""};
         case 1:
@@ -159,7 +158,7 @@ ControlDesk::Deed ControlDesk::deed(const Words &words) {
     }
 }
 
-// The answer tells which file it was, so that a replay notices another one.
+// The answer holds the file's sum, so that a replay notices a changed file.
 ControlDesk::Deed ControlDesk::change_scene(const Words &words) {
     const std::string path = place_of("scenes", word_at(words, 1, "the scene"));
     no_more_than(words, 2);
@@ -173,11 +172,11 @@ ControlDesk::Deed ControlDesk::move(const Words &words) {
     const std::string &object = word_at(words, 1, "the object");
     std::vector<double> place;
     while (place.size() < kPlaceNumbers || kMoveWords + place.size() < words.size()) {
-        place.push_back(number_at(words, kMoveWords + place.size(), "a place in mm or degrees",
+        place.push_back(number_at(words, kMoveWords + place.size(), "a position in mm or degrees",
                                   -kFarthest, kFarthest));
     }
     if (place.size() != kPlaceNumbers && place.size() != 2 * kPlaceNumbers) {
-        refuse("a place has three numbers in mm, and may have three turns in degrees");
+        refuse("a move needs three positions in mm, and optionally three rotations in degrees");
     }
     auto scene = loaded([&] { return staging_.move(object, place); });
     return {[this, scene] { stage_.set_scene(scene); }, ""};
@@ -210,7 +209,7 @@ std::string ControlDesk::status() {
 const Stage::Pictured &ControlDesk::pictured(int camera) const {
     const Stage::Pictured *pictured = stage_.pictured(camera);
     if (pictured == nullptr) {
-        refuse("no frame of this camera has been taken yet");
+        refuse("no frame of this camera was taken yet");
     }
     return *pictured;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The control side of the simulated rig: scene, truth and faults, by lines of text.
+/// The control side of the simulated rig: text commands for scene, truth and faults.
 #ifndef VERGENCE_SIMRIG_SERVER_CONTROL_HPP
 #define VERGENCE_SIMRIG_SERVER_CONTROL_HPP
 
@@ -14,15 +14,15 @@ namespace simrig {
 
 using Words = std::vector<std::string>;
 
-/// Throw std::runtime_error with one line: a word is not there, not what is wanted, or too many.
+/// Throw std::runtime_error with one line when a word is missing, invalid or unexpected.
 const std::string &word_at(const Words &words, size_t at, const std::string &what);
 void no_more_than(const Words &words, size_t count);
 double number_at(const Words &words, size_t at, const std::string &what, double low, double high);
 size_t one_of(const std::string &word, const Words &choices, const std::string &what);
 Words words_of(const std::string &line);
 
-/// What a fault does when its time has come; words: "fault", part, .... Throws std::runtime_error
-/// with one line that says what is wrong.
+/// The action of a fault; words: "fault", part, .... Throws std::runtime_error with one line that
+/// says what is wrong.
 std::function<void()> fault_of(Rig &rig, const Words &words);
 
 class ControlDesk {
@@ -30,7 +30,7 @@ class ControlDesk {
     /// scene: the file that the stage shows. files: the folder to write into; empty: none.
     ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::string files);
 
-    /// Carries out one command and gives its answer, which may have several lines. Throws
+    /// Runs one command and returns its answer, which may have several lines. Throws
     /// std::runtime_error with one line that says what is wrong.
     std::string run(const std::string &command);
     /// What a camera's last frame was, and truth for some of its rows: see Stage. Throw as run(),
@@ -38,11 +38,11 @@ class ControlDesk {
     const Stage::Pictured &pictured(int camera) const;
     world::Truth truth_of(int camera, int first_row, int rows) const;
 
-    /// The commands, a line each.
+    /// The help text of the commands.
     static std::string help();
 
   private:
-    /// Checked and prepared when it is asked for, done now or later.
+    /// Checks and prepares a command that runs now or later.
     struct Deed {
         std::function<void()> run;
         std::string answer;

@@ -17,7 +17,7 @@ using world::Vec3;
 
 constexpr double kPanelPx = 1240, kEdgePx = 60, kTitlePx = 46, kLinePx = 20;
 constexpr double kBehindMm = 220, kBeyondMm = 120, kBesideMm = 60;
-constexpr double kLargeMm = 900;  // what reaches farther is cut off at the panel's edge
+constexpr double kLargeMm = 900;  // larger objects are clipped at the panel's edge
 constexpr double kFarthestMm = 20000;
 const char *const kColours[] = {"#1f6fb2", "#c2571a"};
 const char *const kNames[] = {"left", "right"};

@@ -10,13 +10,12 @@ namespace {
 using Deed = std::function<void()>;
 
 size_t side_at(const Words &words) {
-    return one_of(word_at(words, 2, "left or right"), {"left", "right"}, "a side");
+    return one_of(word_at(words, 2, "left or right"), {"left", "right"}, "side");
 }
 
 Deed fault_servo(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
-    const bool jam =
-        one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "a servo's fault") == 1;
+    const bool jam = one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "servo fault") == 1;
     no_more_than(words, 4);
     return [&rig, side, jam] { rig.servo(int(side)).jam(rig.now_us(), jam); };
 }
@@ -24,9 +23,8 @@ Deed fault_servo(Rig &rig, const Words &words) {
 Deed fault_lens(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const size_t axis =
-        one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "a lens motor");
-    const bool jam =
-        one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "a motor's fault") == 1;
+        one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "lens motor");
+    const bool jam = one_of(word_at(words, 4, "jam or free"), {"free", "jam"}, "motor fault") == 1;
     no_more_than(words, 5);
     return [&rig, side, axis, jam] {
         rig.lenses().motor(side, LensAxis(axis)).jam(rig.now_us(), jam);
@@ -37,7 +35,7 @@ Deed fault_camera(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const std::string &kind = word_at(words, 3, "a camera's fault");
     SensorFaults faults;
-    switch (one_of(kind, {"ok", "unplug", "silent", "stuck", "torn"}, "a camera's fault")) {
+    switch (one_of(kind, {"ok", "unplug", "silent", "stuck", "torn"}, "camera fault")) {
         case 1:
             faults.unplugged = true;
             break;
@@ -58,8 +56,7 @@ Deed fault_camera(Rig &rig, const Words &words) {
 }
 
 Deed fault_bus(Rig &rig, const Words &words) {
-    const size_t line =
-        one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "a bus's fault");
+    const size_t line = one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "bus fault");
     BusFaults faults;
     faults.sda_stuck = line == 1;
     faults.scl_stuck = line == 2;
@@ -68,24 +65,23 @@ Deed fault_bus(Rig &rig, const Words &words) {
 }
 
 Deed fault_serial(Rig &rig, const Words &words) {
-    const std::string &kind = word_at(words, 2, "the line's fault");
+    const std::string &kind = word_at(words, 2, "a serial fault");
     SerialFaults faults;
-    switch (
-        one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "the line's fault")) {
+    switch (one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "serial fault")) {
         case 1:
             faults.silent = true;
             break;
         case 2:
-            faults.late_ms = number_at(words, 3, "how late in ms", 0, 60000);
+            faults.late_ms = number_at(words, 3, "the delay in ms", 0, 60000);
             break;
         case 3:
             faults.split_ms = number_at(words, 3, "the pause in ms", 0, 60000);
             break;
         case 4:
-            faults.garbage_chance = number_at(words, 3, "the part of bytes", 0, 1);
+            faults.garbage_chance = number_at(words, 3, "the share of bytes", 0, 1);
             break;
         case 5:
-            faults.lost_chance = number_at(words, 3, "the part of bytes", 0, 1);
+            faults.lost_chance = number_at(words, 3, "the share of bytes", 0, 1);
             break;
         default:
             break;
@@ -97,8 +93,8 @@ Deed fault_serial(Rig &rig, const Words &words) {
 }  // namespace
 
 Deed fault_of(Rig &rig, const Words &words) {
-    const std::string &part = word_at(words, 1, "what fails");
-    switch (one_of(part, {"servo", "lens", "camera", "bus", "serial"}, "what fails")) {
+    const std::string &part = word_at(words, 1, "a part");
+    switch (one_of(part, {"servo", "lens", "camera", "bus", "serial"}, "part")) {
         case 0:
             return fault_servo(rig, words);
         case 1:

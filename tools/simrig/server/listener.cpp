@@ -18,9 +18,9 @@ namespace simrig {
 
 namespace {
 
-constexpr int kWaiting = 64;  // who waits to be let in
+constexpr int kWaiting = 64;  // length of the accept queue
 
-// A socket gets its name when it listens; until then this stands behind the name.
+// Appended to a socket's name until it listens.
 const std::string kBeside = ".new";
 
 const std::string kUnix = "unix:", kTcp = "tcp:";
@@ -31,14 +31,14 @@ std::string because(const std::string &what) {
     return what + ": " + std::strerror(errno);
 }
 
-// What is there and is no socket is somebody's, and stays.
+// An existing file that is not a socket is kept.
 bool is_socket(const std::string &path) {
     struct stat found {};
     if (lstat(path.c_str(), &found) != 0) {
         return false;
     }
     if (!S_ISSOCK(found.st_mode)) {
-        throw std::runtime_error(path + " is there already and is not a socket");
+        throw std::runtime_error(path + " exists and is not a socket");
     }
     return true;
 }
@@ -49,7 +49,7 @@ std::string Listener::wrong_place(const std::string &where) {
     if (where.compare(0, kUnix.size(), kUnix) == 0) {
         const size_t bytes = where.size() - kUnix.size();
         if (bytes == 0 || bytes > kLongestPath) {
-            return "the path of a socket has 1 to " + std::to_string(kLongestPath) +
+            return "the path of a socket must have 1 to " + std::to_string(kLongestPath) +
                    " characters: " + where.substr(kUnix.size());
         }
         return "";
@@ -86,7 +86,7 @@ Listener::~Listener() {
     }
 }
 
-// A socket that a program left behind when it was killed is replaced; one that answers is not.
+// The socket of a killed program is replaced; one that accepts connections is not.
 void Listener::listen_unix(const std::string &path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -94,7 +94,7 @@ void Listener::listen_unix(const std::string &path) {
     socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     const auto *generic = reinterpret_cast<const sockaddr *>(&address);
     if (socket_ < 0) {
-        throw std::runtime_error(because("cannot make a socket"));
+        throw std::runtime_error(because("cannot create a socket"));
     }
     if (is_socket(path)) {
         if (connect(socket_, generic, sizeof address) == 0) {
@@ -103,13 +103,13 @@ void Listener::listen_unix(const std::string &path) {
         close(socket_);
         socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     }
-    // Who sees the name can connect.
+    // The name appears only once the socket accepts connections.
     const std::string beside = path + kBeside;
     std::memcpy(address.sun_path, beside.c_str(), beside.size());
     if (is_socket(beside)) {
         unlink(beside.c_str());
     }
-    // Whoever can connect can make simrig read and write files: nobody but its user.
+    // A client can make simrig read and write files: only its user may connect.
     const mode_t others = umask(S_IRWXG | S_IRWXO);
     const bool made = bind(socket_, generic, sizeof address) == 0 &&
                       listen(socket_, kWaiting) == 0 && rename(beside.c_str(), path.c_str()) == 0;
@@ -118,7 +118,7 @@ void Listener::listen_unix(const std::string &path) {
     if (!made) {
         unlink(beside.c_str());
         errno = reason;
-        throw std::runtime_error(because("cannot make the socket " + path));
+        throw std::runtime_error(because("cannot create the socket " + path));
     }
     path_ = path;
     name_ = "unix:" + path;

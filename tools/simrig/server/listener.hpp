@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where clients come to.
+/// The socket that accepts clients.
 #ifndef VERGENCE_SIMRIG_SERVER_LISTENER_HPP
 #define VERGENCE_SIMRIG_SERVER_LISTENER_HPP
 
@@ -13,13 +13,13 @@ namespace simrig {
 class Listener {
   public:
     explicit Listener(const std::string &where);
-    /// Why that is no place to listen at all, in one line; empty: it is one.
+    /// Why `where` is not a valid address, in one line; empty: it is valid.
     static std::string wrong_place(const std::string &where);
     ~Listener();
     Listener(const Listener &) = delete;
     Listener &operator=(const Listener &) = delete;
     int socket() const { return socket_; }
-    /// As a client would write it; with the port that was found.
+    /// As a client writes it, with the actual port.
     const std::string &name() const { return name_; }
 
   private:

@@ -15,44 +15,44 @@ const char *const kUsage =
     "       simrig --from LOG [--until SECONDS] --listen WHERE [options]\n"
     "       simrig --replay LOG [--rig RIG] [--scene SCENE] [--threads N]\n"
     "\n"
-    "The simulated rig: two cameras with motorized zoom lenses on pan servos look at a scene; all\n"
-    "that the board sees of them comes through the FPGA bridge's own Verilog. Programs connect to\n"
-    "it by the protocol that tools/simrig/README.md describes.\n"
+    "The simulated rig: two cameras with motorized zoom lenses on pan servos look at a scene. All\n"
+    "that the board sees of them comes through the FPGA bridge's own Verilog. Programs connect "
+    "with\n"
+    "the protocol that tools/simrig/README.md describes.\n"
     "\n"
-    "  --scene SCENE    what is looked at: a name (still_life, cylinder, ...) or a YAML file\n"
-    "  --rig RIG        what the rig is, with all its faults: default (if not told), perfect, or\n"
-    "                   a YAML file\n"
+    "  --scene SCENE    what the cameras see: a name (still_life, cylinder, ...) or a YAML file\n"
+    "  --rig RIG        the rig and its imperfections: default (the default), perfect, or a YAML\n"
+    "                   file\n"
     "  --listen WHERE   unix:PATH, or tcp:PORT on this machine's loopback (0: any free one)\n"
-    "  --hint TEXT      print TEXT, too, when it is ready; ADDRESS in it becomes WHERE as it is "
-    "then\n"
-    "  --seed N         of all noise and chance (default 1); the same seed and the same requests\n"
+    "  --hint TEXT      also print TEXT when ready; ADDRESS in it is replaced by WHERE\n"
+    "  --seed N         of all random numbers (default 1); the same seed and the same requests\n"
     "                   give the same answers\n"
-    "  --begin SECONDS  the rig's time when it comes to life (default 0), as of a machine that "
-    "has\n"
-    "                   run for so long: 0 to 1000000, a whole number\n"
-    "  --threads N      for pictures (default 1); the same pictures with any number\n"
-    "  --wall           the rig's time is the clock's; otherwise it passes by requests alone\n"
-    "  --every-clock    both sensors' clocks and pixels reach the bridge all the time, not only\n"
-    "                   while a frame is armed; without it its counts and times of frames, its\n"
-    "                   measured pixel clocks and their loss are of armed frames alone. A second\n"
-    "                   then costs several seconds of a processor\n"
-    "  --pty            with --wall: the lens controller's line as a pseudo terminal too\n"
-    "  --files DIR      where the commands truth and view may write; without it they may not\n"
-    "  --script FILE    control commands to begin with, a line each (see --help-control)\n"
-    "  --log FILE       write all requests there, for --replay and --from\n"
-    "  --replay LOG     ask a rig all of it again and compare its answers\n"
-    "  --from LOG       begin with all of it, then serve; the new log holds it too\n"
-    "  --until SECONDS  with --from: only what was asked before this time of the rig\n"
-    "  --view DIR       write what both cameras see, left.png and right.png, and a drawing of rig\n"
-    "                   and scene, rig.svg; then end, unless --listen is there too\n"
+    "  --begin SECONDS  the rig's time at the start, an integer from 0 (default) to 1000000: as "
+    "if\n"
+    "                   it had run for so long\n"
+    "  --threads N      for rendering (default 1); images do not depend on it\n"
+    "  --wall           the rig's time follows the clock; without it, only requests advance it\n"
+    "  --every-clock    feed the bridge both sensors' clocks and pixels all the time, not only\n"
+    "                   while a frame is armed; without it the bridge's frame counts and times\n"
+    "                   and its pixel clock measurement cover armed frames only. Costs several\n"
+    "                   CPU seconds per second\n"
+    "  --pty            with --wall: also offer the lens controller's line as a pseudo terminal\n"
+    "  --files DIR      where the commands truth and view may write (default: nowhere)\n"
+    "  --script FILE    control commands to run first, one per line (see --help-control)\n"
+    "  --log FILE       record all requests there, for --replay and --from\n"
+    "  --replay LOG     repeat all recorded requests and compare the answers\n"
+    "  --from LOG       repeat them first, then serve; a new log includes them\n"
+    "  --until SECONDS  with --from: only requests before this time of the rig\n"
+    "  --view DIR       write what both cameras see (left.png, right.png) and a drawing of rig "
+    "and\n"
+    "                   scene (rig.svg), then exit unless --listen is given\n"
     "  --zoom FACTOR    of --view: 1 (default) to 10\n"
-    "  --focus MM       of --view: distance that is sharp (default 1800)\n"
+    "  --focus MM       of --view: focus distance (default 1800)\n"
     "  --help, --version, --help-control\n"
     "\n"
-    "When it is ready it prints one line: 'listening on WHERE', and the hint. It ends with SIGINT "
-    "or SIGTERM.\n"
-    "Exit code: 0; 1 when something failed, also a replay that differs; 2 for wrong usage; 3 when\n"
-    "a scene, rig, script or log cannot be used.\n"
+    "When ready, prints 'listening on WHERE' and the hint. SIGINT or SIGTERM ends it.\n"
+    "Exit code: 0; 1 on failure, including a replay that differs; 2 for wrong usage; 3 for an\n"
+    "unusable scene, rig, script or log.\n"
     "\n"
     "Examples\n"
     "    simrig --scene mug --listen unix:simrig.sock\n"
@@ -69,7 +69,7 @@ uint64_t whole(const std::string &name, const std::string &text, uint64_t low, u
         used = 0;
     }
     if (used == 0 || used != text.size() || value < low || value > high) {
-        throw WrongUsage(name + " wants a whole number from " + std::to_string(low) + " to " +
+        throw WrongUsage(name + " must be an integer from " + std::to_string(low) + " to " +
                          std::to_string(high) + ", not '" + text + "'");
     }
     return value;
@@ -85,7 +85,7 @@ double real(const std::string &name, const std::string &text, double low, double
     }
     if (used == 0 || used != text.size() || !(value >= low && value <= high)) {
         std::ostringstream line;
-        line << name << " wants a number from " << low << " to " << high << ", not '" << text
+        line << name << " must be a number from " << low << " to " << high << ", not '" << text
              << "'";
         throw WrongUsage(line.str());
     }
@@ -102,7 +102,7 @@ void set_option(Options &options, const std::string &name, const std::string &va
     const auto text = texts.find(name);
     if (text != texts.end()) {
         if (value.empty()) {
-            throw WrongUsage(name + " wants more than an empty word");
+            throw WrongUsage(name + " must not be empty");
         }
         *text->second = value;
     } else if (name == "--seed") {
@@ -118,7 +118,7 @@ void set_option(Options &options, const std::string &name, const std::string &va
     } else if (name == "--focus") {
         options.focus_mm = real(name, value, 300, 1e7);
     } else {
-        throw WrongUsage("option '" + name + "' is not known");
+        throw WrongUsage("unknown option '" + name + "'");
     }
 }
 
@@ -127,8 +127,8 @@ void check_view(const Options &options) {
     if (options.view.empty() &&
         (options.zoom != usual.zoom || options.focus_mm != usual.focus_mm)) {
         throw WrongUsage(
-            "--zoom and --focus go with --view; the lenses of a rig that serves are "
-            "its clients' to move");
+            "--zoom and --focus require --view (clients move the lenses of a rig that "
+            "serves)");
     }
 }
 
@@ -140,40 +140,39 @@ void check(const Options &options) {
         throw WrongUsage("--listen: " + wrong_place);
     }
     if (options.pty && !options.wall) {
-        throw WrongUsage("a pseudo terminal needs --wall: its other end lives in the clock's time");
+        throw WrongUsage("--pty requires --wall");
     }
     if (options.wall &&
         (!options.log.empty() || !options.replay.empty() || !options.from.empty())) {
         throw WrongUsage(
-            "with --wall no run is like another: --log, --replay and --from do not go with it");
+            "--log, --replay and --from exclude --wall (wall time is not reproducible)");
     }
     if (!options.hint.empty() && options.listen.empty()) {
-        throw WrongUsage("--hint goes with --listen");
+        throw WrongUsage("--hint requires --listen");
     }
     if (options.until_s >= 0 && options.from.empty()) {
-        throw WrongUsage("--until goes with --from");
+        throw WrongUsage("--until requires --from");
     }
     if ((options.every_clock || options.begin_s != 0) &&
         (!options.replay.empty() || !options.from.empty())) {
         throw WrongUsage(
-            "--every-clock and --begin are as they were in the log that --replay or "
-            "--from reads");
+            "--every-clock and --begin exclude --replay and --from (the log holds them)");
     }
     if (options.begin_s != 0 && options.wall) {
-        throw WrongUsage("with --wall time begins with the clock's: --begin does not go with it");
+        throw WrongUsage("--begin excludes --wall (wall time begins with the clock)");
     }
     if (!options.replay.empty()) {
         if (!options.listen.empty() || !options.view.empty() || !options.from.empty() ||
             !options.log.empty() || !options.script.empty()) {
-            throw WrongUsage("--replay goes with --rig, --scene, --files and --threads only");
+            throw WrongUsage("--replay allows only --rig, --scene, --files and --threads");
         }
         return;
     }
     if (options.listen.empty() && options.view.empty()) {
-        throw WrongUsage("--listen or --view is wanted");
+        throw WrongUsage("--listen or --view is required");
     }
     if (options.scene.empty() && options.from.empty()) {
-        throw WrongUsage("--scene is wanted");
+        throw WrongUsage("--scene is required");
     }
 }
 
@@ -195,11 +194,11 @@ Options parse_options(int count, char **arguments) {
         if (flag != flags.end()) {
             *flag->second = true;
         } else if (name.rfind("--", 0) != 0) {
-            throw WrongUsage("'" + name + "' is not an option");
+            throw WrongUsage("unexpected argument '" + name + "'");
         } else if (i + 1 < count) {
             set_option(options, name, arguments[++i]);
         } else {
-            throw WrongUsage(name + " wants a value, or is not known");
+            throw WrongUsage("unknown option " + name + ", or its value is missing");
         }
         if (options.help || options.help_control || options.version) {
             return options;

@@ -24,7 +24,7 @@ struct WrongUsage : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Throws WrongUsage with one line. After --help and the like nothing more is looked at.
+/// Throws WrongUsage with one line. Arguments after --help and the like are not checked.
 Options parse_options(int count, char **arguments);
 
 extern const char *const kUsage;

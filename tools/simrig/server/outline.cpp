@@ -15,7 +15,7 @@ using world::Vec3;
 
 constexpr int kAround = 32;
 
-/// A point of a part with what is round about it: outlines are hulls of these.
+/// A point of a part and the radius around it: outlines are hulls of these.
 struct Knob {
     Vec3 point_mm;
     double radius_mm;

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr size_t kLongestDescription = size_t(4) << 20;
 constexpr size_t kLongestName = 64;
 
-/// The folder of scenes and rigs: of a build beside the program, else where they are installed.
+/// The folder of scenes and rigs: next to the program in a build, else where they are installed.
 fs::path files() {
     const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
     return fs::is_directory(here / "scenes") ? here : here / SIMRIG_FILES;
@@ -48,9 +48,8 @@ std::string place_of(const std::string &folder, const std::string &name) {
     for (const std::string &known : names) {
         list += (list.empty() ? "" : ", ") + known;
     }
-    throw std::runtime_error("'" + name +
-                             "' is neither a path (with a slash, or ending in .yaml) " +
-                             "nor one of the " + folder + " that come along: " + list);
+    throw std::runtime_error("unknown name '" + name + "' in " + folder + " (expected " + list +
+                             ", or a path with a slash or ending in .yaml)");
 }
 
 Body description_at(const std::string &path) {
@@ -59,13 +58,14 @@ Body description_at(const std::string &path) {
 
 std::string place_for(const std::string &folder, const std::string &name) {
     if (folder.empty()) {
-        throw std::runtime_error("simrig was started without --files DIR: it writes no files");
+        throw std::runtime_error("writing files requires simrig --files DIR");
     }
     const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
         return std::isalnum(c) != 0 || c == '_' || c == '-';
     });
     if (!plain || name.empty() || name.size() > kLongestName) {
-        throw std::runtime_error("a name has 1 to 64 letters, digits, - and _, not '" + name + "'");
+        throw std::runtime_error("a name must have 1 to 64 letters, digits, - and _, not '" + name +
+                                 "'");
     }
     return folder + "/" + name;
 }

@@ -16,10 +16,10 @@ Pty::Pty() {
     char name[128];
     if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0 ||
         ptsname_r(master_, name, sizeof name) != 0) {
-        throw std::runtime_error("this system gives no pseudo terminal");
+        throw std::runtime_error("cannot create a pseudo terminal");
     }
     name_ = name;
-    // Held open here too, so that it stays when a program closes it; raw, as a line is.
+    // Kept open here too, so that it survives a program closing it; raw mode, like a serial line.
     slave_ = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
     termios settings{};
     if (slave_ < 0 || tcgetattr(slave_, &settings) != 0) {
@@ -45,7 +45,7 @@ void Pty::exchange(SerialLine &line, uint64_t now_ps) {
         line.send(now_ps, std::vector<uint8_t>(buffer, buffer + count));
     }
     const std::vector<uint8_t> bytes = line.take(now_ps);
-    // A program that does not read loses what comes, as on a real line.
+    // A program that does not read loses bytes, as on a real line.
     if (!bytes.empty() && write(master_, bytes.data(), bytes.size()) < 0) {
         return;
     }

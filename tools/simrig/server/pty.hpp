@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A pseudo terminal at the end of a serial line, for programs that want a device.
+/// A pseudo terminal at the end of a serial line, for programs that need a device.
 #ifndef VERGENCE_SIMRIG_SERVER_PTY_HPP
 #define VERGENCE_SIMRIG_SERVER_PTY_HPP
 
@@ -17,9 +17,9 @@ class Pty {
     Pty(const Pty &) = delete;
     Pty &operator=(const Pty &) = delete;
 
-    /// The device that a program opens.
+    /// Path of the device that a program opens.
     const std::string &name() const { return name_; }
-    /// Bytes both ways; never waits.
+    /// Moves bytes both ways; never blocks.
     void exchange(SerialLine &line, uint64_t now_ps);
 
   private:

@@ -78,7 +78,7 @@ void Server::wait_for_events(int stop_pipe) {
     }
     stop_ = polled[0].revents != 0;
     someone_knocks_ = polled[1].revents != 0;
-    // Clients that go are taken out from the back, so that the numbers in front stay right.
+    // Clients are removed from the back, so that indices in front stay valid.
     for (size_t i = clients_.size(); i-- > 0;) {
         if (!attend(*clients_[i], polled[i + 2].revents)) {
             drop(i);
@@ -86,7 +86,7 @@ void Server::wait_for_events(int stop_pipe) {
     }
 }
 
-// False: the client has gone.
+// False: the client disconnected.
 bool Server::attend(Client &client, short seen) {
     Connection &connection = client.connection;
     const bool may_be_heard = (seen & POLLIN) != 0;
@@ -98,7 +98,7 @@ bool Server::attend(Client &client, short seen) {
         client.silent = true;
     }
     serve(client);
-    // Whoever sends no more goes when all that it has asked for is answered.
+    // A client that sends no more is closed once all its requests are answered.
     return connection.flush() && (!client.silent || client.waits || connection.has_output());
 }
 
@@ -112,14 +112,14 @@ void Server::accept_client() {
     auto client = std::make_unique<Client>(socket);
     if (clients_.size() >= kMostClients) {
         client->connection.send({SIMRIG_HELLO | SIMRIG_REPLY, 0,
-                                 refusal({SIMRIG_BUSY, "this simrig has 32 clients already"})});
+                                 refusal({SIMRIG_BUSY, "too many clients (at most 32)"})});
         client->connection.flush();
         return;
     }
     clients_.push_back(std::move(client));
 }
 
-// The messages of one client, in order; a request that lets time pass holds up those behind it.
+// The messages of one client, in order; a request that advances time delays those behind it.
 void Server::serve(Client &client) {
     Connection &connection = client.connection;
     while (!client.waits && !connection.clogged() && !connection.finished()) {
@@ -147,7 +147,7 @@ Body Server::greet(Client &client, const Message &message) {
         return other->connection.role == SIMRIG_ROLE_BOARD;
     });
     if (hello.role == SIMRIG_ROLE_BOARD && taken) {
-        throw Refused{SIMRIG_BUSY, "another client is the board; it has to disconnect first"};
+        throw Refused{SIMRIG_BUSY, "another client is the board"};
     }
     client.connection.role = hello.role;
     BodyWriter reply;
@@ -158,7 +158,7 @@ Body Server::greet(Client &client, const Message &message) {
     return reply.take();
 }
 
-// Snapshots stand above what is recorded. Nothing: the request is another one.
+// Snapshots are not recorded themselves. Empty: the request is another one.
 std::optional<Body> Server::snapshots(const Message &message) {
     const Words words = message.type == SIMRIG_CONTROL
                             ? words_of(std::string(message.body.begin(), message.body.end()))
@@ -227,7 +227,7 @@ void Server::step() {
             client->waits = false;
             client->connection.send(
                 {uint16_t(client->type | SIMRIG_REPLY), client->tag, std::move(*reply)});
-            // What it has sent since is looked at with the next events; they come at once.
+            // Messages received since are handled with the next events, which follow at once.
             serve(*client);
             client->connection.flush();
             return;

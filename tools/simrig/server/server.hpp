@@ -15,11 +15,11 @@ namespace simrig {
 
 class Server {
   public:
-    /// rig_name: what a greeting is answered with. tick: called between steps, for the pseudo
+    /// rig_name: part of the reply to a greeting. tick: called between steps, for the pseudo
     /// terminal; may be empty.
     Server(Listener &listener, Session &session, std::string rig_name, std::function<void()> tick);
 
-    /// Serves until stop_pipe has something to read.
+    /// Serves until stop_pipe is readable.
     void run(int stop_pipe);
 
   private:

@@ -39,14 +39,14 @@ Session::Session(Make make) : make_(std::move(make)), setup_(make_()) {}
 
 void Session::record(LogEntry entry) {
     if (board().has_wall_time()) {
-        return;  // no run is like another: there is nothing to be replayed
+        return;  // wall time is not reproducible: no replay
     }
     entry.steps = std::exchange(steps_, 0);
     if (log_) {
         try {
             log_->add(entry);
         } catch (const std::runtime_error &error) {
-            std::fprintf(stderr, "simrig: %s; from here on nothing is logged\n", error.what());
+            std::fprintf(stderr, "simrig: %s; logging stops\n", error.what());
             log_.reset();
             log_failed_ = true;
         }
@@ -89,7 +89,7 @@ void Session::log_to(const std::string &path, const LogHead &head) {
 
 void Session::keep(const std::string &name) {
     if (board().has_wall_time()) {
-        throw std::runtime_error("snapshots need virtual time: with --wall no run is like another");
+        throw std::runtime_error("snapshots require virtual time (no --wall)");
     }
     if (board().busy()) {
         throw std::runtime_error("another client is letting time pass");
@@ -100,7 +100,7 @@ void Session::keep(const std::string &name) {
 void Session::restore(const std::string &name) {
     const auto found = moments_.find(name);
     if (found == moments_.end()) {
-        throw std::runtime_error("there is no snapshot '" + name + "'");
+        throw std::runtime_error("unknown snapshot '" + name + "'");
     }
     if (board().busy()) {
         throw std::runtime_error("another client is letting time pass");
@@ -116,7 +116,7 @@ void Session::restore(const std::string &name) {
     if (log_) {
         log_->cut(moment.log_end);
     }
-    // What came later never was.
+    // Later entries are discarded.
     for (auto other = moments_.begin(); other != moments_.end();) {
         other = other->second.entries > moment.entries ? moments_.erase(other) : std::next(other);
     }
@@ -170,10 +170,10 @@ void Session::replay(const std::vector<LogEntry> &entries, double until_us) {
         if (!repeat(entries[i], stepped)) {
             throw std::runtime_error("entry " + std::to_string(i + 1) + " of " +
                                      std::to_string(entries.size()) +
-                                     " is answered otherwise than it was in the log");
+                                     " is not answered as in the log");
         }
     }
-    // The log may end while a client waits: nobody waits now.
+    // The log may end during a request that no client waits for now.
     if (board().busy()) {
         abandon();
     }

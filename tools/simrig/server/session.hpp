@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rig from its beginning on: what it was asked is kept, so that it can be run again up to any
-/// moment, in this process (snapshots) or in another (logs).
+/// A rig with all requests since its start, so that it can be replayed up to any moment, in this
+/// process (snapshots) or in another (logs).
 #ifndef VERGENCE_SIMRIG_SERVER_SESSION_HPP
 #define VERGENCE_SIMRIG_SERVER_SESSION_HPP
 
@@ -16,7 +16,7 @@
 
 namespace simrig {
 
-/// A rig with all that belongs to it.
+/// A rig with its stage, control side and board.
 struct Setup {
     Stage stage;
     Rig rig;
@@ -31,28 +31,28 @@ struct Setup {
 class Session {
   public:
     using Make = std::function<std::unique_ptr<Setup>()>;
-    /// make: the rig at its beginning, always the same.
+    /// make: builds the rig at its start, always the same.
     explicit Session(Make make);
 
     Board &board() { return setup_->board; }
     SerialLine &serial() { return setup_->rig.serial(); }
-    /// Board's functions of these names, kept.
+    /// As Board's functions of these names, recorded.
     std::optional<Body> begin(uint16_t type, const Body &body, simrig_role role);
     std::optional<Body> step();
     void abandon();
     void release();
 
-    /// Everything from the beginning on goes there too. Throws std::runtime_error.
+    /// Also writes all entries from the start to a file. Throws std::runtime_error.
     void log_to(const std::string &path, const LogHead &head);
-    /// The log could not be written to its end.
+    /// Whether the log could not be written completely.
     bool log_failed() const { return log_failed_; }
 
-    /// Remembers this moment; goes back to it. Throw std::runtime_error with one line.
+    /// Saves this moment; returns to it. Throw std::runtime_error with one line.
     void keep(const std::string &name);
     void restore(const std::string &name);
 
-    /// Asks all of it again, as far as entries begin before that time. Throws std::runtime_error
-    /// at the first answer that differs.
+    /// Repeats all entries that begin before that time. Throws std::runtime_error at the first
+    /// answer that differs.
     void replay(const std::vector<LogEntry> &entries, double until_us);
 
   private:

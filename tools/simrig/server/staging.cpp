@@ -14,7 +14,7 @@ namespace simrig {
 
 namespace {
 
-/// A file that has no name in any directory.
+/// An unnamed file in memory.
 class NamelessFile {
   public:
     explicit NamelessFile(const std::string &text) : file_(memfd_create("scene", MFD_CLOEXEC)) {
@@ -27,7 +27,7 @@ class NamelessFile {
             done += size_t(count);
         }
         if (done != text.size()) {
-            throw std::runtime_error("no memory for the changed scene");
+            throw std::runtime_error("out of memory");
         }
     }
     ~NamelessFile() { close(file_); }
@@ -50,7 +50,7 @@ void set_vector(YAML::Node object, const char *key, const double *values) {
     object[key] = list;
 }
 
-/// The object of that name in a scene that has been read before.
+/// The object of that name in a valid scene.
 YAML::Node find(const YAML::Node &scene, const std::string &name) {
     std::string names;
     for (const YAML::Node &item : scene["objects"]) {
@@ -61,7 +61,7 @@ YAML::Node find(const YAML::Node &scene, const std::string &name) {
         }
         names += (names.empty() ? "" : ", ") + found;
     }
-    throw std::runtime_error("the scene has no object '" + name + "', but " + names);
+    throw std::runtime_error("unknown object '" + name + "' (expected " + names + ")");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Which scene is shown, and where its objects have been moved to.
+/// The scene on stage and its moved objects.
 #ifndef VERGENCE_SIMRIG_SERVER_STAGING_HPP
 #define VERGENCE_SIMRIG_SERVER_STAGING_HPP
 
@@ -17,9 +17,9 @@ class Staging {
   public:
     explicit Staging(std::string path) : path_(std::move(path)) {}
 
-    /// Another scene, with nothing moved. Throw std::runtime_error with one line.
+    /// Replaces the scene; nothing is moved. Throw std::runtime_error with one line.
     std::shared_ptr<world::Scene> change(const std::string &path);
-    /// The same scene with one object elsewhere. place: position_mm and, if there are six numbers,
+    /// Moves one object of the scene. place: position_mm and, if there are six numbers,
     /// turn_deg, as in the scene's file.
     std::shared_ptr<world::Scene> move(const std::string &object, const std::vector<double> &place);
 

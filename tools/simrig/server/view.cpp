@@ -16,7 +16,7 @@ constexpr double kMostZoom = 10;
 constexpr double kWide = 300, kTele = 850;
 const char *const kNames[] = {"left", "right"};
 
-// An exposure that leaves two of a hundred pixels brighter than most of what the sensor can tell.
+// An exposure that leaves two percent of the pixels close to saturation.
 constexpr double kTrialUs = 500, kLeastUs = 50, kMostUs = 200000;
 constexpr int kTrialSkip = 16;
 constexpr double kBrightPart = 0.98, kBrightDn = 800;
@@ -26,7 +26,7 @@ double exposure_for(const world::Scene &scene, const world::Rig &rig, world::Sid
     request.window.skip_x = request.window.skip_y = kTrialSkip;
     const double black_dn = rig.of(side).sensor.black_level_dn;
     request.exposure_us = kTrialUs;
-    // Once more, because a dark trial is mostly noise, and a bright one knows no more than 1023.
+    // Twice: a dark trial is mostly noise, and a bright one is clipped at 1023.
     for (int round = 0; round < 3; round++) {
         std::vector<uint16_t> pixels = world::render(scene, rig, side, request).pixels;
         const auto bright = pixels.begin() + long(kBrightPart * double(pixels.size() - 1));

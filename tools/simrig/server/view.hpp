@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pictures for people: what both cameras see, and where everything stands.
+/// Images of what both cameras see, and a drawing of rig and scene.
 #ifndef VERGENCE_SIMRIG_SERVER_VIEW_HPP
 #define VERGENCE_SIMRIG_SERVER_VIEW_HPP
 
@@ -21,9 +21,9 @@ struct View {
 /// the entrance pupils.
 View view_at(const world::Rig &rig, double zoom, double focus_mm);
 
-/// Writes `prefix`left.png, right.png (demosaiced) and rig.svg (see rig_drawing()). done: told how
-/// many of kViewFiles there are so far. Throws std::runtime_error with one line when a file cannot
-/// be written.
+/// Writes `prefix`left.png, right.png (demosaiced) and rig.svg (see rig_drawing()). done: called
+/// with the number of kViewFiles written so far. Throws std::runtime_error with one line when a
+/// file cannot be written.
 constexpr int kViewFiles = 3;
 void write_view(const world::Scene &scene, const world::Rig &rig, const View &view,
                 const std::string &prefix, const std::function<void(int)> &done = {});

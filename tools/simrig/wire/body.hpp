@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bytes of a message's body, taken apart and put together: little endian, never read past
-/// the end.
+/// Reads and writes the bytes of a message's body: little endian, never past the end.
 #ifndef VERGENCE_SIMRIG_WIRE_BODY_HPP
 #define VERGENCE_SIMRIG_WIRE_BODY_HPP
 
@@ -10,7 +9,7 @@
 
 namespace simrig {
 
-/// Thrown by BodyReader: the body is shorter than its type asks for.
+/// Thrown by BodyReader: the body is shorter than its type requires.
 struct BodyTooShort {};
 
 class BodyReader {

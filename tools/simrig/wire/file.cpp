@@ -35,7 +35,7 @@ Body whole_file(const std::string &path, size_t most) {
         throw std::runtime_error(path + ": cannot be read: " + std::strerror(errno));
     }
     if (!S_ISREG(found.st_mode)) {
-        throw std::runtime_error(path + ": is no file");
+        throw std::runtime_error(path + ": not a file");
     }
     Body bytes;
     uint8_t buffer[65536];
@@ -49,7 +49,7 @@ Body whole_file(const std::string &path, size_t most) {
         }
         bytes.insert(bytes.end(), buffer, buffer + count);
         if (bytes.size() > most) {
-            throw std::runtime_error(path + ": is too long");
+            throw std::runtime_error(path + ": too long");
         }
     }
 }

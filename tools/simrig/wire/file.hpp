@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Files that others name: read whole, and never waited for.
+/// Files named by users: read whole, never blocking.
 #ifndef VERGENCE_SIMRIG_WIRE_FILE_HPP
 #define VERGENCE_SIMRIG_WIRE_FILE_HPP
 
@@ -9,8 +9,8 @@
 
 namespace simrig {
 
-/// All bytes of a file. Throws std::runtime_error with one line: it cannot be read, is no file (but
-/// a directory, a pipe, a device), or has more than `most` bytes.
+/// All bytes of a file. Throws std::runtime_error with one line: it cannot be read, is not a
+/// regular file (a directory, a pipe, a device), or has more than `most` bytes.
 Body whole_file(const std::string &path, size_t most);
 
 }  // namespace simrig

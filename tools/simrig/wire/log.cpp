@@ -119,7 +119,7 @@ void LogFile::add(const LogEntry &entry) {
 
 void LogFile::cut(long end) {
     if (ftruncate(file_, end) != 0 || lseek(file_, end, SEEK_SET) != end) {
-        throw std::runtime_error("cannot shorten " + path_ + ": " + std::strerror(errno));
+        throw std::runtime_error("cannot truncate " + path_ + ": " + std::strerror(errno));
     }
     end_ = end;
 }
@@ -133,7 +133,7 @@ Log parse_log(const std::string &name, const Body &bytes) {
             log.entries.push_back(read_entry(name, in));
         }
     } catch (const BodyTooShort &) {
-        throw std::runtime_error(name + " ends in the middle of a request");
+        throw std::runtime_error(name + " ends within a request");
     }
     return log;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a rig was asked, in order and with a sum of each answer: enough to run it again.
+/// The requests to a rig, in order and with a sum of each answer: enough to replay it.
 #ifndef VERGENCE_SIMRIG_WIRE_LOG_HPP
 #define VERGENCE_SIMRIG_WIRE_LOG_HPP
 
@@ -12,24 +12,24 @@ namespace simrig {
 
 enum class Happened : uint8_t {
     kAnswered = 1,   ///< a request, with its answer
-    kBegun = 2,      ///< a request that lets time pass; others may come before its answer
-    kFinished = 3,   ///< the answer of the one that was begun
-    kAbandoned = 4,  ///< its client has gone before the answer
-    kReleased = 5,   ///< the board's client has gone
+    kBegun = 2,      ///< a request that advances time; others may come before its answer
+    kFinished = 3,   ///< the answer of the begun one
+    kAbandoned = 4,  ///< its client disconnected before the answer
+    kReleased = 5,   ///< the board's client disconnected
 };
 
 struct LogEntry {
     Happened happened = Happened::kReleased;
     uint8_t role = 0;     ///< of a request
     uint16_t type = 0;    ///< of a request
-    uint32_t steps = 0;   ///< of time that were made since the entry before, just before this one
+    uint32_t steps = 0;   ///< of time since the previous entry, just before this one
     uint32_t answer = 0;  ///< CRC-32 of the reply's body
     Body body;            ///< of a request
 };
 
 constexpr uint32_t kLatestBeginS = 1000000;
 
-/// How the rig was made; a log fits no other. Sums: CRC-32 of the files.
+/// How the rig was built; a log fits no other. Sums: CRC-32 of the files.
 struct LogHead {
     std::string rig, scene;
     uint32_t rig_sum = 0, scene_sum = 0;
@@ -40,7 +40,7 @@ struct LogHead {
 
 uint32_t sum_of(const Body &body);
 
-/// A log file that grows entry by entry, so that a killed simrig leaves all but the last.
+/// A log file written entry by entry: a killed simrig loses at most the last one.
 class LogFile {
   public:
     /// Throw std::runtime_error with one line when the file cannot be written.
@@ -49,7 +49,7 @@ class LogFile {
     ~LogFile();
     LogFile(const LogFile &) = delete;
     LogFile &operator=(const LogFile &) = delete;
-    /// Where the next entry goes; everything behind can be taken back.
+    /// Position of the next entry; everything behind it can be removed.
     long end() const { return end_; }
     void cut(long end);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Bytes of a connection become messages, and messages bytes.
+/// Converts a connection's bytes to messages and back.
 #ifndef VERGENCE_SIMRIG_WIRE_MESSAGE_HPP
 #define VERGENCE_SIMRIG_WIRE_MESSAGE_HPP
 
@@ -18,21 +18,21 @@ struct Message {
     Body body;
 };
 
-/// What has come and is not yet a message. It holds one message at most, and what came with it.
+/// Received bytes that are not yet a message. Holds at most one message and what arrived with it.
 class Inbox {
   public:
     void add(const uint8_t *bytes, size_t count);
-    /// The next whole message; nothing: not there yet, or too_long().
+    /// The next whole message; empty: not complete, or too_long().
     std::optional<Message> next();
-    /// The header of a message that is longer than any may be (body empty): from here on nothing
-    /// can be told apart. Nothing: all is well.
+    /// The header of a message that is too long (body empty): the messages behind it cannot be
+    /// separated. Empty: all messages so far are valid.
     std::optional<Message> too_long() const;
-    /// Nothing of a message is there.
+    /// No byte of a message has arrived.
     bool empty() const { return at_ == bytes_.size(); }
 
   private:
     size_t waiting() const { return bytes_.size() - at_; }
-    size_t announced() const;  ///< length of the body; the header is there
+    size_t announced() const;  ///< length of the body; the header has arrived
 
     Body bytes_;
     size_t at_ = 0;

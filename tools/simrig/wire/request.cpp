@@ -20,22 +20,21 @@ constexpr uint64_t kByteBits = 9;
 
 Hello read_hello(BodyReader &body) {
     if (body.left() < 8) {
-        bad("the greeting is too short");
+        bad("greeting too short");
     }
     if (body.u32() != SIMRIG_MAGIC) {
-        bad("this is not a greeting of the simrig protocol");
+        bad("not a greeting of the simrig protocol");
     }
     const uint16_t version = body.u16(), role = body.u16();
     if (version != SIMRIG_VERSION) {
-        throw Refused{SIMRIG_BAD_VERSION, "the client speaks version " + std::to_string(version) +
-                                              " of the protocol, this simrig version " +
-                                              std::to_string(SIMRIG_VERSION)};
+        throw Refused{SIMRIG_BAD_VERSION, "unknown protocol version " + std::to_string(version) +
+                                              " (expected " + std::to_string(SIMRIG_VERSION) + ")"};
     }
     if (role > SIMRIG_ROLE_CONTROL) {
-        bad("there is no role " + std::to_string(role));
+        bad("unknown role " + std::to_string(role) + " (expected 0 or 1)");
     }
     if (body.left() > SIMRIG_NAME_MAX) {
-        bad("the name of a client has at most 64 bytes");
+        bad("client name longer than 64 bytes");
     }
     return {simrig_role(role), body.rest()};
 }
@@ -45,10 +44,10 @@ Transfer read_transfer(BodyReader &body) {
     transfer.speed_hz = body.u32();
     const uint16_t count = body.u16();
     if (transfer.speed_hz < kSlowestHz || transfer.speed_hz > kFastestHz) {
-        bad("the bus runs at 10 kHz to 1 MHz");
+        bad("bus speed must be 10 kHz to 1 MHz");
     }
     if (count == 0 || count > SIMRIG_I2C_MESSAGES_MAX) {
-        bad("a transfer has 1 to 42 messages");
+        bad("a transfer must have 1 to 42 messages");
     }
     uint64_t bits = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -58,10 +57,10 @@ Transfer read_transfer(BodyReader &body) {
         part.read = (flags & SIMRIG_I2C_READ) != 0;
         part.length = body.u16();
         if (part.address > 0x7F || flags > SIMRIG_I2C_READ) {
-            bad("an address has 7 bits, and its flags are 0 or 1");
+            bad("an address must have 7 bits and flags of 0 or 1");
         }
         if (part.length > SIMRIG_I2C_BYTES_MAX || (part.read && part.length == 0)) {
-            bad("a message has at most 8192 bytes, a read at least 1");
+            bad("a message must have at most 8192 bytes, a read at least 1");
         }
         if (!part.read) {
             part.bytes = body.bytes(part.length);
@@ -70,7 +69,7 @@ Transfer read_transfer(BodyReader &body) {
         transfer.parts.push_back(std::move(part));
     }
     if (bits > transfer.speed_hz) {
-        bad("a transfer takes a second at most");
+        bad("a transfer must take at most a second");
     }
     return transfer;
 }
@@ -79,7 +78,7 @@ Advance read_advance(BodyReader &body) {
     const uint64_t until_us = body.u64();
     const uint32_t wake = body.u32();
     if (wake > (SIMRIG_WAKE_GPIO | SIMRIG_WAKE_SERIAL | SIMRIG_WAKE_FRAME)) {
-        bad("nothing wakes by " + std::to_string(wake));
+        bad("unknown wake bits " + std::to_string(wake));
     }
     return {until_us, wake};
 }
@@ -87,7 +86,7 @@ Advance read_advance(BodyReader &body) {
 FrameArm read_frame_arm(BodyReader &body) {
     const uint16_t columns = body.u16(), rows = body.u16();
     if (columns == 0 || rows == 0 || columns > kMostColumns || rows > kMostRows) {
-        bad("a frame has 1 to 2112 columns and 1 to 1568 rows");
+        bad("a frame must have 1 to 2112 columns and 1 to 1568 rows");
     }
     return {columns, rows};
 }
@@ -95,7 +94,7 @@ FrameArm read_frame_arm(BodyReader &body) {
 GpioSet read_gpio_set(BodyReader &body) {
     const uint32_t levels = body.u32();
     if (levels > SIMRIG_OUT_BRIDGE_RESET) {
-        bad("there is no such line to set");
+        bad("unknown line");
     }
     return {levels};
 }
@@ -103,7 +102,7 @@ GpioSet read_gpio_set(BodyReader &body) {
 uint8_t read_camera(BodyReader &body) {
     const uint8_t camera = body.u8();
     if (camera > 1) {
-        bad("camera 0 is left, 1 is right; there is no " + std::to_string(camera));
+        bad("unknown camera " + std::to_string(camera) + " (expected 0, left, or 1, right)");
     }
     return camera;
 }
@@ -112,10 +111,10 @@ AskTruthRows read_truth_rows(BodyReader &body) {
     const uint8_t camera = read_camera(body), layers = body.u8();
     const uint16_t first_row = body.u16(), rows = body.u16();
     if (layers == 0 || layers > kAllLayers) {
-        bad("truth has the layers 1, 2 and 4; there is no " + std::to_string(layers));
+        bad("unknown layers " + std::to_string(layers) + " (expected a sum of 1, 2 and 4)");
     }
     if (rows == 0 || first_row + rows > int(kMostRows)) {
-        bad("a frame has at most 1568 rows, and at least one is wanted");
+        bad("rows must be 1 to 1568");
     }
     return {camera, layers, first_row, rows};
 }
@@ -142,14 +141,14 @@ Request decode_body(uint16_t type, BodyReader &body) {
             return FrameCancel{};
         case SIMRIG_SERIAL_WRITE:
             if (body.left() > SIMRIG_SERIAL_BYTES_MAX) {
-                bad("at most 4096 bytes go to the serial line at once");
+                bad("more than 4096 bytes to the serial line");
             }
             return SerialWrite{body.bytes(body.left())};
         case SIMRIG_SERIAL_READ:
             return SerialRead{};
         case SIMRIG_CONTROL:
             if (body.left() > SIMRIG_CONTROL_BYTES_MAX) {
-                bad("a command has at most 4096 bytes");
+                bad("command longer than 4096 bytes");
             }
             return ControlLine{body.rest()};
         case SIMRIG_TRUTH:
@@ -157,7 +156,7 @@ Request decode_body(uint16_t type, BodyReader &body) {
         case SIMRIG_TRUTH_ROWS:
             return read_truth_rows(body);
         default:
-            bad("there is no request " + std::to_string(type));
+            bad("unknown request " + std::to_string(type));
     }
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a client can ask for, taken out of a message's bytes and checked as far as that is possible
-/// without a rig.
+/// Requests of clients, parsed from a message's bytes and checked as far as possible without a rig.
 #ifndef VERGENCE_SIMRIG_WIRE_REQUEST_HPP
 #define VERGENCE_SIMRIG_WIRE_REQUEST_HPP
 
@@ -11,7 +10,7 @@
 
 namespace simrig {
 
-/// Why a request is not carried out: the reply's status and its line.
+/// Why a request is refused: the reply's status and its line.
 struct Refused {
     simrig_status status;
     std::string text;
@@ -66,13 +65,13 @@ using Request =
     std::variant<Hello, AskTime, Advance, Transfer, GpioSet, GpioGet, FrameArm, FrameWait,
                  FrameCancel, SerialWrite, SerialRead, ControlLine, AskTruth, AskTruthRows>;
 
-/// Only the board may ask for this.
+/// Whether only the board may send this.
 bool is_for_board(const Request &request);
 
-/// Throws Refused: bytes missing or too many, numbers out of range, no such type.
+/// Throws Refused: bytes missing or too many, numbers out of range, unknown type.
 Request decode(uint16_t type, const Body &body);
 
-/// A reply that tells that something is wrong.
+/// A reply that reports an error.
 Body refusal(const Refused &why);
 
 }  // namespace simrig

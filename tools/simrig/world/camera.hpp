@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A camera at one instant: what its lens and its servo make of the motor positions.
+/// A camera at one instant, computed from motor and servo positions.
 #ifndef VERGENCE_SIMRIG_WORLD_CAMERA_HPP
 #define VERGENCE_SIMRIG_WORLD_CAMERA_HPP
 
@@ -10,7 +10,7 @@
 
 namespace world {
 
-/// Where motors and servo stand. Lens positions 300..850, fractions allowed.
+/// Positions of motors and servo. Lens positions 300..850, fractions allowed.
 struct Mechanics {
     double pan_rad = 0;
     double zoom = 300;
@@ -20,7 +20,7 @@ struct Mechanics {
 
 bool operator==(const Mechanics &a, const Mechanics &b);
 
-/// What the lens does at its positions. Pixels are those of the full array.
+/// Optics of the lens at its positions. Pixels are those of the full array.
 struct Optics {
     double focal_length_mm = 0;  ///< thin lens, focused at infinity
     double focal_px = 0;         ///< image distance in pixels: what K holds

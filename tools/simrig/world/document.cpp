@@ -10,7 +10,7 @@
 namespace world {
 namespace {
 
-// Of coordinates and the like, in whatever unit: their products stay far from the ends of numbers.
+// Limit of coordinates in any unit: products stay far from the limits of doubles.
 constexpr double kFarthest = 1e7;
 
 std::string number_text(double value) {
@@ -19,7 +19,7 @@ std::string number_text(double value) {
     return text.str();
 }
 
-// Of what a file holds, between quotes, anything may be part.
+// Quoted content of a file may hold any character.
 std::string one_line(std::string text) {
     for (char &c : text) {
         const auto byte = static_cast<unsigned char>(c);
@@ -63,7 +63,7 @@ bool Entry::has(const std::string &key) const {
 
 Entry Entry::at(const std::string &key) const {
     if (!node_->IsMap()) {
-        fail("keys with values are wanted here, among them '" + key + "'");
+        fail("not a map (expected keys, among them '" + key + "')");
     }
     const YAML::Node child = (*node_)[key];
     if (!child.IsDefined()) {
@@ -74,7 +74,7 @@ Entry Entry::at(const std::string &key) const {
 
 std::vector<Entry> Entry::items() const {
     if (!node_->IsSequence()) {
-        fail("a list is wanted here");
+        fail("not a list");
     }
     std::vector<Entry> found;
     for (const YAML::Node &child : *node_) {
@@ -85,31 +85,31 @@ std::vector<Entry> Entry::items() const {
 
 std::string Entry::only_key() const {
     if (!node_->IsMap() || node_->size() != 1) {
-        fail("one key with its values is wanted here");
+        fail("not a single key with its values");
     }
     return Entry(file_, node_->begin()->first).text();
 }
 
 void Entry::allow(const std::set<std::string> &keys) const {
     if (!node_->IsMap()) {
-        fail("keys with values are wanted here");
+        fail("not a map of keys");
     }
     std::set<std::string> seen;
     for (const auto &pair : *node_) {
         const Entry key(file_, pair.first);
         const std::string name = key.text();
         if (keys.count(name) == 0) {
-            key.fail("'" + name + "' is not known here");
+            key.fail("unknown key '" + name + "'");
         }
         if (!seen.insert(name).second) {
-            key.fail("'" + name + "' stands here twice");
+            key.fail("duplicate key '" + name + "'");
         }
     }
 }
 
 std::string Entry::text() const {
     if (!node_->IsScalar()) {
-        fail("a word is wanted here");
+        fail("not a word");
     }
     return node_->Scalar();
 }
@@ -118,8 +118,7 @@ double Entry::number() const {
     double value = 0;
     if (!node_->IsScalar() || !YAML::convert<double>::decode(*node_, value) ||
         !std::isfinite(value)) {
-        fail("a number is wanted here" +
-             (node_->IsScalar() ? ", not '" + node_->Scalar() + "'" : std::string()));
+        fail("not a number" + (node_->IsScalar() ? ": '" + node_->Scalar() + "'" : std::string()));
     }
     return value;
 }
@@ -136,7 +135,7 @@ double Entry::number(double low, double high) const {
 int Entry::whole(int low, int high) const {
     const double value = number(low, high);
     if (value != std::floor(value)) {
-        fail(number_text(value) + " is not a whole number");
+        fail(number_text(value) + " is not an integer");
     }
     return static_cast<int>(value);
 }
@@ -147,7 +146,7 @@ std::vector<double> Entry::numbers(std::size_t count) const {
         values.push_back(item.number(-kFarthest, kFarthest));
     }
     if (values.size() != count) {
-        fail(std::to_string(count) + " numbers are wanted here, not " +
+        fail("expected " + std::to_string(count) + " numbers, not " +
              std::to_string(values.size()));
     }
     return values;

@@ -22,19 +22,19 @@ class BadFile : public std::runtime_error {
   public:
     BadFile(const std::string &place, const std::string &what)
         : std::runtime_error(place + ": " + what), place_(place) {}
-    /// "file:line" alone, for who may not be allowed to read the file.
+    /// "file:line" alone, for readers who may not see the file's content.
     const std::string &place() const { return place_; }
 
   private:
     std::string place_;
 };
 
-/// One value of a file and the way to it. Map keys that were never asked for are mistakes.
+/// One value of a file and its line. Unknown map keys are errors.
 class Entry {
   public:
     /// The whole file. Throws BadFile when it cannot be read or is not YAML.
     static Entry of_file(const std::string &path);
-    /// The same of a text that is in memory, of a file called `name`.
+    /// The same for a text in memory, of a file called `name`.
     static Entry of_text(const std::string &name, const std::string &text);
 
     /// Throws BadFile at this entry's line.
@@ -65,7 +65,7 @@ class Entry {
     std::vector<double> numbers(std::size_t count) const;
 
     std::string file_;
-    std::shared_ptr<const YAML::Node> node_;  // that few sources need all of yaml-cpp
+    std::shared_ptr<const YAML::Node> node_;  // a pointer, so that few sources include yaml-cpp
 };
 
 }  // namespace world

@@ -11,8 +11,8 @@ namespace {
 
 // A digital net: coordinate d of point n is the XOR of the columns of n's bits. The pixel's two are
 // Sobol's first ones (van der Corput, and the one with Pascal's triangle modulo 2); the pupil's
-// were searched for, so that no place in the pixel goes with the same places in the pupil. All that
-// is known of them is what random.hpp says, and a test counts it.
+// were searched for, so that no place in the pixel goes with the same places in the pupil.
+// random.hpp states their properties, and a test checks them.
 constexpr unsigned kBits = 6;
 constexpr unsigned kColumns[4][kBits] = {
     {0x20, 0x10, 0x08, 0x04, 0x02, 0x01},
@@ -23,8 +23,7 @@ constexpr unsigned kColumns[4][kBits] = {
 
 // Each bit XORed with all above it: two numbers that differ first in one bit then differ in all
 // below it, too. The net remains one. But points that fall into one stratum become pairs that lie
-// opposite to each other, whatever the pixel's own number, and where light has a slope they make no
-// error.
+// opposite to each other, for any number of the pixel, and cause no error where light has a slope.
 std::uint16_t mirrored_below(unsigned value) {
     for (unsigned shift = 1; shift < 16; shift *= 2) {
         value ^= value >> shift;

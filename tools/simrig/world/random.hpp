@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All randomness is a hash of what it belongs to, so that neither threads nor windows change it.
+/// Random numbers are hashes of what they belong to: independent of threads and windows.
 #ifndef VERGENCE_SIMRIG_WORLD_RANDOM_HPP
 #define VERGENCE_SIMRIG_WORLD_RANDOM_HPP
 

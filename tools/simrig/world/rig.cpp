@@ -96,14 +96,14 @@ Mount read_mount(const Entry &entry) {
     mount.axis_point_mm = entry.at("axis_point_mm").vector();
     const Vec3 direction = entry.at("axis_direction").vector();
     if (length(direction) < 1e-9) {
-        entry.at("axis_direction").fail("an axis needs a direction");
+        entry.at("axis_direction").fail("an axis direction must not be zero");
     }
     mount.axis_direction = unit(direction);
     return mount;
 }
 
 RigCamera read_camera(const Entry &entry) {
-    // The devices of the last three are not the world's business: see rig/settings.cpp.
+    // rig/settings.cpp reads the last three.
     entry.allow({"pan_deg", "mount", "lens", "sensor", "servo", "motors", "link"});
     RigCamera camera;
     camera.pan_rad = radians(entry.number("pan_deg", -180, 180));

@@ -41,8 +41,7 @@ struct Lens {
     double nearest_focus_mm = 800;
     /// How far the sharp plane moves over the zoom, as change of 1 / distance from z = 0 to 1.
     double focus_drift_per_m = 0;
-    /// Part of the thin lens's change of image distance with focus that is seen: 1 thin lens, 0
-    /// none.
+    /// Share of the thin lens's change of image distance with focus: 1 thin lens, 0 none.
     double breathing = 0;
     /// f-number with the iris open at z = 0 and 1; the iris closes to `f_number_closed`, linear in
     /// log f-number, as its position goes from 850 (open) to 300.
@@ -66,7 +65,7 @@ struct Sensor {
     /// Electrons a pixel and lux second of white light on the sensor, times each filter's part.
     double electrons_per_lux_s = 17000;
     std::array<double, 3> filter_part{0.62, 1.0, 0.55};
-    double photon_noise = 1;  ///< 1 as nature has it, 0 none
+    double photon_noise = 1;  ///< 1 physical, 0 none
     double prnu = 0;          ///< rms part by which pixels differ in response
     double row_noise_e = 0;
     std::uint64_t serial = 0;
@@ -87,7 +86,7 @@ struct RigCamera {
     Lens lens;
     Sensor sensor;
     Mount mount;
-    /// Where `simrig-render` and tests put the servo when they are not told otherwise.
+    /// The servo angle that `simrig-render` and tests use by default.
     double pan_rad = 0;
 };
 
