@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rectification table with the memory that it stands in.
+/// A rectification table with its memory.
 #ifndef VERGENCE_TESTS_LENT_TABLE_HPP
 #define VERGENCE_TESTS_LENT_TABLE_HPP
 

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-/// An empty directory of its own that goes away with the test.
+/// A temporary directory, removed at the end of the test.
 struct scratch {
     std::string path;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What must hold for every text that the calibration's parser is given.
+/// The property of the calibration parser, for every text.
 #ifndef VERGENCE_TESTS_FUZZ_CALIBRATION_PROPERTY_HPP
 #define VERGENCE_TESTS_FUZZ_CALIBRATION_PROPERTY_HPP
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a harness does when its property does not hold: says which and stops the program, so that
-/// libFuzzer keeps the input and the replay fails.
+/// Checks a harness's property: prints a violated condition and aborts, so that libFuzzer keeps the
+/// input and the replay fails.
 #ifndef VERGENCE_TESTS_FUZZ_FUZZ_CHECK_HPP
 #define VERGENCE_TESTS_FUZZ_FUZZ_CHECK_HPP
 

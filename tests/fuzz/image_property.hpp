@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What must hold for every file that a reader of images is given.
+/// The property of an image reader, for every file.
 #ifndef VERGENCE_TESTS_FUZZ_IMAGE_PROPERTY_HPP
 #define VERGENCE_TESTS_FUZZ_IMAGE_PROPERTY_HPP
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What must hold for every text that an importer is given.
+/// The property of an importer, for every text.
 #ifndef VERGENCE_TESTS_FUZZ_IMPORT_PROPERTY_HPP
 #define VERGENCE_TESTS_FUZZ_IMPORT_PROPERTY_HPP
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A folder for readers that want a path, in memory where there is such a place.
+/// A folder for readers that need a path, in memory where possible.
 #ifndef VERGENCE_TESTS_FUZZ_MEMORY_FOLDER_HPP
 #define VERGENCE_TESTS_FUZZ_MEMORY_FOLDER_HPP
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a harness on every file of the directories that are named, without libFuzzer.
+// Runs a harness on every file of the named directories, without libFuzzer.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -13,7 +13,7 @@ int main(int argc, char **argv) {
     int count = 0;
     for (int i = 1; i < argc; i++) {
         if (!std::filesystem::is_directory(argv[i])) {
-            std::fprintf(stderr, "%s: is no directory\n", argv[i]);
+            std::fprintf(stderr, "%s: not a directory\n", argv[i]);
             return 1;
         }
         for (const auto &entry : std::filesystem::directory_iterator(argv[i])) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is read as Base64 is what would be written for the same bytes, whatever room there is.
+// Decoded Base64 encodes to the same text, for any size of the output.
 #include <cstring>
 #include <string>
 #include <vector>

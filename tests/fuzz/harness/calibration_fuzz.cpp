@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calibration text as it is: its checksum keeps nearly every change out.
+// The unchanged calibration text: its checksum rejects nearly every change.
 #include <cstdint>
 
 #include "calibration_property.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calibration text with the checksum that it needs, so that changes reach the parser's depth:
+// The calibration text with a valid checksum, so that changes reach deep into the parser:
 // the input is the text before the last line.
 #include <cstdint>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any line is taken or refused in one sentence; one that is taken holds values within the ranges of
-// the table, and its words written again are the same call.
+// Any line is accepted or refused in one line; accepted values are within the table's ranges, and
+// the words written again are the same call.
 #include <cstring>
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any file of settings is taken or refused with its line; what was taken, printed key by key and
-// read again, is the same.
+// Any settings file is accepted or refused with its line; accepted settings, printed key by key and
+// read again, are the same.
 #include <cstring>
 #include <string>
 

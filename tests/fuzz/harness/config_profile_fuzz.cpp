@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any profile's file is taken or refused with its line; what was taken is a profile that makes
-// sense, and printed key by key and read again, it is the same.
+// Any profile is accepted or refused with its line; an accepted profile is valid and, printed key
+// by key and read again, the same.
 #include <cstring>
 #include <string>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever is typed: the terminal gets plain characters alone and shows the line that the editor
-// has, with the cursor where it is, in a window that changes its width now and then.
+// For any input the terminal gets only printable characters and shows the editor's line and cursor,
+// in a window that changes its width now and then.
 #include <algorithm>
 #include <string>
 
@@ -9,11 +9,11 @@
 
 namespace {
 
-// In the input it stands for a change of the width, which the next byte says.
+// In the input this byte changes the width to the next byte.
 constexpr std::uint8_t new_width = 0x1C;
 constexpr size_t width_least = 16;
 
-// A terminal that counts columns: one for each character, however many bytes it has.
+// A terminal that counts columns: one per character of any number of bytes.
 struct Screen {
     size_t column = 0, columns = EDITOR_COLUMNS;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever an EXIF block holds, its orientation is one or there is none.
+// For any EXIF block the orientation is valid or absent.
 #include <cstdint>
 
 #include "fuzz_check.hpp"

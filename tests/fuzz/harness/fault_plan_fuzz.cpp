@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A script of faults is read or refused in one line, and what was read can be followed: its errors
-// are of the list, and a rule for the nth call waits for the nth.
+// A script of faults is accepted or refused in one line. Accepted scripts can be executed: their
+// errors are of the list, and a rule for the nth call waits for the nth.
 #include <cstring>
 #include <string>
 

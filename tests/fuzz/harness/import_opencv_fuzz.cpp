@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// YAML, XML and JSON: the first byte of the text tells them apart.
+// YAML, XML and JSON: the first byte of the text selects the format.
 #include <cstdint>
 
 #include "import_property.hpp"

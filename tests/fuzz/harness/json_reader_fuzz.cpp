@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reader takes what a foreign parser takes, and finds the members that it finds.
+// The reader accepts what a foreign parser accepts, and finds the same members.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any record of kept settings is taken or refused with a sentence; what was taken prints as the
-// same bytes, and its commands fit where they are put.
+// Any record of saved settings is accepted or refused with a message; accepted ones print as the
+// same bytes, and their commands fit their buffers.
 #include <cstdint>
 #include <cstring>
 
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     char text[KEPT_SETTINGS_BYTES];
     const std::size_t length = kept_settings_print(&kept, text);
     FUZZ_CHECK(length == size && std::memcmp(text, input, size) == 0);
-    static rig down;  // of its profile nothing is asked but whether there is a bridge
+    static rig down;  // of its profile only the presence of a bridge is used
     char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
     std::size_t of_cameras = 0;
     down.state = RIG_READY;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes as a lens controller's line may bring them: the reader that takes one at a time tells the
-// same answers as a plain one that has them all before it.
+// Bytes as a lens controller's line may deliver them: the reader that takes one byte at a time
+// returns the same answers as a simple one that has them all.
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matcher on any sizes, strides, ranges, spans, presets and pictures: an error exactly where
-// one is due, else a sane answer, the same at every processor level, on any number of threads and
-// with any strides; not a byte beside the pixels is touched, read beyond memory or taken too much.
+// one is due, else a valid answer, the same at every processor level, on any number of threads and
+// with any strides; no byte outside the pixels is written, and no memory beyond its bounds used.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -123,7 +123,7 @@ void paint(Source *source, int width, int height, std::vector<std::uint8_t> *pic
     }
 }
 
-/// What the left picture looks like from the right, moved by one disparity above and another below.
+/// The left image seen from the right, shifted by one disparity above and another below.
 void move(Source *source, const Task &task, std::vector<std::uint8_t> *picture) {
     const int upper = source->below(2 * width_max) - width_max;
     const int lower = source->below(2 * width_max) - width_max;
@@ -306,7 +306,7 @@ void run(const Task &task, const match_kernels *kernels, int threads, Run *run) 
 }
 
 /// Whether no pixel around one, in rows of its own, is at a border: what the medians take in there
-/// is no place of the right image.
+/// lies outside the right image.
 bool is_inner(const Task &task, const Run &run, int x, int y) {
     const int reach = task.options.preset == MATCH_PRESET_FAST ? 3 : 1;
     for (int row = y - reach; row <= y + reach; row++) {
@@ -333,10 +333,10 @@ bool is_seen(const Task &task, int x, int y) {
            std::max<int>(begin, right.begin) < std::min<int>(end, right.end);
 }
 
-/// What holds for every answer.
+/// The property of every answer.
 void check_sane(const Task &task, const Run &run) {
     const match_options &options = task.options;
-    // The others search a window of the range, which may lie outside of the right image by itself.
+    // The others search a window of the range, which may lie outside the right image.
     const bool searches_all =
         options.preset == MATCH_PRESET_BEST || options.preset == MATCH_PRESET_PAPER;
     FUZZ_CHECK(run.rows_done == task.height);

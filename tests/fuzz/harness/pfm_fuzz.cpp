@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A float map is refused with a reason or gives exactly the floats that stand in the file.
+// A float map is refused with a reason or gives exactly the floats in the file.
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const std::size_t height = static_cast<std::size_t>(image.height_px);
     FUZZ_CHECK(width >= 1 && width <= PFM_MAX_SIDE_PX && height >= 1 && height <= PFM_MAX_SIDE_PX);
     FUZZ_CHECK(image.values.size() == width * height && size > 4 * width * height);
-    // Every value stands somewhere in the file, in one of the two byte orders.
+    // Every value occurs in the file, in one of the two byte orders.
     unsigned char bytes[4], turned[4];
     std::memcpy(bytes, image.values.data(), 4);
     for (int i = 0; i < 4; i++) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may come from the other end of a line to the client: its calls end with an answer or one
-// line that says why not, and a file that was fetched is the one that was announced.
+// Arbitrary bytes from the daemon to the client: its calls end with an answer or a one-line error,
+// and a fetched file is the announced one.
 //
-// The first byte says what is asked, and over what. Of the lines behind it those that begin with ~
-// become the inside of a whole, sealed answer, those with = the bytes of a block, as the daemon
-// sends it; others come as they are.
+// The first byte selects request and transport. Of the following lines those that begin with ~
+// become the content of a framed answer, those with = the bytes of a block as the daemon sends it;
+// others are sent unchanged.
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -40,7 +40,7 @@ std::string sealed(int id, const std::string &inside) {
     return line + ", \"crc\": \"" + hex(line) + "\"}\n";
 }
 
-// All that comes, and what the blocks among it hold.
+// All received bytes, and the content of the blocks among them.
 std::string answers(const std::string &text, bool fetch, std::string *content) {
     std::string lines;
     int id = fetch ? 1 : 0;  // the announcement goes first

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands before a command: taken or refused in a sentence; a seal that does not fit is never
-// taken, and the command is always the end of the line.
+// The prefix of a command is accepted or refused with a message; a wrong CRC is never accepted, and
+// the command is always the end of the line.
 #include <cstring>
 #include <string>
 

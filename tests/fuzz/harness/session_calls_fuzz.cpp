@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls of a recorded session, damaged in every way: they are refused in one line, or each call
-// is answered; the clock never hangs, and what was not recorded ends the play with a reason.
+// Damaged calls of a recorded session: they are refused in one line, or each call is answered; the
+// clock never hangs, and a call that was not recorded ends the replay with a reason.
 //
-// The input is the file as it is (first byte 0), or a byte for a call and then its answer, line
-// by line, of which a log is made whose checks are right.
+// The input is the whole file (first byte 0), or per line a byte for a call and then its answer,
+// from which a log with valid checks is made.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -27,7 +27,7 @@ constexpr hal_camera_format kFormat = {64, 48};
 std::uint8_t out[3] = {0, 1, 2}, in[4];
 hal_i2c_message transfer[] = {{out, sizeof out, 0x2C, false}, {in, sizeof in, 0x2C, true}};
 
-// A call of the instrument: how it is told, and it itself.
+// A call of the instrument: how it is logged, and the call.
 struct Call {
     void (*told)(char *text);
     void (*made)(const rig_ports &ports);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session's index, as it comes and with the CRC of each line made right: events come in order,
+// A session's index, unchanged and with the CRC of each line corrected: events come in order,
 // each prints as its line, and a line that is not whole ends the session or is refused.
 #include <algorithm>
 #include <cstddef>

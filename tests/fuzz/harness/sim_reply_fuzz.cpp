@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulated rig may answer the daemon's backends: every call ends with a value that the
-// replies hold or an error, outputs are untouched on errors, and what is said about it is one line.
+// Arbitrary replies of a simulated rig to the daemon's backends: every call ends with a value from
+// the replies or an error, outputs are unchanged on errors, and the message is one line.
 //
-// The first byte says which calls are made, the second whether the greeting is the input's, too.
-// Then the replies, each with a byte that says how it comes: an even one is followed by status,
-// length (two bytes) and body, which get the header that the request wants; after an odd one bytes
-// come as they are. The sockets are these here, so that nothing is waited for.
+// The first byte selects the calls, the second whether the greeting is from the input, too. Then
+// the replies, each after a byte for its form: an even one is followed by status, length (two
+// bytes) and body, which get the header that fits the request; after an odd one bytes are sent
+// unchanged. The socket calls are replaced here, so that nothing waits.
 #include <climits>
 #include <cstring>
 #include <string>
@@ -22,13 +22,13 @@
 
 namespace {
 
-constexpr int kSocket = INT_MAX;  // that no process has, so that its end is nothing
+constexpr int kSocket = INT_MAX;  // no process has it, so closing it has no effect
 constexpr std::uint16_t kWidth = 4, kHeight = 2;
 
 struct Rig {
     std::string input;
     std::size_t at = 0;
-    bool greets = false;  // by itself, well
+    bool greets = false;  // sends a valid greeting
     std::string heard;    // a request's bytes
     std::string reply;    // what is still to come of it
     bool raw = false;
@@ -93,7 +93,7 @@ Rig rig;
 extern "C" {
 
 int sim_socket_connect(const char *, std::int64_t) {
-    // What was left of the connection before is lost.
+    // Unread bytes of the previous connection are lost.
     rig.heard.clear();
     rig.reply.clear();
     rig.raw = false;
@@ -120,7 +120,7 @@ int sim_socket_receive(int, void *data, std::size_t bytes, std::int64_t) {
 
 namespace {
 
-// An error of a backend, which leaves a line where the rig said why.
+// An error of a backend, with a line where the rig gave a reason.
 bool failed(const sim_connection &connection, int error) {
     const std::size_t length = strnlen(connection.text, sizeof connection.text);
     FUZZ_CHECK(length < sizeof connection.text);
@@ -208,7 +208,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     rig.input.assign(reinterpret_cast<const char *>(data) + 2, size - 2);
     rig.greets = data[1] % 2 == 0;
     const unsigned calls = data[0];
-    // Another client that lets time pass is waited for one millisecond alone.
+    // Waits only one millisecond for another client that advances time.
     if (sim_connection_open(&connection, "unix:rig", SIMRIG_ROLE_BOARD, 1) != ERROR_OK) {
         FUZZ_CHECK(connection.socket < 0 && connection.text[0] != '\0');
         failed(connection, ERROR_OK);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated rig's log is refused in one line, or holds entries that all stand in the file.
+// The simulated rig's log is refused in one line, or holds entries that are all in the file.
 #include <cstdint>
 #include <stdexcept>
 #include <string>

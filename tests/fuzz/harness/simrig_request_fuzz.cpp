@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes as a client of the simulated rig may send them: they fall apart into the same messages
-// however they arrive, and each message into a request within its limits or a line that says why
-// not.
+// Bytes of a client of the simulated rig: they give the same messages in any chunks, and each
+// message a request within its limits or a one-line reason.
 #include <algorithm>
 #include <cstdint>
 #include <string>
@@ -51,7 +50,7 @@ void check(const Message &message) {
     try {
         const Request request = decode(message.type, message.body);
         std::visit(Limits(), request);
-        // A byte more is a byte too many, but where the body ends in bytes of any number.
+        // One more byte is refused, except where the body ends in any number of bytes.
         Body longer = message.body;
         longer.push_back(0);
         const bool open_end = std::holds_alternative<Hello>(request) ||

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of a scene file is read or refused in one line that begins with file and line; of what
-// was read all is within the limits that the renderer relies on. Ornaments, noise and light are not
-// worked out: they take long, and are no reading.
+// The text of a scene file is accepted or refused in one line that begins with file and line; all
+// accepted values are within the limits that the renderer relies on. Ornaments, noise and light are
+// not computed: they are slow and not part of reading.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
