@@ -179,7 +179,7 @@ class StartUp(Bench):
         running.client().read(BRIDGE, 0)
         self.assertEqual(running.stop(), 0)
         good = log.read_bytes()
-        for name, content, word in (("short", good[:-3], "middle"), ("head", good[:9], "middle"),
+        for name, content, word in (("short", good[:-3], "within"), ("head", good[:9], "within"),
                                     ("empty", b"", "not a log"), ("text", b"x" * 99, "not a log"),
                                     ("bad", good[:-30] + b"\xff" * 30, "damaged")):
             path = self.bad_file(name, content)

@@ -193,7 +193,7 @@ class Replay(Bench):
         changed[mark - 1] ^= 1
         (self.folder / "changed.log").write_bytes(changed)
         self.assert_refused(self.run_simrig("--replay", self.folder / "changed.log"), 1, "entry ",
-                            "otherwise")
+                            "not answered as")
 
     def test_what_was_abandoned_is_replayed_too(self):
         """A client leaves during an advance, while another one sends requests; then during a frame."""
