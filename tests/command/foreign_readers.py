@@ -15,6 +15,7 @@ PYTHON_PACKAGES = ["plyfile==1.0.3", "pypcd4==1.5.1", "pydantic==2.14.3", "pydan
                    "annotated-types==0.8.0", "typing-extensions==4.16.0",
                    "typing-inspection==0.4.5", "python-neo-lzf==0.3.5"]
 NODE_PACKAGES = ["gltf-validator@2.0.0-dev.3.10", "meshoptimizer@0.22.0"]
+RETRY = os.path.join(os.environ["VERGENCE_SOURCE"], "tools", "retry")
 
 VALIDATE = """
 const validator = require('gltf-validator');
@@ -67,8 +68,8 @@ def python_readers():
     folder = cache() / "python-readers"
     install_once(folder, " ".join(PYTHON_PACKAGES),
                  ["rm", "-rf", str(folder / "lib")],
-                 [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
-                  "--no-deps", "--target", str(folder / "lib"), *PYTHON_PACKAGES])
+                 [RETRY, sys.executable, "-m", "pip", "install", "--quiet",
+                  "--disable-pip-version-check", "--no-deps", "--target", str(folder / "lib"), *PYTHON_PACKAGES])
     # Before the system's, whose typing_extensions may be too old.
     sys.path.insert(0, str(folder / "lib"))
     import plyfile
@@ -79,7 +80,7 @@ def python_readers():
 def run_node(script, *arguments, data=None):
     folder = cache() / "npm"
     install_once(folder, " ".join(NODE_PACKAGES),
-                 ["npm", "install", "--silent", "--no-fund", "--no-audit", "--prefix",
+                 [RETRY, "npm", "install", "--silent", "--no-fund", "--no-audit", "--prefix",
                   str(folder), *NODE_PACKAGES])
     done = subprocess.run(["node", "-e", script, "--", *map(str, arguments)], capture_output=True,
                           input=data, env={**os.environ, "NODE_PATH": str(folder / "node_modules")})

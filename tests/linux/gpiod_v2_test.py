@@ -27,9 +27,9 @@ def sources():
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not os.path.isdir(place):
             with tempfile.TemporaryDirectory(dir=CACHE) as scratch:
-                subprocess.run([sys.executable, "-m", "pip", "download", "--quiet", "--no-deps",
-                                "--disable-pip-version-check", "--no-binary", ":all:", "--dest",
-                                scratch, PACKAGE], check=True)
+                subprocess.run([os.path.join(ROOT, "tools", "retry"), sys.executable, "-m", "pip",
+                                "download", "--quiet", "--no-deps", "--disable-pip-version-check",
+                                "--no-binary", ":all:", "--dest", scratch, PACKAGE], check=True)
                 [archive] = [n for n in os.listdir(scratch) if n.endswith(".tar.gz")]
                 with tarfile.open(os.path.join(scratch, archive)) as tar:
                     tar.extractall(scratch)

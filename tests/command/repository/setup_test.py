@@ -15,7 +15,8 @@ import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
 # The programs that the scripts need from the real machine.
-REAL = ("bash", "env", "sort", "comm", "sed", "mkdir", "mktemp", "rm", "mv", "cat", "tail", "touch")
+REAL = ("bash", "env", "sort", "comm", "sed", "mkdir", "mktemp", "rm", "mv", "cat", "tail", "touch",
+        "dirname")
 PICTURES = ("aloeL.jpg", "aloeR.jpg", "aloeGT.png", "left01.jpg", "right01.jpg")
 INSIDE = "usr/share/doc/opencv-doc/examples/data"
 # The options of each campaign.
@@ -46,7 +47,7 @@ class Machine(unittest.TestCase):
         return subprocess.run([os.path.join(ROOT, "tools", tool), *arguments], capture_output=True,
                               text=True, timeout=60, env={
                                   "PATH": str(self.programs), "HOME": str(self.folder / "home"),
-                                  "CALLS": str(self.calls),
+                                  "CALLS": str(self.calls), "VERGENCE_RETRY_WAIT_S": "0",
                                   "VERGENCE_SYSTEM_ROOT": str(self.system)})
 
     def called(self):
@@ -116,6 +117,44 @@ class Setup(Machine):
         self.assertEqual(done.returncode, 1)
         self.assertIn("could not install: ccache", done.stderr)
 
+    def fail_first(self, name, times, complaint, then=""):
+        """Plays a program that fails for so many calls: a lock is held, a server does not answer."""
+        self.play(name, WRITE_DOWN + f'[ "$(grep -c "^{name} $1" "$CALLS")" -gt {times} ] || '
+                                     f'{{ echo "E: {complaint}" >&2; exit 100; }}\n{then}')
+        (self.programs / "grep").exists() or \
+            (self.programs / "grep").symlink_to(shutil.which("grep"))
+
+    def test_a_held_lock_is_waited_for(self):
+        self.installed("ccache")
+        self.user(0)
+        self.fail_first("apt-get", 2, "Could not get lock /var/lib/dpkg/lock-frontend")
+        done = self.run_tool("install_packages")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("Could not get lock", done.stderr)
+        for what in ("update", "install"):
+            calls = [call for call in self.called() if call.startswith(f"apt-get {what}")]
+            self.assertEqual(len(calls), 3)
+            self.assertTrue(all("DPkg::Lock::Timeout=" in call and "Acquire::Retries=" in call
+                                for call in calls), calls)
+
+    def test_a_lock_that_is_never_released_fails(self):
+        self.installed("ccache")
+        self.user(0)
+        self.fail_first("apt-get", 99, "Could not get lock /var/lib/dpkg/lock-frontend")
+        done = self.run_tool("install_packages")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("could not install: ccache", done.stderr)
+        self.assertEqual(len(self.called()), 6)
+
+    def test_a_failed_download_is_tried_again(self):
+        names = " ".join(PICTURES)
+        self.fail_first("apt-get", 1, "Failed to fetch", "touch opencv-doc_1_all.deb\n")
+        self.play("dpkg-deb", f'mkdir -p "$3/{INSIDE}" && cd "$3/{INSIDE}" && touch {names}\n')
+        done = self.run_tool("opencv_samples")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((pathlib.Path(done.stdout.strip()) / "aloeL.jpg").is_file())
+        self.assertEqual(len(self.called()), 2)
+
     def put_pictures(self, folder):
         (folder / INSIDE).mkdir(parents=True)
         for name in PICTURES:
@@ -154,7 +193,7 @@ class WrongWords(Machine):
 
     def setUp(self):
         super().setUp()
-        for name in ("dirname", "nproc", "cksum", "cut"):
+        for name in ("nproc", "cksum", "cut"):
             (self.programs / name).symlink_to(shutil.which(name))
         (self.programs / "python3").symlink_to(sys.executable)
 
