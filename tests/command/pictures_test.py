@@ -13,7 +13,7 @@ import numpy
 
 import pairs
 
-SESSIONS = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
+SESSIONS = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 WHITE = 1023
 # Share of the incoming light, and of the sensor's pedestal.
 PEDESTAL = 42

@@ -183,7 +183,7 @@ class Report(unittest.TestCase):
             self.assertAlmostEqual(found, image.mean() / 2.55, delta=0.06)
 
     def test_a_session_is_named_with_its_axes(self):
-        session = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "mug_3x")
+        session = os.path.join(os.environ["VERGENCE_SESSIONS"], "mug_3x")
         out = os.path.join(self.folder.name, "mug")
         subprocess.run([VERGENCE, "reconstruct", session, "--files", "report.html", "--out", out,
                         "--quiet"], check=True, timeout=300)

@@ -13,7 +13,7 @@ import numpy
 from pairs import BOARD, VERGENCE, Workshop, make_pair, run
 from recorded import Session
 
-RECORDED = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
+RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 SIDES = ("left", "right")
 
 

@@ -11,7 +11,7 @@ import numpy
 from pairs import Workshop, run
 from recorded import Session
 
-RECORDED = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
+RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 
 
 class Info(Workshop):

@@ -14,7 +14,7 @@ from pairs import Workshop as Reconstructing
 from pairs import run
 from recorded import Session
 
-RECORDED = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "sessions"
+RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 
 
 class Calibrate(Calibrating):

@@ -135,8 +135,8 @@ class TwoCameras(DeviceTest):
         self.plug("plug")
         self.serve(self.cameras() + f"plug /dev/video1 {self.place('plug')}\n", self.profile)
         self.asked("bringup")
-        shutil.copytree(os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions",
-                                     "cylinder_1x"), os.path.join(self.files, "cylinder"))
+        shutil.copytree(os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x"),
+                        os.path.join(self.files, "cylinder"))
         other = self.client()
         other.send("@json,progress reconstruct cylinder 1 1\n")
         event = json.loads(other.line())

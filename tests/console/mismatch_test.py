@@ -13,7 +13,7 @@ from daemon_process import PATIENCE_S, DaemonTest
 from reconstruct_test import Surfaces, lines_of, sealed_index
 
 VERGENCE = os.environ["VERGENCE"]
-SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests/sessions/cylinder_1x")
+SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 DEGREE_Q4 = 165  # a pulse of 10.3 us
 SIDES = ("left", "right")
 AXES = ("zoom", "focus", "iris")
@@ -122,6 +122,7 @@ class Pairs(Surfaces):
         lines = [change(line) if line.startswith("pair ") else line for line in lines]
         lines.insert(1, f"calibration file={zlib.crc32(text.encode()):08x}")
         if "cameras" in origin:
+            lines = [line for line in lines if not line.startswith("instrument ")]
             lines.insert(1, "instrument left_camera=B right_camera=A left_servo=24000,9442 "
                             "right_servo=24000,9442 pan_repeatability_urad=5236 "
                             "lens_repeatability_counts=4 lens_zoom_ppm=4187")

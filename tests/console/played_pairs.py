@@ -9,7 +9,7 @@ import zlib
 
 from daemon_process import DaemonTest
 
-SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 
 
 def sealed(lines):

@@ -19,7 +19,7 @@ import numpy
 from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, small_stack
 from fake_devices import preloaded
 
-SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 FILES = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm", "result.json"}
 SENSOR = (2048, 1536)
 WINDOW = (672, 400)

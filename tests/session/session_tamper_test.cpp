@@ -119,29 +119,40 @@ void tamper(Random &random, std::vector<std::string> *lines) {
 
 }  // namespace
 
+TEST_CASE("a recording of an earlier version can be read and replayed") {
+    const char *const source = std::getenv("SESSION");
+    REQUIRE(source != nullptr);
+    const scratch folder;
+    const std::string copy = folder / "session";
+    std::filesystem::copy(source, copy);
+    const play_observer observer{};
+    play_outcome outcome{};
+    message why{};
+    REQUIRE(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == 0);
+    CHECK(std::string(outcome.profile) == "rig");
+}
+
 TEST_CASE("modified recordings are replayed to an end") {
-    const char *const sessions = std::getenv("SESSIONS");
-    REQUIRE(sessions != nullptr);
+    const char *const source = std::getenv("SESSION");
+    REQUIRE(source != nullptr);
     const char *const wanted = std::getenv("VERGENCE_TAMPER_ROUNDS");
     const int rounds = wanted != nullptr ? std::atoi(wanted) : kRounds;
     const std::uint64_t seed = synthetic::test_seed();
     CAPTURE(seed);
     Random random(seed);
-    const char *const names[] = {"cylinder_1x", "mug_3x", "chessboard_1x"};
     int departed = 0, same = 0;
     for (int round = 0; round < rounds; round++) {
-        const std::string source = std::string(sessions) + "/" + names[round % 3];
         const scratch folder;
         const std::string copy = folder / "session";
         std::filesystem::copy(source, copy);
-        std::vector<std::string> lines = lines_of(source + "/calls.log");
+        std::vector<std::string> lines = lines_of(std::string(source) + "/calls.log");
         tamper(random, &lines);
         write_log(copy + "/calls.log", lines);
         CAPTURE(round);
-        const play_observer nobody{};
+        const play_observer observer{};
         play_outcome outcome{};
         message why{};
-        const int error = play_session(AT_FDCWD, copy.c_str(), &nobody, &outcome, &why);
+        const int error = play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why);
         CHECK((error == 0 || why.text[0] != '\0'));
         CHECK(std::string(why.text).find('\n') == std::string::npos);
         CHECK(std::string(outcome.departed.text).find('\n') == std::string::npos);

@@ -8,6 +8,7 @@ import stat
 import zlib
 
 INDEX, CRC_DIGITS = "session.index", 8
+VERSIONS = ("1", "2")  # of the index, as daemon/session/session.md has them
 IMAGES = (".png", ".pgm", ".ppm", ".pnm", ".tif", ".tiff", ".jpg", ".raw")
 CALIBRATIONS = ("calibration.txt", "rig.calibration", "calib.txt", "calib_cam_to_cam.txt")
 
@@ -88,7 +89,7 @@ def checked(folder, event, key, name):
 def pairs_of_session(folder):
     calibration = None
     for event in events_of(folder / INDEX):
-        if event.kind == "begin" and event["version"] != "1":
+        if event.kind == "begin" and event["version"] not in VERSIONS:
             raise Unusable(f"{folder}: made by a newer version")
         if event.kind == "calibration":
             calibration = checked(folder, event, "file", "calibration-*.txt")

@@ -24,7 +24,8 @@ import reference
 from result import NONE
 from session import Unusable
 
-SESSIONS = sorted(path.parent for path in (SOURCE / "tests" / "sessions").glob("*/session.index"))
+RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
+SESSIONS = sorted(path.parent for path in RECORDED.glob("*/session.index"))
 MOST_BYTES = 2_000_000
 
 

@@ -7,7 +7,7 @@ import unittest
 
 from daemon_process import DaemonTest
 
-SESSIONS = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions")
+SESSIONS = os.environ["VERGENCE_SESSIONS"]
 
 
 class FaultsTest(DaemonTest):

@@ -17,7 +17,7 @@ from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
 
 SEED = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
 print(f"VERGENCE_TEST_SEED={SEED}")
-SESSION = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "sessions", "cylinder_1x")
+SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 
 
 def crc_of(data):
