@@ -171,5 +171,15 @@ class DeviceTest(DaemonTest):
             time.sleep(0.02)
         self.assertIn(text, self.said())
 
+    def captured(self, command="capture"):
+        """The figures of a pair. A busy machine may lose frames of one camera, which is reported as
+        such: then another pair is taken."""
+        for _ in range(10):
+            answer = self.first.ask_json(command)
+            if answer["ok"]:
+                return answer["result"]
+            self.assertIn(answer["error"], ("MOVED", "FRAME"), answer)
+        return self.fail(answer)
+
     def refused(self, command, line):
         self.assertEqual(self.first.ask(command)[-1], line)
