@@ -164,6 +164,40 @@ void count_edge(bridge_model &model, int camera) {
     edge_of_camera(model, camera);
 }
 
+// The cameras' clocks among `edges` turn.
+void turn_cameras(bridge_model &model, unsigned edges) {
+    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
+        if ((edges >> i & 1u) != 0) {
+            turn(model.clocks[i]);
+        }
+    }
+}
+
+void edges_of_cameras(bridge_model &model, unsigned edges) {
+    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
+        if ((edges >> i & 1u) != 0) {
+            edge_of_camera(model, i);
+        }
+    }
+}
+
+// What the blanks keep of a moment that was settled. `camera` is the only one with an edge, or -1.
+void note_in_blanks(bridge_model &model, bool control_turns, int camera) {
+    if (control_turns) {
+        for (BlankSkip &blank : model.blank) {
+            blank.control(*model.top->rootp);
+        }
+    } else if (camera >= 0 && model.clocks[camera].level && is_blank(model, camera)) {
+        model.blank[camera].rose(*model.top->rootp);
+    }
+}
+
+// Whether an edge of this camera's clock alone is only to be counted.
+bool only_counts(bridge_model &model, int camera) {
+    return is_blank(model, camera) &&
+           model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level);
+}
+
 // Runs one moment at which at least one clock has an edge.
 void step(bridge_model &model) {
     Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
@@ -173,8 +207,7 @@ void step(bridge_model &model) {
                            (model.clocks[1].next_ps == model.now_ps ? 2u : 0u);
     const int camera = edges == 2 ? 1 : 0;
     const bool one_alone = !control_turns && edges != 3;
-    if (one_alone && is_blank(model, camera) &&
-        model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level)) {
+    if (one_alone && only_counts(model, camera)) {
         count_edge(model, camera);
         return;
     }
@@ -186,11 +219,7 @@ void step(bridge_model &model) {
     if (control_turns) {
         edge_of_control(model, control);
     }
-    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
-        if ((edges >> i & 1u) != 0) {
-            turn(model.clocks[i]);
-        }
-    }
+    turn_cameras(model, edges);
     if (edges != 0) {
         model.top->pix_clk_i = pixel_clocks(model);
     } else if (!control.level && nothing_falls(model, tick_was)) {
@@ -200,18 +229,8 @@ void step(bridge_model &model) {
         return;
     }
     settle(model);
-    if (control_turns) {
-        for (BlankSkip &blank : model.blank) {
-            blank.control(*model.top->rootp);
-        }
-    } else if (one_alone && model.clocks[camera].level && is_blank(model, camera)) {
-        model.blank[camera].rose(*model.top->rootp);
-    }
-    for (int i = 0; i < BRIDGE_CAMERAS; i++) {
-        if ((edges >> i & 1u) != 0) {
-            edge_of_camera(model, i);
-        }
-    }
+    note_in_blanks(model, control_turns, one_alone ? camera : -1);
+    edges_of_cameras(model, edges);
 }
 
 uint64_t next_edge(const bridge_model &model) {

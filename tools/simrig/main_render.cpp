@@ -81,23 +81,47 @@ void set_window(world::Window &w, const char *text) {
     }
 }
 
+/// Sets an option that is one number and nothing else.
+bool set_number(Options &o, const std::string &name, const char *value) {
+    struct Number {
+        const char *name;
+        double *target;
+        double min, max;
+    };
+    const Number numbers[] = {
+        {"--zoom", &o.zoom, 300, 850},
+        {"--focus", &o.focus, 300, 850},
+        {"--distance", &o.distance_mm, 300, 1e7},
+        {"--iris", &o.iris, 300, 850},
+        {"--exposure", &o.request.exposure_us, 1, 1e7},
+        {"--gain", &o.gain, 0.01, 128},
+        {"--brightness", &o.brightness, 0.01, 100},
+    };
+    for (const Number &one : numbers) {
+        if (name == one.name) {
+            *one.target = number(name, value, one.min, one.max);
+            return true;
+        }
+    }
+    return false;
+}
+
+void set_camera(Options &o, const char *value) {
+    if (std::strcmp(value, "left") != 0 && std::strcmp(value, "right") != 0) {
+        refuse("--camera must be left or right");
+    }
+    o.side = std::strcmp(value, "left") == 0 ? Side::kLeft : Side::kRight;
+}
+
 void set_option(Options &o, const std::string &name, const char *value) {
     world::FrameRequest &r = o.request;
+    if (set_number(o, name, value)) {
+        return;
+    }
     if (name == "--out") {
         o.out = value;
     } else if (name == "--camera") {
-        if (std::strcmp(value, "left") != 0 && std::strcmp(value, "right") != 0) {
-            refuse("--camera must be left or right");
-        }
-        o.side = std::strcmp(value, "left") == 0 ? Side::kLeft : Side::kRight;
-    } else if (name == "--zoom") {
-        o.zoom = number(name, value, 300, 850);
-    } else if (name == "--focus") {
-        o.focus = number(name, value, 300, 850);
-    } else if (name == "--distance") {
-        o.distance_mm = number(name, value, 300, 1e7);
-    } else if (name == "--iris") {
-        o.iris = number(name, value, 300, 850);
+        set_camera(o, value);
     } else if (name == "--pan") {
         o.pan_rad = world::radians(number(name, value, -180, 180));
         o.has_pan = true;
@@ -107,16 +131,10 @@ void set_option(Options &o, const std::string &name, const char *value) {
         r.window.skip_x = r.window.skip_y = static_cast<int>(number(name, value, 1, 16));
     } else if (name == "--bin") {
         r.window.bin_x = r.window.bin_y = static_cast<int>(number(name, value, 1, 16));
-    } else if (name == "--exposure") {
-        r.exposure_us = number(name, value, 1, 1e7);
-    } else if (name == "--gain") {
-        o.gain = number(name, value, 0.01, 128);
     } else if (name == "--seed") {
         r.seed = static_cast<std::uint64_t>(number(name, value, 0, 9e15));
     } else if (name == "--threads") {
         r.threads = static_cast<int>(number(name, value, 1, 64));
-    } else if (name == "--brightness") {
-        o.brightness = number(name, value, 0.01, 100);
     } else {
         refuse("unknown option '" + name + "'");
     }

@@ -13,18 +13,22 @@ void I2cTarget::reset() {
     pulls_ = false;
 }
 
+void I2cTarget::rise(bool sda) {
+    bits_++;
+    if (bits_ <= 8 && state_ != State::kRead) {
+        shift_ = (shift_ << 1 | unsigned(sda)) & 0xFFu;
+    } else if (bits_ == 9 && state_ == State::kRead) {
+        acknowledge_ = !sda;
+    }
+}
+
 bool I2cTarget::lines(bool scl, bool sda) {
     if (scl && scl_ && sda != sda_) {
         state_ = sda ? State::kIdle : State::kAddress;
         bits_ = shift_ = 0;
         pulls_ = false;
     } else if (scl && !scl_ && state_ != State::kIdle) {
-        bits_++;
-        if (bits_ <= 8 && state_ != State::kRead) {
-            shift_ = (shift_ << 1 | unsigned(sda)) & 0xFFu;
-        } else if (bits_ == 9 && state_ == State::kRead) {
-            acknowledge_ = !sda;
-        }
+        rise(sda);
     } else if (!scl && scl_ && state_ != State::kIdle) {
         fall();
     }

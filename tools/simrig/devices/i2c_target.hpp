@@ -25,6 +25,7 @@ class I2cTarget {
 
   private:
     enum class State { kIdle, kAddress, kIndex, kWrite, kRead };
+    void rise(bool sda);
     void fall();
     void byte_is_there();
 

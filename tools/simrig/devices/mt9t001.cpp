@@ -3,11 +3,19 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace simrig {
 
 namespace {
+
+// What decides when each row of a frame is read.
+auto timing_of(const SensorFrame &frame) {
+    return std::tie(frame.row_start, frame.column_start, frame.height, frame.width,
+                    frame.row_clocks, frame.skip_rows, frame.bin_rows, frame.skip_columns,
+                    frame.bin_columns);
+}
 
 constexpr unsigned kArrayRows = 1568, kArrayColumns = 2112;
 constexpr uint16_t kBlackLevel = 42;
@@ -228,29 +236,35 @@ void Mt9t001::latch() {
     }
 }
 
-// After a restart the rows are empty: one exposure, then a good frame.
-void Mt9t001::begin_frame(double period_us) {
+// True if no frame is read now: the sensor is stopped, or begins an exposure.
+bool Mt9t001::waits_before_frame(double period_us) {
     const bool snapshot = (registers_[kReadMode1] & 0x0100u) != 0;
     const bool enabled = (registers_[kOutputControl] & 2u) != 0 && registers_[kReset] == 0;
+    const bool go = snapshot ? triggered_ || restart_ : true;
+    if (!enabled || !go) {
+        state_ = State::kStopped;
+        row_clocks_ = 1;
+        return true;
+    }
+    if (!snapshot && !restart_) {
+        return false;
+    }
+    latch();
+    light_now_ = light_next_ = light();
+    const SensorFrame next = plan(period_us);
+    row_clocks_ = next.row_clocks;
+    rows_to_wait_ = light_now_.shutter_rows;
+    restart_ = triggered_ = false;
+    state_ = State::kExposing;
+    return true;
+}
+
+// After a restart the rows are empty: one exposure, then a good frame.
+void Mt9t001::begin_frame(double period_us) {
     const bool from_idle = state_ != State::kReading;
     row_ = clock_ = 0;
-    if (state_ != State::kExposing) {
-        const bool go = snapshot ? triggered_ || restart_ : true;
-        if (!enabled || !go) {
-            state_ = State::kStopped;
-            row_clocks_ = 1;
-            return;
-        }
-        if (snapshot || restart_) {
-            latch();
-            light_now_ = light_next_ = light();
-            const SensorFrame next = plan(period_us);
-            row_clocks_ = next.row_clocks;
-            rows_to_wait_ = light_now_.shutter_rows;
-            restart_ = triggered_ = false;
-            state_ = State::kExposing;
-            return;
-        }
+    if (state_ != State::kExposing && waits_before_frame(period_us)) {
+        return;
     }
     const SensorFrame before = frame_;
     latch();
@@ -263,13 +277,7 @@ void Mt9t001::begin_frame(double period_us) {
     frame_ = plan(period_us);
     frame_.number = frames_++;
     // The rows of this frame were exposed with other times between them than they are read with.
-    frame_.bad =
-        !from_idle &&
-        (other_shutter || before.row_start != frame_.row_start ||
-         before.column_start != frame_.column_start || before.height != frame_.height ||
-         before.width != frame_.width || before.row_clocks != frame_.row_clocks ||
-         before.skip_rows != frame_.skip_rows || before.bin_rows != frame_.bin_rows ||
-         before.skip_columns != frame_.skip_columns || before.bin_columns != frame_.bin_columns);
+    frame_.bad = !from_idle && (other_shutter || timing_of(before) != timing_of(frame_));
     frame_.shown = !frame_.bad || (latched_[kReadMode2] & 1u) != 0;
     state_ = State::kReading;
     row_clocks_ = frame_.row_clocks;

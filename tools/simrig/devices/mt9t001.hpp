@@ -129,6 +129,7 @@ class Mt9t001 {
     void expose(const Light &light);
     void latch();
     SensorFrame plan(double period_us) const;
+    bool waits_before_frame(double period_us);
     void begin_frame(double period_us);
     void begin_if_due(double period_us);
     void end_row();

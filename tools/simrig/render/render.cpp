@@ -324,6 +324,16 @@ void render_strip(const Job &job, int row_first) {
     }
 }
 
+bool lies_on_the_array(const Window &window) {
+    return window.column >= 0 && window.row >= 0 && window.columns >= 2 && window.rows >= 2 &&
+           window.column + window.columns <= kArrayColumns &&
+           window.row + window.rows <= kArrayRows;
+}
+
+bool can_skip(int skip, int bin) {
+    return skip >= 1 && skip <= 16 && bin >= 1 && bin <= skip;
+}
+
 void check(const FrameRequest &request) {
     if (request.window.fault() != nullptr) {
         throw std::invalid_argument(request.window.fault());
@@ -336,15 +346,13 @@ void check(const FrameRequest &request) {
 }  // namespace
 
 const char *Window::fault() const {
-    if (column < 0 || row < 0 || columns < 2 || rows < 2 || column + columns > kArrayColumns ||
-        row + rows > kArrayRows) {
+    if (!lies_on_the_array(*this)) {
         return "the window is not within the array";
     }
-    if (column % 2 != 0 || row % 2 != 0 || columns % 2 != 0 || rows % 2 != 0) {
+    if ((column | row | columns | rows) % 2 != 0) {
         return "the window's position and size must be even";
     }
-    if (skip_x < 1 || skip_y < 1 || skip_x > 16 || skip_y > 16 || bin_x < 1 || bin_y < 1 ||
-        bin_x > skip_x || bin_y > skip_y) {
+    if (!can_skip(skip_x, bin_x) || !can_skip(skip_y, bin_y)) {
         return "skip must be 1 to 16, and bin 1 to skip";
     }
     if (output_columns() < 2 || output_rows() < 2) {

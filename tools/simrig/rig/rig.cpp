@@ -77,26 +77,28 @@ Rig::Rig(const RigSettings &settings, Scenery scenery)
     set_bridge_reset(false);
 }
 
+void Rig::on_servo(size_t i, uint64_t time_ps, bool high) {
+    Pulse &pulse = pulses_[i];
+    servos_[i].edge(us_of(time_ps), high);
+    if (high && !pulse.high) {
+        const uint64_t period_ps = time_ps - pulse.rise_ps;
+        pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
+        pulse.rise_ps = time_ps;
+        if (quiet_) {
+            wires_.stop();  // its end must be predicted: see run_quietly()
+        }
+    } else if (!high && pulse.high) {
+        const uint64_t width_ps = time_ps - pulse.rise_ps;
+        pulse.change_ps = std::max(width_ps, pulse.width_ps) - std::min(width_ps, pulse.width_ps);
+        pulse.width_ps = width_ps;
+    }
+    pulse.high = high;
+}
+
 void Rig::on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) {
     if ((groups & BRIDGE_EVENT_SERVO) != 0) {
         for (size_t i = 0; i < servos_.size(); i++) {
-            Pulse &pulse = pulses_[i];
-            const bool high = now.servo[i] != 0;
-            servos_[i].edge(us_of(time_ps), high);
-            if (high && !pulse.high) {
-                const uint64_t period_ps = time_ps - pulse.rise_ps;
-                pulse.period_ps = period_ps < kLongestPeriodPs ? period_ps : 0;
-                pulse.rise_ps = time_ps;
-                if (quiet_) {
-                    wires_.stop();  // its end must be predicted: see run_quietly()
-                }
-            } else if (!high && pulse.high) {
-                const uint64_t width_ps = time_ps - pulse.rise_ps;
-                pulse.change_ps =
-                    std::max(width_ps, pulse.width_ps) - std::min(width_ps, pulse.width_ps);
-                pulse.width_ps = width_ps;
-            }
-            pulse.high = high;
+            on_servo(i, time_ps, now.servo[i] != 0);
         }
     }
     if ((groups & BRIDGE_EVENT_IRQ) != 0 && (now.irq != 0) != irq_) {

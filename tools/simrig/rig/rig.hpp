@@ -97,6 +97,7 @@ class Rig : public PinListener {
     void on_pins(uint64_t time_ps, uint32_t groups, const bridge_outputs &now) override;
 
   private:
+    void on_servo(size_t i, uint64_t time_ps, bool high);
     CameraState state_at(int camera, double time_us);
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us);
     bool watched(int camera) const;

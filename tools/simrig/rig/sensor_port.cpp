@@ -176,14 +176,18 @@ void SensorPort::burst() {
     });
 }
 
+bool SensorPort::may_go_still(uint64_t time_ps) const {
+    const uint64_t clocks = sensor_.clocks_to_frame();
+    return blank_since_ps_ != 0 && time_ps - blank_since_ps_ > kLeadPs && clocks != 0 &&
+           (!watched() || clocks > 3 * kLookPs / period_ps_);
+}
+
 void SensorPort::on_clock(uint64_t time_ps, int camera) {
     (void)camera;
     if (!live_) {
         return;
     }
-    const uint64_t clocks = sensor_.clocks_to_frame();
-    if (blank_since_ps_ != 0 && time_ps - blank_since_ps_ > kLeadPs && clocks != 0 &&
-        (!watched() || clocks > 3 * kLookPs / period_ps_)) {
+    if (may_go_still(time_ps)) {
         go_still(time_ps);
         return;
     }

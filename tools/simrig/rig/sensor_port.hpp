@@ -53,6 +53,7 @@ class SensorPort : public PinListener, public ClockListener {
     void update_clock();
     void catch_up();
     void go_live();
+    bool may_go_still(uint64_t time_ps) const;
     void go_still(uint64_t now_ps);
     void next_look();
     void burst();

@@ -48,6 +48,18 @@ Board read_board(const Entry &entry) {
     return board;
 }
 
+void read_ornament(const Entry &entry, Material &material) {
+    const std::string name = entry.at("ornament").text();
+    if (!is_ornament(name)) {
+        entry.at("ornament").fail("unknown ornament '" + name + "'");
+    }
+    const Vec2 size = entry.at("ornament_size_mm").pair();
+    if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
+        entry.at("ornament_size_mm").fail("an ornament must be 20 to 2000 mm wide and high");
+    }
+    material.ornament = {name, size, entry.at("ornament_seed").whole(0, 1000000)};
+}
+
 Material read_material(const Entry &entry) {
     entry.allow({"kind", "colours", "contrast", "gloss", "gloss_blur_deg", "board", "ornament",
                  "ornament_size_mm", "ornament_seed", "plank_mm"});
@@ -73,15 +85,7 @@ Material read_material(const Entry &entry) {
         material.board = read_board(entry.at("board"));
     }
     if (material.kind == MaterialKind::kPainted) {
-        const std::string name = entry.at("ornament").text();
-        if (!is_ornament(name)) {
-            entry.at("ornament").fail("unknown ornament '" + name + "'");
-        }
-        const Vec2 size = entry.at("ornament_size_mm").pair();
-        if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
-            entry.at("ornament_size_mm").fail("an ornament must be 20 to 2000 mm wide and high");
-        }
-        material.ornament = {name, size, entry.at("ornament_seed").whole(0, 1000000)};
+        read_ornament(entry, material);
     }
     return material;
 }

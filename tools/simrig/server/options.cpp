@@ -132,13 +132,15 @@ void check_view(const Options &options) {
     }
 }
 
-void check(const Options &options) {
-    check_view(options);
+void check_place(const Options &options) {
     const std::string wrong_place =
         options.listen.empty() ? "" : Listener::wrong_place(options.listen);
     if (!wrong_place.empty()) {
         throw WrongUsage("--listen: " + wrong_place);
     }
+}
+
+void check_wall(const Options &options) {
     if (options.pty && !options.wall) {
         throw WrongUsage("--pty requires --wall");
     }
@@ -147,6 +149,10 @@ void check(const Options &options) {
         throw WrongUsage(
             "--log, --replay and --from exclude --wall (wall time is not reproducible)");
     }
+}
+
+/// What goes with a rig that listens, or with one whose past is read from a log.
+void check_pairs(const Options &options) {
     if (!options.hint.empty() && options.listen.empty()) {
         throw WrongUsage("--hint requires --listen");
     }
@@ -161,11 +167,19 @@ void check(const Options &options) {
     if (options.begin_s != 0 && options.wall) {
         throw WrongUsage("--begin excludes --wall (wall time begins with the clock)");
     }
+}
+
+void check_replay(const Options &options) {
     if (!options.replay.empty()) {
         if (!options.listen.empty() || !options.view.empty() || !options.from.empty() ||
             !options.log.empty() || !options.script.empty()) {
             throw WrongUsage("--replay allows only --rig, --scene, --files and --threads");
         }
+    }
+}
+
+void check_needed(const Options &options) {
+    if (!options.replay.empty()) {
         return;
     }
     if (options.listen.empty() && options.view.empty()) {
@@ -174,6 +188,15 @@ void check(const Options &options) {
     if (options.scene.empty() && options.from.empty()) {
         throw WrongUsage("--scene is required");
     }
+}
+
+void check(const Options &options) {
+    check_view(options);
+    check_place(options);
+    check_wall(options);
+    check_pairs(options);
+    check_replay(options);
+    check_needed(options);
 }
 
 }  // namespace

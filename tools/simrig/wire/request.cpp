@@ -39,6 +39,24 @@ Hello read_hello(BodyReader &body) {
     return {simrig_role(role), body.rest()};
 }
 
+Transfer::Part read_part(BodyReader &body) {
+    Transfer::Part part;
+    part.address = body.u8();
+    const uint8_t flags = body.u8();
+    part.read = (flags & SIMRIG_I2C_READ) != 0;
+    part.length = body.u16();
+    if (part.address > 0x7F || flags > SIMRIG_I2C_READ) {
+        bad("an address must have 7 bits and flags of 0 or 1");
+    }
+    if (part.length > SIMRIG_I2C_BYTES_MAX || (part.read && part.length == 0)) {
+        bad("a message must have at most 8192 bytes, a read at least 1");
+    }
+    if (!part.read) {
+        part.bytes = body.bytes(part.length);
+    }
+    return part;
+}
+
 Transfer read_transfer(BodyReader &body) {
     Transfer transfer;
     transfer.speed_hz = body.u32();
@@ -51,22 +69,8 @@ Transfer read_transfer(BodyReader &body) {
     }
     uint64_t bits = 0;
     for (unsigned i = 0; i < count; i++) {
-        Transfer::Part part;
-        part.address = body.u8();
-        const uint8_t flags = body.u8();
-        part.read = (flags & SIMRIG_I2C_READ) != 0;
-        part.length = body.u16();
-        if (part.address > 0x7F || flags > SIMRIG_I2C_READ) {
-            bad("an address must have 7 bits and flags of 0 or 1");
-        }
-        if (part.length > SIMRIG_I2C_BYTES_MAX || (part.read && part.length == 0)) {
-            bad("a message must have at most 8192 bytes, a read at least 1");
-        }
-        if (!part.read) {
-            part.bytes = body.bytes(part.length);
-        }
-        bits += kByteBits * (part.length + 1u);
-        transfer.parts.push_back(std::move(part));
+        transfer.parts.push_back(read_part(body));
+        bits += kByteBits * (transfer.parts.back().length + 1u);
     }
     if (bits > transfer.speed_hz) {
         bad("a transfer must take at most a second");
