@@ -8,9 +8,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { NEAR = 2 };  // more mistakes than that make another word
+enum { NEAR = 2 };  // a larger distance means another word
 
-/// What a sentence about an argument needs.
+/// What a message about an argument needs.
 struct place {
     const struct command *command;
     const struct command_argument *argument;
@@ -26,8 +26,8 @@ const struct command *command_find(const struct command *table, size_t count, co
     return NULL;
 }
 
-/// Whether `distance` is that of a slip of the finger: a short word is close to anything, so half
-/// of it at least must be right.
+/// Whether `distance` is small enough for a typo: at least half of the letters must be right, as a
+/// short word is close to anything.
 static bool is_near(const char *word, const char *other, int distance) {
     const size_t length = strlen(word) > strlen(other) ? strlen(word) : strlen(other);
     return distance <= NEAR && 2 * (size_t)distance <= length;
@@ -68,7 +68,7 @@ static void add_choices(struct command_text *sentence, const char *choices) {
     }
 }
 
-/// What would be right.
+/// Adds the accepted values.
 static void add_wanted(const struct place *place) {
     const struct command_argument *argument = place->argument;
     struct command_text *sentence = place->sentence;
@@ -95,7 +95,7 @@ static void add_wanted(const struct place *place) {
     }
 }
 
-/// "pan: ANGLE "x" is no decimal number: ..."
+/// Writes `pan: ANGLE "x" is not a decimal number (expected ...)`.
 static int refuse(const struct place *place, int error, const char *word, const char *what) {
     INVARIANT(error < 0);
     command_text_add(place->sentence, place->command->name);
@@ -200,7 +200,7 @@ static int too_many(const struct command *command, const char *word,
     return ERROR_ARGUMENT;
 }
 
-/// Whether a choice further behind has this word, all up to it being optional.
+/// Whether a later choice accepts this word, and all arguments up to it are optional.
 static bool later_choice_has(const struct command *command, unsigned place, const char *word) {
     for (unsigned i = place + 1; i < command->argument_count; i++) {
         const struct command_argument *later = &command->arguments[i];
@@ -214,9 +214,9 @@ static bool later_choice_has(const struct command *command, unsigned place, cons
     return false;
 }
 
-/// Whether the word belongs to an argument behind this one, which may be left out. "exposure 5000"
-/// leaves out the choice of the camera, and means the number behind it; "capture static" a name,
-/// and means what may follow one: nothing does, so this is the last word. "reconstruct scene
+/// Whether the word belongs to a later argument, so that this one was left out. "exposure 5000"
+/// leaves out the camera choice: the word is the number after it. "capture static" leaves out a
+/// name, but only if the word is the last one, as a name may be "static". "reconstruct scene
 /// accept-mismatch" leaves out numbers.
 static bool is_left_out(const struct command *command, unsigned place, const char *word,
                         bool is_last) {

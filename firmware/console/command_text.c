@@ -32,7 +32,7 @@ void command_text_add(struct command_text *text, const char *added) {
 void command_text_add_typed(struct command_text *text, const char *added) {
     INVARIANT(added != NULL);
     for (size_t i = 0; added[i] != '\0'; i++) {
-        // A character of several bytes is not cut in two: its later bytes begin with the bits 10.
+        // Does not split a multi-byte character: its later bytes begin with the bits 10.
         if (i >= TYPED_MAX && ((unsigned char)added[i] & 0xC0) != 0x80) {
             command_text_add(text, "...");
             return;
@@ -45,7 +45,7 @@ void command_text_add_typed(struct command_text *text, const char *added) {
 void command_text_add_number(struct command_text *text, double value, int decimals) {
     INVARIANT(decimals >= 0 && decimals <= 6);
     int64_t scaled = 0;
-    // A large number has no room for all its decimals.
+    // A large number leaves no room for all decimals.
     while (decimals > 0 && decimal_from_double(value, decimals, &scaled) != 0) {
         decimals--;
     }

@@ -14,7 +14,7 @@ static bool is_blank(char c) {
     return c == ' ' || c == '\t';
 }
 
-/// Copies a word in quotes; `*at` is behind the first quote, and behind the last one after it.
+/// Copies a quoted word; `*at` is after the opening quote, and on return after the closing one.
 static bool copy_quoted(const char **at, char **to) {
     const char *from = *at;
     while (*from != '"') {
@@ -39,7 +39,7 @@ int command_words_split(const char *line, char *storage, const char **words, siz
     }
     for (size_t i = 0; i < length; i++) {
         if (((unsigned char)line[i] < ' ' && line[i] != '\t') || line[i] == 0x7F) {
-            *why = "the line holds a control character";
+            *why = "the line contains a control character";
             return ERROR_SYNTAX;
         }
     }
@@ -54,7 +54,7 @@ int command_words_split(const char *line, char *storage, const char **words, siz
         if (*at == '"') {
             at++;
             if (!copy_quoted(&at, &to)) {
-                *why = "a word that begins with a quote must end with one";
+                *why = "unterminated quote (a word that begins with \" must end with it)";
                 return ERROR_SYNTAX;
             }
         } else {
@@ -68,7 +68,7 @@ int command_words_split(const char *line, char *storage, const char **words, siz
             words[(*count)++] = word;
         }
     }
-    // Each word is followed by a blank or the line's end, so its zero has room.
+    // Each word is followed by a blank or the line's end, so there is room for its zero.
     INVARIANT(to <= storage + COMMAND_LINE_MAX + 1);
     return 0;
 }
@@ -98,7 +98,7 @@ bool command_words_number(const char *word, double *value) {
     return true;
 }
 
-/// The value of a digit, 16 or more when it is none.
+/// Value of a digit; 16 or more if the character is not a digit.
 static unsigned digit_value(char c) {
     if (c >= '0' && c <= '9') {
         return (unsigned)(c - '0');

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A line as words, and what a word means: the part of command_parse that knows no commands.
+/// Splits a line into words and converts words to values: the part of command_parse that does not
+/// depend on commands.
 #ifndef VERGENCE_CONSOLE_COMMAND_WORDS_H
 #define VERGENCE_CONSOLE_COMMAND_WORDS_H
 
@@ -14,31 +15,31 @@ extern "C" {
 enum { COMMAND_WORDS_MAX = 10, COMMAND_CHOICE_MAX = 32 };
 
 /// Splits a line. `words` (COMMAND_WORDS_MAX) point into `storage` (COMMAND_LINE_MAX + 1 bytes).
-/// Words beyond the most are not stored but counted as one. ERROR_SYNTAX with `*why` (static
-/// storage) for a line that is too long, holds a control character or a quote without its end.
+/// Extra words are not stored but counted as one. Returns ERROR_SYNTAX with `*why` (static storage)
+/// if the line is too long, contains a control character or has an unterminated quote.
 int command_words_split(const char *line, char *storage, const char **words, size_t *count,
                         const char **why);
 
-/// A decimal number of at most 15 digits, with a point or without; false: something else.
+/// Parses a decimal number of at most 15 digits, with or without a point; false: not a number.
 bool command_words_number(const char *word, double *value);
 
-/// A decimal or hexadecimal (0x...) number; false: something else. Beyond int64_t it is the
-/// nearest one of that.
+/// Parses a decimal or hexadecimal (0x...) integer; false: not an integer. Saturates at the limits
+/// of int64_t.
 bool command_words_integer(const char *word, int64_t *value);
 
-/// The place of a word in a list of words with a blank between; -1: none of them.
+/// Index of a word in a list separated by blanks; -1: not in the list.
 int command_words_choice(const char *word, const char *choices);
 
-/// Copies the `index`-th word of such a list into `word` (COMMAND_CHOICE_MAX bytes); false: there
-/// are not as many. Each is shorter than that.
+/// Copies the `index`-th word of such a list into `word` (COMMAND_CHOICE_MAX bytes); false: the
+/// list is shorter. Each word is shorter than that.
 bool command_words_choice_at(const char *choices, int index, char *word);
 
-/// More mistakes than that are no slip of the finger.
+/// A larger distance is not a typo.
 enum { COMMAND_SLIPS_MAX = 3 };
 
-/// How many letters must change, come or go to make one word of the other; words longer than
-/// COMMAND_CHOICE_MAX are far from everything, and so are words whose lengths differ by more than
-/// COMMAND_SLIPS_MAX. A word of three letters or more that begins the other is 1 away.
+/// Edit distance: number of letters to change, insert or delete. Returns a large value for words
+/// longer than COMMAND_CHOICE_MAX, or whose lengths differ by more than COMMAND_SLIPS_MAX. A word
+/// of three or more letters that is a prefix of the other has distance 1.
 int command_words_distance(const char *word, const char *other);
 
 #ifdef __cplusplus

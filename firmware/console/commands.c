@@ -43,11 +43,11 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     INVARIANT(rig->state != RIG_READY);
     command_text_add(&sentence, name);
     if (rig->state == RIG_DOWN) {
-        command_text_add(&sentence, ": the instrument is down; \"bringup\" first");
+        command_text_add(&sentence, ": the instrument is down (run \"bringup\")");
         return ERROR_NOT_READY;
     }
     command_text_add(&sentence, ": the instrument is in its safe state");
-    // A cancelled command left it so without a word: it was somebody's wish.
+    // A cancelled command leaves no text, as the user wanted it.
     if (rig->trouble.error != 0 && rig->trouble.text[0] != '\0') {
         command_text_add(&sentence, " (");
         command_text_add(&sentence, rig->trouble.text);
@@ -57,8 +57,8 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     return ERROR_NOT_READY;
 }
 
-/// The sentence of an error of a command that gave none: a part's failure, or the rig's refusal,
-/// was told where it happened.
+/// Writes the message of a command that failed without one: the failure of a part or the rejected
+/// value was recorded where it happened.
 static void tell_error(const struct command *command, const struct command_call *call, int error) {
     struct command_text sentence = commands_sentence(call);
     const struct rig_trouble *told = NULL;

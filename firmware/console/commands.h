@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The instrument's own commands, joined to one table in commands_table.c: what each of the files
-/// commands_*.c gives to it, and what they share.
+/// The rig's own commands: what the files commands_*.c contribute to the table in commands_table.c,
+/// and what they share.
 #ifndef VERGENCE_CONSOLE_COMMANDS_H
 #define VERGENCE_CONSOLE_COMMANDS_H
 
@@ -11,16 +11,17 @@
 extern "C" {
 #endif
 
-/// The choices of an argument that names cameras, and what they mean: bit RIG_LEFT, bit RIG_RIGHT.
+/// Choices of an argument that selects cameras, as bits RIG_LEFT and RIG_RIGHT.
 #define COMMANDS_SIDES "left right both"
-/// The sides of an optional argument of COMMANDS_SIDES; both when it was left out.
+/// The sides of an optional COMMANDS_SIDES argument; both if it was left out.
 unsigned commands_sides(const struct command_value *value);
 /// "left", "right". Static storage.
 const char *commands_side_name(unsigned side);
 
-/// Begins the sentence of an error in the call's message.
+/// Starts the error text in the call's message.
 struct command_text commands_sentence(const struct command_call *call);
-/// Refuses a command of this name, as the rig is not RIG_READY: why, and what to do.
+/// Rejects a command of this name because the rig is not RIG_READY; the message says why and what
+/// to do.
 int commands_not_ready(const struct command_call *call, const char *name);
 
 /// Writes an item.
@@ -30,7 +31,7 @@ void commands_put_text(const struct command_call *call, const char *key, const c
 void commands_put_begin(const struct command_call *call, const char *key, bool array);
 void commands_put_end(const struct command_call *call);
 
-/// The command that brings the instrument up.
+/// Name of the command that brings the instrument up.
 #define COMMANDS_BRINGUP "bringup"
 
 int commands_state_status(const struct command_call *call);
@@ -42,7 +43,7 @@ int commands_state_wait(const struct command_call *call);
 int commands_selftest_run(const struct command_call *call);
 
 int commands_aim_pan(const struct command_call *call);
-/// The position of an axis, shown or changed. SIDE and POSITION.
+/// Shows or moves an axis. Arguments SIDE and POSITION.
 int commands_aim_zoom(const struct command_call *call);
 int commands_aim_focus(const struct command_call *call);
 int commands_aim_iris(const struct command_call *call);
@@ -52,7 +53,7 @@ int commands_camera_gain(const struct command_call *call);
 int commands_camera_window(const struct command_call *call);
 
 int commands_registers_run(const struct command_call *call);
-/// The names of the registers there.
+/// Adds the names of the registers of the chosen device.
 void commands_registers_candidates(const struct command_candidates *to);
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the cameras look and what their lenses do: pan, zoom, focus, iris.
+// Commands for pan and lens axes: pan, zoom, focus, iris.
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -26,12 +26,12 @@ static int show_pan(const struct command_call *call, unsigned sides) {
     return 0;
 }
 
-/// The angle of an argument, if this instrument turns so far.
+/// Converts an argument to an angle and checks it against the limits of this instrument.
 static int angle_of(const struct command_call *call, const struct command_value *value,
                     int32_t *angle_urad) {
     const struct rig_profile *profile = &call->rig->profile;
     const double exact_urad = value->number * urad_per_degree;
-    // To the nearest first: a limit's own angle, with so many digits as it takes, lies within.
+    // Rounds first, so that a limit itself, typed with limited digits, is accepted.
     const int64_t urad = (int64_t)(exact_urad < 0 ? exact_urad - 0.5 : exact_urad + 0.5);
     if (urad < profile->pan_least_urad || urad > profile->pan_most_urad) {
         struct command_text sentence = commands_sentence(call);
@@ -68,7 +68,7 @@ int commands_aim_pan(const struct command_call *call) {
     }
     if (sides != 3 && call->values[2].given) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "pan: a second angle is for \"both\" alone");
+        command_text_add(&sentence, "pan: a second ANGLE requires SIDE \"both\"");
         return ERROR_ARGUMENT;
     }
     int32_t second_urad = first_urad;
@@ -84,13 +84,13 @@ int commands_aim_pan(const struct command_call *call) {
 
 static const char *const axis_names[LENS_AXES] = {"zoom", "focus", "iris"};
 
-/// Whether the profile has a lens there that moves.
+/// Whether the profile has a motorized lens on this side.
 static bool has_lens(const struct rig *rig, unsigned side) {
     return rig->profile.lenses == RIG_LENSES_V3LC ||
            (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
 }
 
-/// The sides that are meant: all that have a lens when none was named.
+/// The sides meant: if none was named, all that have a lens.
 static int lens_sides(const struct command_call *call, unsigned *sides) {
     *sides = commands_sides(&call->values[0]);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
@@ -132,16 +132,16 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     return ERROR_RANGE;
 }
 
-/// Where a lens was sent to a target that it cannot come to from its usual side.
+/// Adds a note where a lens was sent to a target that it cannot approach from below.
 static void put_play(const struct command_call *call, const struct lens_limits *limits) {
     const struct rig_profile *profile = &call->rig->profile;
     if (!call->values[1].given ||
         lens_move_from_below(profile, limits, (int32_t)call->values[1].integer)) {
         return;
     }
-    commands_put_text(call, "note",
-                      "too near the lower end to be approached from below, as other targets are: "
-                      "the motor's play remains");
+    commands_put_text(
+        call, "note",
+        "too close to the lower limit for an approach from below: the motor's play remains");
     commands_put_number(call, "play", profile->lens_backlash_counts, 0, "counts");
 }
 

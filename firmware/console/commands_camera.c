@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the cameras are set to: exposure, gain, window.
+// Commands for camera settings: exposure, gain, window.
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/rig.h"
 
-// What the camera does as it likes, since nobody has set it here, is 0.
+// 0: never set here, so the camera decides.
 static void show(const struct command_call *call, unsigned side, double value, int decimals,
                  const char *unit) {
     if (value == 0) {
@@ -48,7 +48,7 @@ int commands_camera_gain(const struct command_call *call) {
     return error;
 }
 
-// Whether the sensors behind the bridge have windows of this size in one direction.
+// Whether the sensors behind the bridge support this window size in one direction.
 static int check_size(const struct command_call *call, unsigned which, const char *name,
                       int64_t skip, int32_t all_px) {
     enum { LEAST_PX = 16 };
@@ -86,7 +86,7 @@ static int check_window(const struct command_call *call, int64_t skip) {
     struct command_text sentence = commands_sentence(call);
     command_text_add(&sentence, "window: SKIP ");
     command_text_add_integer(&sentence, skip);
-    command_text_add(&sentence, ": cameras without the bridge skip no pixels; leave it out");
+    command_text_add(&sentence, ": cameras without a bridge cannot skip pixels (leave SKIP out)");
     return ERROR_UNSUPPORTED;
 }
 
@@ -95,7 +95,7 @@ int commands_camera_window(const struct command_call *call) {
     int error = 0;
     if (values[0].given && !values[1].given) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "window: HEIGHT is missing");
+        command_text_add(&sentence, "window: HEIGHT is missing (expected WIDTH HEIGHT [SKIP])");
         return ERROR_MISSING;
     }
     if (values[0].given) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registers of the bridge, by the names of their map, and of the sensors.
+// The command `registers`: registers of the FPGA bridge, by name, and of the sensors.
 #include <string.h>
 
 #include "console/command_words.h"
@@ -35,14 +35,14 @@ static int read_one(const struct command_call *call, enum registers_place where,
     command_text_add(&sentence, devices[where]);
     command_text_add(&sentence, " cannot be read: ");
     command_text_add(&sentence, error_text(error));
-    command_text_add(&sentence, "; \"health\" looks at every part");
+    command_text_add(&sentence, "; \"health\" checks every part");
     return error;
 }
 
 static int no_such(const struct command_call *call, const char *word,
                    const struct registers_entry *entries, size_t count) {
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, "registers: there is no readable register \"");
+    command_text_add(&sentence, "registers: unknown or unreadable register \"");
     command_text_add_typed(&sentence, word);
     command_text_add(&sentence, "\"");
     for (size_t i = 0; i < count; i++) {
@@ -53,7 +53,7 @@ static int no_such(const struct command_call *call, const char *word,
             return ERROR_ARGUMENT;
         }
     }
-    command_text_add(&sentence, "; without a name all are shown");
+    command_text_add(&sentence, " (leave NAME out to show all)");
     return ERROR_ARGUMENT;
 }
 
@@ -68,7 +68,7 @@ static int read_named(const struct command_call *call, enum registers_place wher
             return read_one(call, where, &entries[i]);
         }
     }
-    // Sensors have more registers than those with a name here.
+    // Sensors have more registers than those named here.
     if (number && where != REGISTERS_BRIDGE && index >= 0 && index <= UINT8_MAX) {
         return read_one(call, where, &(struct registers_entry){word, (uint8_t)index});
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The self test: every part is looked at, and a test picture of the bridge goes all the way that
-// pictures go and must arrive bit for bit. Nothing moves.
+// The command `selftest`: checks every part, then sends a test picture of the bridge through the
+// whole frame path and compares it bit for bit. Nothing moves.
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -15,11 +15,11 @@ enum {
     PICTURE_SEED = 0x155,
     PICTURE_BITS = 10,
     PICTURE_LIMIT_US = 500000,
-    SETTLE_US = RIG_CAMERA_SWITCH_LIMIT_MS * 1000,  ///< a change of the source ends within it
+    SETTLE_US = RIG_CAMERA_SWITCH_LIMIT_MS * 1000,  ///< a change of the source ends within this
 };
 
-/// Pixels that differ from the pseudo-random sequence of `prbs` in fpga/registers.rdl, and which
-/// of their bits ever do.
+/// Counts pixels that differ from the pseudo-random sequence `prbs` of fpga/registers.rdl, and
+/// collects the bits that ever differ.
 static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wrong_bits) {
     uint32_t wrong = 0;
     uint16_t expected = PICTURE_SEED;
@@ -42,7 +42,7 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
     if (frame->faults != 0 || frame->width_px != PICTURE_WIDTH_PX ||
         frame->height_px != PICTURE_HEIGHT_PX) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "selftest: the bridge's test picture arrives torn");
+        command_text_add(&sentence, "selftest: the bridge's test picture arrives incomplete");
         return ERROR_FRAME;
     }
     uint16_t wrong_bits = 0;
@@ -55,7 +55,7 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
     command_text_add(&sentence,
                      "selftest: the bridge's test picture arrives with wrong data bits ");
     command_text_add_hex(&sentence, wrong_bits, 4);
-    command_text_add(&sentence, ": look at the lines from the bridge to the parallel port");
+    command_text_add(&sentence, ": check the lines from the bridge to the parallel port");
     return ERROR_VERIFY;
 }
 
@@ -63,12 +63,12 @@ static int nothing_arrived(const struct command_call *call, int error) {
     struct command_text sentence = commands_sentence(call);
     if (error == ERROR_TIMEOUT) {
         command_text_add(&sentence,
-                         "selftest: the bridge's test picture does not arrive: look at the lines "
+                         "selftest: the bridge's test picture does not arrive: check the lines "
                          "from the bridge to the parallel port");
     } else {
-        command_text_add(&sentence, "selftest: the port behind the bridge gives no picture (");
+        command_text_add(&sentence, "selftest: no frame from the port behind the bridge (");
         command_text_add(&sentence, error_text(error));
-        command_text_add(&sentence, "): look into the system's log");
+        command_text_add(&sentence, "): see the system log");
     }
     return error;
 }
@@ -84,7 +84,7 @@ static int take_picture(const struct command_call *call) {
          now_us = watch_now_us(rig)) {
         error = watch_look(rig);
         if (error != ERROR_OK) {
-            return error;  // said already
+            return error;  // already reported
         }
         error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
     }
@@ -107,7 +107,7 @@ static int show_picture(const struct command_call *call) {
     };
     const struct hal_camera_format format = {PICTURE_WIDTH_PX, PICTURE_HEIGHT_PX};
     struct rig *rig = call->rig;
-    int error = rig_camera_stop(rig);  // the port's size is another meanwhile
+    int error = rig_camera_stop(rig);  // the port's frame size has been changed
     if (error == ERROR_OK) {
         error = failure_of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
     }
@@ -121,7 +121,7 @@ static int show_picture(const struct command_call *call) {
     return error == ERROR_OK ? take_picture(call) : error;
 }
 
-// The cameras' frames again, of the source that was chosen before.
+// Returns to the frames of the cameras, from the source selected before.
 static int restore(struct rig *rig, uint16_t select, const struct hal_camera_format *format) {
     const int stopped = rig_camera_stop(rig);
     int error = failure_of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
@@ -148,7 +148,7 @@ static int test_picture(const struct command_call *call) {
     } else {
         rig->trouble = first;
     }
-    // Without the cameras, or after its bridge has gone, it is not ready.
+    // If the cameras or their bridge failed, the rig is not ready.
     const bool ready = restored == ERROR_OK && rig->state == RIG_READY;
     return ready ? error : failure_make_safe(rig, error);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the instrument stands: status, health, bringup, safe, wait.
+// Commands for the state of the instrument: status, health, bringup, safe, wait.
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -17,14 +17,14 @@ static const char *state_name(enum rig_state state) {
     return names[state];
 }
 
-/// Whether what went wrong last did not last: a capture was refused, a lens did not get where it
-/// should, but the instrument is ready, and its part answers.
+/// Whether the last error is over: a capture was rejected or a lens did not arrive, but the
+/// instrument is ready and the part responds.
 static bool trouble_is_over(const struct rig *rig) {
     return rig->state == RIG_READY && rig->health[rig->trouble.part].error == 0;
 }
 
 static void put_trouble(const struct command_call *call) {
-    // A cancelled command leaves none in words: it was somebody's wish.
+    // A cancelled command leaves no text, as the user wanted it.
     if (call->rig->trouble.error != 0 && call->rig->trouble.text[0] != '\0') {
         commands_put_text(call, trouble_is_over(call->rig) ? "last_trouble" : "trouble",
                           call->rig->trouble.text);
@@ -64,7 +64,7 @@ static int put_side(const struct command_call *call, unsigned side) {
                        (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT))) {
         error = put_lens(call, side);
     }
-    // 0: nobody has set it here, and the camera does as it likes.
+    // 0: never set here, so the camera decides.
     if (rig->exposure_us[side] != 0) {
         commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
     }
@@ -95,7 +95,7 @@ int commands_state_status(const struct command_call *call) {
     return error == 0 && call->put_state != NULL ? call->put_state(call) : error;
 }
 
-/// Which part, how it is, and where its device could not be opened, why.
+/// Part, state, and why its device could not be opened, if so.
 static void put_state(const struct command_call *call, enum rig_part part, const char *state) {
     const struct rig_opener *opener = call->rig->ports.opener;
     const bool failed = call->rig->health[part].error != 0;
@@ -158,7 +158,7 @@ static void put_cameras(const struct command_call *call) {
         commands_put_number(call, "frames", counts.frames, 0, NULL);
         commands_put_number(call, "faulty", counts.faulty, 0, NULL);
         commands_put_number(call, "gaps", counts.gaps, 0, NULL);
-        // Not its time-outs: the rig asks in slices of 100 ms, and most of these end in one.
+        // Time-outs are left out: the rig waits in slices of 100 ms, and most of these time out.
         commands_put_number(call, "restarts", counts.restarts, 0, NULL);
         commands_put_end(call);
     }
@@ -166,7 +166,7 @@ static void put_cameras(const struct command_call *call) {
 
 int commands_state_health(const struct command_call *call) {
     struct rig *rig = call->rig;
-    // Looking costs nothing but time; before a bring-up there is nothing to look at.
+    // A check only takes time; before the bring-up there is nothing to check.
     const int error = rig->state == RIG_DOWN ? 0 : rig_check(rig);
     const uint64_t now_us = rig->ports.clock->operations->now_us(rig->ports.clock->self);
     commands_put_text(call, "state", state_name(rig->state));
@@ -186,7 +186,7 @@ int commands_state_health(const struct command_call *call) {
     if (rig->state != RIG_SAFE) {
         return error;
     }
-    // What brought it there, when that was a failure; it may have been this look.
+    // Report the failure that made the rig safe; it may be from this check.
     const bool failed = rig->trouble.error != 0 && rig->health[rig->trouble.part].error != 0;
     return failed ? rig->trouble.error : commands_not_ready(call, "health");
 }
@@ -210,7 +210,7 @@ int commands_state_bringup(const struct command_call *call) {
 
 int commands_state_safe(const struct command_call *call) {
     if (trouble_is_over(call->rig)) {
-        // It would be told as the reason.
+        // Otherwise it would be reported as the reason.
         call->rig->trouble = (struct rig_trouble){.error = ERROR_OK};
     }
     const int error = rig_safe(call->rig);

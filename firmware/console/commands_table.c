@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instrument's own commands. What people read about them stands here and nowhere else.
+// The table of the rig's own commands. It is the only source of their help texts.
 #include "console/commands.h"
 #include "core/invariant.h"
 #include "rig/registers.h"
@@ -10,7 +10,7 @@
 #define SIDE_ARGUMENT                                                                        \
     {                                                                                        \
         .name = "SIDE", .kind = COMMAND_CHOICE, .choices = COMMANDS_SIDES, .optional = true, \
-        .help = "which camera; both when left out"                                           \
+        .help = "camera (default: both)"                                                     \
     }
 
 #define ANGLE_ARGUMENT(text, says)                                                         \
@@ -22,9 +22,9 @@
 static const struct command_argument pan_arguments[] = {
     SIDE_ARGUMENT,
     ANGLE_ARGUMENT("ANGLE",
-                   "from the middle, positive to the right, as far as the settings "
-                   "rig.pan_least_urad and rig.pan_most_urad let it turn; shown when left out"),
-    ANGLE_ARGUMENT("RIGHT_ANGLE", "of the right camera, when it differs from the left one's"),
+                   "angle from the middle, positive to the right, within the settings "
+                   "rig.pan_least_urad and rig.pan_most_urad; without it the angle is shown"),
+    ANGLE_ARGUMENT("RIGHT_ANGLE", "angle of the right camera (default: that of the left)"),
 };
 
 static const struct command_argument position_arguments[] = {
@@ -35,13 +35,13 @@ static const struct command_argument position_arguments[] = {
      .least = -1000000,
      .most = 1000000,
      .optional = true,
-     .help = "of the lens controller, within the limits of the lens; shown with them when left "
-             "out"},
+     .help = "position in counts of the lens controller, within the limits of the lens; without it "
+             "position and limits are shown"},
 };
 
-#define KEPT_HELP                                                                               \
-    "What was taken is shown. \"not set\": nobody has set it since the bring-up, and a camera " \
-    "with a port of its own does as it did before."
+#define KEPT_HELP                                                                       \
+    "Shows the value in effect. \"not set\": not changed since the bring-up; a camera " \
+    "with its own port then keeps its previous value."
 
 static const struct command_argument exposure_arguments[] = {
     SIDE_ARGUMENT,
@@ -51,8 +51,8 @@ static const struct command_argument exposure_arguments[] = {
      .least = 1,
      .most = RIG_EXPOSURE_MOST_US,
      .optional = true,
-     .help = "the nearest that the camera has is taken, but a camera with a port of its own "
-             "refuses what is beyond its range; shown when left out"},
+     .help = "the nearest possible value is used, but a camera with its own port rejects values "
+             "outside its range; without it the value is shown"},
 };
 
 static const struct command_argument gain_arguments[] = {
@@ -62,7 +62,8 @@ static const struct command_argument gain_arguments[] = {
      .least = 1,
      .most = 128,
      .optional = true,
-     .help = "1 is the camera's least; the nearest that it has is taken; shown when left out"},
+     .help = "factor, 1 is the camera's minimum; the nearest possible value is used; without it "
+             "the value is shown"},
 };
 
 static const struct command_argument window_arguments[] = {
@@ -72,33 +73,33 @@ static const struct command_argument window_arguments[] = {
      .least = 16,
      .most = 8192,
      .optional = true,
-     .help = "of the sensor's part that frames show; shown when left out"},
+     .help = "width of the window; without it the size is shown"},
     {.name = "HEIGHT",
      .kind = COMMAND_INTEGER,
      .unit = "px",
      .least = 16,
      .most = 8192,
      .optional = true,
-     .help = "of that part"},
+     .help = "height of the window"},
     {.name = "SKIP",
      .kind = COMMAND_INTEGER,
      .least = 1,
      .most = 8,
      .optional = true,
-     .help = "every so many pixels one is taken, both ways; 1 when left out"},
+     .help = "use every SKIP-th pixel in both directions (default: 1)"},
 };
 
 static const struct command_argument registers_arguments[] = {
     {.name = "WHERE",
      .kind = COMMAND_CHOICE,
      .choices = REGISTERS_PLACE_NAMES,
-     .help = "the FPGA bridge, or the sensor of a camera"},
+     .help = "device: the FPGA bridge, or the sensor of a camera"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 40,
      .optional = true,
-     .help = "or index of a register; all that have a name when left out",
+     .help = "name or index of a register; without it all named registers are shown",
      .candidates = commands_registers_candidates},
 };
 
@@ -108,101 +109,99 @@ static const struct command_argument wait_arguments[] = {
      .unit = "s",
      .least = 0,
      .most = 100000,
-     .help = "of the instrument's clock"},
+     .help = "time on the instrument's clock"},
 };
 
 static const struct command commands[] = {
     {.name = "status",
-     .summary = "what the instrument is set to and where it looks",
+     .summary = "show settings, angles and lens positions",
      .help = "Angles and lens positions are read from the hardware.",
      .run = commands_state_status},
     {.name = "health",
-     .summary = "how each part works, and what has been counted",
-     .help = "Looks at every part without moving any; in the safe state it tells why that is, and "
-             "how they were before. The error is that of the first part that does not work.",
+     .summary = "check every part, and show counters",
+     .help = "Checks every part without moving any. In the safe state it shows the reason, and the "
+             "state of the parts before. The error is that of the first failed part.",
      .run = commands_state_health},
     {.name = "selftest",
-     .summary = "test the parts and the way of the pictures, moving nothing",
-     .help = "Beside what health looks at, a test picture that the bridge makes is taken as a "
-             "camera's frame would be, and must arrive bit for bit.",
+     .summary = "test all parts and the frame path without moving anything",
+     .help = "In addition to the checks of health, the bridge sends a test picture through the "
+             "frame path, which must arrive bit for bit.",
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG,
      .run = commands_selftest_run},
     {.name = COMMANDS_BRINGUP,
-     .summary = "find and set up every part; again after a failure",
-     .help = "Servos stay where they are until the first pan. When a part is missing the others "
-             "are looked at all the same, and the instrument stays in its safe state.",
+     .summary = "find and set up every part; also after a failure",
+     .help = "Servos stay where they are until the first pan. If a part is missing, the others are "
+             "still checked, and the instrument stays in its safe state.",
      .flags = COMMAND_LONG | COMMAND_MOVES,
      .run = commands_state_bringup},
     {.name = "safe",
-     .summary = "stop the motors, end the streams, let the servos rest",
-     .help = "Goes on when a part fails.",
+     .summary = "stop the motors and streams, and switch the servo pulses off",
+     .help = "Continues if a part fails.",
      .flags = COMMAND_MOVES,
      .run = commands_state_safe},
     {.name = "pan",
-     .summary = "turn the cameras, or show where they look",
-     .help = "pan both 3.97 -3.97 lets both look at a point 1.8 m in front of a base of 250 mm. "
-             "Waits until they rest.",
+     .summary = "turn the cameras, or show their angles",
+     .help = "Example: pan both 3.97 -3.97 points both cameras at an object 1.8 m in front of a "
+             "base of 250 mm. Waits until the cameras have stopped.",
      .arguments = pan_arguments,
      .argument_count = COUNT(pan_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_aim_pan},
     {.name = "zoom",
-     .summary = "set the zoom, or show it",
-     .help = "Moves end from below, so that backlash does not count. Waits until the lens is "
-             "there.",
+     .summary = "set or show the zoom",
+     .help = "Moves end from below, so that backlash does not matter. Waits until the lens has "
+             "arrived.",
      .arguments = position_arguments,
      .argument_count = COUNT(position_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_aim_zoom},
     {.name = "focus",
-     .summary = "set the focus, or show it",
+     .summary = "set or show the focus",
      .help = "As zoom.",
      .arguments = position_arguments,
      .argument_count = COUNT(position_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_aim_focus},
     {.name = "iris",
-     .summary = "set the iris, or show it",
+     .summary = "set or show the iris",
      .help = "As zoom.",
      .arguments = position_arguments,
      .argument_count = COUNT(position_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_aim_iris},
     {.name = "exposure",
-     .summary = "set the exposure time, or show it",
+     .summary = "set or show the exposure time",
      .help = KEPT_HELP,
      .arguments = exposure_arguments,
      .argument_count = COUNT(exposure_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_exposure},
     {.name = "gain",
-     .summary = "set the gain, or show it",
+     .summary = "set or show the gain",
      .help = KEPT_HELP,
      .arguments = gain_arguments,
      .argument_count = COUNT(gain_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_gain},
     {.name = "window",
-     .summary = "set the part of the sensors that frames show, or show its size",
-     .help =
-         "The part is the middle one. What is shown is the size of the frames. Sensors behind a "
-         "bridge have 2048 x 1536 px, and take multiples of 2 * SKIP; other cameras take the "
-         "sizes that they have, without SKIP.",
+     .summary = "set the window of the sensors, or show the frame size",
+     .help = "The window is centred. The size of the frames is shown. Sensors behind a bridge have "
+             "2048 x 1536 px, and accept multiples of 2 * SKIP; other cameras accept the sizes "
+             "that they support, without SKIP.",
      .arguments = window_arguments,
      .argument_count = COUNT(window_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_window},
     {.name = "registers",
      .summary = "read registers of the bridge or of a sensor",
-     .help = "registers bridge status; registers left 0x09. Reading changes nothing.",
+     .help = "Examples: registers bridge status; registers left 0x09. Reading changes nothing.",
      .arguments = registers_arguments,
      .argument_count = COUNT(registers_arguments),
      .flags = COMMAND_NEEDS_RIG,
      .run = commands_registers_run},
     {.name = "wait",
-     .summary = "let time pass for the instrument",
-     .help = "In a simulation without wall time nothing else lets time pass but what commands "
-             "wait for.",
+     .summary = "wait on the instrument's clock",
+     .help = "In a simulation without wall time, time passes only while commands wait.",
      .arguments = wait_arguments,
      .argument_count = COUNT(wait_arguments),
      .flags = COMMAND_LONG,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turning the cameras. A servo that is told to move by less than its dead band may stay, and its
-// gear has play: so each horn goes AIM_DEAD_BANDS dead bands below its goal first, and from there
-// up in one step (where the slew allows that much), which it cannot ignore.
+// Pans the cameras. A servo may ignore a move smaller than its dead band, and its gear has play. So
+// each horn first goes AIM_DEAD_BANDS dead bands below its goal, and then up in one step (where the
+// slew limit allows that much), which it cannot ignore.
 #include "core/error.h"
 #include "core/invariant.h"
 #include "device/fpga_bridge_event.h"
@@ -10,20 +10,20 @@
 #include "rig/watch.h"
 
 enum {
-    // The horn may have followed to a dead band from where it is to begin, and must see more than
-    // a dead band from there.
+    // The horn may lag by one dead band at the waypoint, and must see more than one dead band from
+    // there to the goal.
     AIM_DEAD_BANDS = 3,
     LOOK_US = 20000,
     LATE_US = 500000,  // beyond the longest travel
     Q4_PER_US = 16,
 };
 
-// A servo under way.
+// A servo that is moving.
 struct horn {
     unsigned side;
     uint16_t goal_q4, waypoint_q4;
     uint16_t actual_q4, slew_q4;
-    bool limp;  // no pulses, so it may stand anywhere
+    bool limp;  // no pulses, so its position is unknown
     uint64_t rest_us;
 };
 
@@ -38,12 +38,12 @@ static int ready(struct rig *self, unsigned side) {
     }
     if (self->state != RIG_READY) {
         return watch_trouble(self, part_of(side), ERROR_NOT_READY,
-                             "the rig is not up; bring it up first", NULL);
+                             "the rig is not up (run bringup)", NULL);
     }
     return ERROR_OK;
 }
 
-// A failed transfer of one servo.
+// Handles a failed transfer of one servo.
 static int failed(struct rig *self, unsigned side, int error) {
     watch_used(self, part_of(side), error);
     failure_of_bus(self, part_of(side), error);
@@ -60,7 +60,7 @@ static int look(struct rig *self, struct horn *horn, struct fpga_bridge_servo *s
     return ERROR_OK;
 }
 
-// The width of the angle, within what profile and servo allow.
+// Sets the pulse width of the angle, if it is within the limits of profile and servo.
 static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
     const struct rig_profile *profile = &self->profile;
     const struct servo_model *model = &profile->servo[horn->side];
@@ -70,7 +70,7 @@ static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
         enum { URAD_PER_MRAD = 1000 };
         return watch_trouble(
             self, part_of(horn->side), ERROR_RANGE,
-            "angle # mrad is outside # to # mrad, or of the servo's widths",
+            "angle # mrad is outside # to # mrad, or outside the servo's pulse widths",
             (const int32_t[]){angle_urad / URAD_PER_MRAD, profile->pan_least_urad / URAD_PER_MRAD,
                               profile->pan_most_urad / URAD_PER_MRAD});
     }
@@ -79,7 +79,7 @@ static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
     return ERROR_OK;
 }
 
-// How the horns stand; `*period_us`: from pulse to pulse.
+// Reads the state of all horns; `*period_us`: time between pulses.
 static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t *period_us) {
     static const uint16_t active[RIG_SIDES] = {BRIDGE_STATUS_SERVO0_ACTIVE_MASK,
                                                BRIDGE_STATUS_SERVO1_ACTIVE_MASK};
@@ -93,7 +93,7 @@ static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t
     }
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
         watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                      "its watchdog fired, this program came too late; bring up again", NULL);
+                      "its watchdog fired because this program was late (run bringup)", NULL);
         return failure_make_safe(self, ERROR_TIMEOUT);
     }
     for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
@@ -107,7 +107,7 @@ static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t
 
 // ---- one leg
 
-// Sends a horn off. It rests in the end at `rest_us`.
+// Starts a horn. It will have stopped at `rest_us`.
 static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t period_us) {
     const struct servo_model *model = &self->profile.servo[horn->side];
     int error = fpga_bridge_servo_aim(&self->bridge, horn->side, width_q4);
@@ -119,7 +119,7 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     }
     const uint64_t now_us = watch_now_us(self), before_us = self->pan_rest_us[horn->side];
     uint64_t rest_us = now_us > before_us ? now_us : before_us;
-    // With its first pulse a limp horn turns to where the bridge begins, from wherever it was.
+    // With its first pulse a limp horn turns from an unknown position to where the bridge begins.
     rest_us +=
         horn->limp ? servo_travel_us(model, model->least_q4, model->most_q4, 0, period_us) : 0;
     rest_us += servo_travel_us(model, horn->actual_q4, width_q4, horn->slew_q4, period_us);
@@ -130,7 +130,7 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     return ERROR_OK;
 }
 
-// Waits until the bridge sends the width and the horn has had its time.
+// Waits until the bridge sends the width and the horn has had time to turn.
 static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
     while (horn->actual_q4 != width_q4) {
         int error = watch_until(self, watch_now_us(self) + LOOK_US);
@@ -143,8 +143,8 @@ static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
             watch_used(self, part_of(horn->side), ERROR_TIMEOUT);
             return watch_trouble(
                 self, part_of(horn->side), ERROR_TIMEOUT,
-                "the bridge sends # us instead of # us; its limits, its slew or "
-                "its watchdog forbid it; bring the rig up again",
+                "the bridge sends # us instead of # us: check its limits, slew and watchdog, then "
+                "run bringup",
                 (const int32_t[]){horn->actual_q4 / Q4_PER_US, width_q4 / Q4_PER_US});
         }
     }
@@ -163,7 +163,7 @@ static int run_leg(struct rig *self, struct horn *horns, unsigned count, bool la
     return error;
 }
 
-// The horns stay where their pulses are now.
+// Holds the horns at the width that is being sent now.
 static void hold(struct rig *self, struct horn *horns, unsigned count, uint16_t period_us) {
     for (unsigned i = 0; i < count; i++) {
         struct fpga_bridge_servo servo;
@@ -207,7 +207,8 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
 
 int rig_pan(struct rig *self, unsigned side, int32_t angle_urad) {
     if (side >= RIG_SIDES) {
-        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such servo", NULL);
+        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                             "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     int error = ready(self, side);
@@ -226,7 +227,8 @@ int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad) {
     INVARIANT(angle_urad != NULL);
     if (side >= RIG_SIDES) {
-        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such servo", NULL);
+        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                             "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     struct fpga_bridge_servo servo;

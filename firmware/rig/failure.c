@@ -13,26 +13,25 @@ enum rig_part failure_part(enum rig_part left, unsigned side) {
 static const char *words_of(int error) {
     switch (error) {
         case ERROR_I2C_NACK:
-            return "it does not answer on I2C; look at its supply and its SCL and SDA";
+            return "no answer on I2C (check its supply, SCL and SDA)";
         case ERROR_I2C_STUCK:
         case ERROR_TIMEOUT:
-            return "a line of I2C is held low; find by unplugging who holds it, then bring up "
-                   "again";
+            return "I2C bus stuck low (unplug devices one by one to find the culprit, then run "
+                   "bringup)";
         case ERROR_I2C_ARBITRATION:
-            return "something else pulls at I2C; there may be no other master on it";
+            return "I2C arbitration lost (remove any other master from the bus)";
         case ERROR_VERIFY:
-            return "what is written does not read back; look at the I2C cable and its grounds";
+            return "a written value does not read back (check the I2C cable and its grounds)";
         case ERROR_DEVICE:
-            return "something else answers in its place, or it has gone; look at what is connected";
+            return "missing, or another device responds at its address (check what is connected)";
         case ERROR_RESTARTED:
-            return "it has restarted and lost its settings; look at its supply, then bring up "
-                   "again";
+            return "it has restarted and lost its settings (check its supply, then run bringup)";
         case ERROR_REFUSED:
-            return "it refuses a setting; its bitstream and this program do not belong together";
+            return "it rejects a setting (bitstream and program versions do not match)";
         case ERROR_UNSUPPORTED:
-            return "this build of it lacks what a rig needs; load the bitstream for two cameras";
+            return "its bitstream does not support a rig (load the bitstream for two cameras)";
         default:
-            return "the system cannot reach its I2C bus; look into the system's log";
+            return "its I2C bus cannot be reached (see the system log)";
     }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What happens when a part has failed: the rig is made safe, and the message stays that of the
-/// failure. For rig/ alone.
+/// Handling of a failed part: the rig is made safe, and the message stays that of the failure. For
+/// rig/ only.
 #ifndef VERGENCE_RIG_FAILURE_H
 #define VERGENCE_RIG_FAILURE_H
 
@@ -10,22 +10,21 @@
 extern "C" {
 #endif
 
-/// The part of a side, by that of the left one.
+/// The part of a side, given that of the left side.
 enum rig_part failure_part(enum rig_part left, unsigned side);
 
-/// Sets `trouble` to a failed transfer on I2C: what is wrong with this error, and what to do.
-/// Returns `error`.
+/// Sets `trouble` to a failed I2C transfer: what is wrong, and what to do. Returns `error`.
 int failure_of_bus(struct rig *self, enum rig_part part, int error);
 
-/// A result of the bridge's driver: notes that the bridge was used, and tells where it failed, as
-/// failure_of_bus. Returns `error`.
+/// Records that the bridge was used with this result, and on an error sets `trouble` as
+/// failure_of_bus does. Returns `error`.
 int failure_of_bridge(struct rig *self, int error);
 
-/// What a call of the rig ends with: where the bridge took no feed meanwhile (watch_feed), all is
+/// Ends a call of the rig: if the bridge stopped accepting feeds meanwhile (watch_feed), the rig is
 /// made safe, and the message stays. Returns `error`.
 int failure_end(struct rig *self, int error);
 
-/// Calls rig_safe, whose own failures are not told: those of before are. Returns `error`.
+/// Calls rig_safe without reporting its own failures: the message stays. Returns `error`.
 int failure_make_safe(struct rig *self, int error);
 
 #ifdef __cplusplus

@@ -9,36 +9,36 @@
 
 enum {
     US_PER_S = 1000000,
-    COMMAND_US = 100000,  // a command is on its way by then
-    HALT_US = 500000,     // longest for a lens
+    COMMAND_US = 100000,  // a command has been sent by then
+    HALT_US = 500000,     // longest time for a lens
     TURN_US = 200000,
     LEGS_PER_APPROACH = 2,
-    LEG_READINGS = 12,  // on a slow line a leg gets them, however long they take
+    LEG_READINGS = 12,  // granted to a leg even on a slow line, however long they take
 };
 
-// A lens under way.
+// A lens that is moving.
 struct mover {
     unsigned side;
     enum lens_axis axis;
     enum { STARTING, GOING_BACK, GOING_UP, ARRIVED } phase;
     int32_t target;
-    int32_t low;       // where an approach from below begins
+    int32_t low;       // where an approach from below starts
     int32_t waypoint;  // of this approach
     struct lens_limits limits;
-    // The present leg, in what the potentiometer reads.
+    // The present leg, in readings of the potentiometer.
     int32_t goal, begin, command;
     int32_t readings[LENS_READ_MEDIAN];
     uint32_t count;  // of this leg
     int32_t middle;
-    int32_t mark;         // where it was when it moved last
-    uint32_t since_mark;  // readings
-    uint32_t settled;     // readings
+    int32_t mark;         // position when it last moved
+    uint32_t since_mark;  // number of readings
+    uint32_t settled;     // number of readings
     uint32_t sent;
     uint64_t since_us, mark_us, deadline_us;
     bool been_back, far;
     int32_t trim_before;
     uint32_t trims;
-    int32_t rested;  // where the approach before ended beside its target; INT32_MIN: none did
+    int32_t rested;  // where the previous approach ended off its target; INT32_MIN: not yet
     uint32_t path, done;
 };
 
@@ -55,7 +55,7 @@ static uint64_t travel_us(const struct rig_profile *profile, enum lens_axis axis
     return (uint64_t)counts * US_PER_S / (uint64_t)profile->lens_counts_per_s[axis];
 }
 
-// How far below its target an approach begins.
+// How far below its target an approach starts.
 static int32_t run_up(const struct rig_profile *profile) {
     INVARIANT(profile->lens_backlash_counts >= 0 && profile->lens_tolerance_counts >= 0);
     const int32_t counts = profile->lens_backlash_counts + profile->lens_tolerance_counts;
@@ -77,7 +77,7 @@ static uint64_t leg_us(const struct rig_profile *profile, enum lens_axis axis, i
 }
 
 uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis) {
-    // On the way down, up, and down once more; each with the first readings of a leg.
+    // Down, up, and down once more; each with the first readings of a leg.
     return 3 * (lens_move_stall_us(profile, axis) + LENS_MOVE_STALL_US);
 }
 
@@ -96,7 +96,7 @@ static int send(struct rig *self, const struct mover *mover) {
     if (error != ERROR_OK) {
         watch_used(self, lens_read_part(mover->side), error);
         return watch_failed(self, lens_read_part(mover->side), error,
-                            "the command to move cannot be sent; look at the serial line");
+                            "the move command cannot be sent (check the serial line)");
     }
     self->lens_commanded[mover->side][mover->axis] = mover->target;
     return ERROR_OK;
@@ -119,14 +119,14 @@ static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
     return send(self, mover);
 }
 
-// Goes to the waypoint first.
+// Starts towards the waypoint.
 static int begin_approach(struct rig *self, struct mover *mover) {
     mover->phase = GOING_BACK;
     mover->been_back = true;
     return begin_leg(self, mover, mover->waypoint);
 }
 
-// It is where it should be already, and came from below.
+// It is already at its target, approached from below.
 static bool there(const struct rig *self, const struct mover *mover) {
     return self->lens_commanded[mover->side][mover->axis] == mover->target &&
            distance(mover->middle, mover->target) <= self->profile.lens_tolerance_counts;
@@ -149,11 +149,11 @@ static int start(struct rig *self, struct mover *mover) {
 
 static int jammed(struct rig *self, struct mover *mover) {
     static const char *const texts[LENS_AXES] = {
-        "zoom stands at # and does not move to #; free the ring, then move it again",
-        "focus stands at # and does not move to #; free the ring, then move it again",
-        "iris stands at # and does not move to #; free the ring, then move it again",
+        "zoom is stuck at # and does not move to # (free the ring, then move it again)",
+        "focus is stuck at # and does not move to # (free the ring, then move it again)",
+        "iris is stuck at # and does not move to # (free the ring, then move it again)",
     };
-    self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was no drift
+    self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was not drift
     watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
     return watch_trouble(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
                          (const int32_t[]){mover->middle, mover->goal});
@@ -163,12 +163,12 @@ static int not_there(struct rig *self, struct mover *mover) {
     self->lens_trim[mover->side][mover->axis] = mover->trim_before;
     watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
     return watch_trouble(self, lens_read_part(mover->side), ERROR_TIMEOUT,
-                         "it stands at # and does not arrive at # in time; look at the motor and "
-                         "at the profile's speeds and tolerance",
+                         "it is at # and does not arrive at # in time (check the motor, and the "
+                         "profile's speeds and tolerance)",
                          (const int32_t[]){mover->middle, mover->goal});
 }
 
-// The waypoint is passed. From one above it goes below first, where there is room.
+// Passed the waypoint. From above it goes below first, if there is room.
 static int go_on_up(struct rig *self, struct mover *mover) {
     if (mover->goal > mover->target && mover->low < mover->target) {
         return begin_leg(self, mover, mover->low);
@@ -177,7 +177,7 @@ static int go_on_up(struct rig *self, struct mover *mover) {
     return begin_leg(self, mover, mover->target);
 }
 
-// From so far that a jam can be told from a drift; where there is no room below, from above.
+// Start far enough away to distinguish a jam from drift; without room below, start above.
 static int begin_long_approach(struct rig *self, struct mover *mover) {
     const int32_t target = mover->target, middle = mover->middle;
     const int32_t run = run_up(&self->profile) + LENS_MOVE_TRIM_COUNTS;
@@ -188,7 +188,7 @@ static int begin_long_approach(struct rig *self, struct mover *mover) {
     return begin_approach(self, mover);
 }
 
-// It moved, and rests beside the target: another approach, as far the other way.
+// It moved, and stopped off the target: approach again, corrected by the error.
 static int trim(struct rig *self, struct mover *mover) {
     const int32_t beside = mover->middle - mover->target;
     const int32_t tolerance = self->profile.lens_tolerance_counts;
@@ -212,7 +212,7 @@ static int trim(struct rig *self, struct mover *mover) {
     return begin_long_approach(self, mover);
 }
 
-// A count at a time: more than noise usually is, and less than the tolerance.
+// One count at a time: more than typical noise, and less than the tolerance.
 static void follow_drift(struct rig *self, const struct mover *mover) {
     enum { NOISE_COUNTS = 2 };
     const int32_t beside = mover->middle - mover->target;
@@ -221,7 +221,7 @@ static void follow_drift(struct rig *self, const struct mover *mover) {
     *offset = within(*offset + step, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
 }
 
-// Nothing has moved for too long.
+// No movement for too long.
 static int stalled(struct rig *self, struct mover *mover) {
     const int32_t left = distance(mover->middle, mover->goal);
     const int32_t way = distance(mover->begin, mover->goal);
@@ -234,7 +234,7 @@ static int stalled(struct rig *self, struct mover *mover) {
     if (!back) {
         return trim(self, mover);
     }
-    // Whatever the drift, a long leg moves the motor by the run up at least, and past the target.
+    // Whatever the drift, a long leg moves the motor at least by the run-up, and past the target.
     const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
     const int32_t least = mover->far ? run_up(&self->profile) : way;
     if (past && 2 * moved >= least) {
@@ -266,7 +266,7 @@ static int judge(struct rig *self, struct mover *mover) {
     }
     const bool begun = distance(mover->middle, mover->begin) > self->profile.lens_tolerance_counts;
     if (!begun && still_us >= mover->sent * stall_us / LENS_MOVE_COMMANDS) {
-        mover->sent++;  // the one before may have been lost
+        mover->sent++;  // the previous one may have been lost
         return send(self, mover);
     }
     return ERROR_OK;
@@ -280,7 +280,7 @@ static void note_way(struct mover *mover) {
     mover->done = done > mover->done ? done : mover->done;
 }
 
-// Takes a reading of this leg.
+// Records a reading of this leg.
 static int take(struct rig *self, struct mover *mover, int32_t position) {
     mover->readings[mover->count % LENS_READ_MEDIAN] = position;
     mover->count++;
@@ -296,7 +296,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     const bool past =
         mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
     const bool there_now = left <= self->profile.lens_tolerance_counts ||
-                           (mover->phase == GOING_BACK && past);  // further is as good
+                           (mover->phase == GOING_BACK && past);  // beyond is also fine
     mover->settled = there_now ? mover->settled + 1 : 0;
     if (distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
         mover->mark = mover->middle;
@@ -304,7 +304,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
         mover->since_mark = 0;
     }
     note_way(mover);
-    // Two wild readings of the first three can hide that it stood above.
+    // Two outliers among the first three readings can hide that it was above.
     const bool above = mover->middle > mover->target + self->profile.lens_tolerance_counts;
     if (above && !mover->been_back && mover->waypoint < mover->target) {
         return begin_approach(self, mover);
@@ -312,7 +312,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     return judge(self, mover);
 }
 
-// Waits for one reading of a lens, and takes it.
+// Waits for one reading of a lens and records it.
 static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) {
     const uint64_t begin_us = watch_now_us(self);
     for (;;) {
@@ -339,17 +339,17 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
     }
 }
 
-// ---- to rest
+// ---- stopping
 
-// A reading on the way to rest, which cannot be cancelled; false: none came.
+// Takes a reading while stopping, which cannot be cancelled; false: none came.
 static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
                          int32_t *position) {
     const uint64_t since_us = watch_now_us(self);
-    self->lens_rest_us[mover->side] = since_us;  // not before, as far as is known
+    self->lens_rest_us[mover->side] = since_us;  // not earlier, as far as known
     struct lens_reading readings[LENS_AXES];
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {
-        (void)watch_feed(self);  // the motor comes first
+        (void)watch_feed(self);  // motor first
         error = lens_read_try(self, mover->side, since_us, readings);
     }
     if (error == ERROR_OK) {
@@ -358,7 +358,8 @@ static bool read_resting(struct rig *self, const struct mover *mover, uint64_t d
     return error == ERROR_OK;
 }
 
-// Stops a motor, or sends it to where it is, of which two of three new readings may be wild.
+// Stops a motor, or sends it to its present position, of which two of three new readings may be
+// outliers.
 static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
     const struct lens_drive *lens = &self->lens[mover->side];
     self->lens_commanded[mover->side][mover->axis] = INT32_MIN;
@@ -369,7 +370,7 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     int32_t readings[LENS_READ_MEDIAN];
     for (unsigned i = 0; i < LENS_READ_MEDIAN; i++) {
         if (!read_resting(self, mover, deadline_us, &readings[i])) {
-            return;  // it goes where it was sent, and rests there
+            return;  // it continues to its target, and stops there
         }
     }
     const int32_t seen = mover->middle;
@@ -381,7 +382,7 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
 }
 
-// Waits until a motor stands still: for readings alike, which one under way does not give.
+// Waits until a motor has stopped: until readings repeat, which they do not while it moves.
 static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
     int32_t first = 0, now = 0;
     for (unsigned alike = 0; alike < LENS_READ_MEDIAN;) {
@@ -394,7 +395,7 @@ static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t 
     }
 }
 
-// The first error stays the one that is told.
+// The first error is reported.
 static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned count) {
     const struct rig_trouble trouble = self->trouble;
     const uint64_t begin_us = watch_now_us(self);
@@ -403,7 +404,7 @@ static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned
             halt(self, &movers[i], begin_us + (i + 1) * HALT_US);
         }
     }
-    // A motor takes a moment to begin its way back, and stands still meanwhile.
+    // A motor takes a moment to reverse, and is at rest meanwhile.
     for (const uint64_t end_us = watch_now_us(self) + TURN_US; watch_now_us(self) < end_us;) {
         const struct hal_clock *clock = self->ports.clock;
         (void)watch_feed(self);
@@ -442,7 +443,7 @@ static bool all_arrived(const struct mover *movers, unsigned count) {
     return arrived == count;
 }
 
-// Looks at the lenses in turn until all have arrived.
+// Polls the lenses in turn until all have arrived.
 static int follow(struct rig *self, struct mover *movers, unsigned count) {
     const int32_t furthest = movers[0].limits.most - movers[0].limits.least;
     const uint64_t end_us = watch_now_us(self) +
@@ -463,7 +464,8 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
 int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
-                    : watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such axis", NULL);
+                    : watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                                    "no such axis (expected zoom, focus or iris)", NULL);
     struct mover movers[RIG_SIDES];
     unsigned count = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {

@@ -46,11 +46,11 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
         }
         if (self->state != RIG_READY) {
             return watch_trouble(self, lens_read_part(side), ERROR_NOT_READY,
-                                 "the rig is not up; bring it up first", NULL);
+                                 "the rig is not up (run bringup)", NULL);
         }
         if (axis < LENS_AXES && (self->lens_abilities[side].axes & 1u << axis) == 0) {
             return watch_trouble(self, lens_read_part(side), ERROR_NOT_CONNECTED,
-                                 "its controller has no such axis", NULL);
+                                 "its controller does not support this axis", NULL);
         }
     }
     return ERROR_OK;
@@ -67,8 +67,7 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
     watch_used(self, lens_read_part(side), error);
     if (error != ERROR_OK) {
         return watch_failed(self, lens_read_part(side), error,
-                            "its controller's serial line does not work; look at adapter and "
-                            "cable");
+                            "the serial line of its controller failed (check adapter and cable)");
     }
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
@@ -84,13 +83,12 @@ int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint6
     watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
     return watch_trouble(
         self, lens_read_part(side), ERROR_TIMEOUT,
-        silent ? "no answer for # ms; look at the controller's supply and serial line"
-               : "no answer that makes sense for # ms; look at the controller's supply and serial "
-                 "line",
+        silent ? "no reply for # ms (check the controller's supply and serial line)"
+               : "no valid reply for # ms (check the controller's supply and serial line)",
         (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_NONSENSE_US) / 1000});
 }
 
-// A reading from now on.
+// Requests readings from now on.
 static int read_now(struct rig *self, unsigned side, struct lens_reading readings[LENS_AXES]) {
     const uint64_t since_us = watch_now_us(self);
     for (;;) {

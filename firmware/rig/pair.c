@@ -11,8 +11,8 @@
 
 enum {
     FRAME_ATTEMPTS = 2,
-    PAIR_ATTEMPTS = 3,  // of cameras with ports of their own, whose frames are too far apart
-    // Squares of noise beyond five sigmas are one in a million; a thing that moves covers more.
+    PAIR_ATTEMPTS = 3,  // of cameras with their own ports, whose frames are too far apart
+    // Noise beyond five sigma occurs in one square of a million; a moving object covers more.
     CHANGE_LIMIT_PERMILLE = 2,
     US_PER_MS = 1000,
 };
@@ -26,7 +26,7 @@ static unsigned frames_of(const struct pair_options *options) {
 }
 
 size_t pair_values(const struct rig *rig, const struct pair_options *options) {
-    // Only cameras with ports of their own come in colours.
+    // Only cameras with their own ports deliver colours.
     const size_t values = rig->profile.bridge ? 1 : 3;
     return frames_of(options) * values * rig->format.width_px * rig->format.height_px;
 }
@@ -50,7 +50,7 @@ static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_f
     }
     const int32_t numbers[] = {frame->width_px, frame->height_px};
     return watch_trouble(rig, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
-                         "it sends # x # pixels, which is not what was asked for; bring up again",
+                         "it sends # x # pixels, which is not the requested size (run bringup)",
                          numbers);
 }
 
@@ -58,12 +58,10 @@ static int torn(struct rig *rig, unsigned side, uint32_t faults) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     watch_used(rig, part, ERROR_FRAME);
     const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
-                           ? "two frames in succession had lines of a wrong length; look at its "
-                             "cable"
+                           ? "two successive frames had lines of wrong length (check its cable)"
                        : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
-                           ? "two frames in succession had a wrong number of rows; look at its "
-                             "cable"
-                           : "two frames in succession were damaged; look at its cable and plug";
+                           ? "two successive frames had a wrong number of rows (check its cable)"
+                           : "two successive frames were damaged (check its cable and plug)";
     return watch_trouble(rig, part, ERROR_FRAME, what, NULL);
 }
 
@@ -76,8 +74,8 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
     return (struct pair_window){window->column_px, window->row_px, window->skip};
 }
 
-// Copies a frame that was lent into `memory` (`values` long), with its circumstances but the
-// stands, when it is whole, and gives it back.
+// Copies a borrowed frame into `memory` (`values` long) if it is complete, with all its information
+// but the axes, and gives it back.
 static int keep_frame(struct rig *rig, unsigned side, const struct hal_camera_frame *frame,
                       uint16_t *memory, size_t values, struct pair_frame *out) {
     int error = is_as_asked(rig, side, frame);
@@ -107,7 +105,7 @@ static int keep_frame(struct rig *rig, unsigned side, const struct hal_camera_fr
     return error;
 }
 
-// A whole frame of a camera.
+// Takes one complete frame of a camera.
 static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
                       size_t values, struct pair_frame *out) {
     struct hal_camera_frame frame = {.faults = 0};
@@ -134,8 +132,9 @@ static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
     return (int64_t)(frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us);
 }
 
-// Behind one port: the right camera after the left one, whose frame is not to end long before the
-// right one's settings are in force; a long exposure of before would else lie between the two.
+// One port: takes the right camera after the left one. The left frame should not end long before
+// the right camera's settings are in force; otherwise a long exposure set earlier would separate
+// the two.
 static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
     const uint64_t settled_us = rig->settled_us[RIG_RIGHT];
@@ -150,18 +149,17 @@ static int take_in_turn(struct rig *rig, const struct pair_options *options, uin
                       &frames[RIG_RIGHT]);
 }
 
-// Cameras with ports of their own run freely: of the right one's frames the nearest in time is
-// wanted, which may have begun half a frame before the left one's.
+// Cameras with their own ports run freely. The right frame nearest in time is wanted, which may
+// begin half a frame before the left one.
 static int take_nearest(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
     struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
-    // The time from frame to frame is what it is in this light, whatever the driver says: from one
-    // left frame to another.
+    // The actual frame period in this light is the time from one left frame to the next, whatever
+    // the driver reports.
     int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
     const struct pair_frame first = *left;
-    // A driver keeps a few frames, and loses what comes while nobody takes them: those that have
-    // piled up at the right camera go, just before the left frame that counts, so that the coming
-    // ones are kept.
+    // A driver buffers a few frames, and drops later ones when it is full. Drain the right camera
+    // just before the left frame that counts, so that the next frames are kept.
     if (error == ERROR_OK) {
         error = take_frame(rig, RIG_RIGHT, watch_now_us(rig), memory + values, values, right);
     }
@@ -184,7 +182,7 @@ static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_
     return (skew_us < 0 ? -skew_us : skew_us) > rig->profile.skew_limit_us;
 }
 
-// One pulse, and both frames of it. `faults`: of each frame.
+// Takes both frames of one pulse. `faults`: of each frame.
 static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
                       struct pair_frame frames[RIG_SIDES], uint32_t faults[RIG_SIDES]) {
     int error = trigger_fire(rig);
@@ -199,8 +197,8 @@ static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
     return error;
 }
 
-// Cameras that wait for the trigger line: both begin with the same pulse. A frame that is missing
-// or torn is none, and of the other camera's then neither.
+// Triggered cameras: both frames begin with the same pulse. If one frame is missing or damaged, the
+// other camera's frame of that pulse is dropped too.
 static int take_triggered(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                           size_t values, struct pair_frame frames[RIG_SIDES]) {
     int missed = 0, damaged = 0, apart = 0;
@@ -235,7 +233,7 @@ static int take_both(struct rig *rig, const struct pair_options *options, uint16
     if (rig->profile.trigger) {
         return take_triggered(rig, options, memory, values, frames);
     }
-    // A frame may have been lost, and cameras of different speeds meet at times only.
+    // A frame may have been lost, and cameras of different speeds coincide only at times.
     for (int attempt = 1;; attempt++) {
         const int error = take_nearest(rig, options, memory, values, frames);
         if (error != ERROR_OK || attempt == PAIR_ATTEMPTS || !are_apart(rig, frames)) {
@@ -244,7 +242,7 @@ static int take_both(struct rig *rig, const struct pair_options *options, uint16
     }
 }
 
-// ---- where the cameras look
+// ---- camera axes
 
 static int read_servo(struct rig *rig, unsigned side, uint16_t *pan_q4, bool *turning) {
     struct fpga_bridge_servo servo;
@@ -270,7 +268,8 @@ static int read_stand(struct rig *rig, unsigned side, struct pair_stand *stand) 
     }
     if (error == ERROR_OK && turning) {
         error = watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                              "it still turns; wait until it rests, then capture again", NULL);
+                              "it is still turning (wait until it has stopped, then capture again)",
+                              NULL);
     }
     if (error != ERROR_OK || rig->lens[side].operations == NULL) {
         return error;
@@ -298,12 +297,13 @@ static int compare_stands(struct rig *rig, unsigned side, const struct pair_fram
     if (before->pan_q4 != after->pan_q4) {
         const int32_t numbers[] = {before->pan_q4 / 16, after->pan_q4 / 16};
         return watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                             "it turned from # us to # us during the pair; capture again", numbers);
+                             "it turned from # us to # us during the pair (capture again)",
+                             numbers);
     }
     static const char *const moved[LENS_AXES] = {
-        "its zoom moved from # to # during the pair; capture again",
-        "its focus moved from # to # during the pair; capture again",
-        "its iris moved from # to # during the pair; capture again",
+        "its zoom moved from # to # during the pair (capture again)",
+        "its focus moved from # to # during the pair (capture again)",
+        "its iris moved from # to # during the pair (capture again)",
     };
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
         const int32_t numbers[] = {before->position[axis], after->position[axis]};
@@ -320,7 +320,7 @@ static int compare_stands(struct rig *rig, unsigned side, const struct pair_fram
     return ERROR_OK;
 }
 
-// ---- whether the two belong together
+// ---- checks of a pair
 
 static int compare_times(struct rig *rig, const struct pair *pair) {
     const int64_t apart_us = pair->skew_us < 0 ? -pair->skew_us : pair->skew_us;
@@ -330,8 +330,8 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
     const int32_t numbers[] = {(int32_t)(apart_us / US_PER_MS),
                                (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
     return watch_trouble(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
-                         "its frame began # ms from the left one, more than # ms; expose shorter, "
-                         "or raise rig.skew_limit_us",
+                         "its frame began # ms from the left one (allowed: # ms; use a shorter "
+                         "exposure, or raise rig.skew_limit_us)",
                          numbers);
 }
 
@@ -356,8 +356,8 @@ static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, 
     }
     const int32_t number = (int32_t)pair->change_permille;
     return watch_trouble(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
-                         "# of 1000 parts of its picture changed meanwhile; let the scene and its "
-                         "light stand still, then capture again",
+                         "# of 1000 parts of its picture changed during the pair (keep scene and "
+                         "light constant, then capture again)",
                          &number);
 }
 
@@ -369,7 +369,7 @@ static int wait_for_rest(struct rig *rig) {
     return error;
 }
 
-// All steps; `*compared`: the frames and stands are all there.
+// Runs all steps; `*compared`: frames and axes are complete.
 static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                    size_t frame_values, struct pair *pair, bool *compared) {
     struct pair_stand before[RIG_SIDES], after[RIG_SIDES];
@@ -412,7 +412,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
     return error;
 }
 
-// Nothing has moved, so the rig may stay as it is after a frame that was no good.
+// Nothing has moved, so a bad frame does not make the rig safe.
 static int end(struct rig *rig, int error) {
     const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
                           error == ERROR_MEMORY || error == ERROR_CANCELLED;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Two frames that belong together, with the circumstances of each. Behind one port the cameras
-/// are looked at in turn, so the scene must stand still meanwhile: the time between them is part
-/// of every pair, and what moved makes it no pair.
+/// Two frames of one scene, with information about each. Behind one port the cameras take turns, so
+/// the scene must not move meanwhile: the time between the frames is part of every pair, and a pair
+/// during which something moved is rejected.
 #ifndef VERGENCE_RIG_PAIR_H
 #define VERGENCE_RIG_PAIR_H
 
@@ -16,16 +16,16 @@
 extern "C" {
 #endif
 
-/// How a camera stood.
+/// Pan and lens positions of a camera.
 struct pair_stand {
     uint16_t pan_q4;              ///< pulse being sent, 1/16 us; 0: no servo
     int32_t position[LENS_AXES];  ///< of the lens, counts; INT32_MIN: no such axis
 };
 
-/// Which part of a sensor behind the bridge a frame shows, see struct mt9t001_window.
+/// The part of a sensor behind the bridge that a frame shows, see struct mt9t001_window.
 struct pair_window {
     uint16_t column_px, row_px;
-    uint8_t skip;  ///< 0: nobody knows, as with a camera that has a port of its own
+    uint8_t skip;  ///< 0: not known, as for a camera with its own port
 };
 
 /// A frame. `data` points into the caller's memory.
@@ -46,31 +46,32 @@ struct pair_frame {
 };
 
 struct pair {
-    uint32_t number;  ///< since the bring-up, from 1
+    uint32_t number;  ///< counted from 1 since the bring-up
     struct pair_frame frame[RIG_SIDES];
-    int64_t skew_us;           ///< start of the right frame after the left's
-    bool checked;              ///< for a scene that stands still; then:
-    uint32_t change_permille;  ///< pixels of the left camera that changed by more than their noise
+    int64_t skew_us;           ///< start of the right frame minus start of the left frame
+    bool checked;              ///< the scene must not move; and:
+    uint32_t change_permille;  ///< parts of the left image that changed by more than their noise,
+                               ///< of 1000
 };
 
 struct pair_options {
-    bool check_static;  ///< the left camera again, and compare
+    bool check_static;  ///< take a second left frame, and compare
 };
 
-/// Values (of uint16_t) that a pair of the present window needs, all frames that are used for it
-/// included.
+/// Number of values (uint16_t) that a pair of the present window needs, including all intermediate
+/// frames.
 size_t pair_values(const struct rig *rig, const struct pair_options *options);
 
-/// Takes a pair into `memory` (`values` long). ERROR_MEMORY; ERROR_MOVED: pan or lens moved between
-/// the frames, they are too far apart in time, or the scene changed; ERROR_FRAME: torn, also after
-/// a second try; others of the parts. `*pair` is set only on success, but for ERROR_MOVED, when it
-/// shows what moved.
+/// Takes a pair into `memory` (`values` long). Errors: ERROR_MEMORY; ERROR_MOVED: pan or lens moved
+/// between the frames, they are too far apart in time, or the scene changed; ERROR_FRAME:
+/// incomplete, also at the second attempt; others of the parts. `*pair` is set only on success and
+/// for ERROR_MOVED, when it shows what moved.
 int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                  size_t values, struct pair *pair);
 
-/// Takes a frame of each camera as they are now, into `memory` (`values` long; as many as a pair
-/// without options needs). Nothing is compared: they are for a person to look at. Of their axes
-/// nothing is known. ERROR_MEMORY; ERROR_FRAME: torn, also after a second try; others of the parts.
+/// Takes one current frame of each camera into `memory` (`values` long; as many as a pair without
+/// options needs), without any comparison: for display only. Their axes are not read. Errors:
+/// ERROR_MEMORY; ERROR_FRAME: incomplete, also at the second attempt; others of the parts.
 int pair_look(struct rig *rig, uint16_t *memory, size_t values,
               struct pair_frame frames[RIG_SIDES]);
 

@@ -26,8 +26,8 @@ uint32_t pair_change_permille(const struct pair_change_frames *frames) {
     INVARIANT(frames->bits >= 8 && frames->bits <= 16);
     const uint64_t range = UINT64_C(1) << frames->bits;
     const uint64_t gain_q3 = frames->gain_q3 != 0 ? frames->gain_q3 : GAIN_UNKNOWN_Q3;
-    // Variance of a sum of values: light's is in proportion to it, the reading's is the same for
-    // all. All times 8 * 8, as the gain's square is, and both for each of two frames.
+    // Variance of a sum of values: shot noise is proportional to the sum, read noise is constant.
+    // Everything is times 8 * 8, as the gain squared is; both occur in each of two frames.
     const uint64_t light_q6 = gain_q3 * GAIN_ONE_Q3 * range;  // / WELL_E
     const uint64_t read_q6 = VALUES * gain_q3 * gain_q3 * range * range / 1024 * 9 / 4 / 1024;
     uint64_t squares = 0, changed = 0;

@@ -13,7 +13,7 @@ static const struct registers_entry bridge_entries[] = {
 #undef BRIDGE_ENTRY
 };
 
-/// Those of the MT9T001 whose meaning public drivers agree on.
+/// Registers of the MT9T001 on whose meaning public drivers agree.
 static const struct registers_entry sensor_entries[] = {
     {"chip_version", 0x00}, {"row_start", 0x01},        {"column_start", 0x02},
     {"row_size", 0x03},     {"column_size", 0x04},      {"hblank", 0x05},
@@ -50,7 +50,7 @@ int registers_read(struct rig *rig, enum registers_place place, uint8_t index, u
                                      : mt9t001_read(sensor_of(rig, place), index, value);
 }
 
-/// How many of the entries from the first on can be read, and stand one behind the other.
+/// Number of consecutive readable registers from the first entry on.
 static size_t run_of(enum registers_place place, const struct registers_entry *entries,
                      size_t count) {
     size_t run = 0;
@@ -62,7 +62,7 @@ static size_t run_of(enum registers_place place, const struct registers_entry *e
     return run;
 }
 
-/// In as few transfers as the device has.
+/// Reads with as few transfers as the device allows.
 static int read_run(struct rig *rig, enum registers_place place, struct registers_run *run) {
     int error = ERROR_OK;
     for (uint16_t at = 0; at < run->count && error == ERROR_OK;) {

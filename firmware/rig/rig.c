@@ -50,8 +50,7 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
 
 // ---- safe
 
-// Motors that can be stopped are; others end by themselves where they were sent, which is within
-// their range.
+// Stops motors that can be stopped; others end where they were sent, which is within their range.
 static int stop_lenses(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
@@ -63,14 +62,14 @@ static int stop_lenses(struct rig *self) {
         const uint64_t deadline_us = watch_now_us(self) + LENS_STOP_US;
         const int error = watch_used(self, part, lens->operations->stop(lens->self, deadline_us));
         if (error != ERROR_OK && first == ERROR_OK) {
-            first = watch_failed(self, part, error,
-                                 "it cannot be told to stop; switch its controller off");
+            first =
+                watch_failed(self, part, error, "it cannot be stopped (switch its controller off)");
         }
     }
     return first;
 }
 
-// Holds the bridge in reset: no pulses, no frames. ERROR_UNSUPPORTED: there is no such line.
+// Holds the bridge in reset: no pulses, no frames. ERROR_UNSUPPORTED: there is no reset line.
 static int hold_bridge(struct rig *self) {
     const struct hal_gpio *gpio = self->ports.gpio;
     const int error = gpio == NULL ? ERROR_UNSUPPORTED
@@ -78,20 +77,21 @@ static int hold_bridge(struct rig *self) {
     return error == ERROR_UNSUPPORTED ? error : watch_used(self, RIG_PART_RESET_LINE, error);
 }
 
-// One transfer ends pulses and frames. Where it fails the bridge is held in reset, and where it
-// has no such line its watchdog does it: nobody feeds it any more.
+// One transfer stops pulses and frames. If it fails, the bridge is held in reset; without a reset
+// line, its watchdog expires, as it gets no more feeds.
 static int rest_bridge(struct rig *self) {
     if (!self->profile.bridge) {
         return ERROR_OK;
     }
     if (self->bridge.bus.bus == NULL) {
-        // Never opened, so nothing of ours runs there; of an earlier program's, something may.
+        // Never opened, so nothing started by this program runs there; an earlier program may have
+        // left something running.
         const int held = hold_bridge(self);
         if (held == ERROR_OK || held == ERROR_UNSUPPORTED) {
             return ERROR_OK;
         }
         return watch_failed(self, RIG_PART_RESET_LINE, held,
-                            "it cannot be driven; look at the chip's name and who may use it");
+                            "it cannot be driven (check the chip's name and its permissions)");
     }
     const int error =
         watch_used(self, RIG_PART_BRIDGE, fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));
@@ -124,7 +124,7 @@ int rig_safe(struct rig *self) {
     return first;
 }
 
-// ---- while nothing else runs
+// ---- idle
 
 int rig_idle(struct rig *self) {
     if (self->state != RIG_READY) {
@@ -136,7 +136,7 @@ int rig_idle(struct rig *self) {
 
 // ---- check
 
-// The first trouble of a check is the one that is told.
+// A check reports its first error.
 static void note(struct rig *self, struct rig_trouble *first, int error) {
     if (error != ERROR_OK && first->error == ERROR_OK) {
         *first = self->trouble;
@@ -158,7 +158,7 @@ static int check_bridge(struct rig *self) {
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
         watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
         return watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                             "its watchdog fired, this program came too late; bring up again",
+                             "its watchdog fired because this program was late (run bringup)",
                              NULL);
     }
     return ERROR_OK;
@@ -178,8 +178,7 @@ static int check_camera(struct rig *self, unsigned side) {
     }
     if (watch_used(self, camera, seen.lost ? ERROR_TIMEOUT : ERROR_OK) != ERROR_OK) {
         return watch_trouble(self, camera, ERROR_TIMEOUT,
-                             "it sends no pixel clock; look at its cable, its supply and its clock",
-                             NULL);
+                             "no pixel clock (check its cable, supply and clock)", NULL);
     }
     return ERROR_OK;
 }
@@ -192,7 +191,7 @@ static int check_servo(struct rig *self, unsigned side) {
     return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
 }
 
-// A frame of a camera with a port of its own.
+// Takes a frame of a camera with its own port.
 static int check_source(struct rig *self, unsigned side) {
     struct hal_camera_frame frame;
     const int error = rig_camera_take(self, side, watch_now_us(self), &frame);
@@ -202,7 +201,7 @@ static int check_source(struct rig *self, unsigned side) {
     return error;
 }
 
-// A frame of each of two that wait for a pulse.
+// Takes a frame of each of two triggered cameras.
 static void check_triggered(struct rig *self, struct rig_trouble *first) {
     struct rig_trouble found[RIG_SIDES];
     const int error = trigger_look(self, found);
@@ -244,7 +243,8 @@ int rig_check(struct rig *self) {
         return ERROR_OK;
     }
     self->trouble = first;
-    // Without bridge nobody holds the servos, and settings are lost; it may have gone meanwhile.
+    // Without the bridge the servos are not held, and settings are lost; the bridge may have been
+    // lost meanwhile.
     const bool gone = of_bridge != ERROR_OK || self->state != RIG_READY;
     return gone ? failure_make_safe(self, first.error) : first.error;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From power-up to an instrument whose parts are all known: each step looks at one part, and a part
-// that fails stops only what hangs on it.
+// From power-up to an instrument with all parts in a known state. Each step checks one part; a
+// failed part stops only the steps that depend on it.
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
@@ -12,18 +12,19 @@
 #include "rig/watch.h"
 
 enum {
-    RESET_US = 1000,  // of the bridge; it clears its branches for 0.1 ms afterwards
+    RESET_US = 1000,  // of the bridge, which clears its branches for 0.1 ms afterwards
     CLOCK_US = 2000,  // of a sensor, before its reset ends
     SENSORS = 3,      // both, as bits
     LENS_STEP_US = 100000,
-    // For the other lens on the line of one that did not answer: three times what an answer takes.
+    // Time for the other lens on a line on which one did not answer: three times the time of an
+    // answer.
     LENS_OTHER_US = 180000,
     US_PER_MS = 1000,
-    // Whole periods of the light of 50 Hz mains: no flicker in the first pictures.
+    // Whole periods of 50 Hz mains light: no flicker in the first pictures.
     EXPOSURE_US = 20000,
 };
 
-// What the steps have found.
+// Findings of the steps.
 struct finding {
     struct rig_trouble first;
     bool bridge;
@@ -57,12 +58,12 @@ static int set_reset(struct rig *self, bool active) {
     return error == ERROR_OK
                ? ERROR_OK
                : watch_failed(self, RIG_PART_RESET_LINE, error,
-                              "it cannot be driven; look at the chip's name and who may use it");
+                              "it cannot be driven (check the chip's name and its permissions)");
 }
 
 // ---- the bridge
 
-// Lets go of the reset, which a bring-up that failed may have left.
+// Releases the reset, which a failed bring-up may have left active.
 static int open_bridge(struct rig *self) {
     int error = set_reset(self, false);
     const bool line = error == ERROR_OK;
@@ -93,7 +94,7 @@ static int open_bridge(struct rig *self) {
     return failure_of_bridge(self, error);
 }
 
-// All registers to what they are after a reset, then to what this instrument needs.
+// Sets all registers to their reset values, then to those of this instrument.
 static int set_bridge(struct rig *self) {
     struct fpga_bridge *bridge = &self->bridge;
     int error = fpga_bridge_need(bridge, BRIDGE_CAPS_CAMERA1_MASK | BRIDGE_CAPS_ROUTER_MASK);
@@ -111,7 +112,7 @@ static int set_bridge(struct rig *self) {
             BRIDGE_WDG_ACTION_IS_OFF);
     }
     if (error == ERROR_OK) {
-        // The sensors move their lines at the rising edge of the clock.
+        // The sensors change their outputs at the rising edge of the clock.
         error = fpga_bridge_camera_ppi_mode(
             bridge, BRIDGE_PPI_MODE_EDGE0_MASK | BRIDGE_PPI_MODE_EDGE1_MASK);
     }
@@ -122,14 +123,14 @@ static int set_bridge(struct rig *self) {
         error = fpga_bridge_sensor_route(bridge, true, BRIDGE_BRANCH_CTRL_BYPASS_IS_NONE);
     }
     if (error == ERROR_OK) {
-        error = fpga_bridge_watchdog_feed(bridge);  // leaves the mark by which a restart is seen
+        error = fpga_bridge_watchdog_feed(bridge);  // sets the mark that reveals a restart
     }
     self->fed_us = watch_now_us(self);
     self->feed_arrived_us = 0;
     return failure_of_bridge(self, error);
 }
 
-// The interrupt's line, where there is one, follows the bridge.
+// Checks that the interrupt line, if connected, follows the bridge.
 static int check_interrupt(struct rig *self) {
     const struct hal_gpio *gpio = self->ports.gpio;
     bool low = true, high = false;
@@ -160,10 +161,11 @@ static int check_interrupt(struct rig *self) {
         seen = ERROR_VERIFY;
     }
     watch_used(self, RIG_PART_IRQ_LINE, seen);
-    return seen == ERROR_OK ? ERROR_OK
-                            : watch_failed(self, RIG_PART_IRQ_LINE, seen,
-                                           "it does not follow the bridge; look at the wire and "
-                                           "the line's number");
+    return seen == ERROR_OK
+               ? ERROR_OK
+               : watch_failed(
+                     self, RIG_PART_IRQ_LINE, seen,
+                     "it does not follow the bridge (check the wire and the line's number)");
 }
 
 static int set_servo(struct rig *self, unsigned side) {
@@ -196,7 +198,7 @@ static int wake_sensors(struct rig *self) {
     return error == ERROR_OK ? watch_until(self, watch_now_us(self) + CLOCK_US) : error;
 }
 
-// A sensor that did not answer: whether something holds its branch.
+// For a sensor that did not answer: checks whether something holds its branch low.
 static int sensor_failed(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
     struct fpga_bridge_sensor_bus bus;
@@ -205,13 +207,13 @@ static int sensor_failed(struct rig *self, unsigned side, int error) {
         return failure_of_bridge(self, read);
     }
     if ((bus.branch_sda >> side & 1) == 0 || (bus.branch_scl >> side & 1) == 0) {
-        return watch_trouble(self, part, ERROR_I2C_STUCK,
-                             "its I2C lines are held low; switch it off and on, look for a short",
-                             NULL);
+        return watch_trouble(
+            self, part, ERROR_I2C_STUCK,
+            "its I2C lines are stuck low (cycle its power, look for a short circuit)", NULL);
     }
     return error == ERROR_I2C_NACK
-               ? watch_trouble(self, part, error,
-                               "it does not answer on I2C; look at its cable and its supply", NULL)
+               ? watch_trouble(self, part, error, "no answer on I2C (check its cable and supply)",
+                               NULL)
                : failure_of_bus(self, part, error);
 }
 
@@ -221,7 +223,7 @@ static int open_sensor(struct rig *self, unsigned side) {
     int error = mt9t001_open(sensor, self->ports.i2c, self->ports.clock,
                              profile->sensor_address[side], profile->sensor_clock_hz);
     if (error != ERROR_OK && error != ERROR_DEVICE) {
-        // A sensor that was cut off in the middle of a byte holds its branch.
+        // A sensor that was interrupted in the middle of a byte holds its branch.
         int cleared = fpga_bridge_sensor_bus_clear(&self->bridge, (uint16_t)(1u << side));
         if (cleared == ERROR_OK) {
             cleared = watch_until(self, watch_now_us(self) + RESET_US);
@@ -242,8 +244,8 @@ static int open_sensor(struct rig *self, unsigned side) {
 
 // ---- lenses
 
-// When a lens that was first asked at `since_us` is given up. A controller that sends something may
-// still be at answers to questions of before, of somebody else or on a slow line.
+// Deadline for a lens first asked at `since_us`. A controller that sends something may still be
+// answering earlier questions, those of another program, or be on a slow line.
 static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
                              uint64_t patience_us) {
     const uint64_t heard_us = lens->operations->heard(lens->self);
@@ -252,7 +254,7 @@ static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
     return silent_us < most_us ? silent_us : most_us;
 }
 
-// Its questions may take long to be given up: in steps.
+// Waits in steps, as the time may be long.
 static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
     const struct lens_drive *lens = &self->lens[side];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
@@ -275,8 +277,8 @@ static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
     }
     return watch_failed(self, part, error,
                         error == ERROR_TIMEOUT
-                            ? "its controller does not answer; look at its supply and serial cable"
-                            : "the serial line to its controller cannot be used; look at its name");
+                            ? "its controller does not answer (check its supply and serial cable)"
+                            : "the serial line of its controller cannot be used (check its name)");
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {
@@ -293,15 +295,15 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
         self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
         if (!note(self, finding, open_lens(self, side, patience_us))) {
             self->lens[side].operations = NULL;
-            patience_us =
-                LENS_OTHER_US;  // one controller has both, and one silence is told in time
+            patience_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
+                                          // reported soon enough
         }
     }
 }
 
 // ---- all
 
-// A part that no step came to: whether there is anything in its place.
+// For a part that no step reached: checks whether something else responds in its place.
 static void note_missing(struct rig *self, struct finding *finding, enum rig_part part) {
     const struct rig_opener *opener = self->ports.opener;
     const struct rig_part_health *health = &self->health[part];
@@ -348,12 +350,12 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
     }
     const int32_t size_px[] = {format->width_px, format->height_px};
     return watch_trouble(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
-                         "it gives no frames of # x # that we read; set rig.width_px and "
-                         "rig.height_px to a size that both cameras have",
+                         "it gives no frames of # x # in a supported format (set rig.width_px and "
+                         "rig.height_px to a size that both cameras support)",
                          size_px);
 }
 
-// Cameras that wait for the trigger line: each gives a frame with it, and none without it.
+// Checks triggered cameras: each must deliver a frame with a pulse, and none without.
 static void bring_up_triggered(struct rig *self, struct finding *finding) {
     struct rig_trouble found[RIG_SIDES];
     if (!note(self, finding, trigger_rest(self)) ||
@@ -426,7 +428,7 @@ int rig_bringup(struct rig *self) {
     if (self->profile.bridge) {
         bring_up_bridge(self, &finding);
         note_missing(self, &finding, RIG_PART_BRIDGE);
-        note_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // the port for both
+        note_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // one port for both
     } else {
         bring_up_sources(self, &finding);
     }

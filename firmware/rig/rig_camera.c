@@ -8,17 +8,18 @@
 #include "rig/watch.h"
 
 enum {
-    // A frame is waited for so many times as long as it lasts, and this more: the one under way
-    // when the waiting began, the one wanted, and one that was lost.
+    // Time to wait for a frame: this many frame periods, for the one under way at the start, the
+    // one wanted and one lost, plus this constant.
     PATIENCE_FRAMES = 3,
     PATIENCE_US = 250000,
-    // Webcams take up to this from their start to the first frame.
+    // Webcams need up to this long from start to the first frame.
     FIRST_FRAME_US = 1700000,
-    // And so many exposures: the one under way at the start, which may be lost, and the frame's.
+    // Plus this many exposures: of the frame under way at the start, which may be lost, and of the
+    // frame itself.
     FIRST_EXPOSURES = 2,
     SWITCH_LOOK_US = 5000,
-    SWITCH_PATIENCE_US = 600000,  // two times the longest limit of the bridge, and frames
-    COUNT_FULL = 255,             // where the bridge's counts of errors stop
+    SWITCH_PATIENCE_US = 600000,  // twice the longest limit of the bridge, plus frames
+    COUNT_FULL = 255,             // where the bridge's error counters saturate
 };
 
 static uint64_t later(uint64_t a, uint64_t b) {
@@ -29,7 +30,7 @@ static uint64_t sooner(uint64_t a, uint64_t b) {
     return a < b ? a : b;
 }
 
-// Behind the bridge both sides have one port.
+// Behind the bridge both sides share one port.
 static bool has_source(const struct rig *self, unsigned side) {
     return !self->profile.bridge || side == RIG_LEFT;
 }
@@ -59,13 +60,13 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
 static int source_failed(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const char *what =
-        error == ERROR_UNSUPPORTED ? "it gives no frames of this size; choose another window"
-        : error == ERROR_DEVICE    ? "it has gone; look at its plug, then bring up again"
-                                : "the system cannot start its frames; look into the system's log";
+        error == ERROR_UNSUPPORTED ? "it has no frames of this size (choose another window)"
+        : error == ERROR_DEVICE    ? "it is gone (check its plug, then run bringup)"
+                                   : "the system cannot start its frames (see the system log)";
     return watch_failed(self, part, error, what);
 }
 
-// That the port behind the bridge works says nothing of the camera.
+// A working port behind the bridge does not prove that the camera works.
 static int of_source(struct rig *self, unsigned side, int error) {
     if (error != ERROR_OK || !self->profile.bridge) {
         watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
@@ -95,7 +96,7 @@ void rig_camera_find_exposure(struct rig *self, unsigned side) {
         camera->operations->control == NULL
             ? ERROR_UNSUPPORTED
             : camera->operations->control(camera->self, HAL_CAMERA_EXPOSURE_FOUND_US, 0, &found_us);
-    // What a driver says of its camera is outside data.
+    // Data from a driver is untrusted.
     const int32_t most_us = RIG_EXPOSURE_MOST_US;
     const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
     self->found_exposure_us[side] = (uint32_t)(usable_us < most_us ? usable_us : most_us);
@@ -130,23 +131,23 @@ int rig_camera_stop(struct rig *self) {
     return first;
 }
 
-// No frame came: why.
+// Finds out why no frame came.
 static int no_frame(struct rig *self, unsigned side, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     if (error != ERROR_TIMEOUT) {
         return source_failed(self, side, error);
     }
     struct fpga_bridge_camera seen;
-    const char *what = "no frame came in time; look at its cable, then bring up again";
+    const char *what = "no frame in time (check its cable, then run bringup)";
     if (self->profile.bridge) {
         const int read =
             failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
         if (read != ERROR_OK) {
             return read;
         }
-        what = seen.lost ? "it sends no pixel clock; look at its cable, its supply and its clock"
-                         : "its clock runs but no frame reaches the port; look at FRAME_VALID and "
-                           "the port's cable";
+        what = seen.lost ? "no pixel clock (check its cable, supply and clock)"
+                         : "its clock runs, but no frame reaches the port (check FRAME_VALID and "
+                           "the port's cable)";
     }
     return watch_trouble(self, part, error, what, NULL);
 }
@@ -185,14 +186,13 @@ static int choose(struct rig *self, unsigned side) {
     }
 }
 
-// Whether the bridge counted between two readings. A full count grows no more and cannot be
-// cleared: then what it says of the camera's last frame counts, which is the one that was waited
-// for.
+// Whether the bridge counted errors between two readings. A saturated counter stays and cannot be
+// cleared; then the bridge's flags of the camera's last frame count, which is the frame waited for.
 static bool has_counted(uint16_t before, uint16_t after, bool last) {
     return after != before || (after >= COUNT_FULL && last);
 }
 
-// A frame, waited for in steps so that the observer is asked and the watchdog fed; at least one.
+// Waits for a frame in steps, so that the observer is called and the watchdog fed; at least once.
 static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64_t deadline_us,
                       struct hal_camera_frame *frame) {
     const struct hal_camera *camera = self->ports.camera[side];
@@ -212,8 +212,8 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
     return error == ERROR_OK ? ERROR_OK : no_frame(self, side, error);
 }
 
-// From when on frames that begin were exposed by a camera at rest: rows are exposed before they
-// come.
+// The earliest begin of a frame that was exposed with the camera at rest: rows are exposed before
+// they are sent.
 static uint64_t still_us(const struct rig *self, unsigned side) {
     return later(self->pan_rest_us[side], self->lens_rest_us[side]) + exposure_us(self, side);
 }

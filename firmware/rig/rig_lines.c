@@ -18,7 +18,7 @@ enum {
     ATTEMPTS = 3,
 };
 
-// A line that was 0 where a 1 was sent, or the other way round.
+// Bits that were 0 where a 1 was sent, or vice versa.
 struct wrong {
     uint16_t low, high;
 };
@@ -39,7 +39,7 @@ static int set_small_window(struct rig *self, unsigned side) {
     if (error == ERROR_OK) {
         error = of_sensor(self, side, mt9t001_set_shutter(sensor, EXPOSURE_ROWS));
     }
-    // The old exposure, in the new window, may take as long as it did.
+    // In the new window a frame with the old exposure may take as long as before.
     rig_camera_unsettle(self, side, 2 * before_us);
     if (error != ERROR_OK) {
         return error;
@@ -67,7 +67,7 @@ static void compare(const struct hal_camera_frame *frame, uint16_t sent, struct 
     }
 }
 
-// A whole frame with this value.
+// Takes a complete frame with this value.
 static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *wrong) {
     int error = of_sensor(self, side, mt9t001_set_test_data(&self->sensor[side], value));
     rig_camera_unsettle(self, side, rig_camera_frame_us(self, side));
@@ -91,9 +91,9 @@ static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *w
     }
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     watch_used(self, part, ERROR_FRAME);
-    return watch_trouble(self, part, ERROR_FRAME,
-                         "its frames come torn; look at its cable: PIXCLK, LINE_VALID, FRAME_VALID",
-                         NULL);
+    return watch_trouble(
+        self, part, ERROR_FRAME,
+        "its frames are damaged (check its cable: PIXCLK, LINE_VALID, FRAME_VALID)", NULL);
 }
 
 static int lowest_bit(uint16_t bits) {
@@ -109,10 +109,9 @@ static int tell(struct rig *self, unsigned side, const struct wrong *wrong) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const uint16_t all = wrong->low | wrong->high;
     const int32_t number = lowest_bit(all);
-    const char *what = (wrong->low & wrong->high) != 0
-                           ? "data line # changes by itself; look at its cable"
-                       : wrong->low != 0 ? "data line # always reads 0; look at its cable"
-                                         : "data line # always reads 1; look at its cable";
+    const char *what = (wrong->low & wrong->high) != 0 ? "data line # is unstable (check its cable)"
+                       : wrong->low != 0 ? "data line # always reads 0 (check its cable)"
+                                         : "data line # always reads 1 (check its cable)";
     watch_used(self, part, ERROR_VERIFY);
     return watch_trouble(self, part, ERROR_VERIFY, what, &number);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a camera's data lines reach the port, each of them and none other. For rig/ alone.
+/// Checks that each data line of a camera reaches the port, and is not swapped with another. For
+/// rig/ only.
 #ifndef VERGENCE_RIG_RIG_LINES_H
 #define VERGENCE_RIG_RIG_LINES_H
 
@@ -9,9 +10,8 @@
 extern "C" {
 #endif
 
-/// Lets the sensor send two known values, in a small window that it keeps, and looks at what comes.
-/// Errors as rig_camera_take; ERROR_VERIFY: a line is dead; ERROR_FRAME: frames come torn.
-/// `trouble` says which.
+/// Makes the sensor send two known values in a small window, and checks what arrives. Errors as
+/// rig_camera_take; ERROR_VERIFY: a line is dead; ERROR_FRAME: damaged frames. `trouble` is set.
 int rig_lines_check(struct rig *self, unsigned side);
 
 #ifdef __cplusplus

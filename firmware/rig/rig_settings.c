@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frames look like: exposure, gain, window.
+// Settings of the frames: exposure, gain, window.
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
@@ -16,7 +16,7 @@ static int refuse_sides(unsigned sides) {
     return sides == 0 || (sides & ~(unsigned)BOTH_SIDES) != 0 ? ERROR_ARGUMENT : ERROR_OK;
 }
 
-// A setting of a sensor behind the bridge was sent, with this result.
+// Handles the result of a settings change of a sensor behind the bridge.
 static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
     watch_used(self, part, error);
@@ -25,29 +25,29 @@ static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, i
                              : failure_make_safe(self, failure_of_bus(self, part, error));
 }
 
-// `numbers`: what was asked for, and what is nearest to it.
+// `numbers`: the requested value, and the nearest possible one.
 static int refuse_control(struct rig *self, enum rig_part part, int error,
                           enum hal_camera_control which, const int32_t numbers[2]) {
-    const char *what = "it has no such control; set it by its own program";
+    const char *what = "no such control (set it with the camera's own program)";
     if (error == ERROR_RANGE) {
         what = which == HAL_CAMERA_EXPOSURE_US && numbers[1] != INT32_MIN
-                   ? "it takes no exposure of # us; the nearest is # us"
-                   : "it does not take this value; choose one nearer to what it has";
+                   ? "exposure # us is not supported (the nearest is # us)"
+                   : "this value is not supported (choose one closer to its range)";
     }
     return watch_refusal(self, part, error, what, numbers);
 }
 
-// Whether a control can stand like that. What a driver says of its camera is outside data.
+// Whether a value that a camera reports is possible. Data from a driver is untrusted.
 static bool can_be(enum hal_camera_control which, int32_t value) {
     return value >= 0 && (which == HAL_CAMERA_EXPOSURE_US || value <= GAIN_PARTS);
 }
 
-// A control of a camera with a port of its own.
+// Sets a control of a camera with its own port.
 static int control(struct rig *self, unsigned side, enum hal_camera_control which, int32_t value,
                    int32_t *applied) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const struct hal_camera *camera = self->ports.camera[side];
-    int32_t nearest = INT32_MIN;  // as long as nobody says
+    int32_t nearest = INT32_MIN;  // until the camera reports it
     const int error = camera->operations->control == NULL
                           ? ERROR_UNSUPPORTED
                           : camera->operations->control(camera->self, which, value, &nearest);
@@ -57,16 +57,15 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     watch_used(self, part, error);
     if (error != ERROR_OK) {
         return failure_make_safe(
-            self,
-            watch_failed(self, part, error,
-                         "it does not take a setting; look at its plug, then bring up again"));
+            self, watch_failed(self, part, error,
+                               "it does not accept a setting (check its plug, then run bringup)"));
     }
     if (!can_be(which, nearest)) {
-        return failure_make_safe(
-            self, watch_trouble(self, part, ERROR_VERIFY,
-                                "it says that a setting of its own is #, which it cannot be; bring "
-                                "up again, or set it by its own program",
-                                &nearest));
+        return failure_make_safe(self,
+                                 watch_trouble(self, part, ERROR_VERIFY,
+                                               "it reports the impossible setting # (run bringup, "
+                                               "or set it with the camera's own program)",
+                                               &nearest));
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
@@ -153,7 +152,7 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
     return error;
 }
 
-// Both sensors, the bridge and the port go over to another size.
+// Switches both sensors, the bridge and the port to another size.
 static int set_sensor_windows(struct rig *self, const struct mt9t001_window *window) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct mt9t001 *sensor = &self->sensor[side];
@@ -177,8 +176,8 @@ static int set_sensor_windows(struct rig *self, const struct mt9t001_window *win
                : failure_make_safe(self, failure_of_bus(self, RIG_PART_BRIDGE, error));
 }
 
-// The cameras have no such frames: those of before again. What they said is no trouble, and no
-// failure of theirs.
+// The cameras do not support this size: return to the previous one. This is a rejected argument,
+// not a failure of a camera.
 static int take_back(struct rig *self, const struct hal_camera_format *before,
                      const struct rig_trouble *trouble, const uint32_t failures[RIG_SIDES]) {
     const struct rig_trouble why = self->trouble;

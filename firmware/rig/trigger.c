@@ -8,11 +8,11 @@
 #include "rig/watch.h"
 
 enum {
-    // A frame is waited for so many times as long as the longest lasts, and this more: with all
-    // attempts below two seconds, where frames take 200 ms.
+    // Time to wait for a frame: this many of the longest frame periods, plus this constant. All
+    // attempts together stay below two seconds if frames take 200 ms.
     PATIENCE_FRAMES = 2,
     PATIENCE_US = 100000,
-    HELD_MOST = 32,  // more frames than a driver has room for
+    HELD_MOST = 32,  // more frames than a driver can buffer
 };
 
 static enum rig_part camera_of(unsigned side) {
@@ -29,8 +29,8 @@ static int set_line(struct rig *self, bool active) {
     }
     return watch_failed(self, RIG_PART_TRIGGER_LINE, error,
                         error == ERROR_UNSUPPORTED
-                            ? "there is none here; set trigger_line, or rig.trigger = no"
-                            : "it cannot be driven; look at the chip's name and who may use it");
+                            ? "there is no trigger line (set trigger_line, or rig.trigger = no)"
+                            : "it cannot be driven (check the chip's name and its permissions)");
 }
 
 int trigger_rest(struct rig *self) {
@@ -40,19 +40,18 @@ int trigger_rest(struct rig *self) {
 static int failed(struct rig *self, unsigned side, int error) {
     watch_used(self, camera_of(side), error);
     return watch_failed(self, camera_of(side), error,
-                        error == ERROR_DEVICE
-                            ? "it has gone; look at its plug, then bring up again"
-                            : "the system gives none of its frames; look into the system's log");
+                        error == ERROR_DEVICE ? "it is gone (check its plug, then run bringup)"
+                                              : "no frames from the system (see the system log)");
 }
 
-// Until when a camera's frame of the last pulse is waited for.
+// Deadline for a camera's frame of the last pulse.
 static uint64_t deadline_of(const struct rig *self, unsigned side) {
     return self->triggered_us + self->profile.trigger_us +
            PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
 }
 
-// Waits for a frame that was not whole by `after_us`, in steps so that the observer is asked; looks
-// at least once. ERROR_TIMEOUT is not told.
+// Waits for a frame that was not complete by `after_us`, in steps so that the observer is called;
+// at least once. ERROR_TIMEOUT does not set the message.
 static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     const struct hal_camera *camera = self->ports.camera[side];
@@ -78,8 +77,8 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
     }
 }
 
-// A driver loses what comes when its buffers are full, and a camera has to read out its last frame
-// before it takes a pulse.
+// A driver drops frames when its buffers are full, and a camera must read out its last frame before
+// it accepts a pulse.
 static int drop_held(struct rig *self, unsigned side) {
     uint64_t deadline_us = self->owed[side] ? deadline_of(self, side) : 0;
     int error = ERROR_OK;
@@ -138,8 +137,8 @@ int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame
     }
     watch_used(self, camera_of(side), error);
     return watch_trouble(self, camera_of(side), error,
-                         "no frame came after the trigger line's pulse; set it to external "
-                         "trigger, look at its wire and at trigger_line",
+                         "no frame after the trigger pulse (set it to external trigger; check its "
+                         "wire and trigger_line)",
                          NULL);
 }
 
@@ -196,8 +195,8 @@ int trigger_check_quiet(struct rig *self) {
             rig_camera_give_back(self, side, &frame);
             watch_used(self, camera_of(side), ERROR_VERIFY);
             return watch_trouble(self, camera_of(side), ERROR_VERIFY,
-                                 "it sends frames without the trigger line's pulse; set it to "
-                                 "external trigger, or rig.trigger = no",
+                                 "it sends frames without a trigger pulse (set it to external "
+                                 "trigger, or rig.trigger = no)",
                                  NULL);
         }
         error = error == ERROR_TIMEOUT ? ERROR_OK : error;

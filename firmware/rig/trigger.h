@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cameras with ports of their own that expose when a line goes active: both at the same time. For
-/// rig/ alone.
+/// Cameras with their own ports that expose when a line goes active, both at the same time. For
+/// rig/ only.
 ///
-/// A frame belongs to a pulse when it was whole after the pulse began: what a camera held of before
-/// is dropped first, so nothing depends on how exactly a driver stamps the first pixel.
+/// A frame belongs to a pulse if it was complete after the pulse began: frames that a camera still
+/// held are dropped first, so the exact time stamp of the first pixel does not matter.
 ///
-/// Errors of all: `trouble` says what it was. Nothing is made safe here, but the line is at rest
-/// after every call, as far as it can be driven. ERROR_CANCELLED: the observer.
+/// After an error `trouble` is set. The rig is not made safe here, but the line is inactive after
+/// every call, as far as it can be driven. ERROR_CANCELLED: by the observer.
 #ifndef VERGENCE_RIG_TRIGGER_H
 #define VERGENCE_RIG_TRIGGER_H
 
@@ -16,30 +16,31 @@
 extern "C" {
 #endif
 
-/// So often the line is pulsed for a frame that does not come, or not whole.
+/// Number of pulses for a frame that does not arrive, or arrives incomplete.
 enum { TRIGGER_ATTEMPTS = 3 };
 
-/// Brings the line to rest.
+/// Deactivates the line.
 int trigger_rest(struct rig *self);
 
-/// Drops what the cameras hold, and what is still under way, then pulses the line once, with all
-/// settings in force.
+/// Drops buffered frames and those under way, then pulses the line once, with all settings in
+/// force.
 int trigger_fire(struct rig *self);
 
-/// Waits for a camera's frame of the last pulse, and lends it. ERROR_TIMEOUT: it does not come; the
-/// message names camera and line.
+/// Waits for a camera's frame of the last pulse; the caller must give it back. ERROR_TIMEOUT: it
+/// does not arrive; the message names camera and line.
 int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 
-/// A frame of one camera, which is lent: pulses until it comes, TRIGGER_ATTEMPTS times at most.
+/// Takes a frame of one camera, to be given back: pulses until it arrives, at most TRIGGER_ATTEMPTS
+/// times.
 int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 
-/// A frame of each camera that streams, which nobody gets, over TRIGGER_ATTEMPTS pulses at most.
-/// `found`: the trouble of each side, whose error is 0 where a frame came. Returns errors of the
-/// line and of the observer; `found` is not set then.
+/// Takes and drops a frame of each streaming camera, with at most TRIGGER_ATTEMPTS pulses. `found`:
+/// the result of each side, with error 0 if a frame came. Returns errors of the line and of the
+/// observer; `found` is then not set.
 int trigger_look(struct rig *self, struct rig_trouble found[RIG_SIDES]);
 
-/// Whether both cameras wait for the line: in twice the longest time between frames none comes by
-/// itself. ERROR_VERIFY: one runs freely.
+/// Whether both cameras wait for the line: no frame may come without a pulse within twice the
+/// longest frame period. ERROR_VERIFY: a camera runs freely.
 int trigger_check_quiet(struct rig *self);
 
 #ifdef __cplusplus

@@ -7,7 +7,7 @@
 
 enum {
     US_PER_MS = 1000,
-    // A feed may be late by a transfer that is tried again, and three of four may be lost.
+    // A feed may be late by a repeated transfer, and three of four may be lost.
     FEEDS_PER_PERIOD = 4,
 };
 
@@ -24,7 +24,7 @@ static bool hungry(const struct rig *self, uint64_t now_us) {
 
 void watch_fed(struct rig *self) {
     if (self->state != RIG_READY) {
-        return;  // nothing moves: nobody has to come in time
+        return;  // nothing moves, so there is no deadline
     }
     const uint64_t now_us = self->health[RIG_PART_BRIDGE].last_us;
     const uint64_t before_us = self->feed_arrived_us;
@@ -44,12 +44,11 @@ int watch_feed(struct rig *self) {
     if (error != ERROR_OK) {
         self->state = RIG_SAFE;
         self->lost = true;
-        return watch_failed(
-            self, RIG_PART_BRIDGE, error,
-            error == ERROR_RESTARTED
-                ? "it has restarted and lost its settings; bring the rig up again"
-                : "it does not take the watchdog's sign of life; look at its supply and I2C "
-                  "lines, then bring the rig up again");
+        return watch_failed(self, RIG_PART_BRIDGE, error,
+                            error == ERROR_RESTARTED
+                                ? "it has restarted and lost its settings (run bringup)"
+                                : "it does not accept the watchdog's feed (check its supply and "
+                                  "I2C lines, then run bringup)");
     }
     self->fed_us = now_us;
     watch_fed(self);
@@ -94,7 +93,7 @@ int watch_used(struct rig *self, enum rig_part part, int error) {
     return error;
 }
 
-// A text of the trouble, which never outgrows it.
+// A message under construction, limited to the size of its buffer.
 struct sentence {
     char *text;
     size_t length;
@@ -119,7 +118,7 @@ static int write_trouble(struct rig_trouble *trouble, enum rig_part part, int er
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
         char piece[DECIMAL_TEXT_BYTES] = {*what, '\0'};
-        // Without numbers it is a character like others: a device's name may hold one.
+        // Without numbers # is an ordinary character: the name of a device may contain it.
         if (*what == '#' && numbers != NULL) {
             decimal_print(*numbers++, 0, piece);
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What every long call of the rig does besides its own work: the bridge's watchdog is fed, the
-/// observer is asked whether to go on, uses and failures of parts are noted. For rig/ alone.
+/// What every long call of the rig does besides its own work: feed the bridge's watchdog, check for
+/// cancellation, and record uses and failures of parts. For rig/ only.
 #ifndef VERGENCE_RIG_WATCH_H
 #define VERGENCE_RIG_WATCH_H
 
@@ -10,40 +10,40 @@
 extern "C" {
 #endif
 
-/// A call that waits comes here at least as often (us); the observer is promised 100 ms.
+/// A waiting call gets here at least this often (us); the observer is promised 100 ms.
 enum { WATCH_STEP_US = 50000 };
 
 /// The rig's clock, in us.
 uint64_t watch_now_us(const struct rig *self);
 
-/// Feeds the bridge's watchdog when it is time (where the profile has a bridge and it was brought
-/// up), then asks the observer. 0; ERROR_CANCELLED; an error of the bridge, with the rig RIG_SAFE
-/// (the hungry watchdog brings the servos to rest) and `trouble` set.
+/// Feeds the bridge's watchdog if due (and if the profile has a bridge that was brought up), then
+/// checks for cancellation. Returns 0, ERROR_CANCELLED, or an error of the bridge with `trouble`
+/// set and the rig RIG_SAFE (its watchdog, without feeds, brings the servos to rest).
 int watch_look(struct rig *self);
 
-/// As watch_look, but nobody is asked: for the way back to rest, which cannot be cancelled.
+/// As watch_look, but without cancellation: for the way to rest, which cannot be cancelled.
 int watch_feed(struct rig *self);
 
-/// Notes that a feed has arrived, by the bridge's last use.
+/// Records that a feed arrived, at the time of the bridge's last use.
 void watch_fed(struct rig *self);
 
-/// Waits until `until_us`, looking before, meanwhile and not after. The errors of watch_look, then
-/// at once.
+/// Waits until `until_us`, with watch_look before and during the wait, but not after. Returns at
+/// once with an error of watch_look.
 int watch_until(struct rig *self, uint64_t until_us);
 
-/// Notes in `health` that a part was used with this result, which it returns.
+/// Records in `health` that a part was used with this result. Returns `error`.
 int watch_used(struct rig *self, enum rig_part part, int error);
 
-/// Writes `trouble`: "<part>: <what>", each # of `what` replaced by the next of `numbers` (NULL:
-/// there is none); a text that is too long is cut off. Returns `error`.
+/// Sets `trouble` to "<part>: <what>", with each # of `what` replaced by the next of `numbers`
+/// (NULL: no replacement); text that is too long is cut off. Returns `error`.
 int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);
 
-/// The same for a part that does not work: why its device could not be opened, where it could not,
+/// The same for a part that does not work: if its device could not be opened, the reason for that,
 /// else `what`, without numbers. Returns `error`.
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what);
 
-/// As watch_trouble, but into `refusal`.
+/// As watch_trouble, but sets `refusal`.
 int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);
 

@@ -12,10 +12,10 @@ struct develop {
     const struct reconstruct_image *raw;
     struct image_u8 *grey;
     struct image_rgb8 *colour;
-    uint8_t *tone;                // 8 bit value of each raw value
-    uint8_t *balanced[CHANNELS];  // the same of a channel, balanced
-    uint16_t *rgb;                // a part: 3 * width
-    int32_t *work;                // a part: 3 * (width + DEBAYER_MARGIN_PX)
+    uint8_t *tone;                // 8-bit value of each raw value
+    uint8_t *balanced[CHANNELS];  // the same for each channel, balanced
+    uint16_t *rgb;                // per part: 3 * width
+    int32_t *work;                // per part: 3 * (width + DEBAYER_MARGIN_PX)
     int parts;
 };
 
@@ -31,8 +31,8 @@ static uint32_t rounded_root(uint32_t value) {
     return ((uint32_t)root_of(4 * (int64_t)value) + 1) / 2;
 }
 
-// Mean of the fourth powers of what one pixel in four shows, in 1/256 of the largest value; a
-// histogram would do as well and would need memory.
+// Mean of the fourth powers of one pixel in four, in 1/256 of the largest value. A histogram would
+// also work but needs memory.
 static uint64_t fourth_power(const struct reconstruct_image *raw, int column, int row) {
     uint64_t sum = 0;
     uint64_t count = 0;

@@ -11,10 +11,10 @@
 #include "stereo/surface.h"
 
 enum {
-    // Without the fit's own prediction: what the winner's parabola is good for.
+    // Used where the fit gives no prediction of its own: the accuracy of the winner's parabola.
     UNREFINED_SIGMA_Q8 = 64,
-    // Fewer valid pixels than one in this many are chance: images swapped or of different scenes
-    // leave up to 7 % (measured), pairs that belong together more than 85 %.
+    // Fewer valid pixels than this share are chance. Swapped images, or images of different scenes,
+    // leave up to 7 % (measured); matching pairs more than 85 %.
     SURFACE_SHARE = 10,
 };
 
@@ -50,7 +50,7 @@ struct run {
     struct rectify_table table[2];
     struct image_u8 raw_grey[2];
     struct image_rgb8 raw_colour[2];
-    int32_t *coordinates_q16;  // a part: 2 * width
+    int32_t *coordinates_q16;  // per part: 2 * width
     uint64_t stage_begin_us;
 };
 
@@ -122,15 +122,15 @@ static int smaller(int a, int b) {
     return a < b ? a : b;
 }
 
-// What stands before or behind the range asked for has its best match outside of it, and would take
-// the next best within. So the search goes on to infinity, and to half the nearest depth: near a
-// coarser surface that costs little.
+// An object in front of or behind the requested range has its best match outside of it, and would
+// get the next best match inside. So the search extends to infinity, and to half the nearest depth;
+// near a coarser surface this costs little.
 static void search_beyond(const struct rectify_plan *plan, struct match_options *match) {
     enum {
-        BEYOND_INFINITY = 4,  // so that what is there does not lie at the end of the search
-        STEP = 16,            // disparities go in vectors of so many
+        BEYOND_INFINITY = 4,  // so that objects there are not at the end of the search
+        STEP = 16,            // disparities are processed in vectors of this many
     };
-    // No pixel has a partner beyond the width.
+    // No pixel has a partner farther away than the width.
     const double width = plan->width_px;
     const double infinity_px = plan->cx_left_px - plan->cx_right_px;
     const int first = plan->disparity_min;
@@ -143,7 +143,7 @@ static void search_beyond(const struct rectify_plan *plan, struct match_options 
     if (last < width) {
         match->extra_above = (int)(nearest_px < width ? nearest_px : width) - last;
     }
-    // Whole vectors, within what can be searched.
+    // Rounds to whole vectors, within the searchable range.
     const int room = MATCH_MAX_DISPARITIES - plan->disparity_count;
     match->extra_below = smaller(match->extra_below, smaller(room, first + MATCH_DISPARITY_LIMIT));
     const int count = match->extra_below + plan->disparity_count;
@@ -194,7 +194,7 @@ static int develop(struct run *run) {
             return ERROR_MEMORY;
         }
     }
-    // One balance for both: they look at the same things in the same light.
+    // One balance for both, as both see the same scene in the same light.
     const struct develop_balance balance = develop_balance_of(run->raw[0]);
     for (int side = 0; side < 2; side++) {
         const int error = develop_image(run->raw[side], &balance, run->parallel, run->arena,
@@ -260,7 +260,7 @@ static int match(struct run *run) {
     struct reconstruct_result *result = run->result;
     const struct match_options options = reconstruct_match_options(&result->plan, run->options);
     const struct match_input input = match_input_of(result);
-    // A view of the arena's rest, so that the matcher's own peak is seen.
+    // A view of the rest of the arena, to measure the matcher's own peak.
     struct arena rest;
     arena_init(&rest, run->arena->base + run->arena->used_bytes,
                run->arena->size_bytes - run->arena->used_bytes);
@@ -333,8 +333,8 @@ static int images_stages(struct run *run) {
     return error;
 }
 
-// What is searched is wider than what was asked for: whole disparities, and more of them where
-// few would be judged badly.
+// The search is wider than the requested range: whole disparities, and more where few would give
+// bad results.
 static struct surface_depths depths_asked_for(const struct reconstruct_options *options) {
     const struct rectify_options *rectify = &options->rectify;
     return options->keep_all || rectify->disparity_count != 0

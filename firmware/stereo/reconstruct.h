@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// From two raw images and a calibration to a surface: develop, rectify, match, refine,
-/// triangulate, mesh. All memory comes from the caller's arena, all results point into it.
+/// triangulate, mesh. All memory comes from the caller's arena, and all results point into it.
 #ifndef VERGENCE_STEREO_RECONSTRUCT_H
 #define VERGENCE_STEREO_RECONSTRUCT_H
 
@@ -23,12 +23,12 @@ extern "C" {
 #endif
 
 enum pixel_layout {
-    PIXEL_GREY,        // 1 value a pixel
-    PIXEL_RGB,         // 3 values a pixel, interleaved
-    PIXEL_BAYER_GRBG,  // 1 value a pixel, linear, even rows G R, odd rows B G
+    PIXEL_GREY,        // 1 value per pixel
+    PIXEL_RGB,         // 3 values per pixel, interleaved
+    PIXEL_BAYER_GRBG,  // 1 value per pixel, linear; even rows G R, odd rows B G
 };
 
-/// One raw image as a reader or a camera delivers it. Never owns its pixels.
+/// One raw image from a file or a camera. Does not own its pixels.
 struct reconstruct_image {
     const uint16_t *data;
     int width_px, height_px;
@@ -57,11 +57,11 @@ enum reconstruct_stage {
 /// Name of a stage; static storage. `stage` must be one.
 const char *reconstruct_stage_text(enum reconstruct_stage stage);
 
-/// What the surroundings provide. Any pointer may be NULL.
+/// Callbacks provided by the caller. Any pointer may be NULL.
 struct reconstruct_environment {
     const struct parallel *parallel;
     uint64_t (*now_us)(void *self);  // monotonic; without it all stage times are 0
-    /// done out of total units of this stage; returns false to cancel
+    /// Called with the work done, out of the total of this stage; returns false to cancel.
     bool (*progress)(void *self, enum reconstruct_stage stage, int done, int total);
     void *self;
 };
@@ -76,10 +76,10 @@ struct reconstruct_options {
     const struct match_kernels *kernels;  // see match.h
 };
 
-/// The defaults every user gets.
+/// The default options.
 struct reconstruct_options reconstruct_default_options(void);
 
-/// Everything points into the arena and lives as long as that is not released.
+/// Points into the arena, and is valid until that is released.
 struct reconstruct_result {
     struct rectify_plan plan;
     uint32_t calibration_crc;
@@ -94,33 +94,33 @@ struct reconstruct_result {
     struct triangulate_vertical vertical;
 
     uint32_t vertex_count;
-    struct triangulate_point *points;  // left camera frame
+    struct triangulate_point *points;  // in the left camera's frame
     uint32_t *vertex_pixel;            // y * width + x in the rectified left image
     int16_t (*normals_q14)[3];
     uint32_t triangle_count;
     uint32_t (*triangles)[3];
 
-    uint32_t reason_count[REASON_COUNT];  // pixels per reason; a valid match whose point cannot be
-                                          // triangulated, or lies outside depths that the options
-                                          // state, becomes REASON_OUT_OF_RANGE
-    uint32_t repeating_count;  // valid matches on texture that repeats: see match_repeats.h
+    uint32_t reason_count[REASON_COUNT];  // number of pixels per reason; a valid match whose point
+                                          // cannot be triangulated, or lies outside the depths of
+                                          // the options, becomes REASON_OUT_OF_RANGE
+    uint32_t repeating_count;  // valid matches on repetitive texture: see match_repeats.h
     uint64_t stage_us[RECONSTRUCT_STAGES];
-    size_t match_peak_bytes;  // matching state alone
-    size_t arena_peak_bytes;  // everything
+    size_t match_peak_bytes;  // of the matcher alone
+    size_t arena_peak_bytes;  // of everything
 };
 
-/// What the matcher is asked for under `plan`: its disparities, and those beyond its ends where
-/// something may stand that must not be taken for what was asked for.
+/// The disparities that the matcher searches under `plan`: those requested, and those beyond both
+/// ends where an object must not be mistaken for one inside the range.
 struct match_options reconstruct_match_options(const struct rectify_plan *plan,
                                                const struct reconstruct_options *options);
 
-/// Upper bound of the memory `reconstruct_run` needs for raw images of this size under `plan`.
+/// Upper bound of the memory that `reconstruct_run` needs for raw images of this size under `plan`.
 size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
 /// ERROR_SIZE_MISMATCH, ERROR_MEMORY, ERROR_CANCELLED, ERROR_NO_SURFACE (the result then holds
-/// images, disparities and reasons but no point), and what the stages return.
+/// images, disparities and reasons but no points), and the errors of the stages.
 int reconstruct_run(const struct reconstruct_image *left, const struct reconstruct_image *right,
                     const struct calibration *calibration, const struct rectify_plan *plan,
                     const struct reconstruct_options *options,

@@ -7,14 +7,14 @@
 #include "core/invariant.h"
 #include "stereo/mesh.h"
 
-// A cell of n <= 4 vertices gives n - 2 <= n / 2 triangles and a vertex belongs to four cells at
-// most.
+// A cell with n <= 4 vertices has n - 2 <= n / 2 triangles, and a vertex belongs to at most four
+// cells.
 enum { TRIANGLES_A_VERTEX = 2 };
 
 struct rows {
     const struct triangulate_plan *plan;
     struct reconstruct_result *result;
-    uint32_t *first;  // first vertex of each row, height + 1 values
+    uint32_t *first;  // index of the first vertex of each row, height + 1 values
     uint32_t *kept;   // vertices that could be triangulated, per row
     struct surface_depths depths;
 };
@@ -81,7 +81,7 @@ static void triangulate_row(void *context, int y) {
     rows->kept[y] = vertex - rows->first[y];
 }
 
-// Closes the gaps that matches without a point left behind.
+// Closes the gaps left by matches without a point.
 static uint32_t compact(const struct rows *rows, int height) {
     struct reconstruct_result *result = rows->result;
     uint32_t total = 0;
@@ -132,7 +132,7 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
     return ERROR_OK;
 }
 
-// Two rows of vertices and the sums of the triangle normals around them.
+// Two rows of vertices, with the sums of the normals of their triangles.
 struct strip {
     uint32_t *vertex[2];
     int64_t (*normal[2])[3];

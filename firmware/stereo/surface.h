@@ -11,19 +11,19 @@
 extern "C" {
 #endif
 
-/// Memory of the points, normals and triangles of `valid` matches in an image, with scratch.
+/// Memory for the points, normals and triangles of `valid` matches in an image, including scratch.
 size_t surface_need_bytes(int width_px, int height_px, size_t valid);
 
-/// Left z of the points that are kept, both ends included.
+/// Range of left z of the points that are kept, inclusive.
 struct surface_depths {
     int32_t near_um, far_um;
 };
 
-/// The depths of a stated range, widened to whole um; near_mm and far_mm 0, or far_mm INFINITY:
-/// that end is open. What lies beyond 2.1 km cannot be told from open.
+/// Converts a depth range to um, rounded outwards; near_mm and far_mm 0, or far_mm INFINITY: that
+/// end is open. Ends beyond 2.1 km count as open.
 struct surface_depths surface_depths_of(double near_mm, double far_mm);
 
-/// Fills points and vertex_pixel of `result` (row by row, left to right) from its matches; a match
+/// Fills points and vertex_pixel of `result` (row by row, left to right) from its matches. A match
 /// whose rays do not meet, or meet outside `depths`, becomes REASON_OUT_OF_RANGE. ERROR_MEMORY,
 /// ERROR_RANGE.
 int surface_triangulate(const struct parallel *parallel, struct arena *arena,
