@@ -75,8 +75,8 @@ static void add_wanted(const struct place *place) {
     switch (argument->kind) {
         case COMMAND_NUMBER:
         case COMMAND_INTEGER:
-            command_text_add(sentence, argument->kind == COMMAND_NUMBER ? "a number from "
-                                                                        : "a whole number from ");
+            command_text_add(
+                sentence, argument->kind == COMMAND_NUMBER ? "a number from " : "an integer from ");
             command_text_add_number(sentence, argument->least, 6);
             command_text_add(sentence, " to ");
             command_text_add_number(sentence, argument->most, 6);
@@ -86,7 +86,7 @@ static void add_wanted(const struct place *place) {
             add_choices(sentence, argument->choices);
             break;
         case COMMAND_TEXT:
-            command_text_add(sentence, "a text of ");
+            command_text_add(sentence, "text of ");
             command_text_add_number(sentence, argument->least, 0);
             command_text_add(sentence, " to ");
             command_text_add_number(sentence, argument->most, 0);
@@ -95,11 +95,12 @@ static void add_wanted(const struct place *place) {
     }
 }
 
-/// Writes `pan: ANGLE "x" is not a decimal number (expected ...)`.
+/// Writes `pan: ANGLE "x" is not a number (expected ...)`.
 static int refuse(const struct place *place, int error, const char *word, const char *what) {
     INVARIANT(error < 0);
+    const bool unknown = place->argument->kind == COMMAND_CHOICE && word != NULL;
     command_text_add(place->sentence, place->command->name);
-    command_text_add(place->sentence, ": ");
+    command_text_add(place->sentence, unknown ? ": unknown " : ": ");
     command_text_add(place->sentence, place->argument->name);
     if (word != NULL) {
         command_text_add(place->sentence, " \"");
@@ -107,8 +108,9 @@ static int refuse(const struct place *place, int error, const char *word, const 
         command_text_add(place->sentence, "\"");
     }
     command_text_add(place->sentence, what);
-    command_text_add(place->sentence, ": expected is ");
+    command_text_add(place->sentence, " (expected ");
     add_wanted(place);
+    command_text_add(place->sentence, ")");
     return error;
 }
 
@@ -116,12 +118,12 @@ static int take_number(const struct place *place, const char *word, struct comma
     const struct command_argument *argument = place->argument;
     if (argument->kind == COMMAND_INTEGER) {
         if (!command_words_integer(word, &value->integer)) {
-            return refuse(place, ERROR_SYNTAX, word, " is no whole number");
+            return refuse(place, ERROR_SYNTAX, word, " is not an integer");
         }
         value->number = (double)value->integer;
     } else {
         if (!command_words_number(word, &value->number)) {
-            return refuse(place, ERROR_SYNTAX, word, " is no decimal number");
+            return refuse(place, ERROR_SYNTAX, word, " is not a number");
         }
         value->integer = (int64_t)value->number;
     }
@@ -138,7 +140,7 @@ static int take_choice(const struct place *place, const char *word, struct comma
     if (value->choice >= 0) {
         return 0;
     }
-    const int error = refuse(place, ERROR_ARGUMENT, word, " is unknown");
+    const int error = refuse(place, ERROR_ARGUMENT, word, "");
     char choice[COMMAND_CHOICE_MAX];
     for (int i = 0; command_words_choice_at(choices, i, choice); i++) {
         if (is_near(word, choice, command_words_distance(word, choice))) {
@@ -176,14 +178,14 @@ static int take_value(const struct place *place, const char *word, struct comman
 static int unknown_command(const struct command *table, size_t count, const char *name,
                            struct command_text *sentence) {
     const char *nearest = command_nearest(table, count, name);
-    command_text_add(sentence, "there is no command \"");
+    command_text_add(sentence, "unknown command \"");
     command_text_add_typed(sentence, name);
     if (nearest != NULL) {
         command_text_add(sentence, "\"; did you mean \"");
         command_text_add(sentence, nearest);
         command_text_add(sentence, "\"?");
     } else {
-        command_text_add(sentence, "\"; \"help\" lists them");
+        command_text_add(sentence, "\" (\"help\" lists all commands)");
     }
     return ERROR_ARGUMENT;
 }
@@ -193,10 +195,11 @@ static int too_many(const struct command *command, const char *word,
     char usage[128];
     command_usage(command, usage, sizeof usage);
     command_text_add(sentence, command->name);
-    command_text_add(sentence, ": \"");
+    command_text_add(sentence, ": unexpected \"");
     command_text_add_typed(sentence, word);
-    command_text_add(sentence, "\" is too much; usage: ");
+    command_text_add(sentence, "\" (usage: ");
     command_text_add(sentence, usage);
+    command_text_add(sentence, ")");
     return ERROR_ARGUMENT;
 }
 
@@ -214,6 +217,14 @@ static bool later_choice_has(const struct command *command, unsigned place, cons
     return false;
 }
 
+/// Whether the argument is a number and the word can be one.
+static bool takes_number(const struct command_argument *argument, const char *word) {
+    double number = 0;
+    int64_t integer = 0;
+    return (argument->kind == COMMAND_NUMBER || argument->kind == COMMAND_INTEGER) &&
+           (command_words_number(word, &number) || command_words_integer(word, &integer));
+}
+
 /// Whether the word belongs to a later argument, so that this one was left out. "exposure 5000"
 /// leaves out the camera choice: the word is the number after it. "capture static" leaves out a
 /// name, but only if the word is the last one, as a name may be "static". "reconstruct scene
@@ -224,17 +235,10 @@ static bool is_left_out(const struct command *command, unsigned place, const cha
     if (!argument->optional || place + 1 >= command->argument_count) {
         return false;
     }
-    const struct command_argument *behind = argument + 1;
-    double number = 0;
-    int64_t integer = 0;
     switch (argument->kind) {
         case COMMAND_CHOICE:
-            if (command_words_choice(word, argument->choices) >= 0) {
-                return false;
-            }
-            return later_choice_has(command, place, word) ||
-                   ((behind->kind == COMMAND_NUMBER || behind->kind == COMMAND_INTEGER) &&
-                    (command_words_number(word, &number) || command_words_integer(word, &integer)));
+            return command_words_choice(word, argument->choices) < 0 &&
+                   (later_choice_has(command, place, word) || takes_number(argument + 1, word));
         case COMMAND_TEXT:
             return is_last && later_choice_has(command, place, word);
         case COMMAND_NUMBER:

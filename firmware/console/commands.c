@@ -49,11 +49,10 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     command_text_add(&sentence, ": the instrument is in its safe state");
     // A cancelled command leaves no text, as the user wanted it.
     if (rig->trouble.error != 0 && rig->trouble.text[0] != '\0') {
-        command_text_add(&sentence, " (");
+        command_text_add(&sentence, ": ");
         command_text_add(&sentence, rig->trouble.text);
-        command_text_add(&sentence, ")");
     }
-    command_text_add(&sentence, "; \"bringup\" again");
+    command_text_add(&sentence, " (run \"bringup\")");
     return ERROR_NOT_READY;
 }
 

@@ -37,13 +37,13 @@ static int angle_of(const struct command_call *call, const struct command_value 
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "pan: ANGLE ");
         command_text_add_typed(&sentence, value->text);
-        command_text_add(&sentence, ": this instrument turns from ");
+        command_text_add(&sentence, " is out of range (expected ");
         command_text_add_number(&sentence, profile->pan_least_urad / urad_per_degree,
                                 ANGLE_DECIMALS);
         command_text_add(&sentence, " to ");
         command_text_add_number(&sentence, profile->pan_most_urad / urad_per_degree,
                                 ANGLE_DECIMALS);
-        command_text_add(&sentence, " deg");
+        command_text_add(&sentence, " deg)");
         return ERROR_RANGE;
     }
     *angle_urad = (int32_t)urad;
@@ -100,7 +100,7 @@ static int lens_sides(const struct command_call *call, unsigned *sides) {
                 continue;
             }
             struct command_text sentence = commands_sentence(call);
-            command_text_add(&sentence, "this instrument has no motorized lens on the ");
+            command_text_add(&sentence, "no motorized lens on the ");
             command_text_add(&sentence, commands_side_name(side));
             return ERROR_NOT_CONNECTED;
         }
@@ -122,13 +122,13 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     command_text_add(&sentence, axis_names[axis]);
     command_text_add(&sentence, ": POSITION ");
     command_text_add_integer(&sentence, position);
-    command_text_add(&sentence, ": the ");
+    command_text_add(&sentence, " is out of range (expected for the ");
     command_text_add(&sentence, commands_side_name(side));
-    command_text_add(&sentence, " lens goes from ");
+    command_text_add(&sentence, " lens: ");
     command_text_add_integer(&sentence, limits.least);
     command_text_add(&sentence, " to ");
     command_text_add_integer(&sentence, limits.most);
-    command_text_add(&sentence, " counts");
+    command_text_add(&sentence, " counts)");
     return ERROR_RANGE;
 }
 

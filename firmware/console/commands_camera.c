@@ -64,14 +64,15 @@ static int check_size(const struct command_call *call, unsigned which, const cha
     command_text_add(&sentence, name);
     command_text_add(&sentence, " ");
     command_text_add_integer(&sentence, size_px);
-    command_text_add(&sentence, ": with SKIP ");
+    command_text_add(&sentence, " is not supported (expected with SKIP ");
     command_text_add_integer(&sentence, skip);
-    command_text_add(&sentence, " the sensors take ");
+    command_text_add(&sentence, ": ");
     command_text_add_integer(&sentence, least_px);
     command_text_add(&sentence, " to ");
     command_text_add_integer(&sentence, most_px);
     command_text_add(&sentence, " px in steps of ");
     command_text_add_integer(&sentence, step_px);
+    command_text_add(&sentence, ")");
     return ERROR_RANGE;
 }
 

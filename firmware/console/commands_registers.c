@@ -35,7 +35,7 @@ static int read_one(const struct command_call *call, enum registers_place where,
     command_text_add(&sentence, devices[where]);
     command_text_add(&sentence, " cannot be read: ");
     command_text_add(&sentence, error_text(error));
-    command_text_add(&sentence, "; \"health\" checks every part");
+    command_text_add(&sentence, " (\"health\" checks every part)");
     return error;
 }
 
@@ -95,7 +95,7 @@ int commands_registers_run(const struct command_call *call) {
     const enum registers_place where = (enum registers_place)call->values[0].choice;
     if (!call->rig->profile.bridge) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "this instrument has no bridge and no sensors on its bus");
+        command_text_add(&sentence, "registers: this instrument has no FPGA bridge");
         return ERROR_NOT_CONNECTED;
     }
     size_t count = 0;

@@ -5,16 +5,16 @@
 #include "core/invariant.h"
 
 enum {
-    // Bytes of a write as they go over the bus: address, index, high, low.
+    // Number of bytes on the bus in a write: address, index, high, low.
     WRITE_BYTES = 4,
     WRITE_LOW_BYTE = 4,
-    // So many may have begun before the bridge can take the word.
+    // Number of bytes that may have begun before the bridge can accept the word.
     UNTAKEN_BYTES = 3,
-    // Read after what is wanted (see struct fpga_bridge_job).
+    // Read after the wanted data (see struct fpga_bridge_job).
     GUARD_BYTES = 2,
 };
 
-// What a bridge sends that has lost its index: the first register.
+// The first register, which a bridge sends that has lost its index.
 static uint16_t lost_index(uint8_t index) {
     _Static_assert((int)BRIDGE_ID == 0, "the index after a reset");
     INVARIANT(bridge_registers[0].index == BRIDGE_ID);
@@ -45,7 +45,7 @@ static uint16_t word(const uint8_t *bytes) {
     return (uint16_t)(bytes[0] << 8 | bytes[1]);
 }
 
-// The words from `index` on, in one transfer. The index need not exist.
+// Reads the words from `index` on in one transfer. The index need not exist.
 static int read_words(struct fpga_bridge *self, uint8_t index, size_t count, uint16_t *values) {
     INVARIANT(values != NULL);
     INVARIANT(count >= 1 && count <= FPGA_BRIDGE_BLOCK_WORDS);
@@ -90,7 +90,7 @@ static int write_and_verify(struct fpga_bridge *self, uint8_t index, uint16_t va
     return fpga_bridge_bus_run(&self->bus, &job);
 }
 
-// Writes a word that must not be taken twice, or cannot be read back.
+// Writes a word that must not be accepted twice, or cannot be read back.
 static int write_once(struct fpga_bridge *self, uint8_t index, uint16_t value) {
     uint8_t bytes[WRITE_BYTES - 1] = {index, (uint8_t)(value >> 8), (uint8_t)value};
     const struct hal_i2c_message messages[] = {message(bytes, sizeof bytes, false)};
@@ -235,7 +235,7 @@ int fpga_bridge_clear_count(struct fpga_bridge *self, uint8_t index) {
 
 int fpga_bridge_start(struct fpga_bridge *self, uint8_t index, uint16_t bits) {
     const struct bridge_register *row = fpga_bridge_register(index);
-    // A word that starts something would also set the stored bits: CTRL has a function of its own.
+    // A word that starts an action would also set the stored bits: CTRL has its own function.
     if (!can(row, BRIDGE_WRITE) || row->pulse_mask == 0 || row->stored_mask != 0) {
         return ERROR_ARGUMENT;
     }

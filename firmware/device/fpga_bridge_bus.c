@@ -24,7 +24,7 @@ static size_t bytes_of(const struct fpga_bridge_job *job) {
     return bytes;
 }
 
-// Whether the bridge may have left a transfer that went well otherwise.
+// Whether the bridge may have left an otherwise successful transfer.
 static bool is_doubtful(const struct fpga_bridge_job *job) {
     const uint8_t *bytes = job->guarded;
     if (bytes == NULL) {
@@ -36,7 +36,7 @@ static bool is_doubtful(const struct fpga_bridge_job *job) {
     return first_word == job->lost_index || (bytes[last - 1] & bytes[last]) == 0xFF;
 }
 
-// One attempt; `*begun` as hal_i2c has it.
+// One attempt; `*begun` as in hal_i2c.
 static int attempt(struct fpga_bridge_bus *self, const struct fpga_bridge_job *job, size_t *begun) {
     const uint64_t deadline_us = now_us(self) + FPGA_BRIDGE_TRANSFER_US;
     *begun = bytes_of(job);
@@ -58,7 +58,7 @@ static int attempt(struct fpga_bridge_bus *self, const struct fpga_bridge_job *j
     return ERROR_OK;
 }
 
-// The count that an attempt's result belongs to.
+// The counter for the result of an attempt.
 static uint32_t *count_of(struct fpga_bridge_counts *counts, int error) {
     switch (error) {
         case ERROR_OK:

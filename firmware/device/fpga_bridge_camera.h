@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The bridge's way of pixels: which source goes to the PPI, what the cameras send, and when.
-/// Errors: see fpga_bridge.h; ERROR_ARGUMENT for a camera that does not exist, ERROR_UNSUPPORTED
-/// for what this build of the bridge lacks.
+/// The bridge's pixel path: which source goes to the PPI, what the cameras send, and when. Errors:
+/// see fpga_bridge.h; ERROR_ARGUMENT: no such camera; ERROR_UNSUPPORTED: not in this bitstream.
 #ifndef VERGENCE_DEVICE_FPGA_BRIDGE_CAMERA_H
 #define VERGENCE_DEVICE_FPGA_BRIDGE_CAMERA_H
 
@@ -14,32 +13,32 @@ extern "C" {
 /// 0 left, 1 right.
 enum { FPGA_BRIDGE_CAMERAS = 2 };
 
-/// What the bridge measured of a camera's last frame. All of one moment, but for short_lines,
-/// short_frames, lost, frame_valid and cut: an error of the next frame may be in them already.
+/// Measurements of a camera's last frame, all latched at one moment, except short_lines,
+/// short_frames, lost, frame_valid and cut: these may already include an error of the next frame.
 struct fpga_bridge_camera {
-    uint16_t frames;        ///< seen; wraps
+    uint16_t frames;        ///< frames seen; wraps
     uint16_t lines;         ///< of the last frame
     uint16_t pixels;        ///< of its first line
     uint16_t period_10us;   ///< frame start to frame start
     uint16_t pixclk_khz;    ///< measured
-    uint16_t short_lines;   ///< of a wrong length; saturates at 8 bits
-    uint16_t short_frames;  ///< of a wrong height; saturates at 8 bits
+    uint16_t short_lines;   ///< lines of a wrong length; saturates at 8 bits
+    uint16_t short_frames;  ///< frames of a wrong height; saturates at 8 bits
     bool lost;              ///< no pixel clock
     bool frame_valid;       ///< a frame is under way
     bool short_line;        ///< in the last frame
-    bool short_frame;       ///< the last one was
+    bool short_frame;       ///< the last frame was
     bool cut;               ///< a frame was cut by a forced switch
 };
 
-/// How the switch stands.
+/// State of the switch.
 struct fpga_bridge_source {
     uint16_t active;  ///< BRIDGE_CAM_STATE_ACTIVE_IS_*
-    bool gate_open;   ///< frames pass to the PPI
+    bool gate_open;   ///< frames are passed to the PPI
     bool switching;
     bool forced;  ///< the last switch did not wait for the end of a frame
 };
 
-/// The pattern generator's registers.
+/// Registers of the pattern generator.
 struct fpga_bridge_pattern {
     uint16_t width;   ///< pixels, a multiple of 16
     uint16_t height;  ///< lines, a multiple of 8
@@ -53,35 +52,36 @@ struct fpga_bridge_pattern {
 int fpga_bridge_camera_read(struct fpga_bridge *self, unsigned camera,
                             struct fpga_bridge_camera *out);
 
-/// Asks for a source (BRIDGE_CAM_SELECT_SOURCE_IS_*) and ends alternating.
+/// Requests a source (BRIDGE_CAM_SELECT_SOURCE_IS_*) and ends alternating.
 int fpga_bridge_camera_select(struct fpga_bridge *self, uint16_t source);
 
-/// Left and right in turn, `frames_each` (1 .. 127) frames of each.
+/// Alternates left and right, with `frames_each` (1 .. 127) frames of each.
 int fpga_bridge_camera_alternate(struct fpga_bridge *self, uint16_t frames_each);
 
-/// Reads how the switch stands.
+/// Reads the state of the switch.
 int fpga_bridge_camera_source(struct fpga_bridge *self, struct fpga_bridge_source *out);
 
-/// Longest wait for the end of a frame at a switch, in ms.
+/// Maximum time that a switch waits for the end of a frame, in ms.
 int fpga_bridge_camera_switch_limit(struct fpga_bridge *self, uint16_t limit_ms);
 
-/// Lets frames of the selected source pass to the PPI, or none.
+/// Passes frames of the selected source to the PPI, or stops them.
 int fpga_bridge_camera_stream(struct fpga_bridge *self, bool enabled);
 
-/// Form of the PPI's signals: a sum of BRIDGE_PPI_MODE_*_MASK.
+/// Format of the PPI's signals: a sum of BRIDGE_PPI_MODE_*_MASK.
 int fpga_bridge_camera_ppi_mode(struct fpga_bridge *self, uint16_t mode);
 
-/// Right size of both cameras' frames; 0: as the first line of the frame, or the frame before.
+/// Expected size of both cameras' frames; 0: that of the first line of the frame, or of the frame
+/// before.
 int fpga_bridge_camera_expect(struct fpga_bridge *self, uint16_t width_pixels,
                               uint16_t height_lines);
 
 /// Sets the pattern generator.
 int fpga_bridge_camera_pattern(struct fpga_bridge *self, const struct fpga_bridge_pattern *pattern);
 
-/// Start of the right camera's frame after the left's, in us; saturates.
+/// Start of the right camera's frame minus that of the left, in us; saturates.
 int fpga_bridge_camera_skew(struct fpga_bridge *self, int16_t *skew_us);
 
-/// The bridge's time now, and when the last frame started that went to the PPI; us since reset,
+/// The bridge's present time, and the start time of the last frame sent to the PPI; us since reset,
 /// wrapping after 71 minutes.
 int fpga_bridge_camera_time(struct fpga_bridge *self, uint32_t *time_us);
 int fpga_bridge_camera_frame_time(struct fpga_bridge *self, uint32_t *time_us);

@@ -60,8 +60,8 @@ int fpga_bridge_sensor_bus_clear(struct fpga_bridge *self, uint16_t branches) {
 }
 
 int fpga_bridge_sensor_bus_read(struct fpga_bridge *self, struct fpga_bridge_sensor_bus *out) {
-    // The address of a transfer goes to the branches too, and holds their SCL low while the first
-    // word is taken. So this is the last word of a few that are not wanted.
+    // The address of a transfer also goes to the branches, and holds their SCL low while the first
+    // word is received. So the wanted word is the last of several.
     enum { WORDS = BRIDGE_I2C_DIAG - BRIDGE_TIME_LOW + 1 };
     _Static_assert((int)WORDS <= (int)FPGA_BRIDGE_BLOCK_WORDS, "one transfer");
     uint16_t words[WORDS];

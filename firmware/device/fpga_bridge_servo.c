@@ -7,11 +7,11 @@
 enum {
     STRIDE = BRIDGE_SERVO1_TARGET_Q4 - BRIDGE_SERVO0_TARGET_Q4,
     WORDS = BRIDGE_SERVO0_FRAMES - BRIDGE_SERVO0_TARGET_Q4 + 1,
-    // Neither 0, which a reset leaves, nor all ones, nor the first register.
+    // Neither 0, which is the value after a reset, nor all ones, nor the first register.
     MARK = 0x6A35,
 };
 
-// A register of a servo, by that of servo 0.
+// The register of a servo, given that of servo 0.
 static uint8_t of_servo(unsigned servo, unsigned index) {
     INVARIANT(servo < FPGA_BRIDGE_SERVOS);
     INVARIANT(index >= BRIDGE_SERVO0_TARGET_Q4 && index <= BRIDGE_SERVO0_FRAMES);
@@ -114,13 +114,13 @@ int fpga_bridge_watchdog_feed(struct fpga_bridge *self) {
     int error = ERROR_OK;
     if (self->marked) {
         error = fpga_bridge_touch(self, BRIDGE_SCRATCH, &mark);
-        if (error == ERROR_OK && mark != MARK) {  // a wrong bit in what is read is no restart
+        if (error == ERROR_OK && mark != MARK) {  // a wrong bit in the data read is not a restart
             error = fpga_bridge_read(self, BRIDGE_SCRATCH, &mark);
         }
         if (error != ERROR_OK) {
             return error;
         }
-        // Kept until it is told: a write that fails may have been taken all the same.
+        // Kept until it is reported: a write that failed may still have been accepted.
         self->restarted |= mark != MARK;
     }
     if (mark != MARK) {

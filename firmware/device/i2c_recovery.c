@@ -6,9 +6,9 @@
 
 enum {
     BOTH = HAL_I2C_SCL | HAL_I2C_SDA,
-    HALF_PERIOD_US = 5,  // longer than any time of a bus at 100 kHz
-    // A bus is free when it was high for 50 us (SMBus 3.2, table 2). The step is no part of a usual
-    // period, so that a running clock is not mistaken for a high level.
+    HALF_PERIOD_US = 5,  // longer than any bus timing at 100 kHz
+    // A bus is free after it was high for 50 us (SMBus 3.2, table 2). The step does not divide
+    // common clock periods, so that a running clock is not mistaken for a high level.
     FREE_STEP_US = 7,
     FREE_STEPS = 8,
     WAIT_STEP_US = 100,
@@ -26,7 +26,7 @@ static uint64_t now_us(const struct lines *lines) {
 }
 
 static void wait_us(const struct lines *lines, uint32_t duration_us) {
-    // The clock counts whole microseconds: one more, so that it is never too short.
+    // The clock counts whole microseconds: wait one more, so that the time is never too short.
     const uint64_t end_us = now_us(lines) + duration_us + 1;
     lines->clock->operations->wait_until_us(lines->clock->self, end_us);
 }
@@ -36,7 +36,7 @@ static int drive(const struct lines *lines, unsigned pulled, unsigned *high) {
     return lines->bus->operations->lines(lines->bus->self, pulled, high);
 }
 
-// Returns when the wires are free (`*high` is BOTH), or nothing has moved for `quiet_us`.
+// Returns when the lines are free (`*high` is BOTH), or nothing has changed for `quiet_us`.
 static int wait_for_silence(const struct lines *lines, uint32_t quiet_us, unsigned *high) {
     const uint64_t begin_us = now_us(lines);
     uint64_t moved_us = begin_us;
@@ -60,7 +60,7 @@ static int wait_for_silence(const struct lines *lines, uint32_t quiet_us, unsign
     }
 }
 
-// Lets SCL go and waits until it is high, half a period long. `*high`: the wires then.
+// Releases SCL and waits until it is high, then for half a period. `*high`: the lines afterwards.
 static int raise_scl(const struct lines *lines, unsigned *high) {
     const uint64_t begin_us = now_us(lines);
     for (;;) {
@@ -96,7 +96,7 @@ static int clock_until_free(const struct lines *lines, unsigned *high) {
     return *high == BOTH ? ERROR_OK : ERROR_I2C_STUCK;
 }
 
-// START and STOP, while SCL stays high.
+// START and STOP while SCL stays high.
 static int end_transfers(const struct lines *lines) {
     unsigned high = 0;
     int error = drive(lines, HAL_I2C_SDA, &high);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A motorized lens, whatever controller it hangs on. Controllers differ in what they can do, so
-/// each says it; who moves lenses (rig/lens_move.h) looks at that and not at the controller's name.
+/// A motorized lens, independent of its controller. Controllers differ in their abilities, so each
+/// reports them; code that moves lenses (rig/lens_move.h) depends on the abilities and not on the
+/// controller's name.
 ///
 /// Positions are the controller's own counts. Errors: ERROR_NOT_CONNECTED: the lens has no such
-/// axis; ERROR_RANGE: outside `lens_limits` (nothing was sent); ERROR_TIMEOUT: no answer that made
-/// sense by the deadline; others of hal/uart.h.
+/// axis; ERROR_RANGE: outside `lens_limits` (nothing was sent); ERROR_TIMEOUT: no valid answer by
+/// the deadline; others of hal/uart.h.
 #ifndef VERGENCE_DEVICE_LENS_DRIVE_H
 #define VERGENCE_DEVICE_LENS_DRIVE_H
 
@@ -13,40 +14,40 @@
 
 enum lens_axis { LENS_ZOOM, LENS_FOCUS, LENS_IRIS, LENS_AXES };
 
-/// What a controller can do.
+/// Abilities of a controller.
 struct lens_abilities {
-    bool reads_position;  ///< by a sensor; else the position is what was commanded
-    bool tells_moving;    ///< says itself whether a motor runs
-    bool stops;           ///< takes a command to stop, also while it moves
+    bool reads_position;  ///< position measured by a sensor; else the commanded position
+    bool tells_moving;    ///< reports whether a motor is running
+    bool stops;           ///< accepts a stop command, also during a move
     bool answers_after;   ///< answers a move when it is done; else at once or never
     uint8_t axes;         ///< bit LENS_ZOOM, ...
 };
 
-/// The range that commands may have.
+/// Range of positions in commands.
 struct lens_limits {
     int32_t least, most;
 };
 
-/// Where an axis is.
+/// A reading of an axis.
 struct lens_reading {
     int32_t position;
-    bool moving;       ///< false when the controller does not tell
-    uint64_t time_us;  ///< when it was read, of the system's hal_clock
+    bool moving;       ///< false if the controller does not report it
+    uint64_t time_us;  ///< when it was read, on the system's hal_clock
 };
 
 /// What a driver implements; `self` is that of `struct lens_drive`. No call waits for a motor.
 struct lens_drive_operations {
-    /// Finds the controller and says what it can do. After ERROR_TIMEOUT the next call goes on with
-    /// the same question: an answer may come later than a call may take.
+    /// Finds the controller and returns its abilities. After ERROR_TIMEOUT the next call continues
+    /// with the same question, as an answer may take longer than a call.
     int (*open)(void *self, uint64_t deadline_us, struct lens_abilities *abilities);
     int (*limits)(void *self, enum lens_axis axis, struct lens_limits *limits);
     /// Starts a move.
     int (*go)(void *self, enum lens_axis axis, int32_t position, uint64_t deadline_us);
-    /// ERROR_UNSUPPORTED where the controller cannot.
+    /// ERROR_UNSUPPORTED if the controller cannot stop.
     int (*stop)(void *self, uint64_t deadline_us);
-    /// Reads all axes at once, LENS_AXES of them; those that it lacks read 0.
+    /// Reads all LENS_AXES axes at once; missing axes read 0.
     int (*read)(void *self, uint64_t deadline_us, struct lens_reading *readings);
-    /// When the controller sent anything last, whether or not it made sense; 0: never.
+    /// Time when the controller last sent anything, valid or not; 0: never.
     uint64_t (*heard)(const void *self);
 };
 

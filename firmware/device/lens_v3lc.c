@@ -8,7 +8,7 @@ enum {
     LINE_MAX = 16,  // the longest is "\n1Z850\n"
     PIECE = 64,
     UNANSWERED_MOST = 100,
-    // Rubbish does not make questions come faster than the line can carry answers.
+    // Invalid data must not make questions come faster than the line can carry answers.
     LEAST_GAP_US = 100000,
     PATIENCE_MORE_US = 100000,
     ALL_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS | 1 << LENS_IRIS,
@@ -28,7 +28,7 @@ static struct lens_limits limits_of(const struct lens_v3lc *self) {
                         : (struct lens_limits){LENS_V3LC_LEAST, LENS_V3LC_MOST};
 }
 
-// Sends "<lens><text>\n"; `number` behind the text, unless it is negative.
+// Sends "<lens><text>\n", with `number` after the text unless it is negative.
 static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number,
                 uint64_t deadline_us) {
     INVARIANT(number <= LENS_V3LC_MOST);
@@ -42,14 +42,14 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
     }
     line[length++] = text;
     if (number >= 0) {
-        // Three digits, as the public code sends them.
+        // Three digits, as in the public code.
         line[length++] = (char)('0' + number / 100);
         line[length++] = (char)('0' + number / 10 % 10);
         line[length++] = (char)('0' + number % 10);
     }
     line[length++] = '\n';
     INVARIANT(length <= sizeof line);
-    self->broken = true;  // until the write is known to be whole
+    self->broken = true;  // until the write is known to be complete
     const int error = self->uart->operations->write(self->uart->self, line, length, deadline_us);
     self->broken = error != ERROR_OK;
     return error;
@@ -57,10 +57,10 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
 
 // ---- questions
 
-// `again`: the one before may still be answered as well, and that answer will do.
+// `again`: the previous question may still be answered, and that answer is accepted.
 static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t deadline_us) {
     struct lens_v3lc_lens *lens = &self->lenses[number];
-    if (!again) {  // what has come belongs to nothing that is asked now
+    if (!again) {  // data received so far does not belong to a present question
         const int error = self->uart->operations->discard(self->uart->self);
         if (error != ERROR_OK) {
             return error;
@@ -103,7 +103,7 @@ static void learn_patience(struct lens_v3lc *self, uint64_t took_us) {
                                                                  : (uint32_t)wanted_us;
 }
 
-// An answer has come that is whole.
+// A complete answer has arrived.
 static void take_answer(struct lens_v3lc *self) {
     struct lens_v3lc_lens *lens = &self->lenses[self->answer.number];
     lens->unanswered = (uint8_t)(lens->unanswered - (lens->unanswered > 0 ? 1 : 0));
@@ -116,7 +116,7 @@ static void take_answer(struct lens_v3lc *self) {
         self->spoilt = true;
         return;
     }
-    if (lens->unanswered == 0) {  // else it is not known which question this answers
+    if (lens->unanswered == 0) {  // otherwise it is not known which question this answers
         learn_patience(self, now_us(self) - lens->last_us);
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
@@ -126,7 +126,7 @@ static void take_answer(struct lens_v3lc *self) {
     self->counts.answered++;
 }
 
-// A line has come that was none.
+// An invalid line has arrived.
 static void take_rubbish(struct lens_v3lc *self) {
     struct lens_v3lc_lens *lens = &self->lenses[self->lens];
     lens->unanswered = (uint8_t)(lens->unanswered - (lens->unanswered > 0 ? 1 : 0));
@@ -134,7 +134,7 @@ static void take_rubbish(struct lens_v3lc *self) {
     self->spoilt = true;
 }
 
-// Takes what comes until `until_us`, at least one byte.
+// Receives until `until_us`, at least one byte.
 static int listen(struct lens_v3lc *self, uint64_t until_us) {
     uint8_t bytes[PIECE];
     size_t count = 0;
@@ -160,8 +160,8 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
     return ERROR_OK;
 }
 
-// When the questions to a lens have had their time: the line was quiet for the patience. A line
-// that is never quiet is not listened to for ever.
+// Deadline of the questions to a lens: the line was quiet for the timeout. If the line is never
+// quiet, the wait still ends.
 static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens_v3lc_lens *lens) {
     const uint64_t since_us = self->quiet_us > lens->last_us ? self->quiet_us : lens->last_us;
     const uint64_t quiet_us = since_us + self->patience_us;
@@ -169,8 +169,8 @@ static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens
     return quiet_us < most_us ? quiet_us : most_us;
 }
 
-// Asks, and asks again, until an answer is believed. On the way out of a deadline all stays as it
-// is, so that the next call goes on.
+// Repeats the question until a valid answer arrives. At a deadline the state is kept, so that the
+// next call continues.
 static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_us) {
     struct lens_v3lc_lens *lens = &self->lenses[number];
     self->waiting &= self->lens == number;
@@ -197,7 +197,7 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
                 self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MOST_US
                                         ? 2 * self->patience_us
                                         : (uint32_t)LENS_V3LC_PATIENCE_MOST_US;
-                self->broken = true;  // perhaps the controller waits for the end of a line
+                self->broken = true;  // the controller may be waiting for the end of a line
             }
             error = ask(self, number, again, deadline_us);
         }
@@ -208,7 +208,7 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
     return ERROR_OK;
 }
 
-// ---- what a lens can do
+// ---- abilities of a lens
 
 static int read(void *self, uint64_t deadline_us, struct lens_reading *readings) {
     const struct lens_v3lc_lens *lens = self;
@@ -230,7 +230,7 @@ static int open(void *self, uint64_t deadline_us, struct lens_abilities *abiliti
     const struct lens_v3lc_lens *lens = self;
     struct lens_v3lc *controller = lens->controller;
     struct lens_reading readings[LENS_AXES];
-    // The public code of the V1LC begins with T255; what it does is not known.
+    // The public V1LC code begins with T255, whose effect is not known.
     static const char greeting[] = {'\n', 'T', '2', '5', '5', '\n'};
     const bool goes_on = controller->waiting && controller->lens == lens->number;
     int error = goes_on ? ERROR_OK

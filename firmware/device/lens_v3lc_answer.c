@@ -11,7 +11,7 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-// The integer behind the record's only colon, up to its end; -1: there is none.
+// The integer after the only colon of the record, up to its end; -1: invalid.
 static int value_of(const char *record, size_t length) {
     size_t colon = 0;
     while (colon < length && record[colon] != ':') {
@@ -43,7 +43,7 @@ static bool has_colon(const char *record, size_t length) {
     return false;
 }
 
-// The lens of a first record, from 0; -1: it is none.
+// The lens number in a first record, from 0; -1: not a first record.
 static int lens_of(const char *record, size_t length, bool single) {
     static const char name[] = "V3LC ";
     enum { NAME = sizeof name - 1 };
@@ -61,7 +61,7 @@ static int lens_of(const char *record, size_t length, bool single) {
     return record[NAME] - '1';
 }
 
-// A record has ended.
+// Handles the end of a record.
 static enum lens_v3lc_event end_record(struct lens_v3lc_answer *self, bool single) {
     const bool whole = self->length <= LENS_V3LC_RECORD;
     const size_t length = whole ? self->length : 0;

@@ -33,14 +33,14 @@ enum {
 
 enum {
     VERSION_MT9T001 = 0x1621,
-    // Of the array: corner of the default window.
+    // In array coordinates: corner of the default window.
     FIRST_ROW = 20,
     FIRST_COLUMN = 32,
     SHUTTER_RESET_ROWS = 0x0619,
     READ_MODE_1_RESET = 0x8040,
     CONTROL_RUN = 0x0002,
     CONTROL_TEST_DATA = 0x0040,
-    CONTROL_FREEZE = 0x0001,  // "synchronize changes": nothing takes effect while it is set
+    CONTROL_FREEZE = 0x0001,  // "synchronize changes": changes take effect when it is cleared
     BIN_SHIFT = 4,
     TEST_DATA_SHIFT = 2,
     TEST_DATA_MAX = 0x3FF,
@@ -49,7 +49,7 @@ enum {
 enum {
     ATTEMPTS = 4,
     TRANSFER_US = 25000,
-    // The bridge that the sensor may sit behind leaves a transfer after 31 ms.
+    // The bridge in front of the sensor leaves a transfer after 31 ms.
     QUIET_US = 32000,
     RESET_US = 1000,
     SETTINGS = 19,
@@ -60,7 +60,7 @@ struct setting {
     uint16_t value;
 };
 
-// All registers that matter, as they should be.
+// Wanted values of all registers used.
 static void settings_of(const struct mt9t001 *self, struct setting settings[SETTINGS]) {
     const struct mt9t001_window *window = &self->window;
     uint16_t gain = 0, real_q3 = 0;
@@ -80,7 +80,7 @@ static void settings_of(const struct mt9t001 *self, struct setting settings[SETT
         {PIXEL_CLOCK_CONTROL, 0},
         {SHUTTER_DELAY, 0},
         {READ_MODE_1, READ_MODE_1_RESET},
-        {READ_MODE_2, 0},  // frames that a change has spoilt are not sent
+        {READ_MODE_2, 0},  // frames spoilt by a change are not sent
         {READ_MODE_3, 0},
         {ROW_ADDRESS_MODE, (uint16_t)mode},
         {COLUMN_ADDRESS_MODE, (uint16_t)mode},
@@ -98,8 +98,8 @@ static uint64_t now_us(const struct mt9t001 *self) {
     return self->clock->operations->now_us(self->clock->self);
 }
 
-// One transfer, tried again where it failed: all that goes over this bus may come twice. `back`
-// (NULL: anything will do): two bytes that must read `expected` then.
+// Runs one transfer, with retries: everything on this bus may be sent twice. `back` (NULL: not
+// checked): two bytes that must then read `expected`.
 static int run(struct mt9t001 *self, const struct hal_i2c_message *messages, size_t count,
                const uint8_t *back, uint16_t expected) {
     int error = ERROR_OK;
@@ -143,7 +143,7 @@ int mt9t001_read(struct mt9t001 *self, uint8_t index, uint16_t *value) {
     return error;
 }
 
-// Writes and reads back, in one transfer.
+// Writes and reads back in one transfer.
 static int write(struct mt9t001 *self, uint8_t index, uint16_t value) {
     uint8_t bytes[] = {index, (uint8_t)(value >> 8), (uint8_t)value};
     uint8_t back[2] = {0, 0};
@@ -153,7 +153,7 @@ static int write(struct mt9t001 *self, uint8_t index, uint16_t value) {
     return run(self, messages, 3, back, value);
 }
 
-// Those settings of `wanted` that differ from `present`; all when that is NULL.
+// Writes the settings of `wanted` that differ from `present`; all if that is NULL.
 static int write_settings(struct mt9t001 *self, const struct setting *wanted,
                           const struct setting *present) {
     int error = ERROR_OK;
@@ -166,7 +166,7 @@ static int write_settings(struct mt9t001 *self, const struct setting *wanted,
     return error;
 }
 
-// Goes over to `wanted`, whose counts do not matter, in one moment; stays as it was after an error.
+// Changes to `wanted`, whose counters do not matter, at one moment; unchanged after an error.
 static int change_to(struct mt9t001 *self, const struct mt9t001 *wanted) {
     struct setting before[SETTINGS], after[SETTINGS];
     settings_of(self, before);
@@ -176,8 +176,8 @@ static int change_to(struct mt9t001 *self, const struct mt9t001 *wanted) {
         error = write_settings(self, after, self->half_written ? NULL : before);
     }
     if (error != ERROR_OK) {
-        // Frozen and half written: back to what it was. Where that fails too, the next change does
-        // not believe what the registers should be.
+        // Frozen and partly written: restore. If that fails too, the next change writes all
+        // registers.
         const int back = write_settings(self, before, NULL);
         self->half_written = back != ERROR_OK;
         if (back == ERROR_OK) {
@@ -187,7 +187,7 @@ static int change_to(struct mt9t001 *self, const struct mt9t001 *wanted) {
     }
     self->half_written = false;
     error = write(self, OUTPUT_CONTROL, CONTROL_RUN);
-    // Behind the last write nobody knows which settings are in force; these are in the registers.
+    // After the last write it is not known which settings are in force; these are in the registers.
     self->window = wanted->window;
     self->shutter_rows = wanted->shutter_rows;
     self->gain_q3 = wanted->gain_q3;

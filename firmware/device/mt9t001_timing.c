@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What follows from the sensor's settings, without the sensor: windows, times, gain codes.
+// Calculations that need no sensor: windows, times, gain codes.
 #include "core/error.h"
 #include "core/invariant.h"
 #include "device/mt9t001.h"
@@ -14,16 +14,16 @@ enum {
     HBLANK_RESET = 142,
     VBLANK_RESET = 25,
     SMALLEST_PX = 2,
-    // No row takes less: a constant of Elphel's drivers.
+    // Minimum clocks of a row: a constant of Elphel's drivers.
     ROW_CLOCKS_MIN = 511,
-    // Gain: the first stage alone, doubled by the second, then digital steps on top of 8.
+    // Gain: first stage only, then doubled by the second, then digital steps above 8.
     GAIN_ONE_STAGE_MAX_Q3 = 32,
     GAIN_ANALOG_MAX_Q3 = 64,
     GAIN_SECOND_STAGE = 0x40,
     GAIN_DIGITAL_SHIFT = 8,
 };
 
-// Clocks of a row besides columns and blanking, by binning of rows and of columns (Elphel).
+// Clocks of a row in addition to columns and blanking, by row and column binning (Elphel).
 static uint32_t row_overhead(uint8_t bin) {
     static const uint16_t clocks[BIN_MAX] = {331, 673, 999};
     INVARIANT(bin >= 1 && bin <= BIN_MAX);
@@ -69,7 +69,7 @@ int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, 
     made.height_px = height_px;
     made.skip = skip;
     made.bin = bin;
-    // Even, so that the colours stay where they are.
+    // Even, so that the colour pattern does not change.
     made.column_px = (uint16_t)((MT9T001_WIDTH_PX - width_px) / 4 * 2);
     made.row_px = (uint16_t)((MT9T001_HEIGHT_PX - height_px) / 4 * 2);
     if (!is_window_good(&made)) {
@@ -79,7 +79,7 @@ int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, 
     return ERROR_OK;
 }
 
-// clocks * unit / clock_hz, to the nearest.
+// clocks * unit / clock_hz, rounded to nearest.
 static uint64_t time_of(uint64_t clocks, uint32_t unit, uint32_t clock_hz) {
     INVARIANT(clock_hz > 0);
     return (clocks * unit + clock_hz / 2) / clock_hz;

@@ -12,13 +12,13 @@ struct servo_model servo_hs322hd(void) {
         .least_q4 = 600 * Q4_PER_US,
         .most_q4 = 2400 * Q4_PER_US,
         .dead_band_q4 = 5 * Q4_PER_US,
-        .q4_per_rad = 9442,     // 10.3 us a degree
+        .q4_per_rad = 9442,     // 10.3 us per degree
         .urad_per_s = 5500000,  // 60 degrees in 0.19 s, rounded down
-        .settle_us = 100000,    // assumed; nobody has measured it with a camera on the horn
+        .settle_us = 100000,    // assumed; not measured with a camera on the horn
     };
 }
 
-// a / b to the nearest, halves away from 0; b > 0.
+// a / b rounded to nearest, halves away from 0; b > 0.
 static int64_t nearest(int64_t a, int64_t b) {
     return (a < 0 ? a - b / 2 : a + b / 2) / b;
 }
@@ -41,7 +41,7 @@ int32_t servo_angle_urad(const struct servo_model *model, uint16_t width_q4) {
     return (int32_t)(angle < INT32_MIN ? INT32_MIN : angle > INT32_MAX ? INT32_MAX : angle);
 }
 
-// How long the horn turns for such a change, rounded up.
+// Time in which the horn turns by such a change, rounded up.
 static uint64_t turn_us(const struct servo_model *model, uint64_t way_q4) {
     INVARIANT(way_q4 <= UINT16_MAX);
     const uint64_t q4_urad_per_rad_s = (uint64_t)model->q4_per_rad * model->urad_per_s;
@@ -58,8 +58,8 @@ uint64_t servo_travel_us(const struct servo_model *model, uint16_t from_q4, uint
     }
     const uint32_t step_q4 = slew_q4 == 0 || slew_q4 > way_q4 ? way_q4 : slew_q4;
     const uint32_t steps = (way_q4 + step_q4 - 1) / step_q4;
-    // The horn is late after every step alike, or after the first or the last most: between them
-    // what is left to turn changes evenly. A step is known to the servo when its pulse ends.
+    // The largest delay is that after the first step or after the last one: between them the
+    // remaining angle changes evenly. The servo sees a step when its pulse ends.
     const uint64_t first_us = turn_us(model, way_q4);
     const uint64_t last_us =
         (uint64_t)(steps - 1) * period_us + turn_us(model, way_q4 - (steps - 1) * step_q4);

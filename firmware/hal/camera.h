@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A source of frames: the parallel port behind the camera select, or a camera of its own.
+/// A source of frames: the parallel port behind the camera select, or a camera with its own port.
 ///
-/// Backends return 0 or these of core/error.h (in parentheses: where V4L2 has it from):
+/// Backends return 0 or these of core/error.h (V4L2 sources in parentheses):
 ///
-/// - ERROR_TIMEOUT: no frame that began late enough was whole by the deadline (poll)
-/// - ERROR_DEVICE: the camera is gone or never was there (ENODEV, ENXIO)
-/// - ERROR_UNSUPPORTED: it cannot give such frames, or has no such control (EINVAL of S_FMT)
-/// - ERROR_RANGE: the control's value is outside what the camera takes (ERANGE)
-/// - ERROR_IO: anything else that the system said (EIO)
+/// - ERROR_TIMEOUT: no frame that began late enough was complete by the deadline (poll)
+/// - ERROR_DEVICE: the camera is gone, or was never there (ENODEV, ENXIO)
+/// - ERROR_UNSUPPORTED: the format or control is not supported (EINVAL of S_FMT)
+/// - ERROR_RANGE: the value is outside the range of the control (ERANGE)
+/// - ERROR_IO: any other error of the system (EIO)
 ///
-/// A backend that loses the stream starts it again by itself within a call's deadline, and counts
-/// it; it never hands out a frame that it knows to be torn without saying so in `faults`.
+/// A backend whose stream stops restarts it within the deadline of a call, and counts that. A frame
+/// that is known to be damaged is always marked in `faults`.
 #ifndef VERGENCE_HAL_CAMERA_H
 #define VERGENCE_HAL_CAMERA_H
 
@@ -19,68 +19,69 @@
 #include <stdint.h>
 
 enum hal_camera_layout {
-    HAL_CAMERA_GREY,        ///< one value a pixel
-    HAL_CAMERA_RGB,         ///< three values a pixel, interleaved
-    HAL_CAMERA_BAYER_GRBG,  ///< one value a pixel, linear; even rows G R, odd rows B G
+    HAL_CAMERA_GREY,        ///< one value per pixel
+    HAL_CAMERA_RGB,         ///< three values per pixel, interleaved
+    HAL_CAMERA_BAYER_GRBG,  ///< one value per pixel, linear; even rows G R, odd rows B G
 };
 
-/// What is wrong with a frame, as bits.
+/// Faults of a frame, as bits.
 enum {
     HAL_CAMERA_SHORT_LINE = 1,  ///< a line ended early or late
     HAL_CAMERA_SHORT = 2,       ///< rows are missing
-    HAL_CAMERA_LONG = 4,        ///< there were more rows
-    HAL_CAMERA_DAMAGED = 8,     ///< the driver says so (V4L2_BUF_FLAG_ERROR), or it did not decode
+    HAL_CAMERA_LONG = 4,        ///< there were extra rows
+    HAL_CAMERA_DAMAGED = 8,     ///< reported by the driver (V4L2_BUF_FLAG_ERROR), or it could not
+                                ///< be decoded
 };
 
 struct hal_camera_format {
     uint16_t width_px, height_px;
 };
 
-/// A frame that the backend lends. Times are of the system's hal_clock.
+/// A frame on loan from the backend. Times are on the system's hal_clock.
 struct hal_camera_frame {
     const uint16_t *data;
     uint16_t width_px, height_px;
     uint32_t stride;  ///< values from one row to the next
     uint8_t bits;     ///< 8 .. 16: values are 0 .. 2^bits - 1
     enum hal_camera_layout layout;
-    uint32_t sequence;  ///< of the source; a gap means frames that nobody got
+    uint32_t sequence;  ///< of the source; a gap means lost frames
     uint32_t faults;
-    uint64_t begin_us, end_us;  ///< its first and last pixel came
-    void *token;                ///< the backend's
+    uint64_t begin_us, end_us;  ///< arrival of its first and last pixel
+    void *token;                ///< private to the backend
 };
 
-/// What happened since the source was made; all wrap.
+/// Statistics since the source was created; all wrap.
 struct hal_camera_counts {
-    uint32_t frames;    ///< handed out
+    uint32_t frames;    ///< frames delivered
     uint32_t faulty;    ///< of these, with faults
-    uint32_t gaps;      ///< frames that the sequence numbers miss
-    uint32_t timeouts;  ///< calls that ended in one
-    uint32_t restarts;  ///< of the stream, after it had stopped by itself
+    uint32_t gaps;      ///< frames missing in the sequence numbers
+    uint32_t timeouts;  ///< calls that timed out
+    uint32_t restarts;  ///< restarts of a stream that had stopped
 };
 
 enum hal_camera_control {
-    HAL_CAMERA_EXPOSURE_US,  ///< turns automatic exposure off; applied 0: it is not known
+    HAL_CAMERA_EXPOSURE_US,  ///< turns automatic exposure off; applied 0: not known
     HAL_CAMERA_GAIN_PART,    ///< 0 .. 1000 of the camera's range; turns automatic gain off
     HAL_CAMERA_FOCUS_PART,   ///< 0 .. 1000 of the camera's range; turns automatic focus off
-    /// Changes nothing, whatever the value: applied is the exposure in force, which another program
-    /// may have set; 0: the camera chooses it by itself, or it is not known.
+    /// Changes nothing, whatever the value: `applied` is the exposure in force, which another
+    /// program may have set; 0: automatic, or not known.
     HAL_CAMERA_EXPOSURE_FOUND_US,
 };
 
 /// What a backend implements; `self` is that of `struct hal_camera`.
 struct hal_camera_operations {
-    /// Frames of this size from now on. The backend may have to change the camera for it.
+    /// Starts frames of this size. The backend may have to reconfigure the camera.
     int (*start)(void *self, const struct hal_camera_format *format);
-    /// No frames any more; frames that are lent must have been given back.
+    /// Stops frames; all frames on loan must have been given back.
     int (*stop)(void *self);
-    /// Waits for a frame whose first pixel came at `not_before_us` or later, and lends it. At most
-    /// two frames are lent at a time.
+    /// Waits for a frame whose first pixel arrived at `not_before_us` or later, and lends it. At
+    /// most two frames may be on loan at a time.
     int (*take)(void *self, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame);
     void (*give_back)(void *self, const struct hal_camera_frame *frame);
-    /// NULL where the camera's registers are set in another way. `*applied` is the value that the
-    /// camera took, which may be near the one asked for; with ERROR_RANGE the nearest that it
-    /// takes, or untouched.
+    /// NULL if the camera's registers are set in another way. `*applied` is the value accepted by
+    /// the camera, which may differ a little from the request; with ERROR_RANGE the nearest
+    /// accepted value, or unchanged.
     int (*control)(void *self, enum hal_camera_control control, int32_t value, int32_t *applied);
     void (*counts)(void *self, struct hal_camera_counts *counts);
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The clock that all waits and deadlines use. Simulations and replays bring their own, so that
-/// nothing ever sleeps in real time there.
+/// The clock of all waits and deadlines. Simulations and replays provide their own, so that nothing
+/// sleeps in real time there.
 #ifndef VERGENCE_HAL_CLOCK_H
 #define VERGENCE_HAL_CLOCK_H
 
@@ -8,9 +8,9 @@
 
 /// What a backend implements; `self` is that of `struct hal_clock`.
 struct hal_clock_operations {
-    /// Microseconds since an arbitrary moment; never goes back.
+    /// Microseconds since an arbitrary time; never decreases.
     uint64_t (*now_us)(void *self);
-    /// Returns at `time_us` or later, at once when that has passed.
+    /// Returns at `time_us` or later; at once if that time has passed.
     void (*wait_until_us)(void *self, uint64_t time_us);
 };
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Single lines of the processor, by what they are for. Levels are logical: 1 is active, whatever
-/// the wire does.
+/// GPIO lines of the processor, named by purpose. Levels are logical: 1 is active, whatever the
+/// polarity of the wire.
 ///
-/// Backends return 0 or these of core/error.h: ERROR_UNSUPPORTED: there is no such line here;
-/// ERROR_TIMEOUT: no edge until the deadline; ERROR_DEVICE: the chip has gone; ERROR_IO: anything
-/// else that the system said.
+/// Backends return 0 or these of core/error.h: ERROR_UNSUPPORTED: no such line; ERROR_TIMEOUT: no
+/// edge by the deadline; ERROR_DEVICE: the chip is gone; ERROR_IO: any other error of the system.
 #ifndef VERGENCE_HAL_GPIO_H
 #define VERGENCE_HAL_GPIO_H
 
@@ -23,7 +22,7 @@ enum hal_gpio_line {
 struct hal_gpio_operations {
     int (*set)(void *self, enum hal_gpio_line line, bool active);
     int (*get)(void *self, enum hal_gpio_line line, bool *active);
-    /// Waits for an edge to active that no earlier call has told. `*time_us`: of the system's
+    /// Waits for an edge to active that no earlier call has returned. `*time_us` is on the system's
     /// hal_clock.
     int (*wait_edge)(void *self, enum hal_gpio_line line, uint64_t deadline_us, uint64_t *time_us);
 };

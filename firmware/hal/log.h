@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where messages for people go that nobody has asked for.
+/// Log messages that are not the answer to a command.
 #ifndef VERGENCE_HAL_LOG_H
 #define VERGENCE_HAL_LOG_H
 
@@ -14,8 +14,8 @@ enum hal_log_level {
 
 /// What a backend implements; `self` is that of `struct hal_log`.
 struct hal_log_operations {
-    /// One line, without its end. Never blocks and cannot fail: lines may be lost, which is counted
-    /// and told with the next one.
+    /// Writes one line, without line end. Never blocks and cannot fail: lines may be lost; their
+    /// number is reported with the next line.
     void (*write)(void *self, enum hal_log_level level, const char *text);
 };
 

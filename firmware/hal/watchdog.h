@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What restarts the system when nobody feeds it any more.
+/// A watchdog that restarts the system when feeds stop.
 #ifndef VERGENCE_HAL_WATCHDOG_H
 #define VERGENCE_HAL_WATCHDOG_H
 
@@ -7,9 +7,9 @@
 
 /// What a backend implements; `self` is that of `struct hal_watchdog`.
 struct hal_watchdog_operations {
-    /// Shows that the program is alive. 0 or an error of the backend.
+    /// Signals that the program is alive. Returns 0 or an error of the backend.
     int (*feed)(void *self);
-    /// Longest time between two feeds, in us; 0: nobody watches.
+    /// Longest time between two feeds, in us; 0: not active.
     uint64_t (*period_us)(void *self);
 };
 
