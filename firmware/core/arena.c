@@ -10,7 +10,7 @@ void arena_init(struct arena *arena, void *memory, size_t size_bytes) {
     *arena = (struct arena){.base = memory, .size_bytes = size_bytes};
 }
 
-// Bytes from `address` up to the next aligned address.
+// Number of bytes from `address` to the next aligned address.
 static size_t padding_bytes(uintptr_t address) {
     return (size_t)(-address & (uintptr_t)(ARENA_ALIGNMENT - 1));
 }

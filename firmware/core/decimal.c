@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-// 10^decimals; exact as a double as well (up to 10^22).
+// 10^decimals; also exact as a double (up to 10^22).
 static int64_t power_of_ten(int decimals) {
     INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     int64_t power = 1;
@@ -90,7 +90,7 @@ double decimal_to_double(int64_t scaled, int decimals) {
 
 int decimal_from_double(double value, int decimals, int64_t *scaled) {
     const double product = value * (double)power_of_ten(decimals);
-    // Written so that a NaN fails as well.
+    // Written so that a NaN fails too.
     if (!(product >= -(double)DECIMAL_MAX && product <= (double)DECIMAL_MAX)) {
         return ERROR_RANGE;
     }

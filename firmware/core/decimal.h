@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Numbers with a fixed count of decimals: an integer `scaled` means scaled / 10^decimals.
-/// Each number has exactly one spelling, so that reading and printing undo each other:
+/// Numbers with a fixed count of decimals: an integer `scaled` means scaled / 10^decimals. Each
+/// number has exactly one spelling, so that reading and printing are inverse:
 ///     -?(0|[1-9][0-9]*)(.[0-9]{decimals})     no "-0", no "+", no leading zeros, no exponent.
-/// With |scaled| <= DECIMAL_MAX the way through double and back is exact on every target:
-/// the quotient and the product carry a relative error of 2^-53 each, together under
-/// 2^50 * 2^-52 = 1/4 of a unit, so that rounding returns the same integer.
+/// With |scaled| <= DECIMAL_MAX the conversion to double and back is exact on every target:
+/// quotient and product each have a relative error of 2^-53, together under 2^50 * 2^-52 = 1/4 of a
+/// unit, so that rounding returns the same integer.
 #ifndef VERGENCE_CORE_DECIMAL_H
 #define VERGENCE_CORE_DECIMAL_H
 
@@ -19,12 +19,12 @@ extern "C" {
 
 enum {
     DECIMAL_MAX_DECIMALS = 15,
-    DECIMAL_TEXT_BYTES = 24,  // sign, 16 digits, "0.", the zero, and some to spare
+    DECIMAL_TEXT_BYTES = 24,  // sign, 16 digits, "0.", the zero, and some spare
 };
 
-/// Reads all of `length` bytes as one number in its canonical spelling. ERROR_SYNTAX for any other
-/// spelling, ERROR_RANGE beyond DECIMAL_MAX; `scaled` is then untouched.
-/// `decimals` is 0..DECIMAL_MAX_DECIMALS.
+/// Parses all of `length` bytes as one number in its canonical spelling. ERROR_SYNTAX for any other
+/// spelling, ERROR_RANGE beyond DECIMAL_MAX; `scaled` is then unchanged. `decimals` is
+/// 0..DECIMAL_MAX_DECIMALS.
 int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled);
 
 /// Writes the canonical spelling, zero-terminated; returns its length without the zero.
@@ -34,8 +34,8 @@ size_t decimal_print(int64_t scaled, int decimals, char text[DECIMAL_TEXT_BYTES]
 /// The double nearest to scaled / 10^decimals. |scaled| <= DECIMAL_MAX.
 double decimal_to_double(int64_t scaled, int decimals);
 
-/// The nearest number with that many decimals. ERROR_RANGE for a NaN or beyond DECIMAL_MAX;
-/// `scaled` is then untouched.
+/// The nearest number with this many decimals. ERROR_RANGE for a NaN or beyond DECIMAL_MAX;
+/// `scaled` is then unchanged.
 int decimal_from_double(double value, int decimals, int64_t *scaled);
 
 #ifdef __cplusplus

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The one list of errors. Every public function that can fail returns an
-/// `int`: 0 is success, a negative `enum error_code` says what went wrong.
-/// Outputs are untouched on error unless a function says otherwise.
-/// The sentence for people (file name, limits, what to do) is made at the edge.
+/// The list of all errors. Every public function that can fail returns an `int`: 0 is success, and
+/// a negative `enum error_code` says what went wrong. Outputs are unchanged on error unless a
+/// function says otherwise. Messages with details (file name, limits, what to do) are written by
+/// the callers.
 #ifndef VERGENCE_CORE_ERROR_H
 #define VERGENCE_CORE_ERROR_H
 
@@ -29,23 +29,23 @@
     X(NO_SURFACE, -18, "no surface was found")                                            \
     X(CANCELLED, -19, "cancelled")                                                        \
     X(BUFFER, -20, "the output buffer is too small")                                      \
-    X(I2C_NACK, -21, "the device on the I2C bus does not answer")                         \
-    X(I2C_ARBITRATION, -22, "something else drove the I2C bus at the same time")          \
-    X(I2C_STUCK, -23, "a line of the I2C bus is held low")                                \
+    X(I2C_NACK, -21, "no answer from the device on the I2C bus")                          \
+    X(I2C_ARBITRATION, -22, "another device drove the I2C bus at the same time")          \
+    X(I2C_STUCK, -23, "I2C bus stuck low")                                                \
     X(TIMEOUT, -24, "the time limit was reached")                                         \
-    X(DEVICE, -25, "the device is missing, has gone, or is not the expected one")         \
-    X(REFUSED, -26, "the device refused the value")                                       \
-    X(VERIFY, -27, "a value that was written does not read back")                         \
+    X(DEVICE, -25, "the device is missing, has gone, or is another one")                  \
+    X(REFUSED, -26, "the device rejected the value")                                      \
+    X(VERIFY, -27, "a written value does not read back")                                  \
     X(UNSUPPORTED, -28, "the hardware cannot do this")                                    \
     X(RESTARTED, -29, "the device has restarted and lost its settings")                   \
-    X(IO, -30, "the system could not do it")                                              \
-    X(FULL, -31, "there is no room left")                                                 \
-    X(JAMMED, -32, "something does not move where it was told to")                        \
+    X(IO, -30, "system error")                                                            \
+    X(FULL, -31, "no space left")                                                         \
+    X(JAMMED, -32, "a part does not move as commanded")                                   \
     X(NOT_CONNECTED, -33, "this instrument has no such part")                             \
     X(NOT_READY, -34, "the instrument was not brought up, or is in its safe state")       \
-    X(MOVED, -35, "the scene or the instrument moved between the two frames")             \
-    X(FRAME, -36, "a frame was torn or damaged")                                          \
-    X(BUSY, -37, "too much else is waiting to be done")                                   \
+    X(MOVED, -35, "the scene or the instrument moved during the pair")                    \
+    X(FRAME, -36, "a frame was incomplete or damaged")                                    \
+    X(BUSY, -37, "too many pending requests")                                             \
     X(MISMATCH, -38, "the calibration was made with other axes, cameras or windows")
 
 enum error_code {
@@ -58,12 +58,12 @@ enum error_code {
 extern "C" {
 #endif
 
-/// The text of a code, without a full stop; "unknown error" for any other number.
-/// Static storage, never NULL.
+/// Text of a code, without a full stop; "unknown error" for any other number. Static storage, never
+/// NULL.
 const char *error_text(int code);
 
-/// The name of a code, such as "RANGE", for programs; "UNKNOWN" for any other number.
-/// Static storage, never NULL.
+/// Name of a code for programs, such as "RANGE"; "UNKNOWN" for any other number. Static storage,
+/// never NULL.
 const char *error_name(int code);
 
 #ifdef __cplusplus

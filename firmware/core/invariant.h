@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Assertions about our own mistakes. They stay on in release builds; data that
-/// comes from outside is checked and refused with an error code instead.
+/// Assertions about bugs in this program. They stay on in release builds. External data is checked
+/// and rejected with an error code instead.
 #ifndef VERGENCE_CORE_INVARIANT_H
 #define VERGENCE_CORE_INVARIANT_H
 
@@ -8,8 +8,8 @@
 extern "C" {
 #endif
 
-/// Called once when an invariant does not hold; must not return. The default
-/// traps; a program links its own to say where (file and line) before it stops.
+/// Called once if an invariant does not hold; must not return. The default traps; a program links
+/// its own function that reports file and line before it stops.
 #ifdef __cplusplus
 [[noreturn]]
 #else

@@ -14,16 +14,16 @@
 static const double HALF_PI_1 = 0x1.921fb544p+0;
 static const double HALF_PI_2 = 0x1.0b4611a6p-34;
 static const double HALF_PI_3 = 0x1.3198a2ep-69;
-// pi/2 and pi/4 as a double each, and what these lack.
+// pi/2 and pi/4 as doubles, and their remainders.
 static const double HALF_PI = 0x1.921fb54442d18p+0;
 static const double HALF_PI_REST = 0x1.1a62633145c07p-54;
-// ln 2 with 42 bits, so that multiples up to 2^11 are exact, and the rest.
+// ln 2 with 42 bits, so that multiples up to 2^11 are exact, and its remainder.
 static const double LN_2_HIGH = 0x1.62e42fefa38p-1;
 static const double LN_2_LOW = 0x1.ef35793c7673p-45;
 
 static const double ANGLE_MAX_RAD = 1e6;
 
-// Whole number nearest to x, |x| < 2^31.
+// Integer nearest to x, |x| < 2^31.
 static int32_t nearest(double x) {
     INVARIANT(x > -2147483648.0 && x < 2147483647.0);
     return (int32_t)(x < 0 ? x - 0.5 : x + 0.5);
@@ -38,7 +38,7 @@ static double scale_by_power_of_2(double x, int exponent) {
     return x * power;
 }
 
-// |r| <= pi/4; the first term left out is below 1e-19.
+// |r| <= pi/4; the first omitted term is below 1e-19.
 static double sin_near_zero(double r) {
     const double u = r * r;
     double sum = 1.0 / 355687428096000.0;
@@ -86,7 +86,7 @@ double math_cos(double angle_rad) {
     return sin_shifted(angle_rad, 1);
 }
 
-// |t| <= tan(pi/8); the first term left out is below 1e-18 of the result.
+// |t| <= tan(pi/8); the first omitted term is below 1e-18 of the result.
 static double atan_near_zero(double t) {
     const double u = t * t;
     double sum = 0;
@@ -147,7 +147,7 @@ double math_exp(double x) {
     for (int n = 14; n >= 2; n--) {  // Taylor: 1 + r + r^2 (1/2! + r/3! + ...)
         sum = (1.0 + r * sum) / (double)n;
     }
-    // Two steps: 2^k alone leaves the range of a double before the result does.
+    // Two steps: 2^k alone may leave the range of a double before the result does.
     const int first = twos / 2;
     return scale_by_power_of_2(scale_by_power_of_2(1.0 + (r + r * r * sum), first), twos - first);
 }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The core's own elementary functions, built from + - * / and sqrt only, so that
-/// every target computes the same bytes (a C library gives different results for
-/// the same argument on processors with and without fused multiply-add).
-/// Error against the true value: see each function. Compile with -ffp-contract=off.
+/// Elementary functions built from + - * / and sqrt only, so that results are bit-identical on
+/// every target (a C library gives different results for the same argument on processors with and
+/// without fused multiply-add). For the error see each function. Compile with -ffp-contract=off.
 #ifndef VERGENCE_CORE_MATH_H
 #define VERGENCE_CORE_MATH_H
 
@@ -18,7 +17,7 @@ double math_sin(double angle_rad);
 double math_cos(double angle_rad);
 
 /// Angle of the finite point (x, y) in rad, in (-pi, pi]; 0 for (0, 0); relative error <= 4e-16
-/// unless the ratio of both is below 1e-290. NaN when either is NaN.
+/// unless the ratio of both is below 1e-290. NaN if either is NaN.
 double math_atan2(double y, double x);
 
 /// e to the power x; relative error <= 1e-15 for normal results; 0 below -746, infinity above

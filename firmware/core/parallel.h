@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How core code asks for parallel work without knowing threads. The parts of one call are
+/// How core code runs parallel work without depending on threads. The parts of one call are
 /// independent and may run in any order on any thread; results never depend on that.
 #ifndef VERGENCE_CORE_PARALLEL_H
 #define VERGENCE_CORE_PARALLEL_H
@@ -12,15 +12,14 @@ struct parallel {
     /// Runs part(context, 0) .. part(context, count - 1) and returns when all are done.
     void (*run)(void *self, void (*part)(void *context, int index), void *context, int count);
     void *self;
-    int threads;  // how many parts may be in progress at once, >= 1: a hint for splitting
-    /// Which of the threads runs the part that calls this, 0 .. threads - 1: a hint for leaving
-    /// data in its cache. May be NULL.
+    int threads;  // number of parts that may run at once, >= 1: a hint for splitting
+    /// Number of the calling thread, 0 .. threads - 1: a hint for reusing its cache. May be NULL.
     int (*thread)(void *self);
-    /// What a part does again and again while it waits for another part in progress. May be NULL.
+    /// To be called repeatedly by a part that waits for another part in progress. May be NULL.
     void (*relax)(void *self);
 };
 
-/// One thread: the parts run in order on the caller's.
+/// One thread: the parts run in order on the caller's thread.
 extern const struct parallel parallel_serial;
 
 #ifdef __cplusplus

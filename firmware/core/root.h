@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Square roots of integers by multiplication only: per-pixel code has neither floating point nor
-/// time for a division a step.
+/// Square roots of integers by multiplication only: per-pixel code has no floating point, and
+/// divisions would be too slow.
 #ifndef VERGENCE_CORE_ROOT_H
 #define VERGENCE_CORE_ROOT_H
 

@@ -5,13 +5,13 @@
 #include "stereo/image/reason.h"
 
 enum {
-    CELL_COLUMNS = 16,  // what is judged at once
+    CELL_COLUMNS = 16,  // what is tested at once
     CELL_ROWS = 8,
-    ROW_STEP = 2,  // rows between those that are compared
-    LAG_MIN = 3,   // of a period, in pixels: closer rivals are seen by every search
-    FALL = 4,      // a repetition differs by so many times less than what lies before it
+    ROW_STEP = 2,  // distance of the rows that are compared
+    LAG_MIN = 3,   // minimum period in pixels: closer rivals are in every search
+    FALL = 4,      // a repetition must differ by this factor less than what lies before it
     PARTS_MAX = 8,
-    DIFFERENT = 6,  // mean of grey levels by which that differs at least
+    DIFFERENT = 6,  // mean difference of grey levels between the two, at least
 };
 
 struct cells {
@@ -33,7 +33,7 @@ static bool is_inside(const struct cell *cell, int lag) {
     return cell->x - lag >= 0 && cell->x - lag + CELL_COLUMNS <= cell->image->width;
 }
 
-// Sum of the grey levels by which the cell differs from what lies `lag` pixels to the left of it.
+// Sum of the differences of grey levels between the cell and the pixels `lag` to the left of it.
 static int difference(const struct cell *cell, int lag) {
     INVARIANT(is_inside(cell, lag) && cell->y + cell->rows <= cell->image->height);
     int sum = 0;
@@ -47,7 +47,7 @@ static int difference(const struct cell *cell, int lag) {
     return sum;
 }
 
-// A period need not be a whole number of pixels.
+// A period need not be an integer number of pixels.
 static bool is_alike_near(const struct cell *cell, int lag, int limit) {
     for (int near = lag - 1; near <= lag + 1; near++) {
         if (is_inside(cell, near) && difference(cell, near) <= limit) {
@@ -57,9 +57,9 @@ static bool is_alike_near(const struct cell *cell, int lag, int limit) {
     return false;
 }
 
-// Whether what the cell shows comes again `direction` times 3 to `last` pixels to the left, with
-// something else between, and once more: to the other side or as far again. Two edges that look
-// alike are no repetition.
+// Whether the content of the cell occurs again `direction` times 3 to `last` pixels to the left,
+// with something else between, and once more: on the other side or as far again. Two similar edges
+// are not a repetition.
 static bool repeats(const struct cell *cell, int direction, int last) {
     const int compared = (cell->rows + ROW_STEP - 1) / ROW_STEP * CELL_COLUMNS;
     int most = DIFFERENT * compared;
@@ -79,7 +79,8 @@ static bool repeats(const struct cell *cell, int direction, int last) {
     return false;
 }
 
-// Counts the valid pixels from column `first` on, and takes their mean disparity; false: none.
+// Counts the valid pixels from column `first` on, and computes their mean disparity; false: no
+// valid pixels.
 static bool set_disparity(const struct match_output *output, int first, struct cell *cell) {
     int64_t sum_q8 = 0;
     uint32_t count = 0;
@@ -104,7 +105,7 @@ static uint32_t count_row_of_cells(const struct cells *cells, int y) {
     const struct image_u8 *image = &cells->input->left;
     const int rows = image->height - y < CELL_ROWS ? image->height - y : CELL_ROWS;
     for (int begin = 0; begin < image->width; begin += CELL_COLUMNS) {
-        // The last cell ends where the image ends, over the one before.
+        // The last cell ends at the end of the image and overlaps the one before.
         const int last = image->width - CELL_COLUMNS;
         struct cell cell = {.image = image, .x = begin < last ? begin : last, .y = y, .rows = rows};
         if (!set_disparity(cells->output, begin, &cell)) {

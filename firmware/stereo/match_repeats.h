@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Matches on texture that repeats itself. Near a coarser surface the other periods are not
-/// searched, and a coarser level may not see them either; but the left image alone tells them:
-/// where it looks the same one period and two further on, so do the matches.
+/// Detects matches on repetitive texture. Near a coarser surface the other periods are not
+/// searched, and a coarser level may not see them either; but the left image alone shows them:
+/// where it looks the same one and two periods away, so do the matches.
 #ifndef VERGENCE_STEREO_MATCH_REPEATS_H
 #define VERGENCE_STEREO_MATCH_REPEATS_H
 
@@ -11,9 +11,9 @@
 extern "C" {
 #endif
 
-/// Valid pixels whose surroundings repeat so that the disparity of another period lies in the range
-/// asked for. The ends of the pattern may have decided which one is right, as those of a chessboard
-/// do; nothing tells here whether they did.
+/// Counts valid pixels on repetitive texture for which the disparity of another period lies in the
+/// requested range. The ends of the pattern may have decided correctly, as those of a chessboard
+/// do; this function cannot detect that.
 uint32_t match_count_repeats(const struct match_input *input, const struct match_options *options,
                              const struct parallel *parallel, const struct match_output *output);
 

@@ -6,8 +6,8 @@
 #include "core/invariant.h"
 #include "core/root.h"
 
-// Edges are cut to this many bits, so that eight cross products of them fit their sum: above
-// 268 m a larger triangle has no larger weight.
+// Edges are limited to this many bits, so that eight cross products fit their sum: beyond 268 m a
+// larger triangle gets no larger weight.
 enum { EDGE_BITS = 28 };
 
 // A corner of a cell.
@@ -26,7 +26,7 @@ static int64_t gap_q8(const struct corner *a, const struct corner *b) {
     return gap < 0 ? -gap : gap;
 }
 
-// Adds the triangle when it has three vertices and no gap. Returns how many were added.
+// Adds the triangle if it has three vertices and no gap. Returns the number added.
 static int join(const struct corner *a, const struct corner *b, const struct corner *c,
                 int64_t max_gap_q8, uint32_t triangle[3]) {
     if (a->vertex == MESH_NO_VERTEX || b->vertex == MESH_NO_VERTEX || c->vertex == MESH_NO_VERTEX ||
@@ -72,7 +72,7 @@ static void edge_between(const struct triangulate_point *a, const struct triangu
     edge_um[2] = (int64_t)b->z_um - a->z_um;
 }
 
-// One bit above all bits that any of the components uses.
+// One bit above the highest bit of all components.
 static uint64_t magnitude(const int64_t v[3]) {
     uint64_t bits = 0;
     for (int i = 0; i < 3; i++) {
@@ -107,7 +107,7 @@ void mesh_normal_q14(const int64_t sum[3], int16_t normal_q14[3]) {
         normal_q14[2] = -16384;
         return;
     }
-    // The largest component to 30 bits: squares and their sum then fit.
+    // Scales the largest component to 30 bits, so that squares and their sum fit.
     const int zeros = __builtin_clzll(largest) - 34;
     int64_t v[3];
     for (int i = 0; i < 3; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Surface from the image neighbourhood: joins rows y-1 and y with triangles and never
-/// bridges a depth gap. Counter-clockwise seen from the camera.
+/// Surface from image neighbourhood: joins rows y-1 and y with triangles, without bridging depth
+/// gaps. Triangles are counter-clockwise seen from the camera.
 #ifndef VERGENCE_STEREO_MESH_H
 #define VERGENCE_STEREO_MESH_H
 
@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/// Marks a pixel without a vertex.
+/// Pixel without a vertex.
 #define MESH_NO_VERTEX UINT32_MAX
 
 /// One row of candidate vertices.
@@ -27,19 +27,19 @@ struct mesh_options {
                          // MESH_DEFAULT_GAP_Q8
 };
 
-/// One pixel of disparity from a pixel to its neighbour: steeper surfaces cannot be
-/// seen by both cameras in one direction, and are gaps in the other.
+/// One pixel of disparity per pixel: steeper surfaces cannot be seen by both cameras in one
+/// direction, and are gaps in the other.
 enum { MESH_DEFAULT_GAP_Q8 = 256 };
 
-/// Triangles between two neighbouring rows, into `triangles` (3 vertex numbers each; room for
-/// 2 (width - 1)). Of the two diagonals of a cell the one with the smaller disparity gap is
-/// taken; a cell with three vertices gives one triangle. Returns the count of triangles.
+/// Computes the triangles between two neighbouring rows into `triangles` (3 vertex numbers each;
+/// room for 2 (width - 1)). Of the two diagonals of a cell the one with the smaller disparity gap
+/// is used; a cell with three vertices gives one triangle. Returns the number of triangles.
 int mesh_join_rows(const struct mesh_options *options, const struct mesh_row *above,
                    const struct mesh_row *below, uint32_t (*triangles)[3]);
 
 /// Adds the triangle's area-weighted normal (square micrometres, twice the area; edges above 268 m
-/// are scaled down) to the sum of one of its corners, to be normalised by `mesh_normal_q14`. A
-/// vertex has at most eight triangles: their sum fits.
+/// are scaled down) to the sum of one of its corners, for `mesh_normal_q14`. A vertex has at most
+/// eight triangles, so the sum fits.
 void mesh_accumulate_normal(const struct triangulate_point *a, const struct triangulate_point *b,
                             const struct triangulate_point *c, int64_t sum[3]);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooths the disparities where neighbours agree, then moves each to where the window around it
-// fits best. Each pixel of a window is compared at its own disparity, so that slanted and
-// curved surfaces need no model, and only the correction is averaged over the window. The
-// mean difference is taken out, which makes the fit blind to a difference of exposure.
-// Source of the fit: B. D. Lucas and T. Kanade, "An iterative image registration technique", 1981;
-// of the predicted sigma: the Cramer-Rao bound of that fit with the noise seen in the residuals.
+// fits best. Each pixel of a window is compared at its own disparity, so that slanted and curved
+// surfaces need no model, and only the correction is averaged over the window. The mean difference
+// is removed, so that a difference of exposure does not matter. Source of the fit: B. D. Lucas and
+// T. Kanade, "An iterative image registration technique", 1981; of the predicted sigma: the
+// Cramer-Rao bound of that fit with the noise of the residuals.
 #include "stereo/refine.h"
 
 #include <string.h>
@@ -19,21 +19,22 @@ enum {
     WINDOW_ROWS = 2 * RADIUS + 1,
     SMOOTH_RADIUS = 2,
     SMOOTH_ROWS = 2 * SMOOTH_RADIUS + 1 + 2,  // a window and two rows of sums
-    UNUSED_Q8 = INT32_MIN / 4,                // disagrees with everything
-    SMOOTH_STEP_Q8 = 192,  // neighbours further away in disparity belong to something else
-    MOVE_MAX_Q8 = 128,     // a fit that wants more has lost its place
+    UNUSED_Q8 = INT32_MIN / 4,                // incompatible with everything
+    SMOOTH_STEP_Q8 = 192,  // neighbours with a larger difference of disparity belong to another
+                           // surface
+    MOVE_MAX_Q8 = 128,     // limit of a correction
     PRIOR_SIGMA_Q8 = 50,   // of the disparities before the fit
     // The residuals of a window are neither independent nor pure noise (interpolation, aliasing,
     // reflections): they count this many times (measured on pairs with ground truth).
     MISFIT = 8,
     CORRELATION = 1,
-    // What sampling leaves in the best texture, and what rectification adds: it blurs the two
+    // Error left by sampling in the best texture, plus that of rectification, which blurs the two
     // images differently.
     FLOOR_SIGMA_Q8 = 6,
     RESAMPLED_SIGMA_Q8 = 13,
-    SIGMA_MAX_Q8 = 256,         // the messages hold what has no texture of its own to a pixel
+    SIGMA_MAX_Q8 = 256,         // path costs determine pixels without texture to one pixel
     ROUNDING_VARIANCE_Q8 = 43,  // of the difference of two rounded grey levels, 1/256
-    BAND_ROWS = 32,             // rows that one part of the parallel work takes
+    BAND_ROWS = 32,             // rows per part of the parallel work
 };
 
 // Sums over the window; gradient in 1/2 grey level a pixel, difference (right - left) in 1/16.
@@ -52,7 +53,7 @@ struct work {
     int width, height, bands;
 };
 
-// Bands of rows are dealt out to groups; each group has scratch of its own.
+// Groups share the bands of rows; each group has its own working memory.
 struct group_context {
     const struct work *work;
     int groups;
@@ -89,7 +90,7 @@ static int32_t slope_q1(const uint8_t *row, int width, int x) {
     return row[after] - row[before];
 }
 
-// What one pixel at its present disparity says about the fit.
+// Contribution of one pixel at its present disparity to the fit.
 static struct moments moments_at(const struct work *work, int x, int y) {
     const uint8_t *left = image_u8_row(&work->input->left, y);
     const uint8_t *right = image_u8_row(&work->input->right, y);
@@ -129,8 +130,8 @@ struct fit {
 };
 
 // Solves the window's normal equation with the prior that the present disparity is good to
-// PRIOR_SIGMA_Q8: where there is no texture nothing moves. Sigma is the bound without the prior,
-// which shares its noise with the window.
+// PRIOR_SIGMA_Q8: without texture nothing moves. Sigma is the bound without the prior, which shares
+// its noise with the window.
 static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
     struct fit result = {0, SIGMA_MAX_Q8};
     const int64_t count = sum->count;
@@ -145,16 +146,16 @@ static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
     INVARIANT(gd < INT32_MAX && gd > -INT32_MAX);  // so that its square fits
     const int64_t explained = gg > 0 ? gd * gd / gg : 0;
     const int64_t left_over = dd > explained ? dd - explained : 0;
-    // Variance of a difference in 1/256 grey level^2, never below that of rounding to grey levels.
-    // Differences that go together (noise that rectification has blurred, a surface that the window
-    // does not follow) tell less than their number: with CORRELATION times their covariance added,
-    // the variance is what so many independent ones would need.
+    // Variance of a difference in 1/256 grey level^2, at least that of rounding to grey levels.
+    // Correlated differences (noise blurred by rectification, a surface that the window does not
+    // follow) carry less information: with CORRELATION times their covariance added, the variance
+    // is that of as many independent ones.
     const int64_t together = count * sum->neighbours - (int64_t)sum->difference * sum->difference;
     const int64_t spread = left_over + (together > 0 ? CORRELATION * together : 0);
     int64_t variance = spread / (count * (count - 2));
     variance = variance > ROUNDING_VARIANCE_Q8 ? variance : ROUNDING_VARIANCE_Q8;
-    // Cramer-Rao bound of the window in (1/256 px)^2; the matches around, which smoothing has taken
-    // in, lower it to three quarters (measured on synthetic pairs).
+    // Cramer-Rao bound of the window in (1/256 px)^2; the neighbouring matches, included by
+    // smoothing, lower it to three quarters (measured on synthetic pairs).
     const int64_t noise = count * variance * 1024;
     const int64_t bound_q16 = gg > 0 ? 3 * noise / (4 * gg) : SIGMA_MAX_Q8 * SIGMA_MAX_Q8;
     const int64_t sigma2_q16 = bound_q16 + floor2_q16;
@@ -219,7 +220,7 @@ static void fit_band(const struct work *work, struct moments *ring, int begin, i
     }
 }
 
-// Disparities of a row with UNUSED where there is none (and beyond the ends), from index
+// Disparities of a row, with UNUSED where there is no disparity (and beyond the ends), from index
 // SMOOTH_RADIUS on.
 static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
     const int padded = work->width + 2 * SMOOTH_RADIUS;
@@ -236,7 +237,7 @@ static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
     }
 }
 
-// Adds one pair of opposite neighbours where both agree with the middle.
+// Adds one pair of opposite neighbours if both agree with the middle.
 static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict one_q8,
                      const int32_t *restrict other_q8, int width, int32_t *restrict excess_q8,
                      int32_t *restrict count) {
@@ -252,7 +253,7 @@ static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict 
     }
 }
 
-// Mean over opposite pairs of neighbours: unbiased on any slope, also beside an edge.
+// Mean over opposite pairs of neighbours: unbiased on any slope, also next to an edge.
 static void smooth_row(int32_t *const window[], int width, int32_t *restrict excess_q8,
                        int32_t *restrict count, int32_t *restrict next_q8) {
     const int32_t *middle_q8 = window[SMOOTH_RADIUS] + SMOOTH_RADIUS;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residual vertical disparity. Matches lie on one row by construction, so whether the rows really
-// correspond must be measured: windows of a textured sample are aligned in both directions
-// (Gauss-Newton on position, with the mean difference taken out), and offset and slopes are fitted
-// to the vertical parts by reweighted least squares.
+// Residual vertical disparity. Matches lie on one row by construction, so the true vertical offset
+// must be measured: windows of a textured sample are aligned in both directions (Gauss-Newton on
+// position, with the mean difference taken out), and offset and slopes are fitted to the vertical
+// parts by reweighted least squares.
 #include <math.h>
 
 #include "core/error.h"
@@ -65,7 +65,7 @@ static int64_t squared_difference(const struct match_input *input, int x, int y,
     return sum2 * WINDOW - sum * sum;
 }
 
-// Structure tensor of the left window, centred; false when either direction lacks texture.
+// Structure tensor of the left window, centred; false if either direction has too little texture.
 static bool textured(const struct match_input *input, int x, int y, double tensor[3]) {
     double xx = 0.0;
     double xy = 0.0;
@@ -96,8 +96,8 @@ static bool inside(const struct match_input *input, double x, double y) {
            y < input->right.height - MARGIN;
 }
 
-// Aligns the window at (x, y) with the right image near (x_right, y + start). The gradient is
-// that of the left window, so its tensor serves all steps. Returns false when it does not settle.
+// Aligns the window at (x, y) with the right image near (x_right, y + start). The gradient is that
+// of the left window, so its tensor serves all steps. Returns false if it does not converge.
 static bool align(const struct match_input *input, int x, int y, double x_right, double start,
                   const double tensor[3], double *vertical_px) {
     const double determinant = tensor[0] * tensor[2] - tensor[1] * tensor[1];
@@ -158,7 +158,7 @@ static bool measure(const struct match_input *input, const struct match_output *
             best = dy;
         }
     }
-    // A minimum at the end of the search is no minimum.
+    // A minimum at the end of the search is not valid.
     if (best == REACH || best == -REACH) {
         return false;
     }
@@ -167,7 +167,7 @@ static bool measure(const struct match_input *input, const struct match_output *
 }
 
 static void sort(float *values, int count) {
-    // Heap sort: no recursion, no memory.
+    // Heap sort: no recursion, no extra memory.
     for (int start = count / 2 - 1, end = count; end > 1;) {
         int root;
         if (start >= 0) {
@@ -227,8 +227,8 @@ struct normal_equations {
     double a[SURFACE_MAX_TERMS][SURFACE_MAX_TERMS], b[SURFACE_MAX_TERMS];
 };
 
-// Solves a symmetric system of so many unknowns by elimination, which writes over it; false when it
-// is close to singular.
+// Solves a symmetric system of equations by elimination, overwriting it; false if it is close to
+// singular.
 static bool solve(struct normal_equations *n, int terms, double result[SURFACE_MAX_TERMS]) {
     double share = 1.0;
     for (int i = 0; i < terms; i++) {
@@ -302,8 +302,7 @@ static double fit(const struct sample *samples, int count, float *work, struct s
     return scale;
 }
 
-// The model that triangulation takes off, and how far the rows are off by it and by their
-// curvature where the samples are.
+// The model that triangulation subtracts, and how large it and its curvature are at the samples.
 static void fit_trend(const struct sample *samples, int count, int width, int height, float *work,
                       struct triangulate_vertical *vertical) {
     struct surface plane = {.terms = PLANE_TERMS, .width = width, .height = height};
@@ -350,8 +349,8 @@ int refine_measure_vertical(const struct match_input *input, const struct match_
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
-    // A lattice that spreads at most SAMPLES_MAX places over the image; a finer one where little of
-    // the image is textured, as with an object before a wall out of focus.
+    // A lattice of at most SAMPLES_MAX positions over the image; a finer one if little of the image
+    // has texture, for example an object in front of a wall out of focus.
     int step = STEP_MIN;
     while ((int64_t)(width / step + 1) * (height / step + 1) > SAMPLES_MAX) {
         step++;

@@ -12,7 +12,7 @@
 #include "stereo/geometry/geometry.h"
 
 static const double baseline_min_mm = 1e-3;
-static const double baseline_max_mm = 1e5;           // what triangulation's fixed point holds
+static const double baseline_max_mm = 1e5;           // limit of triangulation's fixed point
 static const double angle_max_rad = MATH_PI + 1e-9;  // pi, as rounded to the text's decimals
 
 static int refuse(struct calibration_fault *fault, int code, const char *field,
@@ -24,7 +24,7 @@ static int refuse(struct calibration_fault *fault, int code, const char *field,
     return code;
 }
 
-// Length of a text that ends within `size` bytes, else `size`.
+// Length of a text that ends within `size` bytes; else `size`.
 static size_t text_length(const char *text, size_t size) {
     size_t length = 0;
     while (length < size && text[length] != '\0') {
@@ -88,7 +88,7 @@ static bool line_is_legal(const char *note, size_t bytes) {
             return false;
         }
     }
-    // Blanks at the ends are easily lost by editors, and then the checksum fails.
+    // Editors easily lose blanks at the ends, and then the checksum fails.
     return length == 0 || (note[0] != ' ' && note[length - 1] != ' ');
 }
 
@@ -98,7 +98,7 @@ static int validate_texts(const struct calibration *calibration, struct calibrat
                       "must be 1 to 47 letters, digits, dots, underlines or hyphens");
     }
     if (!date_is_legal(calibration->date, sizeof calibration->date)) {
-        return refuse(fault, ERROR_SYNTAX, "date", "must be a day as YYYY-MM-DD, or unknown");
+        return refuse(fault, ERROR_SYNTAX, "date", "must be a date YYYY-MM-DD, or unknown");
     }
     if (!line_is_legal(calibration->note, CALIBRATION_NOTE_BYTES)) {
         return refuse(fault, ERROR_SYNTAX, "note",
@@ -107,11 +107,11 @@ static int validate_texts(const struct calibration *calibration, struct calibrat
     return ERROR_OK;
 }
 
-// What is not a number of the field list's own: names, windows, axes.
+// Validates what is not a number in the field list: names, windows, axes.
 static int validate_origin(const struct calibration *calibration, struct calibration_fault *fault) {
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
-    struct calibration copy = *calibration;  // the grammar's access is for writers as well
+    struct calibration copy = *calibration;  // the accessor of the grammar also serves writers
     for (int i = 0; i < count; i++) {
         const struct calibration_field *field = &fields[i];
         if (field->kind == CALIBRATION_FIELD_NAME &&
@@ -151,7 +151,7 @@ static int validate_ranges(const struct calibration *calibration, struct calibra
         }
         for (int j = 0; j < field->count; j++) {
             const double value = calibration_grammar_value(field, j, calibration);
-            // Written so that a NaN fails as well.
+            // Written so that a NaN fails too.
             if (!(value >= (double)field->min && value <= (double)field->max)) {
                 return refuse(fault, ERROR_RANGE, field->name, "");
             }
@@ -163,7 +163,7 @@ static int validate_ranges(const struct calibration *calibration, struct calibra
 static int validate_pose(const struct calibration *calibration, struct calibration_fault *fault) {
     if (geometry_norm(calibration->rotation_right_left_rad) > angle_max_rad) {
         return refuse(fault, ERROR_ROTATION, "rotation_right_left_rad",
-                      "the angle must not be above pi");
+                      "the angle must not be larger than pi");
     }
     const double baseline_mm = calibration_baseline_mm(calibration);
     if (baseline_mm < baseline_min_mm) {
@@ -171,7 +171,7 @@ static int validate_pose(const struct calibration *calibration, struct calibrati
     }
     if (baseline_mm > baseline_max_mm) {
         return refuse(fault, ERROR_RANGE, "translation_right_left_mm",
-                      "the baseline must not be above 100 m");
+                      "the baseline must not be longer than 100 m");
     }
     const double near_mm = calibration->depth_near_mm, far_mm = calibration->depth_far_mm;
     if (!(near_mm == 0 && far_mm == 0) && !(near_mm > 0 && far_mm > near_mm)) {

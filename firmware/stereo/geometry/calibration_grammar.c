@@ -5,7 +5,7 @@
 
 #include "core/invariant.h"
 
-// Shorter spellings for the list below.
+// Short forms for the list below.
 #define AT(member) offsetof(struct calibration, member)
 #define TEXT(kind, name, member, meaning)                             \
     {                                                                 \
@@ -32,9 +32,10 @@
         }                                                                            \
     }
 
-// Ranges of the distortion grow with the order because the terms they multiply shrink: a lens of
-// 27,000 px focal length sees r < 0.05, so that r^6 < 2e-8. Decimals shrink as much, which keeps
-// |value| * 10^decimals within DECIMAL_MAX and the effect of the last digit under 1e-4 px.
+// The ranges of the distortion coefficients grow with the order, because the terms they multiply
+// shrink: a lens of 27,000 px focal length sees r < 0.05, so that r^6 < 2e-8. Decimals shrink as
+// much, which keeps |value| * 10^decimals within DECIMAL_MAX and the effect of the last digit under
+// 1e-4 px.
 #define CAMERA(side)                                                                              \
     {#side "_size_px",                                                                            \
      CALIBRATION_FIELD_INTEGERS,                                                                  \
@@ -63,9 +64,9 @@
             AT(origin.member), 0, 0                                                    \
         }                                                                              \
     }
-#define AXIS(prefix, at, name, unit, which, meaning)                                       \
-    ORIGIN(AXIS, prefix "_" name "_" unit, 2, 3, -100000, 100000, unit,                    \
-           meaning ", mean and greatest deviation; none: it has no such axis; or unknown", \
+#define AXIS(prefix, at, name, unit, which, meaning)                                \
+    ORIGIN(AXIS, prefix "_" name "_" unit, 2, 3, -100000, 100000, unit,             \
+           meaning ", mean and greatest deviation; none: no such axis; or unknown", \
            side[at].axis[CALIBRATION_##which])
 #define SIDE(prefix, at)                                                                          \
     ORIGIN(NAME, prefix "_camera", 1, 0, 0, 0, "",                                                \
@@ -86,17 +87,17 @@
     }
 
 static const struct calibration_field fields[] = {
-    TEXT(ID, "id", id, "names the rig and the occasion: letters, digits, . _ -"),
+    TEXT(ID, "id", id, "name of rig and occasion: letters, digits, . _ -"),
     TEXT(DATE, "date", date, "day of the calibration, YYYY-MM-DD, or unknown"),
-    TEXT(NOTE, "note", note, "what is assumed, in words; may be empty"),
-    TEXT(FLAG, "rectified", rectified, "yes: rows of both images already correspond; else no"),
+    TEXT(NOTE, "note", note, "assumptions made, as text; may be empty"),
+    TEXT(FLAG, "rectified", rectified, "yes: rows of both images already correspond; otherwise no"),
     CAMERA(left),
     CAMERA(right),
     DECIMALS_3("rotation_right_left_rad", 12, -4, 4, "rad",
                "rotation vector that turns points of the left frame into the right one",
                rotation_right_left_rad[0], rotation_right_left_rad[1], rotation_right_left_rad[2]),
     DECIMALS_3("translation_right_left_mm", 9, -100000, 100000, "mm",
-               "position of the left camera in the right frame: x is negative in a usual rig",
+               "position of the left camera in the right frame: x is normally negative",
                translation_right_left_mm[0], translation_right_left_mm[1],
                translation_right_left_mm[2]),
     DECIMALS_2("depth_range_mm", 3, 0, 1000000000, "mm",
@@ -106,8 +107,7 @@ static const struct calibration_field fields[] = {
     ORIGIN(NAME, "instrument", 1, 0, 0, 0, "", "profile of the instrument, or unknown", instrument),
     SIDE("left", 0),
     SIDE("right", 1),
-    SIGMA("scale_sigma", 1, "",
-          "standard deviation that all depths share, as a share of them; 0: not stated",
+    SIGMA("scale_sigma", 1, "", "standard deviation common to all depths, relative; 0: not stated",
           scale_sigma),
     SIGMA("yaw_sigma_rad", 1, "rad",
           "standard deviation of the angle between the cameras; 0: not stated", yaw_sigma_rad),

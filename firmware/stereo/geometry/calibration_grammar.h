@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The grammar of the calibration text as data: one entry a line, in the order of the text.
-/// A line is the field's name and its values, separated by single spaces and closed by a line feed.
-/// Before the fields stands the line CALIBRATION_GRAMMAR_FIRST_LINE, or that of version 2, which
-/// has more fields; after them the line
-/// `crc32 XXXXXXXX` (eight lower-case hexadecimal digits, over all bytes before it).
+/// The grammar of the calibration text as data: one entry per line, in the order of the text. A
+/// line has the field's name and its values, separated by single spaces and ended by a line feed.
+/// The fields follow the line CALIBRATION_GRAMMAR_FIRST_LINE, or that of version 2, which has more
+/// fields; after them comes the line `crc32 XXXXXXXX` (eight lower-case hexadecimal digits, over
+/// all bytes before it).
 #ifndef VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
 #define VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
 
@@ -40,24 +40,24 @@ enum { CALIBRATION_FIELD_MAX_COUNT = 3 };
 struct calibration_field {
     const char *name;
     enum calibration_field_kind kind;
-    int version;       // of the text that has it first
-    int count;         // values
-    int decimals;      // exactly that many after the point
+    int version;       // first version of the text that has it
+    int count;         // number of values
+    int decimals;      // exact number of digits after the point
     int64_t min, max;  // legal range of each value, in whole units, both ends included
-    const char *unit;  // "" when it has none
+    const char *unit;  // "" if it has none
     const char *meaning;
-    size_t offset[CALIBRATION_FIELD_MAX_COUNT];  // of each value in struct calibration
+    size_t offset[CALIBRATION_FIELD_MAX_COUNT];  // offset of each value in struct calibration
 };
 
-/// All fields in the order of the text; static storage. `count` takes how many. Those of later
-/// versions stand behind those of earlier ones.
+/// All fields in the order of the text; static storage. `count` receives their number. Fields of
+/// later versions follow those of earlier ones.
 const struct calibration_field *calibration_grammar_fields(int *count);
 
-/// How many of them a text of `version`, 1 or 2, has.
+/// Number of fields in a text of `version`, 1 or 2.
 int calibration_grammar_count(int version);
 
-/// The place of a field that is no number in a calibration: the text (CALIBRATION_NAME_BYTES), the
-/// window, or the axis.
+/// Address of a field that is not a number: the text (CALIBRATION_NAME_BYTES), the window, or the
+/// axis.
 char *calibration_grammar_name(const struct calibration_field *field,
                                struct calibration *calibration);
 struct calibration_window *calibration_grammar_window(const struct calibration_field *field,
@@ -68,7 +68,7 @@ struct calibration_axis *calibration_grammar_axis(const struct calibration_field
 /// Value i, 0 <= i < count, of a number field.
 double calibration_grammar_value(const struct calibration_field *field, int i,
                                  const struct calibration *calibration);
-/// Stores value i of a number field; an integer field takes whole numbers only.
+/// Stores value i of a number field; an integer field accepts integers only.
 void calibration_grammar_set(const struct calibration_field *field, int i, double value,
                              struct calibration *calibration);
 

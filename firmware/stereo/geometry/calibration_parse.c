@@ -8,7 +8,7 @@
 #include "stereo/geometry/calibration.h"
 #include "stereo/geometry/calibration_grammar.h"
 
-// A run of bytes inside the text; never zero-terminated.
+// A run of bytes inside the text; not zero-terminated.
 struct span {
     const char *text;
     size_t length;
@@ -17,7 +17,7 @@ struct span {
 struct parser {
     const char *text;
     size_t length, position;  // start of the next line
-    int line;                 // number of the current one
+    int line;                 // number of the present one
     struct calibration_fault fault;
 };
 
@@ -47,22 +47,22 @@ static int next_line(struct parser *parser, struct span *line) {
         const char c = begin[length];
         if (c == '\r') {
             return refuse(parser, ERROR_SYNTAX, "",
-                          "lines must end in LF alone, not in CR LF: convert the line ends");
+                          "lines must end in LF, not CR LF (convert the line ends)");
         }
         if (c < ' ' || c > '~') {
-            return refuse(parser, ERROR_SYNTAX, "", "only printable ASCII characters may stand");
+            return refuse(parser, ERROR_SYNTAX, "", "only printable ASCII characters are allowed");
         }
     }
     if (length == left) {
-        return refuse(parser, ERROR_SYNTAX, "", "the last line does not end in a line feed");
+        return refuse(parser, ERROR_SYNTAX, "", "the last line has no line feed");
     }
     *line = (struct span){begin, length};
     parser->position += length + 1;
     return ERROR_OK;
 }
 
-// Cuts the first word and the blank after it off `rest`. A blank with nothing behind it leaves
-// `more` true, so that it is seen as an empty value.
+// Splits the first word and the blank after it off `rest`. If nothing follows the blank, `more`
+// stays true, so that it counts as an empty value.
 static struct span cut_word(struct span *rest, bool *more) {
     size_t length = 0;
     while (length < rest->length && rest->text[length] != ' ') {
@@ -76,7 +76,7 @@ static struct span cut_word(struct span *rest, bool *more) {
     return word;
 }
 
-// The line bears another name than the expected one: says which mistake that most likely is.
+// The line has another name than the expected one: reports the most likely mistake.
 static int refuse_name(struct parser *parser, struct span name, const char *expected) {
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
@@ -86,14 +86,13 @@ static int refuse_name(struct parser *parser, struct span name, const char *expe
             before = false;
         }
         if (span_is(name, fields[i].name)) {
-            return before ? refuse(parser, ERROR_DUPLICATE, fields[i].name,
-                                   "the field stood above already")
+            return before ? refuse(parser, ERROR_DUPLICATE, fields[i].name, "duplicate field")
                           : refuse(parser, ERROR_MISSING, expected,
-                                   "the field must stand here: it is missing or out of order");
+                                   "the field is missing here, or out of order");
         }
     }
     if (span_is(name, CALIBRATION_GRAMMAR_CRC)) {
-        return refuse(parser, ERROR_MISSING, expected, "the field must stand here");
+        return refuse(parser, ERROR_MISSING, expected, "the field is missing here");
     }
     return refuse(parser, ERROR_SYNTAX, expected,
                   "another name stands where this field is expected");
@@ -109,14 +108,14 @@ static int copy_text(struct parser *parser, const char *field, struct span value
     return ERROR_OK;
 }
 
-// One value of a field with decimals; `*value` only on success.
+// Parses one value of a field with decimals; `*value` is set only on success.
 static int parse_decimal(struct parser *parser, const struct calibration_field *field,
                          struct span word, double *value) {
     int64_t scaled;
     const int code = decimal_parse(word.text, word.length, field->decimals, &scaled);
     if (code == ERROR_SYNTAX) {
         return refuse(parser, code, field->name,
-                      "a value is not a number in the field's fixed count of decimals");
+                      "not a number with the field's fixed count of decimals");
     }
     if (code != ERROR_OK) {
         return refuse(parser, ERROR_RANGE, field->name, "");
@@ -127,7 +126,7 @@ static int parse_decimal(struct parser *parser, const struct calibration_field *
                : ERROR_OK;
 }
 
-// All values of a field; `more` says whether the name was followed by a blank.
+// Parses all values of a field; `more`: whether the name was followed by a blank.
 static int parse_values(struct parser *parser, const struct calibration_field *field,
                         struct span rest, bool more, double values[CALIBRATION_FIELD_MAX_COUNT]) {
     for (int i = 0; i < field->count; i++) {
@@ -284,8 +283,7 @@ static int parse_crc(struct parser *parser) {
                       "must be eight lower-case hexadecimal digits");
     }
     if (parser->position != parser->length) {
-        return refuse(parser, ERROR_SYNTAX, CALIBRATION_GRAMMAR_CRC,
-                      "nothing may follow the checksum");
+        return refuse(parser, ERROR_SYNTAX, CALIBRATION_GRAMMAR_CRC, "text after the checksum");
     }
     if (stated != crc) {
         parser->fault.crc = crc;
@@ -310,7 +308,7 @@ static int parse_first_line(struct parser *parser, bool *has_origin) {
     *has_origin = span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE_2);
     return *has_origin || span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE)
                ? ERROR_OK
-               : refuse(parser, ERROR_VERSION, "", "only versions 1 and 2 are known");
+               : refuse(parser, ERROR_VERSION, "", "unknown version (expected 1 or 2)");
 }
 
 static int parse_all(struct parser *parser, struct calibration *result) {
@@ -326,7 +324,7 @@ static int parse_all(struct parser *parser, struct calibration *result) {
     }
     if (code == ERROR_OK) {
         code = calibration_validate(result, &parser->fault);
-        // The lines are one field each, in order, behind the first line.
+        // One line per field, in order, after the first line.
         for (int i = 0; code != ERROR_OK && i < count; i++) {
             if (strcmp(fields[i].name, parser->fault.field) == 0) {
                 parser->fault.line = i + 2;

@@ -10,7 +10,7 @@
 
 struct writer {
     char *text;
-    size_t size, length;  // `length` counts on when the text is full
+    size_t size, length;  // `length` keeps counting when the text is full
 };
 
 static void put(struct writer *writer, const char *word) {

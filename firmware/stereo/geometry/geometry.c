@@ -80,7 +80,7 @@ static bool is_near_rotation(const double R[9]) {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j <= i; j++) {
             const double error = geometry_dot(R + 3 * i, R + 3 * j) - (i == j ? 1.0 : 0.0);
-            if (!(error >= -1e-4 && error <= 1e-4)) {  // also refuses a NaN
+            if (!(error >= -1e-4 && error <= 1e-4)) {  // also rejects a NaN
                 return false;
             }
         }

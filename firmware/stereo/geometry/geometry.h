@@ -20,22 +20,23 @@ void geometry_cross(const double a[3], const double b[3], double result[3]);
 void geometry_rotate(const double R[9], const double a[3], double result[3]);
 /// result = R^T a. `result` must not overlap `a`.
 void geometry_rotate_back(const double R[9], const double a[3], double result[3]);
-/// result = A B. `result` must not overlap either.
+/// result = A B. `result` must not overlap A or B.
 void geometry_multiply(const double A[9], const double B[9], double result[9]);
 
 /// Rotation matrix of the rotation vector `r_rad` (axis times angle; Rodrigues' formula).
 void geometry_rotation_from_vector(const double r_rad[3], double R[9]);
 
-/// Rotation vector of a rotation matrix, angle in [0, pi]. Returns ERROR_ROTATION when R is
-/// not orthonormal within 1e-4 or has determinant < 0 or holds a NaN; R within that
-/// tolerance is projected to the nearest rotation first.
+/// Rotation vector of a rotation matrix, angle in [0, pi]. ERROR_ROTATION if R is not orthonormal
+/// within 1e-4, has determinant < 0 or contains a NaN; R within that tolerance is projected to the
+/// nearest rotation first.
 int geometry_vector_from_rotation(const double R[9], double r_rad[3]);
 
 /// The two points of closest approach of the rays `origin_a + s direction_a` and
 /// `origin_b + t direction_b` (directions need no unit length), in one frame.
 struct geometry_midpoint {
     double point_mm[3];  // half way between the points of closest approach
-    double miss_mm;      // distance between the points of closest approach
+    double miss_mm;      // The points of closest approach of the rays `origin_a + s direction_a`
+                         // and `origin_b + t direction_b` (directions of any length), in one frame.
     double s, t;         // parameters along the rays; negative means behind the origin
 };
 

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-// Squared radius beyond which nothing is a camera's view any more (89.9 degrees off the axis).
+// Squared radius limit of any camera's view (89.9 degrees off the axis).
 static const double RADIUS2_MAX = 1e6;
 
 bool lens_is_ideal(const struct lens *lens) {
@@ -38,7 +38,7 @@ static double radial_slope(const struct lens *lens, double u) {
     return 1.0 + u * (3.0 * lens->k1 + u * (5.0 * lens->k2 + u * 7.0 * lens->k3));
 }
 
-// Where the derivative of `radial_slope` is 0 at u > 0, ascending; returns how many (0..2).
+// Zeros of the derivative of `radial_slope` at u > 0, ascending; returns their number (0..2).
 static int radial_turns(const struct lens *lens, double turns[2]) {
     const double a = 21.0 * lens->k3, b = 10.0 * lens->k2, c = 3.0 * lens->k1;
     double root[2];
@@ -72,7 +72,7 @@ static int radial_turns(const struct lens *lens, double turns[2]) {
     return count;
 }
 
-// True when the radial mapping grows all the way from the centre to r^2 = u.
+// Whether the radial mapping is increasing from the centre to r^2 = u.
 static bool grows_up_to(const struct lens *lens, double u) {
     double turns[2];
     const int count = radial_turns(lens, turns);
@@ -91,7 +91,7 @@ double lens_fold_radius(const struct lens *lens) {
     double low = 0;
     for (int i = 0; i < count && low < RADIUS2_MAX; i++) {
         double high = ends[i] < RADIUS2_MAX ? ends[i] : RADIUS2_MAX;
-        if (radial_slope(lens, high) > 0) {  // no zero up to here: between turns it is monotone
+        if (radial_slope(lens, high) > 0) {  // no zero up to here: monotone between extrema
             low = high;
             continue;
         }
@@ -112,9 +112,9 @@ double lens_fold_radius(const struct lens *lens) {
     return INFINITY;
 }
 
-// True when the Jacobian is positive definite on the whole circle of radius r. With
-// t = 2 r |(p1, p2)| and c, s the cosine and sine of the angle from (p2, p1) it reads, along and
-// across the radius, {{along + 3 t c, t s}, {t s, across + t c}}.
+// Whether the Jacobian is positive definite on the whole circle of radius r. With t = 2 r |(p1,
+// p2)| and c, s the cosine and sine of the angle from (p2, p1) it reads, along and across the
+// radius, {{along + 3 t c, t s}, {t s, across + t c}}.
 static bool is_definite(const struct lens *lens, double r) {
     const double u = r * r;
     const double along = radial_slope(lens, u);
@@ -160,7 +160,7 @@ static double norm2(const double a[2]) {
     return a[0] * a[0] + a[1] * a[1];
 }
 
-// How far `ideal` is from being the inverse of `distorted`.
+// Residual of `ideal` as the inverse of `distorted`.
 static double residual(const struct lens *lens, const double ideal[2], const double distorted[2],
                        double rest[2]) {
     double there[2];
@@ -170,8 +170,8 @@ static double residual(const struct lens *lens, const double ideal[2], const dou
     return sqrt(norm2(rest));
 }
 
-// One Newton step, shortened until it stays before the fold and brings the residual down.
-// Returns false when no step does.
+// One Newton step, shortened until it stays before the fold and reduces the residual. Returns false
+// if no step does.
 static bool newton_step(const struct lens *lens, const double distorted[2], double ideal[2],
                         double rest[2], double *error) {
     double J[4];
@@ -201,7 +201,7 @@ static bool newton_step(const struct lens *lens, const double distorted[2], doub
 
 bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]) {
     const double size2 = norm2(distorted);
-    if (!(size2 <= RADIUS2_MAX)) {  // also refuses a NaN
+    if (!(size2 <= RADIUS2_MAX)) {  // also rejects a NaN
         return false;
     }
     if (lens_is_ideal(lens)) {
@@ -218,7 +218,7 @@ bool lens_undistort(const struct lens *lens, const double distorted[2], double i
     double error = residual(lens, guess, distorted, rest);
     for (int i = 0; i < 50 && error > 0 && newton_step(lens, distorted, guess, rest, &error); i++) {
     }
-    // Newton's last step leaves rounding errors only, unless there is no solution.
+    // After Newton's last step only rounding errors remain, unless there is no solution.
     if (!(error <= 1e-12 * (1.0 + sqrt(size2)))) {
         return false;
     }
@@ -262,8 +262,8 @@ static bool within(double value, double low, double high) {
     return value >= low && value <= high;
 }
 
-// The central half's border stands for all of it: the image of the view, a disc that is mapped one
-// to one, has no holes.
+// The border of the central half is sufficient: the image of the view, a disc that is mapped one to
+// one, has no holes.
 static bool sees_central_half(const struct lens *lens) {
     enum { STEPS = 16 };
     const double radius = lens_view_radius(lens);

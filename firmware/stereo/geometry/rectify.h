@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-/// What the matcher takes: a plan never asks for more.
+/// Limit of the matcher: a plan never exceeds it.
 enum {
     MATCH_MIN_WIDTH_PX = 16,
     MATCH_MIN_HEIGHT_PX = 8,
@@ -31,21 +31,21 @@ enum {
     MATCH_DISPARITY_LIMIT = 1024,  // |disparity_min| and disparity_min + count stay within
 };
 
-/// A stated disparity range is one of the full image's; it changes what is searched, never the
-/// frames. A region crops the left image; the right crop stands, by whole pixels, where the
-/// region's matches lie, and `disparity_min` of the plan moves with it.
+/// A stated disparity range refers to the full image; it changes the search, not the frames. A
+/// region crops the left image; the right crop is placed, by whole pixels, where the region's
+/// matches are, and `disparity_min` of the plan is adjusted.
 struct rectify_options {
-    double depth_near_mm, depth_far_mm;  // working range of left z, far may be INFINITY; 0 0: the
-                                         // calibration's, else a default
+    double depth_near_mm, depth_far_mm;  // working range of left z, far may be INFINITY; 0 0: that
+                                         // of the calibration, else a default
     double scale;                        // 1 keeps the raw resolution; (0, 4]
     int region_x_px, region_y_px;        // sub-window of the rectified image (after scaling);
-    int region_width_px, region_height_px;  // width 0: all of it
-    int disparity_min;                      // with disparity_count > 0: overrides what the depth
-    int disparity_count;                    // range asks for
+    int region_width_px, region_height_px;  // width 0: whole image
+    int disparity_min;                      // with disparity_count > 0: overrides the disparities
+    int disparity_count;                    // of the depth range
 };
 
-/// Depth range when nothing states one: around the vergence depth for a verged pair, else
-/// disparities up to a quarter of the width. Both ends are in the plan.
+/// Depth range if none is stated: around the vergence depth for a verged pair, else disparities up
+/// to a quarter of the width. Both ends are in the plan.
 struct rectify_plan {
     int width_px, height_px;  // of both rectified images
     double f_px, fy_px;       // equal unless the input was rectified with fx != fy
@@ -55,54 +55,54 @@ struct rectify_plan {
     double R_rect_right[9];              // right camera frame -> rect frame
     double depth_near_mm, depth_far_mm;  // rect depths that the search covers; far may be INFINITY
     int disparity_min, disparity_count;  // the disparities to search
-    bool identity;                       // images pass through pixel for pixel
-    bool depth_range_assumed;            // nobody stated a depth range
+    bool identity;                       // images are copied pixel by pixel
+    bool depth_range_assumed;            // no depth range was stated
 };
 
 /// Chooses the rectified frames for a valid calibration: the shared field of view over the depth
-/// range fills the image, the depth range falls into the disparities. The focal length keeps
-/// the raw resolution at the centre of the shared view (times scale).
-/// ERROR_DEPTH_RANGE, ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP,
-/// ERROR_TOO_LARGE (rectified or raw images), ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region).
-/// Verged pairs may give negative disparities. The x axis always points from the left to the right
-/// camera's centre: with a camera above the other the rectified images are turned by 90 degrees,
-/// with swapped cameras by 180; points are in the left camera's frame all the same.
+/// range fills the image, and the disparities cover the depth range. The focal length keeps the raw
+/// resolution at the centre of the shared view (times scale). Errors: ERROR_DEPTH_RANGE,
+/// ERROR_DISPARITY_RANGE (more than MATCH_MAX_DISPARITIES), ERROR_OVERLAP, ERROR_TOO_LARGE
+/// (rectified or raw images), ERROR_TOO_SMALL, ERROR_ARGUMENT (scale, region). Verged pairs may
+/// give negative disparities. The x axis always points from the left to the right camera's centre:
+/// if one camera is above the other, the rectified images are turned by 90 degrees, if the cameras
+/// are swapped, by 180; points are always in the left camera's frame.
 int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
                       struct rectify_plan *plan);
 
 enum rectify_side { RECTIFY_LEFT, RECTIFY_RIGHT };
 
-/// Half-open range of columns [begin, end) of a row whose pixels come from inside the raw image,
-/// where the lens sees (`lens_view_radius`).
-struct rectify_span {  // 0 0 when there is none
+/// Half-open range of columns [begin, end) of a row whose pixels are inside the raw image and
+/// inside the lens' view (`lens_view_radius`).
+struct rectify_span {  // 0 0 if it is empty
     int16_t begin, end;
 };
 
 /// Raw coordinates on a coarse grid over a rectified image, in 1/65536 px.
 struct rectify_table {
-    int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena that made the table
+    int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena of the table
     int columns, rows;       // node counts; node (i, j) stands at ((i - 1) step, (j - 1) step)
     int step_log2;
-    struct rectify_span *view;  // per row, the columns within the lens' view, whatever the raw
-                                // coordinates say; in the arena too. NULL: all
+    struct rectify_span *view;  // per row, the columns within the lens' view, independent of the
+                                // raw coordinates; in the same arena. NULL: all
     int width_px, height_px;    // of the rectified image
     int raw_width_px, raw_height_px;
     bool identity;                 // no nodes: rectified (x, y) is raw (x, y) + offset
     int offset_x_px, offset_y_px;  // of a region of an identity; else 0
 };
 
-/// Takes the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION when a node cannot be computed.
+/// Allocates the nodes from `arena`. ERROR_MEMORY; ERROR_DISTORTION if a node cannot be computed.
 int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
                        enum rectify_side side, struct arena *arena, struct rectify_table *table);
 size_t rectify_table_need_bytes(const struct rectify_plan *plan);
 
-/// Raw coordinates of rectified row y, 0 <= y < height: `x_q16` and `y_q16` take width_px
-/// values each. Outside the table's `view` they mean nothing.
+/// Raw coordinates of rectified row y, 0 <= y < height, into `x_q16` and `y_q16` (width_px values
+/// each). Outside the table's `view` they are meaningless.
 void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *x_q16,
                              int32_t *y_q16);
 
-/// One rectified row of a raw image (grey, 16 bit grey, colour). Pixels outside the span are 0.
-/// `row` takes width_px pixels; `work_q16` takes 2 * width_px values.
+/// One rectified row of a raw image (grey, 16-bit grey, colour). Pixels outside the span are 0.
+/// `row` needs width_px pixels; `work_q16` needs 2 * width_px values.
 struct rectify_span rectify_row_u8(const struct rectify_table *table, const struct image_u8 *raw,
                                    int y, uint8_t *row, int32_t *work_q16);
 struct rectify_span rectify_row_u16(const struct rectify_table *table, const struct image_u16 *raw,

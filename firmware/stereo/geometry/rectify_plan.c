@@ -11,10 +11,10 @@
 
 enum {
     COUNT_STEP = 16,       // disparities are searched in vectors of this many
-    ASSUMED_MAX_PX = 960,  // disparities searched when nobody stated a depth range
+    ASSUMED_MAX_PX = 960,  // disparities searched if no depth range was stated
 };
 
-// A rectified plane this far from facing the cameras would be stretched beyond use.
+// A rectified plane at a larger angle to the cameras would be stretched beyond use.
 static const double FACING_MIN = 0.2;
 
 static double smaller(double a, double b) {
@@ -28,7 +28,7 @@ static double larger(double a, double b) {
 struct parallax {
     double far, near;  // far >= 0: 0 is infinity
     double verged;     // of the vergence point; 0 for a parallel pair
-    double margin_px;  // searched beyond a stated range, so that its ends can be refined
+    double margin_px;  // searched in addition to a stated range, so that its ends can be refined
     bool assumed;
 };
 
@@ -95,7 +95,7 @@ static double raw_resolution_px(const struct lens *lens, const double R_rect_cam
     return sqrt(determinant < 0 ? -determinant : determinant) / (2.0 * step);
 }
 
-// The working range: stated by the options, else by the calibration, else assumed.
+// The working range: stated by the options, else by the calibration, else a default.
 static int choose_parallax(const struct calibration *calibration,
                            const struct rectify_options *options, const struct rectify_plan *plan,
                            const struct rectify_depth_ratio *ratio, struct parallax *parallax) {
@@ -110,10 +110,10 @@ static int choose_parallax(const struct calibration *calibration,
             return ERROR_DEPTH_RANGE;
         }
         parallax->margin_px = 1.0;
-        // Stated along the left axis, needed along the rectified one.
+        // Stated along the left axis, but needed along the rectified one.
         parallax->near = plan->baseline_mm / (near_mm * ratio->min);
         parallax->far = plan->baseline_mm / (far_mm * ratio->max);
-        // Depths that differ in their last digits may have one parallax.
+        // Depths that differ only in their last digits may have equal parallax.
         return parallax->near > parallax->far ? ERROR_OK : ERROR_DEPTH_RANGE;
     }
     const struct lens *lens = &calibration->left;
@@ -130,7 +130,7 @@ static int choose_parallax(const struct calibration *calibration,
     return ERROR_OK;
 }
 
-// An assumed range gives way to what can be searched; a stated one does not.
+// A default range is limited to what can be searched; a stated one is not.
 static void limit_assumed(struct parallax *parallax, double f_px) {
     const double span = ASSUMED_MAX_PX / f_px;
     INVARIANT(f_px > 0);
@@ -163,7 +163,7 @@ static int frame_rotated(const struct calibration *calibration,
     }
     struct rectify_window window;
     double f_px = 0;
-    for (int pass = 0; pass < 2; pass++) {  // limiting an assumed range moves the window a little
+    for (int pass = 0; pass < 2; pass++) {  // limiting a default range moves the window slightly
         if (!rectify_window_find(&left, &right, parallax->far, parallax->near, &window)) {
             return ERROR_OVERLAP;
         }
@@ -189,13 +189,13 @@ static int frame_rotated(const struct calibration *calibration,
     plan->f_px = plan->fy_px = f_px;
     plan->cx_left_px = -f_px * window.left_low;
     plan->cy_px = -f_px * window.top;
-    // The middle of what is needed of the right view stands in the middle of its image.
+    // Puts the middle of the needed part of the right view in the middle of its image.
     plan->cx_right_px =
         0.5 * (plan->width_px - 1) - f_px * 0.5 * (window.right_low + window.right_high);
     return ERROR_OK;
 }
 
-// Frames of a pair whose rows correspond already: the images as they are, times scale.
+// Frames of a pair whose rows already correspond: the images, times scale.
 static int frame_rectified(const struct calibration *calibration,
                            const struct rectify_options *options, struct rectify_plan *plan,
                            struct parallax *parallax) {
@@ -240,7 +240,7 @@ static int floor_int(double x) {
     return towards_zero - (x < towards_zero);
 }
 
-// The disparities of the full image that the parallax asks for.
+// The disparities of the full image for this parallax.
 static int choose_disparities(const struct rectify_options *options,
                               const struct parallax *parallax, struct rectify_plan *plan) {
     if (options->disparity_count != 0) {
@@ -299,7 +299,7 @@ static int crop(const struct rectify_options *options, struct rectify_plan *plan
     return ERROR_OK;
 }
 
-// What is left must be something that can be matched.
+// The rest must be large enough to be matched.
 static int check_limits(const struct calibration *calibration,
                         const struct rectify_options *options, const struct rectify_plan *plan) {
     if (plan->width_px > IMAGE_MAX_SIDE_PX || plan->height_px > IMAGE_MAX_SIDE_PX) {
@@ -358,7 +358,7 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
     const double nearest_px = made.disparity_min + made.disparity_count - 1 - offset_px;
     const double farthest_px = made.disparity_min - offset_px;
     if (!(nearest_px > 0)) {
-        return ERROR_DISPARITY_RANGE;  // all of it lies beyond infinity
+        return ERROR_DISPARITY_RANGE;  // all of it is beyond infinity
     }
     made.depth_near_mm = f_baseline / nearest_px;
     made.depth_far_mm = farthest_px > 0 ? f_baseline / farthest_px : INFINITY;

@@ -8,14 +8,14 @@
 enum {
     STEP_LOG2_MIN = 2,
     STEP_LOG2_MAX = 4,
-    STEP_PX = 1 << STEP_LOG2_MAX,  // what most tables have, and the fractions count in
+    STEP_PX = 1 << STEP_LOG2_MAX,  // common value in most tables, and unit of the fractions
     NODES_MAX = ((IMAGE_MAX_SIDE_PX - 1) >> STEP_LOG2_MIN) + 4,
 };
 
-// Between the nodes n1 and n2 of n0 n1 n2 n3 the cubic through all four is, at t = m/16
-// (Everett's form of Lagrange's interpolation; e1, e2: second differences at n1, n2),
+// Between the nodes n1 and n2 of n0 n1 n2 n3 the cubic through all four is, at t = m/16 (Everett's
+// form of Lagrange's interpolation; e1, e2: second differences at n1, n2),
 //     n1 + t (n2 - n1) - t (1-t) (2-t) / 6 e1 - t (1-t) (1+t) / 6 e2.
-// The last two factors in 1/16384:
+// The last two factors, in 1/16384:
 #define FACTOR(m) (-((2 * (m) * (16 - (m)) * (32 - (m)) + 1) / 3))
 static const int32_t factor_near_q14[STEP_PX] = {
     FACTOR(0), FACTOR(1), FACTOR(2),  FACTOR(3),  FACTOR(4),  FACTOR(5),  FACTOR(6),  FACTOR(7),
@@ -26,7 +26,7 @@ static const int32_t factor_far_q14[STEP_PX] = {
     FACTOR(8),  FACTOR(7),  FACTOR(6),  FACTOR(5),  FACTOR(4),  FACTOR(3),  FACTOR(2),  FACTOR(1),
 };
 
-// Any nodes, at m/16 of the way.
+// Any step, at m/16 of the way.
 static int32_t interpolate(int64_t n1, int64_t n2, int64_t e1, int64_t e2, int m) {
     const int64_t bend = (factor_near_q14[m] * e1 + factor_far_q14[m] * e2) >> 10;
     return (int32_t)(n1 + ((m * (n2 - n1) + bend + STEP_PX / 2) >> STEP_LOG2_MAX));
@@ -102,7 +102,7 @@ void rectify_row_coordinates(const struct rectify_table *table, int y, int32_t *
     fill_row(table, table->y_q16, y, y_q16);
 }
 
-// The coordinates whose four pixels lie inside: 0 <= x < limit.
+// The coordinates whose four pixels are inside: 0 <= x < limit.
 struct inside {
     uint32_t x_limit_q16, y_limit_q16;
 };
@@ -111,7 +111,7 @@ static bool is_inside(const struct inside *inside, int32_t x_q16, int32_t y_q16)
     return (uint32_t)x_q16 < inside->x_limit_q16 && (uint32_t)y_q16 < inside->y_limit_q16;
 }
 
-// A row that crosses a curved border twice has several runs: the longest one counts.
+// A row that crosses a curved border twice has several runs: the longest one is used.
 static struct rectify_span longest_run(const struct inside *inside, const int32_t *x_q16,
                                        const int32_t *y_q16, struct rectify_span view) {
     struct rectify_span best = {0, 0};
@@ -157,7 +157,7 @@ static struct rectify_span find_span(const struct rectify_table *table, int y, c
     return (struct rectify_span){(int16_t)begin, (int16_t)end};
 }
 
-// Coordinates of a row into `work_q16` (x, then y) and the columns that lie inside.
+// Coordinates of a row into `work_q16` (x, then y), and the columns that are inside.
 static struct rectify_span prepare_row(const struct rectify_table *table, int raw_width,
                                        int raw_height, int y, int32_t *work_q16) {
     INVARIANT(raw_width == table->raw_width_px && raw_height == table->raw_height_px);
@@ -165,7 +165,7 @@ static struct rectify_span prepare_row(const struct rectify_table *table, int ra
     return find_span(table, y, work_q16, work_q16 + table->width_px);
 }
 
-// Rounds a Q16 fraction to 1/2048; 2048 itself is right: it takes all of the next pixel.
+// Rounds a Q16 fraction to 1/2048; 2048 itself is valid and selects the next pixel.
 static int32_t fraction_q11(int32_t q16) {
     return ((q16 & 0xffff) + 16) >> 5;
 }

@@ -6,11 +6,11 @@
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
 
-// Nodes farther outside are moved here: differences of any two nodes then fit 32 bits.
+// Nodes farther outside are clamped to this, so that differences of two nodes fit 32 bits.
 static const double COORDINATE_LIMIT_PX = 15000;
 
-// The error of the cubic between nodes grows with the fourth power of their distance as an angle:
-// with 16 px at a focal length of 400 px it is some 0.003 px for common lenses.
+// The interpolation error between nodes grows with the fourth power of their angular distance: with
+// 16 px at a focal length of 400 px it is about 0.003 px for common lenses.
 static int choose_step_log2(const struct rectify_plan *plan) {
     return plan->f_px >= 400 ? 4 : plan->f_px >= 200 ? 3 : 2;
 }
@@ -46,7 +46,7 @@ static int32_t node_q16(double pixel_px) {
     return (int32_t)(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
 }
 
-// Ideal coordinates of a rectified pixel; false where the camera does not look.
+// Ideal coordinates of a rectified pixel; false if it is behind the camera's view.
 static bool find_ideal(const struct source *source, int x, int y, double ideal[2]) {
     const double ray_rect[3] = {(x - source->cx_px) / source->f_px,
                                 (y - source->cy_px) / source->fy_px, 1.0};
@@ -60,8 +60,8 @@ static bool find_ideal(const struct source *source, int x, int y, double ideal[2
     return true;
 }
 
-// Nodes beyond the lens' view follow the same polynomial, however it turns: cells across the rim
-// are then as exact as any other. `view` says where the rim is.
+// Nodes beyond the lens' view follow the same polynomial, even where it folds: cells across the rim
+// are then as exact as any other. `view` describes the rim.
 static int compute_node(const struct source *source, int x, int y, int32_t *x_q16, int32_t *y_q16) {
     double ideal[2], distorted[2];
     if (!find_ideal(source, x, y, ideal)) {
@@ -79,7 +79,7 @@ static bool is_in_view(const struct source *source, int x, int y) {
            sqrt(ideal[0] * ideal[0] + ideal[1] * ideal[1]) <= source->view_radius;
 }
 
-// The view is a circular cone: it cuts a row in one run.
+// The view is a circular cone, so each row crosses it in one run.
 static struct rectify_span cut_view(const struct source *source, int width_px, int y) {
     int begin = 0, end = width_px;
     while (begin < end && !is_in_view(source, begin, y)) {

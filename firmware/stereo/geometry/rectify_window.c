@@ -12,7 +12,7 @@ enum {
     ROW_LEVELS = 256,
 };
 
-// Rays flatter than this on the rectified plane are of no use: 83 degrees off its axis.
+// Rays flatter than this on the rectified plane are useless: 83 degrees off its axis.
 static const double FACING_MIN = 0.125;
 
 static double smaller(double a, double b) {
@@ -43,9 +43,9 @@ static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
     }
 }
 
-// Direction of the border's pixel, or, where the lens does not see so far, of the rim of its view
-// on the way there from the principal point. Returns false when there is neither: the pixel stands
-// 89.9 degrees or more off the axis of a lens whose view has no rim.
+// Direction of the border's pixel, or, if the lens does not see that far, of the rim of its view on
+// the line from the principal point to it. Returns false if neither exists: the pixel is 89.9
+// degrees or more off the axis of a lens whose view has no rim.
 static bool outline_ray(const struct lens *lens, double view_radius, int i, double ray[3]) {
     double pixel_px[2];
     outline_pixel(lens, i, pixel_px);
@@ -88,7 +88,7 @@ int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
     return ERROR_OK;
 }
 
-// Interval of an outline at height y; empty (low > high) where it does not reach.
+// Interval of an outline at height y; empty (low > high) if it does not reach y.
 static void cut_outline(const struct rectify_outline *outline, double y, double *low,
                         double *high) {
     *low = INFINITY;

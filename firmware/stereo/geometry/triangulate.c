@@ -6,12 +6,12 @@
 // the cross product is a x b = -D (k, 1, -q), and the closest points lie at depths
 //     left:  s = B/D (1 + (q (e - k x) - k^2) / N)
 //     right: t = B/D (1 - (q k x + k^2) / N)
-// at a distance of B |k| / sqrt(N) from each other. Without e both are the familiar B/D.
+// at a distance of B |k| / sqrt(N) from each other. Without e both are B/D.
 //
-// A standard deviation of D moves the point along the left ray by depth / D times the ray's
-// length. A scatter of e moves it too, but only where (q x + 2 k) / N is not small, that is in the
-// image's corners: the derivative of (s + t) / 2 by e is -(B/D) (q (x - D/2) + 2 k) / (N D), of
-// which D/2 is left out. Elsewhere e turns the rays past each other at the same depth.
+// A standard deviation of D moves the point along the left ray by depth / D times the ray's length.
+// A scatter of e moves it too, but only where (q x + 2 k) / N is not small, that is in the image's
+// corners: the derivative of (s + t) / 2 by e is -(B/D) (q (x - D/2) + 2 k) / (N D), of which D/2
+// is left out. Elsewhere e turns the rays past each other at the same depth.
 #include "stereo/geometry/triangulate.h"
 
 #include "core/error.h"
@@ -115,7 +115,7 @@ static int64_t scale(int64_t value, int64_t factor, int bits) {
     return (high * factor + ((low * factor) >> 16)) >> (bits - 16);
 }
 
-// Where and how far apart the rays pass each other, relative to the plain B/D.
+// Position and distance of the closest approach of the rays, relative to B/D.
 struct passing {
     int64_t left_q26, right_q26;  // s and t as 1 + these
     int64_t inverse_root_n_q30;
@@ -154,7 +154,7 @@ static uint32_t predict_sigma_um(const struct triangulate_plan *plan, int64_t x_
     const int64_t variance_q24 = along_q12 * along_q12 + across_q12 * across_q12;
     const int64_t length2_q12 =
         ((int64_t)1 << 12) + ((x_q27 * x_q27) >> 42) + ((y_q27 * y_q27) >> 42);
-    // Coarser where the variance is large, so that the product stays below 2^62.
+    // Coarser if the variance is large, so that the product stays below 2^62.
     const bool is_large = variance_q24 >= (int64_t)1 << 42;
     const int64_t product = (is_large ? variance_q24 >> 16 : variance_q24) * length2_q12;
     const int64_t most_q18 = (int64_t)1 << 31;
@@ -177,7 +177,7 @@ struct meeting {
     int64_t sensitivity_q16;
 };
 
-// With a residual vertical disparity. Returns false when the rays do not meet.
+// With a residual vertical disparity. Returns false if the rays do not meet.
 static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int64_t x_q27,
                          int64_t y_q27, int64_t plain_q8, int64_t parallax_q16,
                          struct meeting *meeting) {
@@ -198,7 +198,7 @@ static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int6
     const int64_t apart_q16 = (plan->baseline_um * (k_q30 < 0 ? -k_q30 : k_q30)) >> 14;
     *meeting = (struct meeting){
         .z_q8 = plain_q8 + scale(plain_q8, (passing.left_q26 + passing.right_q26) / 2, 26),
-        // The right point lies at (B, 0, 0) + t b: half of what it has beside (x, y, 1) t.
+        // The right point is at (B, 0, 0) + t b: adds half of its offset from (x, y, 1) t.
         .shift_x_q8 = (-plan->baseline_um * passing.right_q26) >> 19,
         .shift_y_q8 = (plan->baseline_um * tk_q26) >> 19,
         .miss_um = (apart_q16 * (passing.inverse_root_n_q30 >> 14) + ((int64_t)1 << 31)) >> 32,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Points from disparities: mid-points of the two real camera rays, in the left camera's frame.
-/// The rectified pixel (x, y) and the raw pixel that rectification sampled for it lie on the same
-/// ray (a test measures the table's error), so rays are taken in the rect frame and turned back.
-/// A residual vertical disparity moves the right ray off the row; the rays then miss each other.
+/// Points from disparities: mid-points of the two real camera rays, in the left camera's frame. The
+/// rectified pixel (x, y) and the raw pixel that rectification sampled for it lie on the same ray
+/// (a test measures the table's error), so rays are computed in the rect frame and rotated back. A
+/// residual vertical disparity moves the right ray off the row, so that the rays do not intersect.
 #ifndef VERGENCE_STEREO_GEOMETRY_TRIANGULATE_H
 #define VERGENCE_STEREO_GEOMETRY_TRIANGULATE_H
 
@@ -20,12 +20,13 @@ extern "C" {
 struct triangulate_vertical {
     double offset_px, slope_x, slope_y;
     double rms_px;     // scatter of the measured residuals about the model, robust
-    double median_px;  // median |residual| before the model: the calibration's health number
+    double median_px;  // median |residual| before the model: indicates the quality of the
+                       // calibration
     double p95_px;
-    // Of the same matches, 95th percentiles of what is no scatter: |offset and slopes|, and what
-    // a curvature adds to these. A good calibration leaves less than 0.4 px of either.
+    // 95th percentiles of the systematic part at the same matches: |offset and slopes|, and the
+    // additional curvature. A good calibration has less than 0.4 px of either.
     double trend_px, curve_px;
-    int samples;  // measured matches; 0: not measured, all other fields are 0
+    int samples;  // number of measured matches; 0: not measured, all other fields are 0
 };
 
 /// A point in the left camera's frame, micrometres (+-2000 m).
@@ -51,21 +52,21 @@ struct triangulate_plan {
     bool has_vertical;
 };
 
-/// |x/z| and |y/z| stay below this (a half view of 82 degrees).
+/// Limit of |x/z| and |y/z| (a half view of 82 degrees).
 #define TRIANGULATE_SLOPE_MAX 8.0
 
-/// Fixed-point form of a plan. `vertical` may be NULL (not measured).
-/// ERROR_RANGE when a value does not fit (baseline above 100 m, focal length outside 1..1e6 px,
-/// slopes above TRIANGULATE_SLOPE_MAX, vertical offset above 256 px, vertical slope or the largest
-/// vertical disparity over the focal length above 1/4).
+/// Fixed-point form of a plan. `vertical` may be NULL (not measured). ERROR_RANGE if a value does
+/// not fit (baseline above 100 m, focal length outside 1..1e6 px, slopes above
+/// TRIANGULATE_SLOPE_MAX, vertical offset above 256 px, vertical slope or the largest vertical
+/// disparity over the focal length above 1/4).
 int triangulate_plan_make(const struct rectify_plan *plan,
                           const struct triangulate_vertical *vertical,
                           struct triangulate_plan *result);
 
 /// Triangulates one match: left pixel (x, y), disparity_q8 = 256 (x_left - x_right), sigma_q8 its
-/// predicted standard deviation in 1/256 px. Returns false (point untouched) when the rays
-/// meet at infinity, behind the cameras, or beyond 2000 m in a coordinate, or when the residual
-/// vertical disparity is larger than the parallax (such rays do not meet in any useful sense).
+/// predicted standard deviation in 1/256 px. Returns false (point unchanged) if the rays meet at
+/// infinity, behind the cameras, or beyond 2000 m in a coordinate, or if the residual vertical
+/// disparity is larger than the parallax (such rays have no useful intersection).
 bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_t disparity_q8,
                        uint32_t sigma_q8, struct triangulate_point *point);
 

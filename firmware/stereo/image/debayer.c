@@ -5,7 +5,7 @@
 
 #include "core/invariant.h"
 
-// Columns of green kept on either side of a row.
+// Columns of green kept on both sides of a row.
 enum { PAD = DEBAYER_MARGIN_PX / 2 };
 
 static int32_t absolute(int32_t v) {
@@ -24,8 +24,8 @@ static const uint16_t *row_at(const struct image_u16 *raw, int y) {
     return image_u16_row(raw, mirror(y, raw->height));
 }
 
-// Green where red or blue was measured, from the two greens and the two like-coloured pixels on
-// either side along the row and across it.
+// Estimates green where red or blue was measured, from two green pixels and two of the same colour
+// on both sides, along the row and across it.
 static int32_t estimate_green(int32_t middle, int32_t left2, int32_t left, int32_t right,
                               int32_t right2, int32_t up2, int32_t up, int32_t down,
                               int32_t down2) {
@@ -76,8 +76,8 @@ struct context {
     const int32_t *green_up, *green, *green_down;
 };
 
-// The colour that the rows above and below have, where this row has its own: from the diagonal
-// that changes less.
+// Estimates the colour of the neighbouring rows where this row has its own colour: along the
+// diagonal that changes less.
 static int32_t estimate_other(const struct context *c, int x, int left, int right) {
     const int32_t *up = c->green_up + PAD + x, *down = c->green_down + PAD + x;
     const int32_t here2 = 2 * c->green[PAD + x];
@@ -93,7 +93,7 @@ static int32_t estimate_other(const struct context *c, int x, int left, int righ
     return (both_q2 + 2) >> 2;
 }
 
-// A pixel whose own colour (the red of even rows, the blue of odd ones) was measured.
+// A pixel whose own colour (red in even rows, blue in odd ones) was measured.
 static void fill_site(const struct context *c, int x, int left, int right, int own, int32_t largest,
                       uint16_t *rgb) {
     rgb[own] = clamp(c->here[x], largest);
@@ -101,7 +101,7 @@ static void fill_site(const struct context *c, int x, int left, int right, int o
     rgb[2 - own] = clamp(estimate_other(c, x, left, right), largest);
 }
 
-// A pixel whose green was measured: its row's colour from left and right, the other one from above
+// A pixel whose green was measured: the row's colour from left and right, the other one from above
 // and below, both as differences to green.
 static void fill_green_site(const struct context *c, int x, int left, int right, int own,
                             int32_t largest, uint16_t *rgb) {

@@ -13,12 +13,12 @@
 extern "C" {
 #endif
 
-/// Columns that the working memory has beyond a row's.
+/// Columns that the working memory has in addition to a row's.
 enum { DEBAYER_MARGIN_PX = 4 };
 
-/// One row of colour, `bits` (8..16) a channel, into `rgb` (3 * width values). `raw` is the whole
-/// mosaic, at least 2x2; borders are mirrored so that the colour pattern continues.
-/// `work` takes 3 * (width + DEBAYER_MARGIN_PX) values.
+/// Computes one row of colour, `bits` (8..16) per channel, into `rgb` (3 * width values). `raw` is
+/// the whole mosaic, at least 2x2; borders are mirrored so that the colour pattern continues.
+/// `work` needs 3 * (width + DEBAYER_MARGIN_PX) values.
 void debayer_row(const struct image_u16 *raw, int bits, int y, uint16_t *rgb, int32_t *work);
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Image views: they say where pixels are and never own them.
-/// Pixel (0,0) is the centre of the top-left pixel; x grows to the right, y down.
-/// `stride` counts elements of the view's type (not bytes) from one row to the next.
+/// Image views: they describe where pixels are, and do not own them. Pixel (0,0) is the centre of
+/// the top-left pixel; x grows to the right, y down. `stride` counts elements of the view's type
+/// (not bytes) from one row to the next.
 #ifndef VERGENCE_STEREO_IMAGE_IMAGE_H
 #define VERGENCE_STEREO_IMAGE_IMAGE_H
 
@@ -30,7 +30,7 @@ struct image_i32 {
     ptrdiff_t stride;
 };
 
-/// Interleaved red, green, blue; `stride` counts bytes (3 a pixel).
+/// Interleaved red, green, blue; `stride` counts bytes (3 per pixel).
 struct image_rgb8 {
     uint8_t *data;
     int width, height;

@@ -6,7 +6,7 @@
 enum {
     RGB = 3,
     GREEN = 1,
-    SAMPLES = 16,  // of two pixels each: what a step and a contrast are looked for in
+    SAMPLES = 16,  // of two pixels each, for finding a step and a contrast
     END_SHIFT = 6,
 };
 
@@ -68,7 +68,7 @@ void picture_stats_row(struct picture_stats_sums *sums, const uint16_t *values) 
     sums->rows++;
 }
 
-/// At most all: a camera may set bits that its values do not have.
+/// Saturates: a camera may set bits outside its range.
 static uint16_t share(uint64_t part, uint64_t whole) {
     if (part >= whole) {
         return whole == 0 ? 0 : PICTURE_STATS_MAX_PERMILLE;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether a picture is good enough to be measured: light and sharpness, as four numbers. Rows go
-/// in one after the other, and nothing of them is kept, so a camera's rows can be judged as they
-/// arrive. Integers only.
+/// Image quality for measuring: light and sharpness, as four numbers. Rows are processed one by one
+/// and not stored, so a camera's rows can be judged as they arrive. Integers only.
 #ifndef VERGENCE_STEREO_IMAGE_PICTURE_STATS_H
 #define VERGENCE_STEREO_IMAGE_PICTURE_STATS_H
 
@@ -14,7 +13,7 @@ extern "C" {
 
 enum { PICTURE_STATS_MAX_PERMILLE = 1000 };
 
-/// How the values of a row are to be read.
+/// Format of the values of a row.
 struct picture_form {
     int width_px;
     int bits;      ///< 8..16: values are 0..2^bits - 1
@@ -24,26 +23,25 @@ struct picture_form {
 
 /// Each 0..1000, in parts of a thousand.
 struct picture_stats {
-    /// Mean of all values; 1000 is full scale, 2^bits - 1. Colours count as they are there: half of
-    /// a mosaic's are green. In what the picture's values are proportional to, so a mosaic is dark
-    /// at smaller numbers than a picture that was encoded for viewing.
+    /// Mean of all values; 1000 is full scale, 2^bits - 1. Colours are weighted as they occur: half
+    /// of a mosaic's are green. Values are not converted, so a (linear) mosaic is dark at smaller
+    /// numbers than a picture encoded for viewing.
     uint16_t brightness_permille;
-    /// Values of at least 63/64 of full scale: some cameras clip a little below it.
+    /// Share of values of at least 63/64 of full scale: some cameras clip slightly below it.
     uint16_t saturated_permille;
-    /// Values of at most 1/64 of full scale.
+    /// Share of values of at most 1/64 of full scale.
     uint16_t black_permille;
-    /// Steepness of edges along the rows: of every 32 pixels the largest step between neighbouring
+    /// Steepness of edges along the rows: in every 32 pixels, the largest step between neighbouring
     /// samples (the mean of two pixels, of their green where there are colours), divided by the
     /// difference of the largest and the smallest sample; the mean over the picture, weighted by
-    /// the square of that difference, so that edges count and noise hardly does. It does not depend
-    /// on exposure, as both scale alike. 1000: every edge is one step; 67: ramps alone; 0: no
-    /// contrast at all, or a picture narrower than 32 pixels. Measured (gaussian blur of sigma 0,
-    /// 2, 4, 8 px, with 1/255 of noise): 370..790, 230..380, 170..240, 125..190 over 49 pairs of
-    /// scenes and boards.
+    /// the square of that difference, so that edges count and noise hardly does. Independent of
+    /// exposure, as both scale alike. 1000: every edge is one step; 67: ramps only; 0: no contrast,
+    /// or a picture narrower than 32 pixels. Measured (gaussian blur of sigma 0, 2, 4, 8 px, with
+    /// 1/255 of noise): 370..790, 230..380, 170..240, 125..190 over 49 pairs of scenes and boards.
     uint16_t sharpness_permille;
 };
 
-/// A picture in the making.
+/// Accumulator for one picture.
 struct picture_stats_sums {
     struct picture_form form;
     uint32_t rows;
@@ -53,11 +51,11 @@ struct picture_stats_sums {
 
 void picture_stats_begin(struct picture_stats_sums *sums, const struct picture_form *form);
 
-/// The next row, from the top: `channels` x `width_px` values. Larger ones than `bits` allow count
-/// as saturated.
+/// Adds the next row, from the top: `channels` x `width_px` values. Values larger than `bits`
+/// allows count as saturated.
 void picture_stats_row(struct picture_stats_sums *sums, const uint16_t *values);
 
-/// Of the rows so far; all 0 without any.
+/// Result for the rows so far; all 0 without rows.
 struct picture_stats picture_stats_end(const struct picture_stats_sums *sums);
 
 #ifdef __cplusplus

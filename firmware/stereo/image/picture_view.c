@@ -9,11 +9,11 @@ enum {
     COLUMNS = PICTURE_VIEW_COLUMNS,
     ROWS = PICTURE_VIEW_ROWS,
     LEVELS = 4095,
-    AROUND = 3,  // cells on each side that count as surroundings
+    AROUND = 3,  // neighbouring cells on each side
     PERMILLE = 1000,
 };
 
-/// First pixel of a column: even, so that a mosaic's cells hold all its colours alike.
+/// First pixel of a column: even, so that a mosaic's cells contain all colours equally.
 static int first_px(int column, int width_px) {
     return column * width_px / COLUMNS / 2 * 2;
 }
@@ -40,7 +40,7 @@ void picture_view_row(struct picture_view_sums *sums, const uint16_t *values) {
     sums->rows++;
 }
 
-/// Mean of the cells around one, as far as there are any.
+/// Mean of the existing cells around one.
 static int mean_around(int16_t level[ROWS][COLUMNS], int row, int column) {
     const int top = row > AROUND ? row - AROUND : 0;
     const int bottom = row + AROUND < ROWS ? row + AROUND : ROWS - 1;
@@ -113,7 +113,7 @@ static int correlation(const struct picture_view *first, const struct picture_vi
     if (spread_a <= 0 || spread_b <= 0) {
         return 0;
     }
-    // The roots are of integers above 0, so at least 1.
+    // The roots are of positive integers, so at least 1.
     return (int)((count * ab - a * b) * PERMILLE / (root_of(spread_a) * root_of(spread_b)));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Why a pixel has, or has not, a disparity.
+/// Why a pixel has or does not have a disparity.
 #ifndef VERGENCE_STEREO_IMAGE_REASON_H
 #define VERGENCE_STEREO_IMAGE_REASON_H
 
@@ -8,15 +8,14 @@ extern "C" {
 #endif
 
 // X(name, number, text)
-#define REASON_LIST(X)                                                   \
-    X(VALID, 0, "valid")                                                 \
-    X(BORDER, 1, "border: outside what one of the cameras sees")         \
-    X(OCCLUDED, 2, "occluded: left and right disagree")                  \
-    X(NO_TEXTURE, 3, "no texture: nothing to match")                     \
-    X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")         \
-    X(SPECKLE, 5, "speckle: a small island apart from its surroundings") \
-    X(OUT_OF_RANGE, 6,                                                   \
-      "out of range: nothing alike within the depths searched, or outside those asked for")
+#define REASON_LIST(X)                                                        \
+    X(VALID, 0, "valid")                                                      \
+    X(BORDER, 1, "border: outside what one of the cameras sees")              \
+    X(OCCLUDED, 2, "occluded: left and right disagree")                       \
+    X(NO_TEXTURE, 3, "no texture: nothing to match")                          \
+    X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")              \
+    X(SPECKLE, 5, "speckle: a small island, isolated from its neighbourhood") \
+    X(OUT_OF_RANGE, 6, "out of range: no match within the depths searched or requested")
 
 enum reason {
 #define REASON_ENUM(name, number, text) REASON_##name = (number),

@@ -12,7 +12,7 @@
 #include "stereo/match/match_state.h"
 #include "stereo/match/vet.h"
 
-// Chosen as match.md says; the order is that of enum match_preset.
+// Values chosen as described in match.md, in the order of enum match_preset.
 static const struct match_method methods[MATCH_PRESET_COUNT] = {
     {.name = "fast",
      .coarse_disparities = 16,
@@ -85,7 +85,7 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
         return match_paper_need_bytes(width, options);
     }
     struct match_state state;
-    // No height has more levels than the greatest.
+    // An image of any height has no more levels than the tallest.
     set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
@@ -94,7 +94,7 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {
-    // A pixel of the greedy path takes as long as so many disparities (measured on aloe).
+    // A pixel of the greedy path takes as long as this many disparities (measured on aloe).
     enum { GREEDY_LANES = 240 };
     if (height < 1 || height > IMAGE_MAX_SIDE_PX || match_need_bytes(width, options, 1) == 0) {
         return 0;

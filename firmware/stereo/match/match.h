@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Scanline dynamic-programming stereo with occlusions, in one pass over the rows.
-/// Costs, messages and sums are 8 and 16 bit integers; see match.c for the method.
+/// Scanline dynamic-programming stereo with occlusions, in one pass over the rows. Costs, path
+/// costs and sums are 8- and 16-bit integers; for the method see match.c.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_H
 #define VERGENCE_STEREO_MATCH_MATCH_H
 
@@ -20,37 +20,39 @@ extern "C" {
 /// A compiled set of inner loops, see match_kernels.h.
 struct match_kernels;
 
-/// What to spend. Error, time and memory of each were measured: match.md.
+/// Trade-offs of error, time and memory, measured in match.md.
 enum match_preset {
     MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the size
     MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the size
     MATCH_PRESET_BEST,      // all disparities everywhere
     MATCH_PRESET_BOARD,     // near a surface found at half the size, in the memory of a small board
-    MATCH_PRESET_PAPER,     // a greedy path along each row: where this project came from
+    MATCH_PRESET_PAPER,     // a greedy path along each row: the method of the paper this project
+                            // started from
     MATCH_PRESET_COUNT
 };
 
 struct match_options {
     int disparity_min, disparity_count;
-    // So many disparities are searched below and above these as well: a pixel whose best match lies
-    // there is out of range, and does not take the next best within it.
+    // Number of disparities also searched below and above the range: a pixel whose best match lies
+    // there is out of range, and does not get the next best match inside.
     int extra_below, extra_above;
     enum match_preset preset;
     int speckle_px;  // islands below this area are rejected; 0: keep all
-    bool keep_all;   // no rejection at all but border: for measuring the raw matcher
-    const struct match_kernels *kernels;  // NULL: the fastest; all give the same bytes
+    bool keep_all;   // reject only pixels at the border: for measuring the raw matcher
+    const struct match_kernels *kernels;  // NULL: the fastest; all give identical results
 };
 
-/// Rows of the pair to be matched: rectified grey images and their valid spans.
+/// The images to match: rectified grey images and their valid spans.
 struct match_input {
     struct image_u8 left, right;
-    const struct rectify_span *left_span, *right_span;  // per row; NULL: all of every row
-    bool resampled;  // the rows were interpolated from raw images, not taken over as they were
+    const struct rectify_span *left_span, *right_span;  // per row; NULL: all of each row
+    bool resampled;  // the rows were interpolated from raw images, not copied
 };
 
-/// All of the size of the left image. Owned by the caller.
+/// Results, all of the size of the left image. Owned by the caller.
 struct match_output {
-    struct image_i32 disparity_q8;  // 256 (x_left - x_right); the best guess also where rejected
+    struct image_i32 disparity_q8;  // 256 (x_left - x_right); the best guess for rejected pixels
+                                    // too
     struct image_u8 reason;         // enum reason
     struct image_u8 confidence;     // 0..255, margin of the winner over its rivals
 };
@@ -58,7 +60,7 @@ struct match_output {
 /// Name of a preset, in lower case; NULL for any other number. Static storage.
 const char *match_preset_name(enum match_preset preset);
 
-/// The preset of this name; MATCH_PRESET_COUNT when there is none.
+/// The preset with this name; MATCH_PRESET_COUNT if there is none.
 enum match_preset match_preset_named(const char *name);
 
 /// Defaults for a search range: the standard preset.
@@ -69,18 +71,18 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
 /// when an argument is out of range.
 size_t match_need_bytes(int width, const struct match_options *options, int threads);
 
-/// Pixels times disparities that `match_run` goes through at most, of all levels: its time goes
-/// with it. The greedy path of the preset paper takes as long as so many. 0 when an argument is out
-/// of range.
+/// Upper bound of the pixels times disparities that `match_run` processes on all levels; its run
+/// time is proportional. For the preset paper the equivalent number. 0 if an argument is out of
+/// range.
 uint64_t match_work(int width, int height, const struct match_options *options);
 
-/// Called after each band of rows with the count of rows done; returns false to cancel. Coarser
-/// levels keep just ahead of the finest, so that the rows go with the time.
+/// Called after each band with the number of finished rows; returns false to cancel. Coarser levels
+/// run just ahead of the finest, so progress is proportional to time.
 typedef bool match_progress(void *self, int rows_done, int rows);
 
-/// Matches a pair. `progress` may be NULL. The result does not depend on `parallel`.
+/// Matches a pair. `progress` may be NULL. The result does not depend on `parallel`. Errors:
 /// ERROR_TOO_SMALL, ERROR_TOO_LARGE, ERROR_SIZE_MISMATCH, ERROR_DISPARITY_RANGE, ERROR_MEMORY,
-/// ERROR_CANCELLED (outputs then hold the rows done).
+/// ERROR_CANCELLED (outputs then contain the finished rows).
 int match_run(const struct match_input *input, const struct match_options *options,
               const struct parallel *parallel, match_progress *progress, void *progress_self,
               struct arena *arena, struct match_output *output);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase 2 (included by match_plain.c and its like): edge-aware averages down the columns and, with
-// a bounded look-ahead, up; then the dynamic-programming message from the row above. A tile goes
-// through row by row: neighbouring columns do not wait for each other, and its cells stay in the
-// fastest memory.
+// Phase 2 (included by match_plain.c and the other kernel sets): edge-aware averages down the
+// columns and, with a bounded look-ahead, up; then the dynamic-programming path cost from the row
+// above. A tile is processed row by row: neighbouring columns do not depend on each other, and its
+// cells stay in the fastest cache.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_COLUMN_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_COLUMN_PHASE_H
 
@@ -17,7 +17,7 @@ struct column_view {
     const struct match_band *band;
     const struct match_tile *before, *tile, *next;  // windows of three bands
     int x_begin, columns;
-    int last;                           // row that has none below it yet
+    int last;                           // row without a row below it yet
     uint16_t mass[MATCH_TILE_COLUMNS];  // of what comes from the row before, on the way
     // What arrives from below at each row of the band.
     uint16_t mass_below[MATCH_BAND_ROWS][MATCH_TILE_COLUMNS];
@@ -71,9 +71,9 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
     return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
 }
 
-// The blend where each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
-// average along a surface that leans by up to a disparity a row, instead of one that stands
-// upright.
+// The blend in which each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
+// average along a surface that is slanted by up to one disparity per row, and not only along a
+// vertical one.
 /*@ requires are_lanes(lanes) && shares.first + shares.second == MATCH_WEIGHT_ONE;
     requires \valid_read(a) && \valid_read(b) && \valid(result);
     assigns result->part[0 .. lanes / MATCH_LANES - 1]; */
@@ -128,7 +128,8 @@ MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
 /*@ predicate tile_valid{L}(uint8_t *cells, integer lanes) =
         \valid(cells + (0 .. MATCH_TILE_COLUMNS * lanes - 1)); */
 
-// The averages of the rows below y, at `below`, take in row y: into `to`, which may be `below`.
+// Adds row y to the averages of the rows below it, at `below`; the result goes to `to`, which may
+// be `below`.
 /*@ requires are_lanes(lanes) && \valid_read(shares);
     requires are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS);
     requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
@@ -159,7 +160,7 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
 /*@ predicate is_mass_row{L}(uint16_t *mass) =
         \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_mass(mass[c]); */
 
-// What the masses below row y become on the way into it.
+// The masses below row y as they arrive in it.
 /*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX - 1;
     requires is_mass_row(&view->mass[0]) && \valid(shares);
     requires \valid_read(view->band) && 0 <= view->band->begin <= y;
@@ -189,7 +190,7 @@ static inline void carry_up(struct column_view *view, int y, struct share_row *s
     }
 }
 
-// Through the rows of the next band that have arrived, into `running`.
+// Averages through the rows of the next band that are available, into `running`.
 MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const int lanes) {
     for (int y = view->last - 1; y >= view->band->end; y--) {
         struct share_row shares;
@@ -198,7 +199,7 @@ MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const 
     }
 }
 
-// Through the rows of the band: from_above of each row becomes the average of those below it.
+// Goes through the rows of the band: from_above of each row becomes the average of those below it.
 MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int lanes) {
     const struct match_band *band = view->band;
     for (int y = y_begin; y >= band->begin; y--) {
@@ -213,8 +214,8 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int la
     }
 }
 
-// Brings the cells of the tile's columns from one window into another; where the old one has no
-// value, the row's own cells count, or infinity where `fill` is NULL.
+// Copies the cells of the tile's columns from one window to another. Where the old one has no
+// value, the row's own cells are used, or infinity if `fill` is NULL.
 /*@ requires match_is_tile(from) && match_is_tile(to) && tile_valid(to_cells, to->lanes);
     requires \valid_read(cells + (0 .. MATCH_TILE_COLUMNS * from->lanes - 1));
     requires fill != NULL ==> \valid_read(fill + (0 .. MATCH_TILE_COLUMNS * to->lanes - 1));
@@ -239,8 +240,8 @@ static void realign_columns(const uint8_t *cells, const struct match_tile *from,
     }
 }
 
-// Leaves in from_above the average of the rows below each row of the band (those that have
-// arrived) and in mass_below its mass.
+// Leaves in from_above the average of the available rows below each row of the band, and in
+// mass_below its mass.
 static void average_upwards(struct column_view *view, uint8_t *running) {
     const struct match_band *band = view->band;
     const struct match_tile *tile = view->tile;
@@ -251,7 +252,7 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
         view->mass[c] = MATCH_MASS_ONE;
     }
     if (last < band->end) {
-        // The last row of the image: the one above it is the first to have something below it.
+        // The last row of the image: the row above it is the first that has a row below.
         if (below_band > 1) {
             memcpy(match_cell(band->from_above[below_band - 2], tile, 0),
                    ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
@@ -273,9 +274,10 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 #undef CLIMB_BAND
 }
 
-// One row on the way down: the average of the rows above, at `down`, takes in the costs at `cost`;
-// with what comes from below, which `message` holds, it becomes the average of all rows, at `cost`;
-// and the messages from the row above, at `previous`, become this row's, at `message`.
+// One row on the way down. The average of the rows above, at `down`, is updated with the costs at
+// `cost`. Together with the average from below, in `message`, it becomes the average of all rows,
+// at `cost`. The path costs of the row above, at `previous`, become those of this row, at
+// `message`.
 /*@ requires are_lanes(lanes) && \valid_read(shares);
     requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
     requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
@@ -328,8 +330,8 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     }
 }
 
-// What the masses above row y become on the way into it. The first row of the image has nothing
-// above it: its average is its cost, and so is its message.
+// The masses above row y as they arrive in it. The first row of the image has no row above: its
+// average and its path cost are its cost.
 /*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
     requires is_mass_row(&view->mass[0]) && \valid(shares) && \valid_read(view->band);
     requires 0 <= view->band->begin <= y < view->band->begin + MATCH_BAND_ROWS;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase 1 (included by match_plain.c and its like): cost of every disparity and its edge-aware
-// average along the row, up to MATCH_ROWS_ABREAST rows side by side.
+// Phase 1 (included by match_plain.c and the other kernel sets): cost of every disparity and its
+// edge-aware average along the row, up to MATCH_ROWS_ABREAST rows side by side.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_COST_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_COST_PHASE_H
 
@@ -19,7 +19,7 @@ struct cost_view {
     const struct match_line *line;          // one a row
     uint8_t *raw[MATCH_ROWS_ABREAST];       // costs
     uint8_t *averaged[MATCH_ROWS_ABREAST];  // rows of the ring
-    // What comes from the neighbour on the way, in the window of the present tile.
+    // Averages from the neighbour, in the window of the present tile.
     uint8_t *running[MATCH_ROWS_ABREAST];
 };
 
@@ -124,7 +124,7 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
             \valid(of->averaged[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
             \valid(of->running[r] + (0 .. lanes - 1)) && \valid_read(of->line + r)); */
 
-// Averages of the costs up to each column, weighed by the edges between.
+// Averages of the costs up to each column, weighted by the edges between.
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
     requires \forall integer r; 0 <= r < groups ==>
@@ -132,7 +132,7 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
         are_shares(of->line[r].cost.forward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
                                   int x_begin, int columns, const int groups, const int lanes) {
-    // A copy: stores of bytes cannot change it.
+    // A local copy, as stores of bytes might alias the original.
     const struct cost_view view = *of;
     /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
             view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
@@ -188,7 +188,7 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
     }
 }
 
-// The averages of the costs to the right of each column join those from the left.
+// Adds the averages of the costs to the right of each column to those from the left.
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
     requires \forall integer r; 0 <= r < groups ==>
@@ -261,10 +261,9 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
     }
 }
 
-// Brings what comes from the neighbour, in the window of the tile `from`, into that of `tile`;
-// where that has no value, the neighbour has no say: the pixel's own cost. The first pixel on the
-// way
-// (`from` is NULL) is its own average.
+// Moves the averages from the neighbour from the window of the tile `from` to that of `tile`. Where
+// that has no value, the pixel's own cost is used. The first pixel (`from` is NULL) is its own
+// average.
 /*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
     requires from != NULL ==> match_is_tile(from);
     requires \forall integer r; 0 <= r < rows ==>
@@ -331,7 +330,7 @@ static void cost_rows(struct match_level *level, struct match_scratch *scratch, 
     view.tiles = y_begin < band->begin + MATCH_BAND_ROWS ? band->tile : band->next;
     for (int r = 0; r < rows; r++) {
         view.averaged[r] = level->ring[(y_begin + r) % level->ring_rows];
-        // Messages from above are not there before phase 2.
+        // Path costs from above do not exist before phase 2.
         view.raw[r] = band->from_above[r];
         view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The beginning of phase 1 (included by match_plain.c and its like): rows at a level's scale, their
-// features, and the shares of the averages along the row.
+// The beginning of phase 1 (included by match_plain.c and the other kernel sets): rows at a level's
+// scale, their features, and the shares of the averages along the row.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_FEATURE_PHASE_H
 
@@ -68,7 +68,7 @@ static void source_row(const struct match_level *level, const struct image_u8 *i
             0 <= offset[i][0] <= 2 * MATCH_CENSUS_RADIUS &&
             0 <= offset[i][1] <= 2 * MATCH_CENSUS_RADIUS); */
 
-// Eight comparisons with the centre, a bit each. offset[] holds (row, column) of the neighbours.
+// Eight comparisons with the centre, one bit each. offset[] holds (row, column) of the neighbours.
 /*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
     requires are_places(offset) && \valid(plane + (0 .. width - 1));
     assigns plane[0 .. width - 1]; */
@@ -180,7 +180,7 @@ static void right_features(const struct match_level *level, struct match_scratch
     }
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
-        // The left features are not there yet: room for these before they are turned round.
+        // The left features do not exist yet, so their memory holds these before they are reversed.
         compute_features(scratch->source + r, level->width, &line->cost.left);
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             reverse_feature(level, line->cost.left.census[plane], line->cost.right.census[plane]);
@@ -189,8 +189,8 @@ static void right_features(const struct match_level *level, struct match_scratch
     }
 }
 
-// Masses of the averages along the rows, from both sides, and what arrives with them at each pixel.
-// Rows go side by side: each waits for its own previous mass, not for the other rows.
+// Masses of the averages along the rows from both sides, and the masses that arrive at each pixel.
+// Rows are processed in parallel: each depends on its own previous mass, not on other rows.
 MATCH_INLINE void row_masses(struct match_line *line, int width, const int rows) {
     uint16_t mass[MATCH_ROWS_ABREAST];
     const uint16_t *weight[MATCH_ROWS_ABREAST];
@@ -228,7 +228,7 @@ MATCH_INLINE void row_shares(const struct match_level *level, struct match_scrat
             scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
         uint16_t *restrict weight = scratch->line[r].cost.weight;
         for (int x = 0; x < width; x++) {
-            // The pixel before the first one repeats it, but nothing comes from there.
+            // The pixel before the first one repeats it, but has no mass.
             weight[x] = match_weight(match_step(guide[x], guide[x - 1]));
         }
     }

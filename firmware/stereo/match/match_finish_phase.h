@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// After the last band (included by match_plain.c and its like): medians of three disparities along
-// the columns, and, where a row of the finest level stands for two of the image, the rows between.
-// Columns do not depend on each other.
+// After the last band (included by match_plain.c and the other kernel sets): medians of three
+// disparities along the columns, and, where a row of the finest level covers two rows of the image,
+// the rows between. Columns are independent of each other.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_FINISH_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_FINISH_PHASE_H
 
@@ -19,8 +19,8 @@ static inline int32_t median_of_three(int32_t a, int32_t b, int32_t c) {
     return inner > low ? inner : low;
 }
 
-// `here` becomes the median of itself, the row before, at `raw`, and the next one; `raw` the row as
-// it was.
+// `here` becomes the median of itself, the row before, at `raw`, and the next one; `raw` becomes
+// the old `here`.
 /*@ requires 0 <= columns;
     requires \valid(raw + (0 .. columns - 1)) && \valid(here + (0 .. columns - 1));
     requires \valid_read(next + (0 .. columns - 1));
@@ -66,7 +66,7 @@ static void finish(const struct match_level *level, struct match_scratch *scratc
                    int x_end) {
     const struct image_i32 *disparity = &level->state->output->disparity_q8;
     const int columns = x_end - x_begin;
-    // After a cancelled run only some rows are there.
+    // After a cancelled run only some rows exist.
     const int rows = level->rows_done;
     const int last = rows - 1;
     const int shift = level->shift_y;

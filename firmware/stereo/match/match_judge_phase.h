@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The end of phase 3 (included by match_plain.c and its like): what becomes of the winners of a
-// row: sub-pixel position, left-right consistency, and the reason why a pixel has no disparity.
-// Loops over a row without branches, so that compilers take many pixels at once.
+// The end of phase 3 (included by match_plain.c and the other kernel sets): validates the winners
+// of a row: sub-pixel position, left-right consistency, and the reason why a pixel has no
+// disparity. The loops over a row have no branches, so that compilers can vectorize them.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
 
@@ -14,9 +14,9 @@
 #include "stereo/match/match_state.h"
 
 enum {
-    CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, and the nearer lane first
-    // Averaged cost of a winner: 99 % of the right ones on the same pairs stay below; images that
-    // have nothing to do with each other mostly lie above.
+    CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, with the nearer lane first
+    // Threshold of a winner's averaged cost: 99 % of the correct ones on the same pairs are below
+    // it; unrelated images are mostly above.
     FIT_MAX = 40,
 };
 
@@ -24,9 +24,9 @@ enum {
         \forall integer x; 0 <= x < width ==> -1 <= lane[x] < MATCH_MAX_DISPARITIES; */
 
 // Offset of the lowest point of the "V" through three costs, in 1/256 of a disparity, [-128, 128].
-// It is taken from the averaged costs: the messages' sums hold the penalty for leaving a whole
-// disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches and
-// in 16 bits, so that compilers take many pixels at once.
+// It is computed from the averaged costs: the sums of path costs contain the penalty for leaving a
+// whole disparity, which would pull every offset towards 0 (by 0.15 px, measured). Without branches
+// and in 16 bits, so that compilers can vectorize it.
 /*@ requires 0 <= before <= UINT8_MAX && 0 <= middle <= UINT8_MAX && 0 <= after <= UINT8_MAX;
     assigns \nothing;
     ensures -DISPARITY_ONE / 2 <= \result <= DISPARITY_ONE / 2; */
@@ -36,8 +36,8 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     const int16_t steeper = rise_before > rise_after ? rise_before : rise_after;
     const int16_t fall = (int16_t)(rise_before - rise_after);
     const int16_t size = fall < 0 ? (int16_t)-fall : fall;
-    // The quotient size / (2 steeper) in 8 binary places. Where a neighbour is lower, the messages
-    // overruled it: half way is as far as they may be overruled.
+    // The quotient size / (2 steeper) in 8 binary places. A neighbour may be lower because path
+    // costs overruled it; the offset is then limited to half a disparity.
     int16_t rest = size;
     int16_t quotient = 0;
     /*@ loop invariant 0 <= i <= 7 && 0 <= quotient < 1 << i;
@@ -54,9 +54,9 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     return fall < 0 ? (int16_t)-offset : offset;
 }
 
-// Completes what is known of the winner of pixel x, line->row.lane[x], in a window of which the
-// lanes [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel belongs to the
-// left one whose cost there is lowest.
+// Completes the data of the winner of pixel x, line->row.lane[x], in a window of which the lanes
+// [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel is assigned to the
+// left pixel with the lowest cost there.
 /*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x < IMAGE_MAX_SIDE_PX;
     requires tile->base + tile->lanes <= MATCH_MAX_DISPARITIES;
     requires -MATCH_DISPARITY_LIMIT <= origin <= MATCH_DISPARITY_LIMIT;
@@ -79,7 +79,7 @@ static inline void note_winner(struct match_line *line, int origin, const struct
     if (lane > begin && lane + 1 < end) {
         around = cost[lane - 1] | (uint32_t)cost[lane] << 8 | (uint32_t)cost[lane + 1] << 16;
     } else {
-        // No neighbour on one side: no sub-pixel position.
+        // Without a neighbour on one side there is no sub-pixel position.
         around = cost[lane] * 0x010101u;
     }
     const uint32_t fit = around >> 8 & 0xff;
@@ -87,7 +87,7 @@ static inline void note_winner(struct match_line *line, int origin, const struct
     //@ assert 0 <= index < CLAIM_FIT;
     const int right_x = x - origin - index;
     uint32_t *claim = &line->row.claim[right_x];
-    // Without a branch: which one of two claims is lower cannot be foreseen.
+    // Without a branch: which of two claims is lower cannot be predicted.
     const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - index);
     *claim = own < *claim ? own : *claim;
     if (tile->doubtful && line->row.margin[x] >= MATCH_MARGIN_MIN) {
@@ -98,7 +98,7 @@ static inline void note_winner(struct match_line *line, int origin, const struct
     line->row.right_x[x] = (int16_t)right_x;
 }
 
-// Whether the right pixel of each pixel belongs to it or to a neighbour on the same surface.
+// Whether the right pixel of each pixel is assigned to it, or to a neighbour on the same surface.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
     requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
     requires \valid_read(line->row.lane + (0 .. level->width - 1));
@@ -124,8 +124,8 @@ static void check_claims(const struct match_level *level, const struct match_lin
     }
 }
 
-// Whether the winners lie inside the range asked for, not at the ends of the search or in the lanes
-// beyond, and fit.
+// Whether the winners are inside the requested range, neither at the ends of the search nor in the
+// lanes beyond, and have a low enough cost.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
     requires -1 <= level->believed.first <= MATCH_MAX_DISPARITIES;
     requires -1 <= level->believed.last < MATCH_MAX_DISPARITIES;
@@ -156,15 +156,15 @@ static void check_fits(const struct match_level *level, const struct match_line 
     }
 }
 
-// Extremes of twice as many pixels as before, `reach`, from each on; the last ones of the row have
-// fewer.
+// Extremes of twice as many pixels as before, `reach`, starting at each pixel; of fewer at the end
+// of the row.
 /*@ requires 1 <= reach <= MATCH_TEXTURE_COLUMNS && reach <= width;
     requires \valid(darkest + (0 .. width - 1)) && \valid(brightest + (0 .. width - 1));
     assigns darkest[0 .. width - 1], brightest[0 .. width - 1]; */
 static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkest,
                                                         uint8_t *restrict brightest, int width,
                                                         const int reach) {
-    // Each pixel is written after it was read as a neighbour's.
+    // Each pixel is written after it was read as a neighbour.
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, darkest[0 .. width - 1];
         loop variant width - x; */
@@ -197,7 +197,7 @@ static void check_texture(const struct match_level *level, const struct match_li
     const int width = level->width;
     memcpy(darkest, guide, (size_t)width);
     if (span.begin < span.end) {
-        // A span narrower than the window sees nothing but itself.
+        // A span narrower than the window is compared as a whole.
         memset(darkest, guide[span.begin], (size_t)span.begin);
         memset(darkest + span.end, guide[span.end - 1], (size_t)(width - span.end));
     }
@@ -270,7 +270,7 @@ static void write_surface(struct match_level *level, const struct match_line *li
     }
 }
 
-// Why the winner of each pixel is not to be believed, or REASON_VALID.
+// The reason to reject the winner of each pixel, or REASON_VALID.
 /*@ requires 0 <= width && \valid_read(line) && \valid(reason + (0 .. width - 1));
     requires \valid_read(line->row.consistent + (0 .. width - 1));
     requires \valid_read(line->row.fits + (0 .. width - 1));
@@ -334,7 +334,7 @@ static void write_disparities(const struct match_level *level, const struct matc
     }
 }
 
-// Medians of three along the row; the ends stay as they are.
+// Medians of three along the row; the ends do not change.
 /*@ requires 1 <= width && \valid(disparity_q8 + (0 .. width - 1));
     assigns disparity_q8[0 .. width - 1]; */
 static void smooth_along(int32_t *disparity_q8, int width) {
@@ -349,8 +349,8 @@ static void smooth_along(int32_t *disparity_q8, int width) {
     }
 }
 
-// Row y of the finest level, and the reasons of all rows of the image that it stands for; their
-// disparities come when all is done.
+// Writes row y of the finest level, and the reasons of all image rows that it covers; their
+// disparities are written at the end.
 static void write_output(const struct match_level *level, const struct match_line *line, int y,
                          struct rectify_span span) {
     const struct match_output *output = level->state->output;
@@ -378,7 +378,7 @@ static void write_output(const struct match_level *level, const struct match_lin
     }
 }
 
-// Judges the winners of row y and writes it out: into the output on level 0, into the surface on
+// Validates the winners of row y and writes them: to the output on level 0, to the surface on
 // others.
 static void judge_row(struct match_level *level, struct match_line *line, int y,
                       struct rectify_span left) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The three phases of the matcher, compiled once a processor level from the same text
-/// (match_*_phase.h) over the level's own operations on the disparities of a pixel or two
-/// (match_vector_*.h). Plain C is the definition; every level gives the same bytes.
+/// The three phases of the matcher, compiled once per processor level from the same text
+/// (match_*_phase.h) with the level's own vector operations on the disparities of one or two pixels
+/// (match_vector_*.h). Plain C is the reference; every level gives identical results.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
 #define VERGENCE_STEREO_MATCH_MATCH_KERNELS_H
 
@@ -21,10 +21,10 @@ struct match_kernels {
     void (*cost_rows)(struct match_level *level, struct match_scratch *scratch, int y_begin,
                       int rows);
 
-    /// Phase 2, tiles [begin, end) of the band: averages along the columns, messages down.
+    /// Phase 2, tiles [begin, end) of the band: averages along the columns, path costs from above.
     void (*columns)(struct match_level *level, struct match_scratch *scratch, int begin, int end);
 
-    /// Phase 3, rows [y_begin, y_begin + rows) of the band: messages along the rows, winners and
+    /// Phase 3, rows [y_begin, y_begin + rows) of the band: path costs along the rows, winners and
     /// checks, into the output or the surface. An even count up to MATCH_ROWS_ABREAST.
     void (*rows)(struct match_level *level, struct match_scratch *scratch, int y_begin, int rows);
 
@@ -46,8 +46,8 @@ extern const struct match_kernels match_neon_kernels;
 /// The fastest set that this processor runs.
 const struct match_kernels *match_kernels_best(void);
 
-/// The set of this name, for tests and measurements; NULL when there is none or the processor
-/// does not run it.
+/// The set with this name, for tests and measurements; NULL if there is none or the processor
+/// cannot run it.
 const struct match_kernels *match_kernels_named(const char *name);
 
 #ifdef __cplusplus

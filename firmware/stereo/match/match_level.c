@@ -32,14 +32,14 @@ static void set_level(struct match_level *level, int width, int height, int disp
     level->right_length = width + level->right_pad + (behind > 0 ? behind : 0);
 }
 
-// Lanes a column on average for which a level has memory.
+// Average number of lanes per column for which a level has memory.
 static int mean_lanes(const struct match_level *level) {
     const struct match_method *method = level->state->method;
     const bool all = level->coarser == NULL || method->whole_range || level->lanes < method->lanes;
     return all ? level->lanes : method->lanes;
 }
 
-// Whether a level gets a coarser one: it has many disparities, and enough columns are left.
+// Whether a level gets a coarser one: it has many disparities, and enough columns remain.
 static bool is_halved(const struct match_level *level) {
     const struct match_method *method = level->state->method;
     const struct match_options *options = &level->state->options;
@@ -61,7 +61,7 @@ void match_set_levels(struct match_state *state, int width, int height) {
         struct match_level *finer = &state->level[state->levels - 1];
         struct match_level *level = &state->level[state->levels];
         const int shift = state->levels * method->halvings;
-        // A low image keeps its rows: how much memory is needed does not depend on the height.
+        // A low image keeps its rows: the memory requirement does not depend on the height.
         int shift_y = finer->shift_y;
         while (shift_y < shift && height >> (shift_y + 1) >= MATCH_MIN_HEIGHT_PX) {
             shift_y++;
@@ -93,7 +93,7 @@ static void take_band(const struct match_level *level, bool first, struct match_
         band->from_above[i] = take(memory, level->row_bytes, 1);
     }
     uint8_t *spare = take(memory, level->row_bytes, 1);
-    // Of the first band, the messages above it are no more needed when there are sums.
+    // For the first band, the path costs above it are not needed once the sums exist.
     band->last_above = first ? spare : NULL;
     band->last_sum = first ? NULL : spare;
 }
@@ -112,7 +112,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->ring[i] = take(memory, level->row_bytes, 1);
     }
     for (int i = 0; i < threads + 1; i++) {
-        // Where windows never change, the averages stay in place.
+        // If windows never change, the averages stay in place.
         const bool new_row = i == 0 || level->coarser != NULL;
         level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
@@ -127,7 +127,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     }
 }
 
-// Hands out parts of a block of memory; counts where there is no block.
+// Allocates parts of a block of memory; only counts if there is no block.
 struct block {
     uint8_t *at;
     size_t used_bytes;
@@ -140,7 +140,7 @@ static void *carve(struct block *block, size_t count, size_t element_bytes) {
     return result;
 }
 
-// What phase 1 needs. What is written late lies where something else is no longer needed.
+// Memory of phase 1. Data written late shares memory with data no longer needed.
 static void carve_cost(const struct match_level *level, int rows, struct block *block,
                        struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
@@ -164,7 +164,7 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
     scratch->box = scratch->line[0].cost.forward;
 }
 
-// What phase 3 needs, and what is needed when all is done.
+// Memory of phase 3, and of the end of the run.
 static void carve_row(const struct match_level *level, int rows, struct block *block,
                       struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
@@ -186,7 +186,7 @@ static void carve_row(const struct match_level *level, int rows, struct block *b
     scratch->finish = (int32_t *)scratch->line[0].row.claim;
 }
 
-// Levels and phases take turns, so what is enough for the largest one serves all.
+// Levels and phases run one after the other, so memory for the largest one is enough.
 static void take_scratch(const struct match_state *state, struct match_memory *memory,
                          struct match_scratch *scratch) {
     const struct match_level *level = &state->level[0];
@@ -226,8 +226,8 @@ static void plan(struct match_level *level, int begin, const struct match_tile *
     match_plan_windows(level, begin, level->state->scratch, above, tiles);
 }
 
-// Cells of columns beyond the image and rows below it are looked at, though nothing comes of them.
-// Each band's rows are cleared by one thread, most likely the one that will write them.
+// Cells of columns outside the image and of rows below it are read, but have no effect. Each band's
+// rows are cleared by one thread, most likely the one that will write them.
 static void clear_part(void *level_pointer, int index) {
     const struct match_level *level = level_pointer;
     const struct match_band *band = &level->band[index];
@@ -274,7 +274,7 @@ static void swap_tiles(struct match_tile **a, struct match_tile **b) {
     *b = kept;
 }
 
-// What the last of the bands leaves behind is above the next ones.
+// The state left by the last of the bands is above the next ones.
 static void leave_bands(struct match_level *level) {
     const int bands = level->bands;
     if (bands == 0) {
@@ -321,7 +321,7 @@ static void begin_band(struct match_level *level, int i) {
 struct part_context {
     struct match_level *level;
     const struct match_kernels *kernels;
-    atomic_uint taken;  // a bit for each band
+    atomic_uint taken;  // one bit per band
 };
 
 static void relax(const struct parallel *parallel) {
@@ -330,9 +330,9 @@ static void relax(const struct parallel *parallel) {
     }
 }
 
-// Takes the band with the number of the calling thread, which has last written most of its memory,
-// or, if that one is gone or those before it are slow to be taken, the first that is left. In this
-// order whoever waits for the band above its own waits for somebody at work.
+// Takes the band with the number of the calling thread, which last wrote most of its memory; or, if
+// that band is taken or earlier bands are slow to be taken, the first one left. In this order a
+// thread that waits for the band above its own waits for a thread that is running.
 static int take_a_band(struct part_context *context, const struct parallel *parallel, int index) {
     enum { PATIENCE = 1000 };
     const int own = parallel->thread == NULL ? index : parallel->thread(parallel->self);
@@ -352,7 +352,7 @@ static int take_a_band(struct part_context *context, const struct parallel *para
     }
 }
 
-// Rows that one call may take from row y on: no more than `end`, and not beyond the band.
+// Rows that one call may process from row y on: up to `end`, and inside the band.
 static int rows_together(const struct match_band *band, int y, int end) {
     const int border = band->begin + MATCH_BAND_ROWS;
     const int beyond = y < border && end > border ? border : end;
@@ -372,7 +372,7 @@ static void average_columns(const struct part_context *context, struct match_scr
     }
 }
 
-// Takes one band. It only waits for bands that were taken before.
+// Processes one band. It only waits for bands that were taken earlier.
 static void band_part(void *context_pointer, int index) {
     struct part_context *context = context_pointer;
     struct match_level *level = context->level;
@@ -394,7 +394,7 @@ static void band_part(void *context_pointer, int index) {
     }
 }
 
-// Gives each thread the rows of the ring that it wrote the last time, as far as nobody needs them.
+// Gives each thread the rows of the ring that it wrote last time, as far as these are free.
 static void keep_ring(struct match_level *level) {
     const int before = level->state->threads * MATCH_BAND_ROWS;
     const int begin = level->band[0].begin;

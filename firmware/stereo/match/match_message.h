@@ -57,7 +57,8 @@ MATCH_INLINE void store_lanes(const struct lanes *from, uint8_t *const at[], ptr
 }
 
 // The lower neighbour and the upper neighbour of each lane, whichever is lower; those beyond the
-// ends are infinite. `before` is the part before part k, whatever `lanes` holds there now.
+// ends are infinite. `before` is the original part before part k, even if `lanes` has been
+// overwritten there.
 /*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
     requires \valid_read(of);
     assigns \nothing; */
@@ -68,10 +69,10 @@ MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct
     return vector_min(vector_up(of->part[k], before), vector_down(of->part[k], after));
 }
 
-// message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), with p the previous
-// message in `message` and neighbours beyond the ends infinite; then minus its lowest lane. Source:
-// H. Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
-// 2008, equation 13.
+// message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
+// path cost in `message` and neighbours beyond the ends are infinite; then its lowest lane is
+// subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual
+// information", PAMI 30(2), 2008, equation 13.
 /*@ requires are_lanes(lanes);
     requires \valid_read(cost) && \valid(message) && \separated(cost, message);
     assigns message->part[0 .. lanes / MATCH_LANES - 1]; */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For ARM processors with NEON: all 64-bit ones, and the 32-bit ones that it is compiled for.
+// For ARM processors with NEON: all 64-bit ones, and 32-bit ones if compiled for them.
 #if defined(__ARM_NEON)
 
 #include "stereo/match/match_kernels.h"

@@ -9,44 +9,45 @@
 #include "stereo/match/match_rules.h"
 #include "stereo/match/vet.h"
 
-// Moving one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
-// by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST), most of them by less than 0.3.
+// Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
+// by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST); most of them by less than 0.3.
 enum {
     SAMPLES = 6,  // comparisons per row of a signature: 2 on each side, 1 above, 1 below
     SAMPLE_REACH_PX = 2,
-    SIGNATURE_REACH_ROWS = 2,  // a signature joins the samples of 2 rows above to 2 below
+    SIGNATURE_REACH_ROWS = 2,  // a signature joins the samples from 2 rows above to 2 below
     SIGNATURE_BITS = SAMPLES * (2 * SIGNATURE_REACH_ROWS + 1),
     CHANCE = SIGNATURE_BITS / 2,
-    // A mean dissimilarity above this does not fit: 98 % of the right matches on nine recorded
-    // pairs stay below, 86 % of the matches between unrelated images lie above.
+    // Threshold of the mean dissimilarity: 98 % of the correct matches on nine recorded pairs are
+    // below it, 86 % of the matches between unrelated images above.
     MISFIT = 10,
     WALKS = 3,
-    AHEAD_PX = 8,  // what follows are sums over as many pixels
+    AHEAD_PX = 8,  // the following are sums over this many pixels
     PENALTY_SLANT = 1 * AHEAD_PX,
     PENALTY_OTHER_PATH = 1 * AHEAD_PX,
     PENALTY_JUMP = 4 * AHEAD_PX,
-    ON_SURFACE = 6 * AHEAD_PX,  // not worth looking for a slant
-    LOST = MISFIT * AHEAD_PX,   // worth looking for a jump
+    ON_SURFACE = 6 * AHEAD_PX,  // threshold for trying a slant
+    LOST = MISFIT * AHEAD_PX,   // threshold for trying a jump
     JUMP_MAX_PX = 32,
     AGREE_PX = 1,
-    AROUND_PX = 4,   // vetting sums over 2 * AROUND_PX + 1 pixels of the path
-    MARGIN_MIN = 1,  // mean rise of the dissimilarity two disparities beside a match
+    AROUND_PX = 4,   // validation sums over 2 * AROUND_PX + 1 pixels of the path
+    MARGIN_MIN = 1,  // mean rise of the dissimilarity two disparities away from a match
 };
 
 enum {
-    OFFSETS = 5,          // disparities -2 .. 2 beside a match
+    OFFSETS = 5,          // disparities -2 .. 2 relative to a match
     HERE = OFFSETS / 2,   // index of the match itself among them
-    FIELD_BITS = 12,      // of each sum where all are added at once
+    FIELD_BITS = 12,      // of each sum if all are added at once
     NOWHERE = INT16_MIN,  // no disparity: the walk skipped this pixel
     TOO_DEAR = INT16_MAX,
     PROGRESS_ROWS = 8,
-    // Evaluations per pixel at most: the moves and the sum ahead of each walk, repair, vetting.
+    // Upper bound of evaluations per pixel: the moves and the sum ahead of each walk, repair,
+    // validation.
     EVALUATIONS_MAX = WALKS * (AHEAD_PX * (1 + 1 + 2 + 2 * (JUMP_MAX_PX - 1)) + 2) + 2 + OFFSETS,
 };
-_Static_assert(EVALUATIONS_MAX <= (int)MATCH_PAPER_EVALUATIONS_MAX, "what the header promises");
+_Static_assert(EVALUATIONS_MAX <= (int)MATCH_PAPER_EVALUATIONS_MAX, "as documented in the header");
 _Static_assert(SIGNATURE_BITS *(2 * AROUND_PX + 1) < 1 << FIELD_BITS, "sums fit their fields");
 
-// Where a walk stands: a column of the left row and one of the right.
+// Position of a walk: a column of the left row and one of the right.
 struct spot {
     int left, right;
 };
@@ -57,7 +58,7 @@ struct move {
     int total;   // with the penalty
 };
 
-// What a walk says of a pixel of the left row.
+// Result of a walk for a pixel of the left row.
 struct step {
     int16_t disparity;  // or NOWHERE
     int16_t score;      // of the pixels ahead from there
@@ -79,7 +80,7 @@ struct paper {
     uint8_t *sample;         // 3 rows of grey values, 0 outside their spans
     uint32_t *left_signature, *right_signature;
     struct column *column;
-    struct rectify_span left, right;  // of the row at hand
+    struct rectify_span left, right;  // of the present row
     uint64_t evaluations;
 };
 
@@ -118,7 +119,7 @@ static struct rectify_span span_of(const struct rectify_span *spans, int y, int 
     return spans != NULL ? spans[y] : (struct rectify_span){0, (int16_t)width};
 }
 
-// Adds the samples of row y, or of the nearest that there is, to the signatures; the oldest go.
+// Adds the samples of row y, or of the nearest existing row, to the signatures; drops the oldest.
 static void push_samples(const struct paper *paper, const struct image_u8 *image,
                          const struct rectify_span *spans, int y, uint32_t *signature) {
     INVARIANT(image->width == paper->width);
@@ -171,10 +172,10 @@ static inline bool room_ahead(const struct paper *paper, struct spot spot, int d
     return inside(paper, spot) && inside(paper, further(spot, (AHEAD_PX - 1) * direction));
 }
 
-// Sum of the dissimilarities ahead of a spot with room; TOO_DEAR when it is above `limit`, or when
-// a quarter of the pixels takes more than half of that.
+// Sum of the dissimilarities ahead of a position with room; TOO_DEAR if it exceeds `limit`, or if a
+// quarter of the pixels exceeds half of that.
 static inline int score_ahead(struct paper *paper, struct spot spot, int direction, int limit) {
-    // Two pixels at a time; backwards a couple begins at its second pixel.
+    // Two pixels at a time; backwards a pair begins at its second pixel.
     const int back = direction < 0 ? 1 : 0;
     int score = 0;
     for (int i = 0; i < AHEAD_PX; i += 2) {
@@ -191,7 +192,7 @@ static inline int score_ahead(struct paper *paper, struct spot spot, int directi
     return score;
 }
 
-// Where a change of the disparity leads: it skips pixels of one row, and uses none twice.
+// Where a change of the disparity leads: it skips pixels of one row, and uses no pixel twice.
 static inline struct spot changed(struct spot spot, int direction, int change) {
     return change * direction > 0 ? (struct spot){spot.left + change, spot.right}
                                   : (struct spot){spot.left, spot.right - change};
@@ -211,7 +212,7 @@ static inline void try_move(struct paper *paper, struct spot spot, int direction
     }
 }
 
-// The cheapest move where straight on scores `score`; `other` is the other walk's disparity there.
+// The cheapest move if straight on scores `score`; `other` is the other walk's disparity there.
 static struct move choose(struct paper *paper, struct spot spot, int direction, int score,
                           int other) {
     struct move best = {0, score, score};
@@ -239,7 +240,7 @@ static void walk(struct paper *paper, int index) {
     for (int x = 0; x < paper->width; x++) {
         paper->column[x].step[own] = (struct step){NOWHERE, TOO_DEAR};
     }
-    // From the ends of both rows, or as near to them as the range allows.
+    // From the ends of both rows, or as close to them as the range allows.
     const struct spot begin = {paper->left.begin, paper->right.begin};
     const struct spot end = {paper->left.end - 1, paper->right.end - 1};
     struct spot spot = direction > 0 ? begin : end;
@@ -254,7 +255,7 @@ static void walk(struct paper *paper, int index) {
         const int16_t here = (int16_t)(spot.left - spot.right);
         const int other = index == 0 ? NOWHERE : column->step[1 - own].disparity;
         const struct move move = choose(paper, spot, direction, score, other);
-        if (move.change == direction) {  // a slant hides nothing
+        if (move.change == direction) {  // a slant occludes nothing
             column->step[own] = (struct step){here, (int16_t)score};
         }
         spot = changed(spot, direction, move.change);
@@ -264,7 +265,8 @@ static void walk(struct paper *paper, int index) {
             (struct step){(int16_t)(here + move.change), (int16_t)move.score};
         score = move.score;
         if (room_ahead(paper, further(spot, direction), direction)) {
-            // One pixel leaves the sum, one enters. Without room it goes straight on to the end.
+            // One pixel leaves the sum, one enters. Without room the walk goes straight on to the
+            // end.
             score = move.score - dissimilarity(paper, spot) +
                     dissimilarity(paper, further(spot, AHEAD_PX * direction));
             INVARIANT(score >= 0 && score <= AHEAD_PX * SIGNATURE_BITS);
@@ -279,9 +281,9 @@ static int dissimilarity_or_chance(struct paper *paper, int x, int disparity) {
     return known ? dissimilarity(paper, spot) : CHANCE;
 }
 
-// Fills the gap [begin, end) between two kept pixels: the left one's disparity up to an edge, the
-// right one's beyond. Where the right one is nearer it hides as many pixels as it is nearer; these
-// stay rejected. The edge stands where the dissimilarities are least.
+// Fills the gap [begin, end) between two kept pixels: with the left one's disparity up to an edge,
+// and the right one's after it. If the right one is nearer, it hides as many pixels as the
+// disparities differ; these stay rejected. The edge is put where the dissimilarities are smallest.
 static void repair(struct paper *paper, int begin, int end) {
     struct column *column = paper->column;
     INVARIANT(begin < end && column[begin - 1].kept && column[end].kept);
@@ -289,7 +291,7 @@ static void repair(struct paper *paper, int begin, int end) {
     const int right = column[end].disparity;
     const int nearer = right - left > AGREE_PX ? right - left : 0;
     const int hidden = nearer < end - begin ? nearer : end - begin;
-    int cost = 0;  // against an edge at `begin`
+    int cost = 0;  // for an edge at `begin`
     int lowest = 0;
     int edge = begin;
     for (int x = begin; x + hidden < end; x++) {
@@ -306,7 +308,7 @@ static void repair(struct paper *paper, int begin, int end) {
     }
 }
 
-// Keeps what the two walks agree on and repairs the rest.
+// Keeps the pixels on which the two walks agree, and repairs the rest.
 static void join(struct paper *paper) {
     for (int x = 0; x < paper->width; x++) {
         struct column *column = &paper->column[x];
@@ -339,7 +341,8 @@ static bool textured(const struct paper *paper, int x, int y) {
     return brightest - darkest >= TEXTURE_MIN;
 }
 
-// Where the "V" through the sums is lowest, in 1/256, at most half way to a neighbour.
+// Position of the lowest point of the "V" through the sums, in 1/256; at most half way to a
+// neighbour.
 static int refine_q8(const int *sum) {
     const int before = sum[HERE - 1] - sum[HERE];
     const int after = sum[HERE + 1] - sum[HERE];
@@ -366,7 +369,7 @@ static enum reason judge(const struct paper *paper, int x, int y, const int *sum
     return reason == REASON_VALID || textured(paper, x, y) ? reason : REASON_NO_TEXTURE;
 }
 
-// `around` is the sum of what the columns around have beside them.
+// `around` is the sum over the columns around.
 static void finish_pixel(const struct paper *paper, int x, int y, uint64_t around) {
     // The disparities whose right pixel lies inside the span.
     const int least = clamp(x - paper->right.end + 1, paper->first, INT16_MAX);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase 3 (included by match_plain.c and its like): messages along the row from both sides, and the
-// winner of their sum with those from above. Up to MATCH_ROWS_ABREAST rows go side by side: each
-// waits for its own previous pixel, not for the other rows.
+// Phase 3 (included by match_plain.c and the other kernel sets): path costs along the row from both
+// sides, and the winner of their sum with those from above. Up to MATCH_ROWS_ABREAST rows are
+// processed in parallel: each depends on its own previous pixel, not on other rows.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
 
@@ -13,9 +13,9 @@
 #include "stereo/match/match_state.h"
 
 enum {
-    // What a message may add to a sum of two that has to fit 8 bits.
+    // Upper bound of a path cost's contribution to a sum of two that must fit 8 bits.
     SUMMAND_MAX = 127,
-    // Lanes beside a winner, which are not its rivals, at the middle of near_lanes.
+    // Lanes next to a winner, which do not count as rivals, at the middle of near_lanes.
     NEAR_MIDDLE = MATCH_MAX_DISPARITIES,
     ROW_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS,
 };
@@ -35,7 +35,7 @@ struct row_view {
     struct match_line *line;  // one a row
     const uint8_t *cost[MATCH_ROWS_ABREAST];
     const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
-    uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the messages from the left; may be `above`
+    uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the path costs from the left; may be `above`
     uint8_t *message[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
@@ -64,7 +64,8 @@ struct row_view {
     predicate all_may_win{L}(struct row_view *of, integer r, struct match_tile *tile, integer x) =
         first_may_win(of, r, tile, x) <= 0 && tile->lanes <= beyond_may_win(of, r, tile, x); */
 
-// Which lanes of the window may win at x: those whose right pixel lies inside the right row's span.
+// The lanes of the window that may win at x: those whose right pixel lies inside the right row's
+// span.
 /*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
     requires \valid_read(tile) && 0 <= x <= INT16_MAX;
     requires \valid(begin) && \valid(end) && \separated(begin, end);
@@ -81,12 +82,12 @@ static inline void searched(const struct row_view *view, int r, const struct mat
     *end = beyond < tile->lanes ? beyond : tile->lanes;
 }
 
-// Messages from the left through one tile, each summed with the one from above.
+// Path costs from the left through one tile, each added to the one from above.
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
                              int columns, const int groups, const int lanes) {
-    // A copy: stores of bytes cannot change it.
+    // A local copy, as stores of bytes might alias the original.
     const struct row_view view = *of;
     /*@ admit copied: view.level == of->level && view.line == of->line &&
             (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
@@ -149,7 +150,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     }
 }
 
-// Hides the lanes from i on that may not win.
+// Excludes the lanes from i on that may not win.
 /*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST;
     requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
     requires 0 <= x <= INT16_MAX && 0 <= i < MATCH_MAX_DISPARITIES;
@@ -213,7 +214,7 @@ MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
     }
 }
 
-// Sums up all messages of pixel x of the rows from r_begin on and notes the winner of each.
+// Adds up all path costs of pixel x of the rows from r_begin on, and records the winner of each.
 /*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
     requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
     requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(message);
@@ -273,7 +274,8 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     }
 }
 
-// Messages from the right through one tile, each summed with the others and decided as it comes.
+// Path costs from the right through one tile, each added to the others, with the winner chosen at
+// once.
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
@@ -331,8 +333,8 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     }
 }
 
-// Brings the messages from one window into another; nothing comes from beyond the ends of a row
-// (`from` is NULL): the first message is the cost.
+// Moves the path costs from one window to another. Beyond the ends of a row (`from` is NULL) there
+// are none: the first path cost is the cost.
 /*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
     requires from != NULL ==> match_is_tile(from);
     requires \forall integer r; 0 <= r < rows ==>
@@ -385,11 +387,11 @@ static bool hides(const struct row_view *view, const int rows, const struct matc
     return false;
 }
 
-// Notes the winners of a tile.
+// Records the winners of a tile.
 static void note_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
                       int x_begin, int columns, bool hidden) {
-    // Lanes from here on are padding. They may win, which tells that nothing searched fits; but a
-    // pixel that sees the right row through them alone is at a border: no place for any match.
+    // Lanes from here on are padding. They may win, which shows that nothing searched fits; but a
+    // pixel whose right pixels are all in these lanes is at a border, where no match is possible.
     const int wanted = view->level->disparity_count - tile->base;
     for (int r = 0; r < rows; r++) {
         struct match_line *line = &view->line[r];
@@ -401,12 +403,13 @@ static void note_tile(const struct row_view *view, const int rows, const struct 
                 searched(view, r, tile, x, &begin, &end);
                 if (x < view->left[r].begin || x >= view->left[r].end || begin >= end ||
                     begin >= wanted) {
-                    // Its right pixel is one beyond the row.
+                    // Its right pixel is just outside the row.
                     line->row.lane[x] = -1;
                     line->row.right_x[x] = (int16_t)view->level->width;
                     continue;
                 }
-                // Where every lane that may win is as dear as a hidden one, the first of them wins.
+                // If every lane that may win costs as much as an excluded one, the first of them
+                // wins.
                 line->row.lane[x] =
                     (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
             }
@@ -479,7 +482,7 @@ static void rows(struct match_level *level, struct match_scratch *scratch, int y
         prepare_line(level, &scratch->line[r], y);
         view.cost[r] = level->ring[y % level->ring_rows];
         view.above[r] = band->from_above[row];
-        // The last row's messages are still needed by the next band.
+        // The last row's path costs are still needed by the next band.
         view.sum[r] = y == band->end - 1 ? band->last_sum : band->from_above[row];
         view.message[r] = scratch->running + (size_t)r * (size_t)level->lanes;
         const int known = y < level->height ? y : level->height - 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the presets of the matcher have in common, whatever their method: which arguments are
-/// legal, and rules by which a pixel is rejected. Private to match*.c.
+/// Common to all presets of the matcher: validity of arguments, and rules for rejecting a pixel.
+/// Private to match*.c.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_RULES_H
 #define VERGENCE_STEREO_MATCH_MATCH_RULES_H
 
@@ -12,11 +12,11 @@ enum {
     TEXTURE_MIN = 6,     // grey levels between the darkest and the brightest pixel
 };
 
-/// Whether the range of disparities is one that can be searched, with what is searched beyond its
-/// ends, whatever numbers a caller may have written.
+/// Whether a range of disparities can be searched, with the extra disparities at its ends, for any
+/// numbers of the caller.
 bool match_range_is_legal(const struct match_options *options);
 
-/// All that is searched: the range and what lies beyond its ends. The range must be legal.
+/// The whole search: the range and the extra disparities at its ends. The range must be legal.
 static inline int match_searched_min(const struct match_options *options) {
     return options->disparity_min - options->extra_below;
 }
@@ -29,16 +29,16 @@ static inline int match_searched_count(const struct match_options *options) {
 int match_check(const struct match_input *input, const struct match_options *options,
                 const struct match_output *output);
 
-/// Disparities at each end of a range that no pixel is believed to have: the best may lie beyond. A
-/// range of one or two has nothing but ends.
+/// Number of disparities at each end of a range that are rejected, as the best match may lie
+/// beyond. A range of one or two consists only of ends.
 /*@ assigns \nothing;
     ensures \result == (disparity_count > 2 ? 1 : 0); */
 static inline int match_range_ends(int disparity_count) {
     return disparity_count > 2 ? 1 : 0;
 }
 
-/// Indices of the disparities that a pixel is believed to have, counted from the lowest that is
-/// searched: those of the range, less its ends where nothing beyond them is searched.
+/// Indices of accepted disparities, counted from the lowest searched: those of the range, without
+/// its ends if nothing beyond them is searched.
 struct match_believed {
     int first, last;
 };

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What the parts of the matcher share during one run. Private to match*.c.
+/// State shared by the parts of the matcher during one run. Private to match*.c.
 ///
 /// The pair is matched on one or more levels: level 0 is the full size, each further one half the
-/// size of the one before. Every level goes through its rows in bands of MATCH_BAND_ROWS, cut into
-/// tiles of MATCH_TILE_COLUMNS columns; a tile searches a window of disparities of its own (all of
+/// size of the one before. Every level processes its rows in bands of MATCH_BAND_ROWS, divided into
+/// tiles of MATCH_TILE_COLUMNS columns; each tile searches its own window of disparities (all of
 /// them on the coarsest level, those near the coarser level's surface on the others). A band goes
 /// through three phases:
 ///   1. by rows:  features, cost, edge-aware average along the row            (match_cost_phase.h)
 ///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
-///                dynamic-programming message from the row above            (match_column_phase.h)
-///   3. by rows:  messages from the left and the right, winner, checks         (match_row_phase.h)
-/// Threads take one band each, so that nearly all of a band's cells stay in one processor's cache;
-/// in phase 2 a tile waits for the one above it.
+///                dynamic-programming path cost from the row above          (match_column_phase.h)
+///   3. by rows:  path costs from the left and the right, winner, checks       (match_row_phase.h)
+/// Each thread processes one band, so that nearly all of a band's cells stay in one processor's
+/// cache; in phase 2 a tile waits for the one above it.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_STATE_H
 #define VERGENCE_STEREO_MATCH_MATCH_STATE_H
 
@@ -24,7 +24,7 @@
 #include "stereo/match/match.h"
 #include "stereo/match/match_rules.h"
 
-// Rows of what the bands in work share, for so many threads.
+// Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
 #define MATCH_GUIDE_ROWS(threads) ((threads)*MATCH_BAND_ROWS + 8)
 #define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
@@ -32,7 +32,7 @@
 enum {
     MATCH_LANES = 16,          // disparities are padded to a multiple of this
     MATCH_SMALL_PENALTY = 20,  // of a change by one disparity
-    MATCH_COST_MAX = 127,      // so that a message stays below 256
+    MATCH_COST_MAX = 127,      // so that a path cost stays below 256
     MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_WEIGHT = 4,
@@ -46,29 +46,29 @@ enum {
     MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
     MATCH_MAX_GUIDE_ROWS = MATCH_GUIDE_ROWS(MATCH_MAX_THREADS),
     MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
-    // A winner that beats its best rival by less than this is wrong more often than one in four
-    // times (measured on ten pairs with ground truth).
+    // A winner whose margin over its best rival is smaller is wrong in more than one of four cases
+    // (measured on ten pairs with ground truth).
     MATCH_MARGIN_MIN = 24,
     MATCH_DOUBTFUL = 1 << 14,  // added to an index of a surface with such a rival
     MATCH_TEXTURE_COLUMNS = 16,
-    MATCH_ROWS_ABREAST = 4,  // rows that one call of a kernel takes at most
-    MATCH_PAIR_ROWS = 2,     // fewest rows that one call of a kernel takes
+    MATCH_ROWS_ABREAST = 4,  // maximum rows per call of a kernel
+    MATCH_PAIR_ROWS = 2,     // minimum rows per call of a kernel
     MATCH_MAX_LEVELS = 7,
     MATCH_SHIFT_MAX = 8,   // of a level's columns and rows: see match_set_levels
     MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
 };
 
-/// A share of the first of two values in a blend, and of the second: low and high byte, together
+/// Weights of the first and the second of two values in a blend: low and high byte, together
 /// MATCH_WEIGHT_ONE.
 typedef uint16_t match_share;
 
-/// The window of disparities that a tile searches, and where its cells lie in a row of cells:
+/// The window of disparities that a tile searches, and the position of its cells in a row of cells:
 /// column x of the tile at offset + (x - first column) * lanes.
 struct match_tile {
     int32_t offset;  // bytes
     int16_t base;    // index of the first lane: disparity - disparity_min of the level
     int16_t lanes;   // a multiple of MATCH_LANES
-    bool doubtful;   // the coarser level saw other places that fit as well
+    bool doubtful;   // the coarser level saw other good matches
 };
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
@@ -77,72 +77,73 @@ struct match_features {
     uint8_t *gradient;  // 128 + clipped gradient
 };
 
-/// One row on its way through phases 1 and 3. Phase 1 is done with its part before phase 3 begins,
-/// so both lie in the same memory.
+/// One row during phases 1 and 3. Phase 1 ends with its part before phase 3 begins, so both share
+/// the memory.
 struct match_line {
     struct {
         struct match_features left, right;  // right: reversed, padded on both sides
         uint16_t *weight;                   // by column: of the edge between x - 1 and x
-        match_share *forward;   // of what comes from the left, where the pixel's own cost joins it
+        match_share *forward;   // of the average from the left, where the pixel's own cost is added
         match_share *joined;    // of that average, where it meets what comes from the right
-        match_share *backward;  // of what comes from the right, where the pixel's own cost joins it
+        match_share *backward;  // of the average from the right, where the pixel's own cost is
+                                // added
     } cost;
     struct {
         uint8_t *penalty;     // large penalty between x - 1 and x
-        uint8_t *margin;      // by which the winner beats its best rival
-        int16_t *lane;        // the winner, first in its window, then in the level's range;
-                              // -1: none
+        uint8_t *margin;      // margin of the winner over its best rival
+        int16_t *lane;        // the winner, first in its window, then in the level's range; -1:
+                              // there is no winner
         uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
         uint8_t *fit;         // averaged cost of the winner
         int16_t *right_x;     // the winner's right pixel
         uint8_t *consistent;  // whether left and right agree
-        uint8_t *textured;    // whether there is something to match
+        uint8_t *textured;    // whether there is texture
         uint8_t *fits;        // whether the winner may be right
         uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
         uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
     } row;
 };
 
-/// Scratch of one thread.
+/// Working memory of one thread.
 struct match_scratch {
     uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
-    struct match_band *band;                                        // in work
+    struct match_band *band;                                        // in progress
     uint16_t *box;  // sums while a row is scaled down
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
-    int32_t *finish;   // a row of disparities when all is done
+    int32_t *finish;   // a row of disparities at the end
 };
 
-/// A band in work.
+/// A band in progress.
 struct match_band {
     int begin, end;            // rows
-    int cost_begin, cost_end;  // rows whose costs its thread computes: some are of the next band
+    int cost_begin, cost_end;  // rows whose costs its thread computes: some belong to the next band
     struct match_tile *before, *tile, *next;  // windows of the band above, of it, of the one below
-    uint8_t *last_above;                      // messages of the last row of the band above
+    uint8_t *last_above;                      // path costs of the last row of the band above
     uint8_t *from_above[MATCH_BAND_ROWS];
-    uint8_t *last_sum;            // sums of messages of the last row
+    uint8_t *last_sum;            // sums of path costs of the last row
     uint8_t *down_before, *down;  // downward average before the band and after it
     atomic_int tiles_done;        // of phase 2
 };
 
-/// How a preset works.
+/// Parameters of a preset.
 struct match_method {
     const char *name;
-    int coarse_disparities;  // a level of more disparities than this gets a coarser one; 0: never
+    int coarse_disparities;  // a level with more disparities than this gets a coarser one; 0: never
     int halvings;            // of columns, disparities and rows from one level to the next
     int halved_rows;         // of the finest level: 1 where a row of it stands for two
-    int lanes;               // a column on average, for which there is memory
-    // A tile searches the disparities that the coarser level found in the tile and so many of its
-    // pixels around, and `margin` more to both sides.
+    int lanes;               // average per column, for which there is memory
+    // A tile searches the disparities that the coarser level found in the tile and this many of its
+    // pixels around, and `margin` more on both sides.
     int around_columns, around_rows, margin;
-    // All of the range asked for is searched everywhere; near a coarser surface only beyond it.
+    // The whole requested range is searched everywhere; near a coarser surface only beyond it.
     bool whole_range;
 };
 
 /// Rows of a pair at one scale.
 struct match_level {
     struct match_state *state;
-    struct match_level *coarser;  // NULL: searches everything
+    struct match_level *coarser;  // NULL: everything is searched
     int shift_x, shift_y;         // 2^shift_x columns and 2^shift_y rows of the input make a pixel
     int width, height;
     int tiles;  // a row
@@ -155,15 +156,16 @@ struct match_level {
     int rows_done;
 
     struct match_band band[MATCH_MAX_THREADS];       // one below the other
-    int bands;                                       // in work
+    int bands;                                       // in progress
     struct match_tile *tile[MATCH_MAX_THREADS + 2];  // windows of the bands, one above, one below
     uint8_t *down[MATCH_MAX_THREADS + 1];            // downward averages between the bands
-    // What the bands in work share. Row y lies in slot y % ring_rows and so on.
+    // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
     int ring_rows, guide_rows, surface_rows;
     uint8_t *ring[MATCH_MAX_RING_ROWS];        // aggregated cost
     uint16_t *down_mass;                       // by column
     uint8_t *guide[MATCH_MAX_GUIDE_ROWS];      // left rows, where they are scaled down
-    int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: none
+    int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: no
+                                               // disparity
 };
 
 struct match_state {
@@ -175,11 +177,11 @@ struct match_state {
     struct match_level level[MATCH_MAX_LEVELS];
     int levels;
     int threads;
-    struct match_scratch *scratch;  // one a thread
+    struct match_scratch *scratch;  // one per thread
 };
 
-/// Runs `call(N)` with the count of lanes as a constant where it is a common one, so that the loops
-/// over lanes unroll. The functions below it are inlined into each case.
+/// Runs `call(N)` with the number of lanes as a constant for common values, so that the loops over
+/// lanes are unrolled. The functions below are inlined into each case.
 #define MATCH_WITH_CONSTANT_LANES(lanes, call) \
     do {                                       \
         switch (lanes) {                       \
@@ -238,8 +240,8 @@ static inline match_share match_share_of(uint16_t share) {
     return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
 
-/// What two masses, of which one at least is not 0, get in a blend: 128 a / (a + b) in binary
-/// places and 16 bits, without branches, so that compilers take many at once.
+/// The weights of two masses, of which at least one is not 0, in a blend: 128 a / (a + b) in binary
+/// places and 16 bits, without branches, so that compilers can vectorize it.
 /*@ requires match_is_mass(mass_a) && match_is_mass(mass_b);
     assigns \nothing;
     ensures match_is_share(\result); */
@@ -259,7 +261,7 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
     return match_share_of(share == 0 ? 1 : share);
 }
 
-/// Both shares the other way round.
+/// The two weights swapped.
 /*@ requires match_is_share(share);
     assigns \nothing;
     ensures match_is_share(\result) && (\result & 0xff) == share >> 8; */
@@ -267,8 +269,8 @@ static inline match_share match_share_swapped(match_share share) {
     return (match_share)(share >> 8 | share << 8);
 }
 
-/// How much a neighbour counts across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8,
-/// which is close to 0.9 exp(-step / 14).
+/// Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
+/// close to 0.9 exp(-step / 14).
 /*@ assigns \nothing;
     ensures \result <= 58982; */
 static inline uint16_t match_weight(uint8_t step) {
@@ -367,8 +369,8 @@ static inline int match_tile_columns(const struct match_level *level, int t) {
     return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
 }
 
-/// Moves the cells of one pixel from the window `from` to the window `to`. Lanes that `from` does
-/// not have take the value of `fill`, or UINT8_MAX where that is NULL.
+/// Moves the cells of one pixel from the window `from` to the window `to`. Lanes missing in `from`
+/// get the value of `fill`, or UINT8_MAX if that is NULL.
 /*@ requires match_is_tile(from) && match_is_tile(to);
     requires \valid_read(from_cells + (0 .. from->lanes - 1));
     requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
@@ -383,7 +385,7 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
     const int shift = to->base - from->base;  // to lane i is from lane i + shift
     const int first = shift < 0 ? -shift : 0;
     const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
-    // In steps of constant size, which compilers turn into single moves.
+    // In steps of constant size, which compile to single moves.
     /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
         loop assigns i, to_cells[0 .. to->lanes - 1];
         loop variant to->lanes - i; */
@@ -395,7 +397,7 @@ static inline void match_realign(const uint8_t *from_cells, const struct match_t
         }
     }
     if (beyond - first >= MATCH_LANES) {
-        // The last step ends where the lanes end, over the one before.
+        // The last step ends where the lanes end, and overlaps the one before.
         /*@ loop invariant first <= i <= beyond + MATCH_LANES;
             loop assigns i, to_cells[0 .. to->lanes - 1];
             loop variant beyond - i; */

@@ -9,7 +9,7 @@
 #include "stereo/match/match_message.h"
 #include "stereo/match/match_state.h"
 
-// The kernels are the tap's first member.
+// The kernels must be the first member.
 static const struct match_tap *tap_of(const struct match_level *level) {
     return (const struct match_tap *)level->state->options.kernels;
 }
@@ -75,7 +75,7 @@ static void look_at_winners(const struct match_level *level, const struct match_
     tap->look(tap->self, &row);
 }
 
-// What phase 2 left is shown before phase 3 takes its memory.
+// Reports the results of phase 2 before phase 3 reuses their memory.
 static void tapped_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                         int rows) {
     const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
@@ -106,7 +106,7 @@ struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int
                                      .doubtful = tile->doubtful};
 }
 
-// Takes a message on to the pixel at `cell` of a plane of costs and leaves it in `message`.
+// Advances a path cost to the pixel at `cell` of a plane of costs, and leaves it in `message`.
 static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t *message,
                     int lanes) {
     const uint8_t *const cost_at[] = {costs};

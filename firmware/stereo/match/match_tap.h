@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A look at the matcher while it works: kernels that do what those of a processor level do, and
-/// show each row of each level to a callback. The result keeps its bytes, and a run without a tap
-/// does not know of it. For pictures and tests.
+/// Debug probe of the matcher: kernels that do the same as those of a processor level, and report
+/// each row of each level to a callback. The result is identical, and a run without a probe has no
+/// overhead. For pictures and tests.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_TAP_H
 #define VERGENCE_STEREO_MATCH_MATCH_TAP_H
 
@@ -17,16 +17,16 @@ extern "C" {
 
 struct match_tile;
 
-/// When a row is shown; each row of each level comes once at each.
+/// When a row is reported; each row of each level is reported once at each event.
 enum match_tap_event {
     MATCH_TAP_COSTS,     // phase 1 is done with it
     MATCH_TAP_MESSAGES,  // phase 2 is done with it
     MATCH_TAP_WINNERS,   // phase 3 is done with it
 };
 
-/// A row as it is at an event. A plane holds a byte for every searched disparity of every pixel;
-/// see match_tap_window_at. All pointers are the matcher's and valid during the call only; those of
-/// other events are NULL.
+/// A row at an event. A plane holds one byte for every searched disparity of every pixel; see
+/// match_tap_window_at. All pointers belong to the matcher and are valid during the call only;
+/// those of other events are NULL.
 struct match_tap_row {
     enum match_tap_event event;
     int level;                            // 0: the finest
@@ -42,28 +42,30 @@ struct match_tap_row {
     const uint8_t *cost, *cost_along;     // planes: of the pixel, averaged along the row
     // MATCH_TAP_MESSAGES
     const uint8_t *cost_around;  // plane: averaged along the columns as well
-    const uint8_t *from_above;   // plane: messages from the row above
+    const uint8_t *from_above;   // plane: path costs from the row above
     // MATCH_TAP_WINNERS, by column
-    const int16_t *winner;      // counted from disparity_min; -1: none
+    const int16_t *winner;      // counted from disparity_min; -1: there is no disparity
     const uint32_t *around;     // costs before, at and after it, in the lower bytes
-    const uint8_t *margin;      // by which it beats its best rival
+    const uint8_t *margin;      // margin over its best rival
     const uint8_t *consistent;  // 1: left and right agree
-    const uint8_t *fits;        // 1: inside the range, and its cost is low
-    const uint8_t *reason;      // level 0 only: enum reason, before islands are looked for
+    const uint8_t *fits;        // 1: inside the range, and its cost is low enough
+    const uint8_t *reason;      // level 0 only: enum reason, before speckles are removed
 };
 
-/// The disparities that one pixel of a row searched, counted from the level's lowest, and where
-/// their bytes begin in a plane.
+/// The disparities that one pixel of a row searched, counted from the level's lowest, and the start
+/// of their bytes in a plane.
 struct match_tap_window {
     int first, count;  // the last ones may lie beyond the level's range, as padding
     size_t cell;
-    bool doubtful;  // the coarser level saw other places that fit as well
+    bool doubtful;  // the coarser level saw other good matches
 };
 
-/// Looks at a row. Called by the thread that worked on it, so by several at the same time.
+/// Callback for a row. Called by the thread that processed it, so by several threads at the same
+/// time.
 typedef void match_tap_look(void *self, const struct match_tap_row *row);
 
-/// Owned by the caller, for longer than the run; `kernels` is what match_options.kernels takes.
+/// Owned by the caller, and valid for longer than the run; `kernels` goes into
+/// match_options.kernels.
 struct match_tap {
     struct match_kernels kernels;
     const struct match_kernels *real;
@@ -71,15 +73,15 @@ struct match_tap {
     void *self;
 };
 
-/// A tap of the kernels `real`, or of the fastest ones where that is NULL.
+/// A probe of the kernels `real`, or of the fastest ones if that is NULL.
 struct match_tap match_tap_of(const struct match_kernels *real, match_tap_look *look, void *self);
 
 /// The window of column x.
 struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int x);
 
-/// Fills a plane (row->plane_bytes, the caller's) with the messages along a row that is shown at
-/// MATCH_TAP_MESSAGES: from the left, or from the right. Computed once more, since the matcher
-/// keeps only their sum.
+/// Computes the path costs along a row reported at MATCH_TAP_MESSAGES into a plane
+/// (row->plane_bytes, the caller's): from the left, or from the right. They are recomputed, as the
+/// matcher only keeps their sum.
 void match_tap_messages(const struct match_tap_row *row, bool from_right, uint8_t *plane);
 
 #ifdef __cplusplus

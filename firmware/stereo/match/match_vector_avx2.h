@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h with AVX2: two members a vector.
+/// match_vector_plain.h for AVX2: two members per vector.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_AVX2_H
 #define VERGENCE_STEREO_MATCH_MATCH_VECTOR_AVX2_H
 

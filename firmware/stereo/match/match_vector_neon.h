@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h with NEON, of 64-bit and of 32-bit ARM: one member a vector. Nothing here
-/// depends on the order of bytes in memory.
+/// match_vector_plain.h for NEON on 64-bit and 32-bit ARM: one member per vector. Independent of
+/// the byte order in memory.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_NEON_H
 #define VERGENCE_STEREO_MATCH_MATCH_VECTOR_NEON_H
 
@@ -82,7 +82,8 @@ static inline struct vector vector_lowest(struct vector value) {
 #if defined(__aarch64__)
     return (struct vector){vdupq_n_u8(vminvq_u8(value.lanes))};
 #else
-    // Each step halves what is left, and repeats it: in the end all eight lanes hold the lowest.
+    // Each step halves the remaining lanes and repeats them: at the end all eight lanes hold the
+    // lowest.
     uint8x8_t lowest = vpmin_u8(vget_low_u8(value.lanes), vget_high_u8(value.lanes));
     lowest = vpmin_u8(lowest, lowest);
     lowest = vpmin_u8(lowest, lowest);

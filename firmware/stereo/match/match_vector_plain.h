@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// 16 disparities ("lanes") of one pixel at a time: the definition, in plain C written so that
-/// compilers turn it into vector code. The other match_vector_*.h give the same results, some of
-/// them for several pixels at a time: those that a vector holds are its "members", each with 16
-/// lanes and a pointer of its own in the arrays `at`.
+/// 16 disparities ("lanes") of one pixel at a time: the reference, in plain C written so that
+/// compilers vectorize it. The other match_vector_*.h give the same results, some of them for
+/// several pixels at a time: the pixels in a vector are its "members", each with 16 lanes and its
+/// own pointer in the arrays `at`.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_PLAIN_H
 #define VERGENCE_STEREO_MATCH_MATCH_VECTOR_PLAIN_H
 
@@ -28,7 +28,7 @@ static inline uint8_t lower_u8(uint8_t a, uint8_t b) {
     return a < b ? a : b;
 }
 
-/// 16 bytes of each member, from at[member] + offset.
+/// Loads 16 bytes of each member, from at[member] + offset.
 /*@ requires \valid_read(at) && \valid_read(at[0] + (offset .. offset + MATCH_LANES - 1));
     assigns \nothing;
     ensures \forall integer i; 0 <= i < MATCH_LANES ==> \result.lane[i] == at[0][offset + i]; */
@@ -219,7 +219,7 @@ static inline uint8_t vector_first(struct vector value, int member) {
     return value.lane[0];
 }
 
-/// Bit 16 member + i is set where lane i of both is the same.
+/// Bit 16 member + i is set if lane i of both is equal.
 /*@ assigns \nothing;
     ensures \result <= UINT16_MAX;
     ensures \result != 0 <==> (\exists integer i; 0 <= i < MATCH_LANES && a.lane[i] == b.lane[i]);

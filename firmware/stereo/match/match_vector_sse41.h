@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// match_vector_plain.h with SSE4.1: one member a vector.
+/// match_vector_plain.h for SSE4.1: one member per vector.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VECTOR_SSE41_H
 #define VERGENCE_STEREO_MATCH_MATCH_VECTOR_SSE41_H
 

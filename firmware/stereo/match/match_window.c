@@ -3,8 +3,8 @@
 
 #include "core/invariant.h"
 
-// Lowest and highest index that the coarser level found near a tile; low > high: none. `usual`:
-// about where most of them are.
+// Lowest and highest index that the coarser level found near a tile; low > high: none was found.
+// `usual`: roughly where most of them are.
 struct reach {
     int low, high, usual;
     bool doubtful;  // most have a rival
@@ -12,7 +12,7 @@ struct reach {
 
 static const struct reach NOWHERE = {UINT16_MAX, -1, 0, false};
 
-// By how many halvings the coarser level is coarser.
+// Number of halvings between this level and the coarser one.
 static int halvings_x(const struct match_level *level) {
     return level->coarser->shift_x - level->shift_x;
 }
@@ -27,14 +27,14 @@ int match_window_rows(const struct match_level *level, int band_begin) {
     return rows < level->coarser->height ? rows : level->coarser->height;
 }
 
-// What the coarser level found near the band, by its columns.
+// Findings of the coarser level near the band, by its columns.
 struct columns_found {
     uint16_t *lowest;
     int16_t *highest;
-    int16_t *doubts;  // places with a rival minus places without
+    int16_t *doubts;  // number of places with a rival minus number without
 };
 
-// -1 (none) is the highest as an unsigned number, so that it never lowers anything.
+// -1 (not found) is the highest unsigned number, so that it never lowers a minimum.
 static void search_columns(const struct match_level *level, int band_begin,
                            const struct columns_found *found) {
     const struct match_level *coarser = level->coarser;
@@ -96,13 +96,13 @@ static int clamp(int value, int low, int high) {
     return value < low ? low : (value > high ? high : value);
 }
 
-// Whether a level searches the range asked for everywhere, whatever a coarser one found.
+// Whether a level searches the requested range everywhere, independent of the coarser one.
 static bool searches_whole_range(const struct match_level *level) {
     return level->state->method->whole_range && level == &level->state->level[0];
 }
 
-// The window around a reach. Where rounding leaves room, it stays where the one of the tile above
-// was: cells then need not be moved from one window to the other.
+// The window around a reach. Where rounding leaves room, it keeps the position of the tile above,
+// so that cells need not be moved between windows.
 static void set_window(const struct match_level *level, struct reach reach, int most_lanes,
                        int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
@@ -118,7 +118,7 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     int lowest_base = high + 1 - lanes;
     int highest_base = low;
     if (lanes > most_lanes) {
-        // No room for all: the end where most are.
+        // Not enough room: keep the end with the majority.
         lanes = most_lanes;
         lowest_base = highest_base =
             reach.usual - low < high - reach.usual ? low : high + 1 - lanes;
@@ -131,7 +131,7 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     INVARIANT(lanes > 0 && tile->base >= 0 && tile->base + lanes <= level->lanes);
 }
 
-// Tiles where the coarser level found nothing lie between their neighbours' surfaces.
+// Tiles without findings of the coarser level lie between their neighbours' surfaces.
 static void close_gaps(const struct match_level *level, struct reach *reaches) {
     const struct reach all = {0, level->disparity_count - 1, level->disparity_count / 2, false};
     struct reach before = NOWHERE;
@@ -168,7 +168,7 @@ void match_plan_windows(const struct match_level *level, int band_begin,
             reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
         }
     } else {
-        // Nothing is in work: the scratch of one thread is free.
+        // Nothing is in progress: the working memory of one thread is free.
         const struct columns_found found = {scratch->box, (int16_t *)scratch->line[0].cost.backward,
                                             (int16_t *)scratch->line[1].cost.forward};
         search_columns(level, band_begin, &found);
@@ -177,7 +177,7 @@ void match_plan_windows(const struct match_level *level, int band_begin,
         }
         close_gaps(level, reaches);
     }
-    // Narrower windows until the row fits its memory.
+    // Narrows the windows until the row fits its memory.
     const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
     int most_lanes = level->lanes;
     size_t lanes;

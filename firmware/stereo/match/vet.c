@@ -7,7 +7,7 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 
-// Marks in the reason map while islands are being measured; above all reasons.
+// Marks in the reason map while islands are measured; above all reasons.
 enum { MARK_QUEUED = 0x40, MARK_UNDECIDED = 0x60, MARK_LARGE = 0x80 };
 
 enum { MAX_PARTS = 8 };
@@ -21,11 +21,11 @@ struct strip {
     struct match_output *output;
     int begin, end;       // rows
     struct place *queue;  // pixels of an island in the order they were found
-    uint8_t *stop;        // by column: whether the pixel does not go on what is left of it
-    uint8_t *joins;       // whether it goes on a large island above it
+    uint8_t *stop;        // by column: whether the pixel does not continue the one to its left
+    uint8_t *joins;       // whether it continues a large island above it
     int count, limit;     // of the island
-    bool large;           // it touches pixels already known to belong to a large one
-    bool cut;             // it may go on beyond the strip
+    bool large;           // it touches pixels of a known large island
+    bool cut;             // it may continue beyond the strip
 };
 
 struct vetting {
@@ -71,8 +71,8 @@ static void visit(struct strip *strip, int32_t from_q8, int x, int y) {
 }
 
 // Grows the island around (x, y) until it ends, meets a large one or reaches the limit, and marks
-// its pixels. Stopping at the limit keeps the work per pixel constant: what was found is marked as
-// large, and whatever grows into it later is large as well.
+// its pixels. Stopping at the limit keeps the work per pixel constant: the part found is marked as
+// large, and so is anything that grows into it later.
 static void measure_island(struct strip *strip, int x, int y) {
     struct match_output *output = strip->output;
     strip->count = 0;
@@ -95,8 +95,8 @@ static void measure_island(struct strip *strip, int x, int y) {
     }
 }
 
-// Cuts row y into runs of valid pixels without a step, and of others. Loops without branches, so
-// that compilers take many pixels at once.
+// Divides row y into runs of valid pixels without a step, and of others. Loops without branches, so
+// that compilers can vectorize them.
 static void find_runs(const struct strip *strip, int y) {
     const struct match_output *output = strip->output;
     const uint8_t *restrict reason = image_u8_row(&output->reason, y);
@@ -121,8 +121,8 @@ static void find_runs(const struct strip *strip, int y) {
     }
 }
 
-// All pixels of a run belong to one island, or to none. Most runs are large by themselves or go on
-// a large island: no need to measure them.
+// All pixels of a run belong to one island, or to none. Most runs are large or continue a large
+// island, and need not be measured.
 static void vet_run(struct strip *strip, int y, int begin, int end) {
     uint8_t *run = image_u8_row(&strip->output->reason, y) + begin;
     const size_t length = (size_t)(end - begin);
@@ -180,7 +180,7 @@ static void seam_rows(const struct vetting *vetting, int y, int *begin, int *end
     *end = height - y > vetting->limit ? y + vetting->limit : height;
 }
 
-// Decides about the islands on both sides of a seam. All of them must be unmarked before: an island
+// Decides the islands on both sides of a seam. All of them must be unmarked before, as an island
 // may cross several.
 static void vet_seams(const struct vetting *vetting) {
     struct strip whole = vetting->strip[0];

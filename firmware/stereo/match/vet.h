@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Rejection of matches by what their neighbours say.
+/// Rejection of isolated matches (speckles).
 #ifndef VERGENCE_STEREO_MATCH_VET_H
 #define VERGENCE_STEREO_MATCH_VET_H
 
@@ -17,10 +17,10 @@ enum { VET_ISLAND_STEP_Q8 = 256 };
 /// Working memory of `vet_speckles` in bytes for an image of that width.
 size_t vet_need_bytes(int width, int speckle_px, int threads);
 
-/// Gives every valid pixel of an island (4-connected, neighbours within VET_ISLAND_STEP_Q8) of
-/// fewer than `speckle_px` pixels REASON_SPECKLE. Each pixel is visited a constant number of times.
-/// Rows are shared out to threads; no answer depends on how.
-/// ERROR_MEMORY; nothing is changed then.
+/// Marks every valid pixel of an island (4-connected, neighbours within VET_ISLAND_STEP_Q8) of
+/// fewer than `speckle_px` pixels with REASON_SPECKLE. Each pixel is visited a constant number of
+/// times. Rows are distributed over threads; the result does not depend on that. ERROR_MEMORY;
+/// nothing is changed then.
 int vet_speckles(int speckle_px, const struct parallel *parallel, struct arena *arena,
                  struct match_output *output);
 
