@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bridge on a bus for the conformance test: clock, tick and the wired AND of the lines. It holds
-// the RTL or a netlist of it, whichever is compiled with it.
+// The bridge on a bus for the conformance test: clock, tick and the wired AND of the lines.
+// Compiled with the RTL or with a netlist of it.
 `timescale 1ns / 1ps
 module conformance_bench;
   reg  clk = 1'b0;

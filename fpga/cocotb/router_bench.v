@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The router with its filters between a master and two sensors: the wired AND of the lines, clock
-// and ticks. Lines that a test holds down are in hold_*.
+// The router with its filters between a master and two sensors: wired AND of the lines, clock and
+// ticks. A test holds lines low through hold_*.
 `timescale 1ns / 1ps
 module router_bench;
   reg  clk = 1'b0;
@@ -61,7 +61,7 @@ module router_bench;
     .error_o(error), .stretch_o(stretch), .timeout_o(timeout)
   );
 
-  // What happened, for the tests.
+  // Events counted for the tests.
   reg [15:0] errors = 16'd0, stretches = 16'd0, timeouts = 16'd0, left_rises = 16'd0,
              right_rises = 16'd0;
   always @(posedge clk) if (!rst) begin

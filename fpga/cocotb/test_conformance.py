@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The register map's vectors through an I2C master that is not ours (cocotbext-i2c)."""
+"""The register map's test vectors through an independent I2C master (cocotbext-i2c)."""
 import json
 import logging
 import os
@@ -18,7 +18,7 @@ UNLOCK = 0x0D
 
 
 class Bus:
-    """Words over the master's bytes; says what was acknowledged."""
+    """Sends words with the master; returns what was acknowledged."""
 
     def __init__(self, dut, khz):
         # The package's clock is half of its `speed`.
@@ -27,7 +27,7 @@ class Bus:
         self.master.log.setLevel(logging.WARNING)
 
     async def write(self, data):
-        """How many bytes were acknowledged, the address included."""
+        """Returns the number of acknowledged bytes, including the address."""
         await self.master.send_start()
         acknowledged = 0
         for byte in [MAP["address"] << 1, *data]:
@@ -93,7 +93,7 @@ async def writes(dut):
 
 @cocotb.test()
 async def others_are_left_alone(dut):
-    bus = await start(dut, 400)  # no sensor answers, at the fastest speed of their branches
+    bus = await start(dut, 400)  # no sensor answers, at the highest speed of their branches
     assert await bus.write([0x05, 1, 2]) == 2  # no such register
     await bus.write_word(0x04, 0xBEEF)
     for address in (0x00, 0x2D, 0x6C, 0x5C, 0x5D):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The router between a master and two sensors that are not ours (cocotbext-i2c), all at 0x5D."""
+"""The router between an independent master and two independent sensors (cocotbext-i2c), all at 0x5D."""
 import logging
 import os
 import random
@@ -12,16 +12,17 @@ LEFT, BOTH, RIGHT = 0x5C, 0x5D, 0x5E
 OTHERS = (0x2C, 0x5F, 0x50, 0x5B, 0x1D, 0x00, 0x58, 0x7F)
 RATES = (100e3, 400e3)
 TRANSFERS = int(os.environ.get("TRANSFERS", "60"))
-EVERY = int(os.environ.get("EVERY", "1"))          # of the bits at which something is broken off
+EVERY = int(os.environ.get("EVERY", "1"))          # of the bits at which something is interrupted
 SEED = int(os.environ.get("SEED", "0")) or random.SystemRandom().randrange(1, 1 << 32)
 
 
 class Sensor(I2cMemory):
-    """The package's memory, but START and STOP are seen wherever they come: the package's own loop
-    misses them after the last bit of an address, in an acknowledge, and in data it sends."""
+    """The package's memory, but START and STOP are recognised anywhere: the package's own loop misses
+    them after the last bit of an address, in an acknowledge, and in data it sends.
+    """
 
     async def _until_low(self):
-        """Waits until SCL is low; what came before."""
+        """Waits until SCL is low; returns what came before."""
         while int(self.scl.value):
             await First(FallingEdge(self.scl), RisingEdge(self.sda), FallingEdge(self.sda))
             if int(self.scl.value):
@@ -47,7 +48,7 @@ class Sensor(I2cMemory):
                 ended = await self._transfer()
 
     async def _transfer(self):
-        """From the address on; what ended it."""
+        """Handles a transfer from the address on; returns what ended it."""
         byte = await self._recv_byte()
         if isinstance(byte, str):
             return byte
@@ -72,7 +73,7 @@ class Sensor(I2cMemory):
 
 
 class Bus:
-    """A master, two sensors, and what their registers should be."""
+    """A master, two sensors, and the expected contents of their registers."""
 
     def __init__(self, dut, rate):
         self.dut = dut
@@ -96,7 +97,7 @@ class Bus:
         return {LEFT: [0], RIGHT: [1], BOTH: [0, 1]}.get(address, [])
 
     async def send(self, data):
-        """Sends bytes after a START; how many were acknowledged."""
+        """Sends bytes after a START; returns how many were acknowledged."""
         await self.master.send_start()
         for number, byte in enumerate(data):
             if await self.master.send_byte(byte):
@@ -127,7 +128,7 @@ class Bus:
         assert int(self.dut.timing_faults.value) == 0
 
     async def some_traffic(self):
-        """All is well: one word to each, read back."""
+        """Checks normal operation: one word to each sensor, read back."""
         for address in (LEFT, RIGHT, BOTH):
             await self.write(address, self.random.randrange(256), self.random.randbytes(2))
             await self.read(address, self.random.randrange(256), 2, False)
@@ -145,7 +146,7 @@ async def start(dut, rate):
     bus = Bus(dut, rate)
     await Timer(400, "ns")
     dut.rst.value = 0
-    await Timer(120, "us")                         # it frees the branches first
+    await Timer(120, "us")                         # the branches are freed first
     return bus
 
 
@@ -175,7 +176,7 @@ async def transfers_at_400_khz(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def other_addresses_give_no_clocks(dut):
-    """After an address that is for nobody, nine clocks at most came to each branch."""
+    """After a foreign address, each branch has seen at most nine clocks."""
     bus = await start(dut, 400e3)
     for address in (*OTHERS, LEFT, RIGHT):
         before = [int(dut.left_rises.value), int(dut.right_rises.value)]
@@ -188,7 +189,7 @@ async def other_addresses_give_no_clocks(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def broadcast_needs_both(dut):
-    """A sensor that does not know its address: broadcast writes are not acknowledged."""
+    """A sensor that does not respond to its address: broadcast writes are not acknowledged."""
     bus = await start(dut, 400e3)
     for absent in (0, 1):
         errors = int(dut.errors.value)
@@ -200,7 +201,7 @@ async def broadcast_needs_both(dut):
         assert int(dut.errors.value) == errors + 2
         bus.sensors[absent].addr = 0x5D
         await bus.some_traffic()
-    # The left one alone answers reads.
+    # The left sensor alone answers reads.
     bus.sensors[1].addr = 0x22
     assert await bus.send([BOTH << 1 | 1]) == 1
     bus.sensors[1].addr = 0x5D
@@ -208,8 +209,9 @@ async def broadcast_needs_both(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def abort_at_every_bit(dut):
-    """STOP or START after any number of bits, of a write, and of a read's address: the next
-    transfers are right, and no word is changed but by bytes that came whole."""
+    """STOP or START after any number of bits of a write or of a read's address: the next transfers
+    work, and only complete bytes change a word.
+    """
     bus = await start(dut, 400e3)
     pick = bus.random
     for address in (LEFT, RIGHT, BOTH):
@@ -235,7 +237,7 @@ async def abort_at_every_bit(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def held_sda(dut):
-    """A sensor that holds SDA: not acknowledged, the other one is not disturbed."""
+    """A sensor that holds SDA: not acknowledged, and the other one is not disturbed."""
     bus = await start(dut, 400e3)
     for stuck, own, other in ((0, LEFT, RIGHT), (1, RIGHT, LEFT)):
         dut.hold_sda.value = 1 << stuck
@@ -251,7 +253,7 @@ async def held_sda(dut):
 
 
 async def break_off_a_read(bus, k, zeros):
-    """A sensor that sends zeros when the master forgets the transfer: it holds SDA."""
+    """A sensor that sends zeros when the master abandons the transfer: it holds SDA."""
     address = RIGHT if k else LEFT
     bus.expected[k][16] = 0xFF >> zeros
     bus.sensors[k].write_mem(16, bytes([0xFF >> zeros]))
@@ -261,7 +263,7 @@ async def break_off_a_read(bus, k, zeros):
 
 
 async def cleared(bus, k):
-    """One bus clear of the branch k that has just been asked for; the other one works meanwhile."""
+    """One bus clear of branch k, requested just before; the other branch works meanwhile."""
     dut = bus.dut
     rises = (dut.left_rises, dut.right_rises)[k]
     before = int(rises.value)
@@ -273,13 +275,13 @@ async def cleared(bus, k):
     assert int(dut.clearing.value) == 0
     assert int(rises.value) - before == 10
     assert int((dut.left_sda_line, dut.right_sda_line)[k].value) == 1
-    dut.timing_faults.value = 0                    # nobody kept times at a reset
+    dut.timing_faults.value = 0                    # timing is not defined during a reset
     await bus.some_traffic()
 
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bus_clear(dut):
-    """Reset frees sensors that hold SDA; so does the command, nine clocks and STOP."""
+    """Reset frees sensors that hold SDA; so does the command: nine clocks and STOP."""
     bus = await start(dut, 400e3)
     for k in (0, 1):
         for zeros in range(1 + bus.random.randrange(EVERY), 9, EVERY):
@@ -301,7 +303,7 @@ async def bus_clear(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bus_clear_writes_nothing(dut):
-    """A write broken off anywhere, then reset: no clock of the bus clear makes a byte whole."""
+    """A write interrupted anywhere, then reset: no clock of the bus clear completes a byte."""
     bus = await start(dut, 400e3)
     for bits in range(18, 27):
         index = bus.random.randrange(256)
@@ -320,7 +322,7 @@ async def bus_clear_writes_nothing(dut):
         await Timer(1, "us")
         dut.rst.value = 0
         await Timer(120, "us")
-        if bits == 26:                             # it was whole, and is being acknowledged
+        if bits == 26:                             # it was complete, and is being acknowledged
             for k in (0, 1):
                 bus.expected[k][index] = bus.sensors[k].read_mem(index, 1)[0]
         dut.timing_faults.value = 0
@@ -330,7 +332,9 @@ async def bus_clear_writes_nothing(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def reset_anywhere(dut):
-    """Reset after any number of bits; the master goes on, ends with STOP, and all works again."""
+    """Reset after any number of bits; the master continues, ends with STOP, and everything works
+    again.
+    """
     bus = await start(dut, 400e3)
     for address in (LEFT, BOTH):
         for bits in range(bus.random.randrange(EVERY), 27, EVERY):
@@ -345,7 +349,7 @@ async def reset_anywhere(dut):
                 await bus.master.send_bit(1)
             await bus.master.send_stop()
             await Timer(120, "us")
-            for k in (0, 1):                       # a byte that was whole may have been stored
+            for k in (0, 1):                       # a complete byte may have been stored
                 bus.expected[k][:] = bus.sensors[k].read_mem(0, 256)
             dut.timing_faults.value = 0
             await bus.some_traffic()
@@ -353,7 +357,7 @@ async def reset_anywhere(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def silence_releases_all(dut):
-    """The master stops anywhere: within 32 ms no line is held, and the next START works."""
+    """The master stops anywhere: within 32 ms all lines are released, and the next START works."""
     bus = await start(dut, 400e3)
     for scl_high in (0, 1):
         for bits in (3, 6, 7, 8, 9, 13, 18):
@@ -382,14 +386,14 @@ async def silence_releases_all(dut):
 
 @cocotb.test(timeout_time=1, timeout_unit="sec")
 async def bypass(dut):
-    """For bring-up: one branch under its own address; nothing is translated there."""
+    """For bring-up: one branch under its own address, without translation."""
     bus = await start(dut, 100e3)
     for k in (0, 1):
         dut.bypass.value = 1 << k
         await Timer(1, "us")
         assert await bus.send([0x5D << 1, 4, 0x77]) == 3
         await bus.master.send_stop()
-        for sensor in (0, 1):                      # the other one is meant by 0x5D as ever
+        for sensor in (0, 1):                      # the other one still responds to 0x5D
             bus.expected[sensor][4] = 0x77
         bus.check()
         dut.bypass.value = 0

@@ -128,7 +128,7 @@ module waveform_bench;
   end
 endmodule
 
-// A sensor as far as the bus sees it: acknowledges its address 0x5D and what is written then.
+// Bus model of a sensor: acknowledges its address 0x5D, and the data written after it.
 module waveform_sensor (
   input  wire scl_i,
   input  wire sda_i,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What bridge_core adds to its parts: the resets, the interrupt, the line to the DSP. Interrupt and
-// resets are as they are; the outputs of all other parts are free.
+// resets are the real ones; the outputs of all other parts are free.
 `default_nettype none
 
 module bridge_core_properties (
@@ -41,7 +41,7 @@ module bridge_core_properties (
     line_due <= !soft_rst && (irq_status & irq_enable) != 8'd0;
     status_due <= soft_rst ? 8'd0 : (irq_status & ~irq_clear) | causes;
     if (begun) begin
-      // A reset of the whole bridge is nobody's but rst_i's; a soft one is what it is asked for.
+      // Only rst_i resets the whole bridge; a soft reset resets what it is meant to.
       a_reset: assert (!rst_i || (rst && soft_rst));
       a_reset_ends: assert (quiet < 4'd8 || rst_i || !rst);
       a_soft_reset: assert (!was_soft || soft_rst);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two sides of a camera's meters promise each other: results are taken over only while
-// they stand still. One step of the proof is a step of time; both clocks are free, they may stop.
+// The handshake between the two sides of a camera's meters: results are copied only while they are
+// stable. One step of the proof is a step of time; both clocks are free and may stop.
 `default_nettype none
 
 module camera_channel_properties (
@@ -40,8 +40,8 @@ module camera_channel_properties (
     finish_before <= finish;
     results_before <= results;
     if (begun && !rst_i) begin
-      // The edge at which frame_record copies the results: they did not change just before it, and
-      // do not change at it, so no register sees half of a change.
+      // The edge at which frame_record copies the results: they do not change just before it or at
+      // it, so that no register sees half of a change.
       a_results_stand_still: assert (!takes_over || results == results_before);
       a_not_measuring_then: assert (!takes_over || (!measuring && !measuring_before));
       // Four phases, in order, whatever the clocks do.

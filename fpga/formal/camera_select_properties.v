@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What camera_select promises, whatever the clock, the gate, the requests and the cameras do.
+// Properties of camera_select, for any behaviour of clock, gate, requests and cameras.
 `default_nettype none
 
 module camera_select_properties (
@@ -98,7 +98,7 @@ module camera_select_properties (
       a_gate_closed_in_a_change: assert (!(state == STOP || state == CHANGE) || !gate_o);
       a_force_only_in_a_change: assert (!force_o || state == STOP || state == CHANGE);
       a_switching: assert (switching_o == (state != IDLE));
-      // After the time-out every wait is over, or clock_switch is told to cut.
+      // After the time-out every wait is over, or clock_switch gets the command to cut.
       a_stop_forces_in_time: assert (state != STOP || ticks <= limit || force_o);
       a_start_ends_in_time: assert (state != START || ticks <= limit);
       a_events_exclude: assert (!(switched_o && timed_out_o));

@@ -74,7 +74,8 @@ module clock_switch_properties #(
                              enabled == 3'b100);
       a_one_leg: assert (busy == 3'b000 || busy == 3'b001 || busy == 3'b010 || busy == 3'b100);
       a_output_is_enabled: assert (!clock_o || |(enabled & clocks));
-      // No edge that is not a source's edge, but the fall of a source that stands high, by force.
+      // The only edge that is not an edge of a source is the fall, by force, of a source that stays
+      // high.
       a_rise_is_a_source_s: assert (!rises || |(rising & enabled_before & enabled));
       a_fall_is_a_source_s: assert (!falls || |(falling & enabled_before) || stop);
       a_forced_fall_is_late: assert (!falls || |(falling & enabled_before) ||
@@ -87,7 +88,7 @@ module clock_switch_properties #(
       a_force_spares_moving_clocks: assert (!(|(enabled_before & ~enabled)) ||
         |(enabled_before & ~enabled & falling) || stood_now >= STUCK - 1);
       a_hold: assert (!(|(enabled_before & ~enabled)) || !hold_before || stop);
-      // Force takes every source away once the output has stood.
+      // Force removes every source once the output has stopped.
       a_force_acts: assert (!(force_i && stood >= STUCK + 1) || busy == 3'b000);
       // Helps the induction.
       a_high_before: assert (!clock_before || |(high_since_rise & enabled_before & clocks_before));

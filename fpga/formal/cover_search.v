@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For the search for a way to a cover statement: it is where the assertion of its opposite fails.
+// For finding a trace to a cover statement: it is where the assertion of the opposite fails.
 `default_nettype none
 
 (* techmap_celltype = "$cover" *)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What event_counters promises, for one counter that the solver chooses.
+// Properties of event_counters, for one counter chosen by the solver.
 `default_nettype none
 
 module event_counters_properties #(
@@ -23,7 +23,7 @@ module event_counters_properties #(
   input wire filling_i,
   input wire [3:0] fill_i,
   output wire [3:0] chosen_place_o,
-  input wire [7:0] count_i            // the counter that stands there
+  input wire [7:0] count_i            // the counter at that place
 );
   (* anyconst *) wire [3:0] chosen;
   wire [3:0] place = PLACES[{chosen, 2'd0} +: 4];

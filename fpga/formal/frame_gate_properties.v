@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frame_gate promises. Request, abort and frames are free; reset may come at any time.
+// Properties of frame_gate. Request, abort and frames are free; reset may come at any time.
 `default_nettype none
 
 module frame_gate_properties (
@@ -37,7 +37,7 @@ module frame_gate_properties (
       a_closes_on_request: assert (!(!open_o && was_open) || !was_requested || was_aborted);
       a_closes_at_once: assert (!(was_open && !was_requested && !was_frame) || !open_o);
       a_abort_closes: assert (!(was_open && was_aborted) || !open_o);
-      // A frame that passes was there from its first clock on, and passes to its end or is cut.
+      // A frame that passes did so from its first clock on, and passes to its end or is cut.
       a_whole_from_the_start: assert (!(open_o && frame_i && was_frame) || passing);
       a_whole_to_the_end_or_cut: assert (!(passing && was_frame && frame_i && !open_o) || cut_o);
       a_cut_only_in_a_frame: assert (!(cut_o && !was_cut) || (was_open && was_frame &&

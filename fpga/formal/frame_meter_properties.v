@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frame_meter promises. Frames and lines are free, noise too; of the other side only the
+// Properties of frame_meter. Frames and lines are free, including noise; of the other side only the
 // handshake is assumed: taken_i follows measuring_o.
 `default_nettype none
 
@@ -66,7 +66,7 @@ module frame_meter_properties (
         had_taken));
       a_ends_when_taken: assert (!(had_measuring && !had_frame && had_taken && !ended) ||
                                  !measuring_o);
-      // Between the frames the results stand still.
+      // Between frames the results are stable.
       a_still: assert (had_measuring || measuring_o || in_line_was ||
                        (lines_o == had_lines && width_o == had_width && wrong_o == had_wrong));
       a_lines_saturate: assert (lines_o >= had_lines || (measuring_o && !had_measuring));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frame_record promises: which event changes which count, and that nothing else does.
+// Properties of frame_record: which event changes which count, and that nothing else does.
 `default_nettype none
 
 module frame_record_properties (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frame_time promises. Starts, ticks and time are free.
+// Properties of frame_time. Starts, ticks and time are free.
 `default_nettype none
 
 module frame_time_properties (

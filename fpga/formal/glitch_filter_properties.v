@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What glitch_filter promises, in terms of the line as it was at earlier edges.
+// Properties of glitch_filter, in terms of the line at earlier edges.
 `default_nettype none
 
 module glitch_filter_properties #(
@@ -29,7 +29,7 @@ module glitch_filter_properties #(
   always @(posedge clk_i) if (begun && !rst_i) begin
     a_sample: assert (sample_i == seen[1]);
     a_earlier: assert (earlier_i == seen[SAMPLES:2]);
-    // A level passes only after so many samples that agree, and then it does.
+    // A level passes exactly after this many equal samples.
     a_short_never_passes: assert (level_o == level_before || judged == {SAMPLES{level_o}});
     a_long_passes: assert (judged != {SAMPLES{!level_o}});
     // One spike for each run that ends without having passed.

@@ -98,8 +98,8 @@ module i2c_branch_properties (
       assume (!(rise && clear_sda_low_i) || !zero);
     end
     if (tell_i) begin
-      // A branch shows a sensor its own address only when the DSP's bus means it: not the seventh
-      // bit of it while it stands on SDA, not all seven later, and not in a bus clear (a_ones).
+      // A branch shows a sensor its own address only if the DSP's bus means it: not the seventh bit
+      // while that is on SDA, not all seven later, and not in a bus clear (a_ones).
       a_not_meant: assert (!(listening && !from_clear) ||
           (!(seen == 4'd6 && attached_i && settled_i && scl_low && scl_low_i && !sda_low_i &&
              word[5:0] == SENSOR[6:1]) || meant6_i) &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands in for i2c_bus_clear_properties in the proof of i2c_router; i2c_branch_properties takes
-// two more of its assertions for granted.
+// Replaces i2c_bus_clear_properties in the proof of i2c_router; i2c_branch_properties assumes two
+// more of its assertions.
 `default_nettype none
 
 module i2c_bus_clear_properties (

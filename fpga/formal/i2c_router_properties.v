@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The router, seen from the DSP's bus and as each branch sees it. `value` at the end of a clock is
-// the bit on the DSP's bus (a_value_is_the_line); all else is counted here apart from the RTL.
+// The router, seen from the DSP's bus and from each branch. `value` at the end of a clock is the
+// bit on the DSP's bus (a_value_is_the_line); everything else is counted here independently of the
+// RTL.
 `default_nettype none
 
 module i2c_router_properties (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What i2c_target promises, against a second reading of the protocol from the filtered lines.
+// Properties of i2c_target, compared with a second decoder of the protocol from the filtered lines.
 `default_nettype none
 
 module i2c_target_properties #(
@@ -28,7 +28,7 @@ module i2c_target_properties #(
   input wire [3:0] bits_i,
   input wire [4:0] still_ms_i
 );
-  // Where the transfer is: nobody's, or which byte.
+  // State of the transfer: not ours, or which byte.
   localparam [2:0] NOBODY = 3'd0;
   localparam [2:0] WHO = 3'd1;
   localparam [2:0] WHERE = 3'd2;
@@ -139,7 +139,7 @@ module i2c_target_properties #(
     if (read_strobe_i || write_strobe_i) strobe_read <= read_strobe_i;
   end
 
-  // What the register file promises: a word read stays until the next strobe has had its time.
+  // Promised by the register file: a word that is read stays until the next strobe is over.
   reg [15:0] read_data_before;
   reg [15:0] write_data_before;
   reg [7:0] index_before;
@@ -156,7 +156,7 @@ module i2c_target_properties #(
     if (begun && !(strobe_read && strobe_age < 3'd2)) assume (read_data_i == read_data_before);
   end
 
-  // What can be at all; the induction needs it.
+  // Reachable states, needed by the induction.
   wire possible = place <= OUT_SECOND
     && (!answering || (scl_before ? clocks == 4'd0 && place != WHO : clocks == 4'd8))
     && (place == NOBODY || clocks != 4'd8 || scl_before || answering)
@@ -165,7 +165,7 @@ module i2c_target_properties #(
       : place == SECOND ? 2'd1 + {1'b0, judged} : 2'd0));
 
   always @(posedge clk_i) if (begun && running && !rst_i) begin
-    // SDA belongs to others unless our address was heard, and moves only while SCL is low.
+    // SDA is released unless our address was received, and changes only while SCL is low.
     a_only_when_addressed: assert (!sda_low_i || own);
     a_general_call_ignored: assert (!general || (!own && !sda_low_i));
     a_pulled_only_below_scl: assert (!sda_low_i || sda_low_before || (!scl_i && fall_before));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What interrupt promises. Each bit for itself: that of a place `any` that the solver chooses.
+// Properties of interrupt, per bit: of the bit `any`, chosen by the solver.
 `default_nettype none
 
 module interrupt_properties #(

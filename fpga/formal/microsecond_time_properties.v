@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What microsecond_time promises.
+// Properties of microsecond_time.
 `default_nettype none
 
 module microsecond_time_properties (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one servo's pin promises; see motion_properties.v.
+// Properties of one servo's pin; see motion_properties.v.
 `default_nettype none
 
 module motion_channel_properties (
@@ -47,7 +47,7 @@ module motion_channel_properties (
         a_change_by_load: assert (actual_i == (load ? next : actual));
         a_held: assert (!held || actual_i == actual);
       end
-      // What the proof of servo_pwm takes for granted.
+      // Assumptions of the proof of servo_pwm.
       a_load: assert (!load_i || ((may_load_i || next_q4_i == actual_i) &&
                                   next_q4_i >= LOWEST_Q4 && next_q4_i <= HIGHEST_Q4));
       a_finished: assert (!finished_i || servo_i);

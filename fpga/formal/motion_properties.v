@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the servos' pins promise, whatever stands in the registers: word_i is free, but for the
-// period of the frames, which the register file keeps inside its limits. Proved of servo_frame,
-// servo_pwm and watchdog as they are and of servo_width by its promises; what the proofs of these
-// modules take for granted of each other is asserted here.
+// Properties of the servos' pins for any contents of the registers: word_i is free, except for the
+// period of the frames, which the register file keeps inside its limits. Proved of the real
+// servo_frame, servo_pwm and watchdog, and of servo_width by its properties. What the proofs of
+// these modules assume of each other is asserted here.
 `default_nettype none
 
 module motion_properties (
@@ -55,8 +55,8 @@ module motion_properties (
     .clocks_o(clocks), .long_o(long_us), .now_o(now), .sub_o(sub)
   );
   wire       safe = fired_i && action_i == SAFE;
-  // A register's word is there in the clock after its place was asked for, but not while the bus or
-  // the filling of the memory was at work (a_memory_word of the register file).
+  // A register's word arrives in the clock after its place was selected, but not while the bus or
+  // the filling of the memory was active (a_memory_word of the register file).
   localparam [3:0] PERIOD_AT = 4'd15;
   reg        there;
 
@@ -78,7 +78,7 @@ module motion_properties (
     else if (tick_us_i && (frame_i || first_us) && there) wanted <= word_i[14:0];
 
     if (begun && !rst_i) begin
-      // What the proof of servo_pwm takes for granted.
+      // Assumptions of the proof of servo_pwm.
       a_frame_fresh: assert (!frame_i || fresh);
       a_frames_apart: assert ((!frame_i || ticks >= 15'd14999) && now <= 15'd25000);
       a_early: assert (early_i == (now != 15'd0 && now < 15'd4096));

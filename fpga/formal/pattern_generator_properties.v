@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pattern_generator promises: exact geometry and values. The numbers stand still, are at
-// least 1 and otherwise free; run_i is free.
+// Properties of pattern_generator: exact geometry and values. The numbers are constant, at least 1
+// and otherwise free; run_i is free.
 `default_nettype none
 
 module pattern_generator_properties (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pixel_capture promises: each output is the pins as they were before one edge of the clock.
+// Properties of pixel_capture: each output is the pins as they were before one edge of the clock.
 // One step of the proof is a step of time; clock, pins and choice of the edge are free.
 `default_nettype none
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ppi_output promises: relations of the PPI's pins. Everything that comes in is free.
+// Properties of ppi_output: relations of the PPI's pins. All inputs are free.
 `default_nettype none
 
 module ppi_output_properties (

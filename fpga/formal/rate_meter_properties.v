@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rate_meter promises: a value is the number of steps between two marks of its own camera, or
-// 65535; it changes in its own turn only, and not while it is held.
+// Properties of rate_meter: a value is the number of steps between two marks of its own camera, or
+// 65535; it changes only in its own turn, and not while it is held.
 `default_nettype none
 
 module rate_meter_properties (
@@ -60,7 +60,7 @@ module rate_meter_properties (
       a_value_is_stored: assert (!(had_armed && had_16ms && had_turn == 2'd0 && !had_hold[0]) ||
                                  clock0_khz_o == was0);
       a_turns_in_order: assert (turn == had_turn || turn == had_turn + 2'd1);
-      // No turn lasts for ever: a mark ends it, and without marks the counter fills.
+      // Every turn ends: a mark ends it, and without marks the counter saturates.
       a_mark_ends_a_turn: assert (!(had_armed && (had_turn[1] ? had_start[had_turn[0]] :
         had_16ms)) ||
                                   turn != had_turn);

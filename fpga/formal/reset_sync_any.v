@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In place of reset_sync where a proof does not depend on how long its reset is: the reset ends at any
-// edge of the clock after rst_i.
+// Replaces reset_sync where a proof does not depend on the length of its reset: the reset ends at
+// any edge of the clock after rst_i.
 `default_nettype none
 
 module reset_sync #(

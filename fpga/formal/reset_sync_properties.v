@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reset_sync promises.
+// Properties of reset_sync.
 `default_nettype none
 
 module reset_sync_properties #(

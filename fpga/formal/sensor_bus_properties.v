@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in sensor_bus around the router: a filter for each line of the branches, and the
-// events. The router's outputs are free here; what it does with them is its own proof.
+// The logic in sensor_bus around the router: a filter for each line of the branches, and the
+// events. The router's outputs are free here; the router has its own proof.
 `default_nettype none
 
 module sensor_bus_properties (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What servo_frame promises; servo_pwm_properties.v relies on the assertions marked (*).
+// Properties of servo_frame; servo_pwm_properties.v relies on the assertions marked (*).
 `default_nettype none
 
 module servo_frame_properties (
@@ -50,7 +50,7 @@ module servo_frame_properties (
   always @(posedge clk_i) begin
     reset_before <= rst_i;
     if (begun && !rst_i) begin
-      // A frame starts exactly so many ticks after the last one, in the clock after the tick.
+      // A frame starts exactly this many ticks after the last one, in the clock after the tick.
       a_period_exact: assert (!frame_o || (ticks + 15'd1 == wanted));
       a_never_late: assert (now < wanted || now == 15'd0);
       a_period_range: assert (period_i >= 15'd15000 && period_i <= 15'd25000);  // (*)

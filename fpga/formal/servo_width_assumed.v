@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instead of servo_width_properties.v in the proof of motion: what is proved there
-// (a_hardware_limits, a_fresh), and what its proof takes for granted and motion must give.
+// Replaces servo_width_properties.v in the proof of motion: what is proved there
+// (a_hardware_limits, a_fresh), and what its proof assumes and motion must provide.
 `default_nettype none
 
 module servo_width_properties (

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bit-serial width equals the one of servo_width_model; its bounds hold whatever the inputs do.
-// The registers of one channel, chosen by the solver, stand here and change only with restart_i or
-// by what is stored; the words of the other channel are free.
+// The bit-serial width equals that of servo_width_model, and its bounds hold for any inputs. The
+// registers of one channel, chosen by the solver, are modelled here and change only with restart_i
+// or by what is stored; the words of the other channel are free.
 `default_nettype none
 
 module servo_width_properties (
@@ -121,7 +121,7 @@ module servo_width_properties (
     first_done <= !rst_i && !start && (first_done || (done && !channel_i));
 
     if (begun && !rst_i) begin
-      // The promises.
+      // The properties.
       a_hardware_limits: assert (!store_o || (next_q4_o >= LOWEST_Q4 && next_q4_o <= HIGHEST_Q4));
       if (store_o && mine && !fresh_i) begin
         a_next_exact: assert (next_q4_o == wanted);
@@ -149,7 +149,7 @@ module servo_width_properties (
       c_stored: cover (stored_i && !fresh_i && mine && next_q4_o != CENTRE_Q4);
       c_safe: cover (stored_i && !fresh_i && mine && use_safe_i && next_q4_o == safe_q4
         && safe_q4 != target);
-      // Helps the induction: where the work stands.
+      // Helps the induction: progress of the calculation.
       a_pass: assert ((pass_i != STORE || bit_at_i == 4'd0) &&
           (fresh_i ? pass_i == STORE && busy_i : !busy_i || pass_i <= STORE));
       a_place: assert (!busy_i || fresh_i || quiet == {pass_i, bit_at_i}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the whole way from three sources to the PPI promises. One step of the proof is a step of
-// time: the clocks are free and may stop, frames, requests, time-outs and streams too. Proved of
-// camera_select, clock_switch, frame_gate and ppi_output together.
+// Properties of the whole path from three sources to the PPI. One step of the proof is a step of
+// time: the clocks are free and may stop; frames, requests, time-outs and streams are free too.
+// Proved of camera_select, clock_switch, frame_gate and ppi_output together.
 `default_nettype none
 
 module stream_switch_properties (
@@ -80,7 +80,7 @@ module stream_switch_properties (
       a_source_changes_without_a_clock: assert (active == active_before || busy == 3'b000);
       a_clock_is_the_source_s: assert (busy == 3'b000 || busy == (3'b001 << active));
       a_gate_reset_without_a_clock: assert (!gate_reset || busy == 3'b000);
-      // The clock never ends inside a frame, but by force on a clock that stands, which is told.
+      // The clock never ends inside a frame, except by force on a stopped clock, which is reported.
       a_clock_ends_outside_frames: assert (!(|(enabled_before & ~enabled)) || stop || !open_before);
       // A frame begins on the PPI with its first clock, and ends with its last, or is cut.
       a_begins_with_the_frame: assert (!(passing && !passing_before) ||
@@ -97,7 +97,7 @@ module stream_switch_properties (
       // The pins are the pins of the source, half a period later, or frame and line are low.
       a_syncs_are_the_source_s: assert (!launch || gate_rst || !pins[0] ||
                                         pins[1:0] == chosen[1:0]);
-      // The first pixel of a line may be a tag: ppi_output's own proof is about that.
+      // The first pixel of a line may be a tag: see the proof of ppi_output.
       a_data_is_the_source_s: assert (!launch || gate_rst || !pins[1] || !pins_before[1] ||
                                       pins[11:2] == chosen[11:2]);
       a_pins_change_at_launch: assert (launch || gate_rst || pins == pins_before);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In place of sync_pulse where a proof does not depend on it: pulses at any time.
+// Replaces sync_pulse where a proof does not depend on it: pulses at any time.
 `default_nettype none
 
 module sync_pulse (

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sync_pulse promises, in steps of time finer than both clocks: every pulse is taken once, by
+// Properties of sync_pulse, in steps of time finer than both clocks: every pulse arrives once, by
 // the third edge of the receiving clock, if the next one waits for that.
 `default_nettype none
 

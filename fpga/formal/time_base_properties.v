@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What time_base promises: exact distances between ticks, in ticks.
+// Properties of time_base: exact distances between ticks, in ticks.
 `default_nettype none
 
 module time_base_properties (

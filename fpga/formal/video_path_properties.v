@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in video_path beside its parts: the events of both cameras. The parts' outputs are
+// The logic in video_path besides its parts: the events of both cameras. The parts' outputs are
 // free.
 `default_nettype none
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The watchdog fires when period whole milliseconds have passed since the last kick, never else.
+// The watchdog fires when exactly `period` whole milliseconds have passed since the last kick, and
+// never otherwise.
 `default_nettype none
 
 module watchdog_properties (

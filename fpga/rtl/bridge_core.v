@@ -11,7 +11,7 @@
 // *_low_o       1: pull the line down; the board joins it with *_i at the pad
 // rst_i         at any time; each clock's own reset ends by its own edges
 //
-// Latency: see the modules. No logic stands here but joints.
+// Latency: see the modules. It only connects its parts.
 
 `default_nettype none
 
@@ -357,7 +357,7 @@ module bridge_core #(
 
   // ---- pixels
   wire frame_event, switched_event, forced_event, lost_event, line_event;
-  // A camera that is told to run and to drive its pins should have a clock.
+  // A camera that is enabled and drives its pins should have a clock.
   wire [1:0] camera_wanted = sensor_oe_o & sensor_extclk_enable_o & {2{ctrl_stream_enable}};
   video_path video (
     .clk_i(clk_i),

@@ -15,7 +15,7 @@
 // STOP waits for the clock to end, which clock_switch delays while a frame passes; when
 // timeout_ms_i is over, or the source's clock is lost, force_o cuts. START waits for the gate to
 // open, and gives up after timeout_ms_i or when the new source is lost too: then the source stays
-// selected and comes by itself when its clock comes back. timed_out_o: a wait was given up.
+// selected and resumes when its clock comes back. timed_out_o: a wait was given up.
 // forced_o: the last change was forced. The gate itself is reset while no clock runs, so it is
 // closed for sure when the next clock starts. With alternating_i the cameras change after
 // frames_each_i frames (0 counts as 1), and away from a lost camera, but not to one.

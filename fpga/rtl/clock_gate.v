@@ -11,7 +11,7 @@
 // clk_o     ______________|   |___|   |___|   |___|   |____________
 //
 // hold_i keeps the clock running (it changes at falling edges of clk_o): a frame is not left
-// without a clock. stop_i clears at once, without any edge; only for a clock that stands still.
+// without a clock. stop_i clears at once, without any edge; only for a stopped clock.
 // Latency: 1 to 2 falling edges, then the next rising edge.
 
 `default_nettype none

@@ -11,7 +11,7 @@
 //
 // select_i is one-hot or 0. A new clock starts only when the others have ended, in any order of
 // requests. hold_i (a frame is passing; changes at falling edges of clock_o) delays the end.
-// A source that stands still cannot end by itself: force_i takes it away when the output has been
+// A stopped source cannot end in whole periods: force_i removes it when the output has been
 // high for STUCK ticks (this makes one falling edge) or low for STUCK ticks (no edge). A clock that
 // comes back first takes the permission away first, and then ends whole.
 // STUCK: ticks of a microsecond; the true time is between STUCK - 1 and STUCK of them.

@@ -13,7 +13,7 @@
 // measuring_o and taken_i shake hands: a frame begins only when the results of the one before have
 // been taken, and ends only when its beginning has been seen. Frames nearer than that (about four
 // periods of the slower clock) are not measured, never measured wrongly.
-// A line is line_i inside frame_i. expect_width_i stands still while frames are measured; 0 means:
+// A line is line_i inside frame_i. expect_width_i is constant while frames are measured; 0 means:
 // as the first line of the frame. Counts stop at 3840, more than any sensor here has.
 // Latency: 2 clocks; a line's length is compared in the clock after its end.
 

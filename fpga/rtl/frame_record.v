@@ -11,7 +11,7 @@
 //
 // While hold_i is high the size (lines_o, pixels_o) and its flags stay those of the frame that was
 // the last when hold_i rose, so that they belong to the count in frames_o that was read with it;
-// the count goes on, and wraps. frame_error_o: the frame that ends has not the expected height
+// the count continues, and wraps. frame_error_o: the frame that ends has the wrong height
 // (expect_height_i = 0: not that of the frame before).
 
 `default_nettype none

@@ -9,7 +9,7 @@
 // skew_us_o      ==========X= +a ================== (b > a is not the skew) ==
 //
 // Starts of the two cameras alternate; of the two distances in between the smaller one is the
-// skew. A distance is taken when it is not longer than the skew that stands, or when the one
+// skew. A distance is taken when it is not longer than the present skew, or when the one
 // before was not taken either: so it follows cameras that drift. Saturates at +-32767; since stays
 // at 32767.
 // ppi_start_i    ___|^|___________    frame_time_o is time_us_i of that clock

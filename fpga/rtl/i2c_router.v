@@ -17,7 +17,7 @@
 //   sda, value --------X==================X=============     moves in between only
 //                            >|--|<  RISE clocks     |-->|  HOLD clocks
 //
-// Data is copied while SCL is low, and stands still from the rise of scl_i on. Which way it goes
+// Data is copied while SCL is low, and is stable from the rise of scl_i on. Which way it goes
 // follows from the count of bits and from R/W alone, never from levels, so that the two sides
 // cannot hold each other down. What would be an edge of SDA on the other side with SCL high is
 // made of START and STOP only. If the branch is at a bit that was forced to 0 when START comes,
@@ -46,7 +46,7 @@
 //   START, STOP -> branch           10 clocks   4 of them to be sure that it is one; its hold time
 //                                               is 160 ns shorter on the branch
 // 400 kHz (low 1300 ns): the sensor has 1300 - 480 - 100 (set-up) - rise = ~600 ns for its answer;
-// fast mode allows it 900, 350 are usual. High times should be >= 680 ns at the master, and the
+// fast mode allows it 900, 350 are typical. High times should be >= 680 ns at the master, and the
 // hold time of START >= 800 (with 40 of sampling), so that the branch gets 600.
 // 100 kHz: margins above 3 us. The DSP's bus may run at 1 MHz to other devices: with a low time of
 // less than 21 clocks (840 ns) the branches take no further part until the next START, and nothing
@@ -116,7 +116,7 @@ module i2c_router (
     end
   end
 
-  // ---- where the transfer stands
+  // ---- state of the transfer
   reg [3:0]  bit_index;                // of the byte; 8: acknowledge
   reg        addressing;
   reg        match;                    // the five bits so far are those of the sensors

@@ -4,7 +4,7 @@
 //
 // write  S  0x58 A  index A  high A  low A  [high A  low A ...]  P
 // read   S  0x58 A  index A  (S or P S)  0x59 A  high a  low a  [high a ...]  low n  P
-//        A: this target pulls SDA low, a: the master does, n: nobody does
+//        A: this target pulls SDA low, a: the master does, n: no device does
 //
 //         ___     ___     ___         ___     ___     ___     ___
 // scl    |   |___|   |___|   |___ ...|   |___|   |___|   |___|   |___
@@ -12,7 +12,7 @@
 // sda_low_o  _______________________________________|^^^^^^^|________     acknowledge
 // write_strobe_o  ___________________________________|^|_____________     with that of a low byte
 //
-// The index goes on by one with each whole word and stays where it is at STOP. A word is stored
+// The index increases by one with each whole word and stays where it is at STOP. A word is stored
 // with its second byte; half a word changes nothing. Not acknowledged are: other addresses and the
 // general call, data for an index that is not known, and a low byte that would make a word that is
 // not allowed. Reading what is not known gives zeros. SCL is never held.

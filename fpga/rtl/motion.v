@@ -7,7 +7,7 @@
 // servo_o[1]  __|^^^^^^^^^^|_____________|^^^^^^^|__
 //
 // written_i: a register is written; the watchdog wants that now and then. word_i: the register at
-// place_o, but not while busy_i; a width that is being worked out then starts anew.
+// place_o, but not while busy_i; a width that is being calculated then restarts.
 // Latency: see servo_pwm.
 
 `default_nettype none

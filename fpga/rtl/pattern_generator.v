@@ -11,7 +11,7 @@
 // high and vblank_i rows with frame_o low: (hblank + width) * (height + vblank) clocks. 0 counts
 // as 4096. When a number changes, one frame may have any size up to 4096 x 4096; it ends like
 // every other.
-// run_i is looked at where a frame would start: frames are whole. Without it the blanking stands.
+// run_i is looked at where a frame would start: frames are whole. Without it blanking continues.
 // kind_i: 0 ramp: column + row * (width + 1) + frame * height * (width + 1), frames since run_i
 // began;
 // 1 checker: squares of 16 x 16, 0 or 1023; 2 prbs: x^10 + x^7 + 1 from seed_i with its bit 0 set,
@@ -74,7 +74,8 @@ module pattern_generator (
     end
   end
 
-  // The ramp goes on through all frames, and one more for each row, so that no two rows are alike.
+  // The ramp continues through all frames, with one more for each row, so that no two rows are
+  // equal.
   wire ramp = kind_i == RAMP;
   wire walking = kind_i == WALKING;
   wire load = ramp ? stands : !frame_o;

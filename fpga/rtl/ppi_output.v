@@ -15,7 +15,7 @@
 // frame is {source_i, number of the frame since reset}, and so is data_o before it. `waiting` and
 // `counted` keep what lies between a source's flip-flop and those here short: it is half a period.
 // Both modes, and the source, are taken while the gate is closed; they may come from any domain.
-// counter_rst_i starts the number again; rst_i, given while the clock stands, only the rest.
+// counter_rst_i starts the number again; rst_i, given while the clock is stopped, only the rest.
 // Latency: half a period.
 
 `default_nettype none

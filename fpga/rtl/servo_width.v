@@ -23,7 +23,7 @@
 // itself: no input, however it changes, brings a width outside them that is stored.
 //
 // restart_i must be high in the clock in which a register changes, or before one in which word_i is
-// not the register that place_o was; the channel starts anew. (safe_i is watched here.) take_i: the
+// not the register that place_o was; the channel restarts. (safe_i is watched here.) take_i: the
 // width of the channel may change now; if not, nothing is stored. store_o stays until stored_i
 // answers in the same clock; load_o is this moment for each channel. next_q4_o stays for one more
 // clock.
@@ -44,7 +44,7 @@ module servo_width (
 `endif
   output wire        idle_o,
   output wire [3:0]  place_o,       // of a register; the servo period's while idle
-  input  wire [15:0] word_i,        // what stands there, one clock later
+  input  wire [15:0] word_i,        // the word there, one clock later
   output wire        store_o,       // next_q4_o is to be stored at place_o
   input  wire        stored_i,
   output wire [1:0]  load_o,
@@ -61,7 +61,7 @@ module servo_width (
   localparam [2:0] SAFE = 3'd4;
   localparam [2:0] SLEW = 3'd5;
 
-  // ---- where the work stands
+  // ---- progress
   reg        busy;
   reg        fresh;                          // the centre is to be stored
   reg        channel;

@@ -13,7 +13,7 @@
 //
 // The gate holds the clock while it is open, in the same clock domain and without any crossing;
 // that alone makes it impossible to leave a source inside a frame, but by force. A frame that is
-// cut by force is told by cut_o, one bit for each camera, until the next frame of that camera; a
+// cut by force is reported by cut_o, one bit for each camera, until the next frame of that camera; a
 // cut frame of the pattern, like every other, by forced_o.
 
 `default_nettype none
@@ -216,7 +216,7 @@ module stream_switch #(
   reg passing_before;
   assign frame_start_o = passing_here && !passing_before;
 
-  // At ending the clock has stood long enough for both levels to have arrived.
+  // At the end the clock has been stopped long enough for both levels to have arrived.
   wire broken = ending && (passing_here || cut_here);
   always @(posedge clk_i or posedge rst_i) begin
     if (rst_i) begin

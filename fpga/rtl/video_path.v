@@ -239,7 +239,7 @@ module video_path (
     .frame_time_o(frame_time_o)
   );
 
-  // A camera that is switched on without a clock is told too: missing rises with wanted_i.
+  // A camera that is switched on without a clock is reported too: missing rises with wanted_i.
   wire [1:0] missing = lost_o & wanted_i;
   reg [1:0] missing_before;
   always @(posedge clk_i or posedge rst_i) begin

@@ -5,7 +5,7 @@
 #   cd an empty folder; xtclsh .../fpga/boards/xc3s1000/build.tcl [unplaced]
 #
 # unplaced: without pins, for size and timing only; no bitstream. Needs the vendor's tools, which we
-# do not have: this script's commands follow published ISE scripts, and nobody has run it yet.
+# do not have: this script's commands follow published ISE scripts, and it has not been run yet.
 
 set here [file dirname [file normalize [info script]]]
 set fpga [file normalize [file join $here .. ..]]
