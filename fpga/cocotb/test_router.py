@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The router between an independent master and two independent sensors (cocotbext-i2c), all at 0x5D."""
+"""The router between independent models of a master and two sensors at 0x5D (cocotbext-i2c)."""
 import logging
 import os
 import random
@@ -17,8 +17,8 @@ SEED = int(os.environ.get("SEED", "0")) or random.SystemRandom().randrange(1, 1 
 
 
 class Sensor(I2cMemory):
-    """The package's memory, but START and STOP are recognised anywhere: the package's own loop misses
-    them after the last bit of an address, in an acknowledge, and in data it sends.
+    """The package's memory, but it recognises START and STOP anywhere: the package's own loop
+    misses them after the last bit of an address, in an acknowledge, and in data it sends.
     """
 
     async def _until_low(self):

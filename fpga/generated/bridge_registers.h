@@ -15,17 +15,17 @@ enum { BRIDGE_I2C_ADDRESS = 0x2C };
 
 /// What a register can do; the flags of `struct bridge_register`.
 enum {
-    BRIDGE_READ = 1 << 0,         ///< reads something else than 0
+    BRIDGE_READ = 1 << 0,         ///< may read another value than 0
     BRIDGE_WRITE = 1 << 1,        ///< a write may be acknowledged
     BRIDGE_UNLOCK_ONLY = 1 << 2,  ///< writes are refused while the map is locked
     BRIDGE_VOLATILE = 1 << 3,     ///< hardware changes it
     BRIDGE_SIGNED = 1 << 4,       ///< two's complement
-    BRIDGE_PAIR_HIGH = 1 << 5,    ///< reading it keeps the low word of the same moment
-    BRIDGE_PAIR_LOW = 1 << 6,     ///< reads what was kept
-    BRIDGE_HOLDS_BLOCK = 1 << 7   ///< reading on from here shows the block of one moment
+    BRIDGE_PAIR_HIGH = 1 << 5,    ///< reading it latches the low word
+    BRIDGE_PAIR_LOW = 1 << 6,     ///< reads the latched word
+    BRIDGE_HOLDS_BLOCK = 1 << 7   ///< reading on from here latches the block
 };
 
-/// One register. A write outside `min`..`max`, or with a code that has no name, is not acknowledged
+/// One register. A write outside `min`..`max`, or with an undefined code, is not acknowledged
 /// and changes nothing.
 struct bridge_register {
     uint8_t index;
@@ -34,7 +34,7 @@ struct bridge_register {
     uint16_t reset_mask;   ///< bits whose value after reset does not depend on the hardware
     uint16_t stored_mask;  ///< bits that read back what was written
     uint16_t clear_mask;   ///< bits that writing 1 clears
-    uint16_t pulse_mask;   ///< bits that start something when written as 1 and read 0
+    uint16_t pulse_mask;   ///< bits that start an action when written as 1 and read 0
     uint16_t min;
     uint16_t max;
 };

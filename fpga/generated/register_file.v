@@ -14,10 +14,10 @@
 // read_data_o      =========================X= word, held ==========
 //
 // write_allowed_o and index_known_o follow their inputs by one clock; write_strobe_i may come only
-// while write_allowed_o is high. Refused are: a number outside its limits, a code without a name,
+// while write_allowed_o is high. Rejected are: a number outside its limits, a code without a name,
 // what needs the unlocked map while it is locked, and registers that are only read.
 // Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
-// something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
+// something), _i for inputs from hardware and _clear_o for pulses of one clock that clear it.
 // <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
 // FILL_FROM: 0; in proofs, where the filling of the memory begins.
 

@@ -13,7 +13,7 @@
 //
 // The gate holds the clock while it is open, in the same clock domain and without any crossing;
 // that alone makes it impossible to leave a source inside a frame, but by force. A frame that is
-// cut by force is reported by cut_o, one bit for each camera, until the next frame of that camera; a
+// cut by force is reported by cut_o, one bit per camera, until the next frame of that camera; a
 // cut frame of the pattern, like every other, by forced_o.
 
 `default_nettype none

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUT, which includes FIRST and every C++ file that Verilator left in FOLDER.
+# Writes OUT, which includes FIRST and all C++ files of Verilator in FOLDER.
 #
-# Of three times that it asks which clocks have an edge, two find none. Before it looks at each of
-# them, it now sees whether any has changed at all: that is a quarter of an evaluation's time. Where a
-# version of Verilator asks in another way, nothing is found here and nothing changed.
+# Verilator checks three times which clocks have an edge; two of these find no edge. A test whether
+# any clock has changed is inserted before each check, which saves a quarter of an evaluation's
+# time. If a version of Verilator generates different code, nothing is found and nothing is changed.
 file(GLOB sources ${FOLDER}/*.cpp)
 list(SORT sources)
 set(text "#include \"${FIRST}\"\n")

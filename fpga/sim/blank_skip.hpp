@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edges of a pixel clock that only count. While a camera shows one word, such as between two lines,
-// its clock soon changes nothing but the divider of clock_meter: every other flip-flop of that
-// clock keeps what it holds. The Verilog itself shows it, by one period whose both edges were
-// evaluated with nothing else between; the same holds for the periods to come, as long as nothing
-// that these flip-flops read has changed, and their edges can be counted instead of evaluated.
+// Edges of a pixel clock that only count. While a camera's pins are constant, for example between
+// two lines, its clock soon changes nothing but the divider of clock_meter: every other flip-flop
+// of that clock keeps its value. The Verilog itself shows this, by one period whose two edges were
+// evaluated without other events between. The same holds for the following periods, as long as
+// nothing that these flip-flops read has changed, so their edges can be counted instead of
+// evaluated.
 #ifndef VERGENCE_FPGA_SIM_BLANK_SKIP_HPP
 #define VERGENCE_FPGA_SIM_BLANK_SKIP_HPP
 
@@ -13,7 +14,7 @@
 
 #include "verilated_bridge.hpp"
 
-// Other versions of Verilator may call the registers by other names, and evaluate every edge.
+// Other versions of Verilator may name the registers differently; then every edge is evaluated.
 #if VERILATOR_VERSION_INTEGER == 5006000
 
 #define CORE(name) root.bridge_sim__DOT__core__DOT__##name
@@ -24,7 +25,7 @@ class BlankSkip {
 
   public:
     explicit BlankSkip(int camera) : camera_(camera) {}
-    /// Something happened after which the period must be shown anew: a word, an input, a reset.
+    /// An event after which the period must be evaluated again: a word, an input, a reset.
     void forget() { shown_ = seen_high_ = false; }
     /// The control clock fell, and nothing needed to be evaluated. No flip-flop of a pixel clock
     /// reads its level.
@@ -50,19 +51,19 @@ class BlankSkip {
         seen_high_ = true;
         std::memcpy(before_, &root, sizeof before_);
     }
-    /// Whether the next edge, to `level`, of this camera's clock only counts. Where the divider's
-    /// last bit changes another clock can see it, and while the switch watches its output stand,
-    /// each edge of that output ends the watch.
+    /// Whether the next edge, to `level`, of this camera's clock only counts. Another clock sees a
+    /// change of the divider's last bit; and while the switch monitors its output for a stop, each
+    /// edge of that output ends the monitoring.
     bool counts(Root &root, bool level) const {
         const bool watched =
             (VIDEO(stream__DOT__clocks__DOT__low) | VIDEO(stream__DOT__clocks__DOT__high)) != 0;
         return shown_ && !(watched && drives_ppi(root)) && !(level && (divider(root) & 15u) == 15u);
     }
-    /// That clock goes on to the PPI.
+    /// That clock also drives the PPI.
     bool drives_ppi(Root &root) const {
         return (VIDEO(stream__DOT__clocks__DOT__enabled) >> camera_ & 1u) != 0;
     }
-    /// So many rising edges pass; -1: the last one is to be evaluated after all.
+    /// Skips this many rising edges; -1: the last one is evaluated after all.
     void count(Root &root, int rises) {
         uint8_t &counter = divider(root);
         counter = static_cast<uint8_t>(counter + rises) & kDivider;
@@ -75,9 +76,9 @@ class BlankSkip {
 
   private:
     static constexpr uint8_t kDivider = 31;
-    // What flip-flops of a pixel clock, and of the PPI's, read of the control clock's: ports of
-    // camera_channel, stream_switch and their parts that belong to clk_i. The pattern generator
-    // is not among them: it has the control clock, and then every edge is evaluated.
+    // Signals of the control clock read by flip-flops of a pixel clock or of the PPI's: ports of
+    // camera_channel, stream_switch and their parts that belong to clk_i. The pattern generator is
+    // excluded: with it the control clock is selected, and every edge is evaluated.
     using Read = std::array<unsigned, 15>;
 
     static Read read(Root &root) {

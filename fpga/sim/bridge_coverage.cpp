@@ -17,7 +17,7 @@ constexpr size_t kPoints = sizeof(Vbridge_sim__Syms::__Vcoverage) / sizeof(uint3
 std::mutex lock;
 std::array<uint64_t, kPoints> sums;
 
-// Verilator's file is written by a model of its own: counts and places belong together.
+// Verilator's file is written by one model, as counts and places belong together.
 void write() {
     const char *path = std::getenv("VERGENCE_COVERAGE");
     if (path == nullptr) {

@@ -8,7 +8,7 @@
 #include "bridge_coverage.hpp"
 #include "bridge_state.hpp"
 
-// Verilator's own code asks for this where no SystemC is.
+// Verilator's code calls this when SystemC is not used.
 double sc_time_stamp() {
     return 0;
 }
@@ -35,7 +35,7 @@ uint8_t pixel_clocks(const bridge_model &model) {
     return static_cast<uint8_t>(model.clocks[0].level | model.clocks[1].level << 1);
 }
 
-// The edge that was counted last is evaluated after all: whole periods leave nothing to do.
+// The edge counted last is evaluated after all: whole periods change nothing.
 void catch_up(bridge_model &model) {
     if (!model.pending) {
         return;
@@ -89,13 +89,13 @@ void edge_of_control(bridge_model &model, Clock &clock) {
     clock.next_ps += clock.level ? period / 2 : period - period / 2;
 }
 
-// A falling edge of the control clock alone that would change nothing is not worth a look.
+// A falling edge of the control clock alone that would change nothing is skipped.
 bool nothing_falls(bridge_model &model, bool tick_was) {
     return !model.unsettled && model.top->falling_counts_o == 0 &&
            (model.top->tick_next_i != 0) == tick_was && believe_clock_low(*model.top->rootp, 0);
 }
 
-// What follows from an edge of a camera's clock that the bridge has seen.
+// Consequences of an edge of a camera's clock that the bridge has processed.
 void edge_of_camera(bridge_model &model, int camera) {
     const int level = model.clocks[camera].level;
     Feed &feed = model.feeds[camera];
@@ -116,7 +116,7 @@ void edge_of_camera(bridge_model &model, int camera) {
     }
 }
 
-// Just after an event: in idle time, clocks up to end_ps that only count need no look.
+// Just after an event: in idle time, clocks up to end_ps that only count are skipped.
 void skip_still(bridge_model &model, uint64_t end_ps) {
     Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
     const uint64_t period_ps = uint64_t{model.control_period_ps} * BRIDGE_CLOCKS_PER_US;
@@ -142,14 +142,14 @@ void turn(Clock &clock) {
     clock.next_ps += clock.level ? clock.period_ps / 2 : clock.period_ps - clock.period_ps / 2;
 }
 
-// Whether this camera's clock is the only one of the cameras and shows no pixels.
+// Whether this camera's clock is the only running camera clock and its pins are constant.
 bool is_blank(const bridge_model &model, int camera) {
     return (word_of(model, camera) & BRIDGE_WORD_LINE) == 0 && !model.stepping &&
            !model.unsettled && model.clocks[1 - camera].next_ps == kNever &&
            model.top->falling_counts_o == 0 && (model.wanted & BRIDGE_EVENT_PPI_CLK) == 0;
 }
 
-// The next edge of this clock, alone at its moment, counts and does nothing else.
+// The next edge of this clock, alone at its time, counts and does nothing else.
 void count_edge(bridge_model &model, int camera) {
     Clock &clock = model.clocks[camera];
     turn(clock);
@@ -164,7 +164,7 @@ void count_edge(bridge_model &model, int camera) {
     edge_of_camera(model, camera);
 }
 
-// The cameras' clocks among `edges` turn.
+// Toggles the clocks of the cameras in `edges`.
 void turn_cameras(bridge_model &model, unsigned edges) {
     for (int i = 0; i < BRIDGE_CAMERAS; i++) {
         if ((edges >> i & 1u) != 0) {
@@ -181,7 +181,7 @@ void edges_of_cameras(bridge_model &model, unsigned edges) {
     }
 }
 
-// What the blanks keep of a moment that was settled. `camera` is the only one with an edge, or -1.
+// What the blanks record of a settled time step. `camera` is the only one with an edge, or -1.
 void note_in_blanks(bridge_model &model, bool control_turns, int camera) {
     if (control_turns) {
         for (BlankSkip &blank : model.blank) {
@@ -198,7 +198,7 @@ bool only_counts(bridge_model &model, int camera) {
            model.blank[camera].counts(*model.top->rootp, !model.clocks[camera].level);
 }
 
-// Runs one moment at which at least one clock has an edge.
+// Runs one time step at which at least one clock has an edge.
 void step(bridge_model &model) {
     Clock &control = model.clocks[BRIDGE_CLOCK_CONTROL];
     const bool control_turns = control.next_ps == model.now_ps;
@@ -211,8 +211,8 @@ void step(bridge_model &model) {
         count_edge(model, camera);
         return;
     }
-    // What a rise of the control clock changes, such as the selected camera, the pixel clock's last
-    // edge has not seen.
+    // A change at a rising edge of the control clock, such as of the selected camera, came after
+    // the pixel clock's last edge.
     if (edges != 0 || tick_was || (control_turns && !control.level)) {
         catch_up(model);
     }
@@ -245,11 +245,11 @@ bridge_model *bridge_model_create(uint32_t seed) {
         return nullptr;
     }
     model->context.randSeed(static_cast<int>(seed >> 1 | 1u));
-    // Every flip-flop has an asynchronous reset, which the board holds at power-up. Verilator
-    // carries such a reset out at its edge only: from zeros, all of them see one.
+    // Every flip-flop has an asynchronous reset, which the board activates at power-up. Verilator
+    // evaluates such a reset at its edge only: starting from zeros, all of them see one.
     model->context.randReset(0);
     model->top = std::make_unique<Vbridge_sim>(&model->context, "");
-    // They are zeros now; so are the bytes between them from here on, for digests.
+    // They are zero now, and so is the padding between them from here on, for digests.
     Vbridge_sim___024root *root = model->top->rootp;
     auto *registers = reinterpret_cast<unsigned char *>(root) + sizeof(VerilatedModule);
     std::fill(registers,
@@ -324,7 +324,7 @@ void bridge_model_set_idle(bridge_model *model, int idle) {
     if (model->idle == (idle != 0)) {
         return;
     }
-    // To the moment just after the rising edge with a tick.
+    // Up to just after the rising edge with a tick.
     const Clock &control = model->clocks[BRIDGE_CLOCK_CONTROL];
     while (model->phase != 0 || !control.level) {
         bridge_model_advance(model, next_edge(*model) - model->now_ps);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bridge as bridge_model.cpp sees it: groups of pins joined to words, one word an event group.
+// The bridge as seen by bridge_model.cpp: groups of pins joined to words, one word per event group.
 //
-// Names and order only, but for the tick: it comes from a flip-flop, as the board's does, which also
-// spares the simulation all logic behind it at every change of an input. Lines of I2C are joined
-// outside. tick_next_i: the next rising edge of clk_i has the tick; taken at the falling edge.
-// falling_counts_o: 0: a falling edge of clk_i moves nothing but the tick: no flip-flop of the core
-// that works with it, those of the pattern's clock, would change.
-// watched_o: the cameras whose frames could go to the PPI next; both while the core alternates.
+// Names and order only, except for the tick: it comes from a flip-flop, as on the board, which also
+// saves the simulation all logic behind it at every change of an input. I2C lines are joined
+// outside. tick_next_i: the next rising edge of clk_i has the tick; sampled at the falling edge.
+// falling_counts_o: 0: a falling edge of clk_i changes nothing but the tick: no flip-flop of the
+// core that uses it, those of the pattern's clock, would change. watched_o: the cameras whose
+// frames could go to the PPI next; both while the core alternates.
 `default_nettype none
 module bridge_sim (
     input  wire        rst_i,

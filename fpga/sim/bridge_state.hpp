@@ -30,7 +30,7 @@ struct Pins {
 constexpr size_t kRun = 4096;
 constexpr unsigned kSyncs = 7;
 
-// What a camera shows by bridge_model_feed().
+// The pins of a camera as set by bridge_model_feed().
 struct Feed {
     bool used = false;
     int level = 0;
@@ -55,7 +55,7 @@ struct bridge_model {
     bool inputs_changed = true;
     bool unsettled = false;  // inputs were applied and no event has come since
     bool stepping = false;   // no clock is skipped
-    bool resting = false;    // the watch over the cameras' clocks stands
+    bool resting = false;    // the state of the cameras' clock monitors is frozen
     IdleSkip skip;
     BlankSkip blank[BRIDGE_CAMERAS] = {BlankSkip(0), BlankSkip(1)};
     bool pending = false;  // an edge of a camera's clock was counted that the core has not seen
@@ -101,7 +101,7 @@ inline void apply_inputs(bridge_model &model) {
     }
 }
 
-// The wires of the buses are what both sides leave of them.
+// The levels of the bus lines result from both sides.
 inline void join_lines(bridge_model &model) {
     const bridge_inputs &in = model.inputs;
     const unsigned low = model.top->branch_low_o;
@@ -123,7 +123,7 @@ inline void spread(uint8_t (&pair)[2], unsigned bits) {
     pair[1] = bits >> 1 & 1u;
 }
 
-// Compares the outputs with what they were; returns the groups that changed.
+// Compares the outputs with the previous ones; returns the groups that changed.
 inline uint32_t collect(bridge_model &model) {
     const Vbridge_sim &top = *model.top;
     const Pins now = {top.sda_low_o, top.branch_low_o, top.servo_o, top.irq_o,

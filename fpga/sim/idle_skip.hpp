@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Idle clocks that only count. Most of them do: the core's next state is its last one, but for the
+// Idle clocks that only count. Most do: the core's next state equals its last one, except for the
 // time, the phase of the servo frame and the places in the millisecond. The Verilog itself shows
-// that a state stands still, by a clock that was evaluated; until the next value of these counters
-// that anything compares with, the same holds for the clocks to come, and they can be added instead
-// of evaluated.
+// that a state is stable, by a clock that was evaluated; until the next value of these counters
+// that anything is compared with, the same holds for the following clocks, so they can be added
+// instead of evaluated.
 #ifndef VERGENCE_FPGA_SIM_IDLE_SKIP_HPP
 #define VERGENCE_FPGA_SIM_IDLE_SKIP_HPP
 
@@ -17,8 +17,8 @@
 
 using Root = Vbridge_sim___024root;
 
-// Other versions of Verilator may call the registers by other names, as may Verilog that a tool has
-// written; then every clock is evaluated.
+// Other versions of Verilator, or generated Verilog, may name the registers differently; then every
+// clock is evaluated.
 #if VERILATOR_VERSION_INTEGER == 5006000 && !BRIDGE_EVERY_CLOCK
 
 struct IdleCounters {
@@ -41,19 +41,19 @@ struct IdleCounters {
 
     uint32_t &time_us;
     uint16_t &phase;
-    uint8_t &tens, &fives, &twenties;  // each counts and is asked when the one before starts anew
-    // rate_meter's: it counts ticks of 10 us when it is a camera's turn with its frames' period.
+    uint8_t &tens, &fives, &twenties;  // each counts when the previous one restarts
+    // Of rate_meter: counts ticks of 10 us during a turn for the frame period of a camera.
     uint16_t &rate_count, &rate_next;
     const uint8_t rate_turn;
     const uint16_t period, actual[2];
-    // clock_meter's: the ticks of 50 us without an edge of a camera's clock, up to kLost.
+    // Of clock_meter: the ticks of 50 us without an edge of a camera's clock, up to kLost.
     uint8_t *const quiet[2];
     static constexpr unsigned kLost = 4;
 
-    // So many clocks pass before one that compares with another outcome than the last.
-    // Who compares: time_base, rate_meter with its counter's end, servo_frame with its period,
-    // servo_pwm with its pulse's end and with powers of two. clock_meter takes no more notice of
-    // ticks of 50 us once it has lost its clock; resting: nor before.
+    // The number of clocks before one in which a comparison changes its outcome. Comparisons are
+    // made by time_base, rate_meter with its counter's end, servo_frame with its period, servo_pwm
+    // with its pulse's end and with powers of two. clock_meter ignores ticks of 50 us after it has
+    // lost its clock; when resting, before that too.
     unsigned room(bool resting) const {
         const unsigned now = phase;
         unsigned least = tens < kDecade ? kDecade - tens : 0;
@@ -69,8 +69,8 @@ struct IdleCounters {
         }
         return least == 0 ? 0 : least - 1;
     }
-    // So many clocks, within that room, or one less: not to where a tick of 10 us begins. Returns
-    // how many.
+    // Skips this many clocks, within that number, or one less: not up to the start of a tick of 10
+    // us. Returns how many.
     unsigned pass(unsigned clocks) {
         clocks -= (tens + clocks) % (kDecade + 1) == kDecade ? 1 : 0;
         time_us += clocks;
@@ -85,7 +85,7 @@ struct IdleCounters {
         tens = static_cast<uint8_t>((tens + clocks) % (kDecade + 1));
         return clocks;
     }
-    // A number of the outcomes of what compares the phase.
+    // Hash of the outcomes of all comparisons with the phase.
     unsigned outcomes() const {
         unsigned number = phase / kPhases;
         for (const unsigned end : ends()) {
@@ -100,7 +100,7 @@ struct IdleCounters {
     std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
 };
 
-// Whether the watch over each camera's clock has just seen it (alive: a sum of 1 << camera), or has
+// Whether each camera's clock monitor has just seen its clock (alive: a sum of 1 << camera), or has
 // lost it.
 inline bool may_rest(Root &root, unsigned alive) {
     const IdleCounters counters(root);
@@ -116,8 +116,8 @@ inline bool may_rest(Root &root, unsigned alive) {
 class IdleSkip {
   public:
     // Just after a rising edge of an idle clock was evaluated and nothing else happened: how many
-    // of the next ones only count. Resting: as if the cameras' clocks that are not lost had been
-    // seen just now, since some ticks of 50 us are evaluated.
+    // of the next ones only count. Resting: as if the camera clocks that are not lost had just been
+    // seen, since some ticks of 50 us are evaluated.
     unsigned still(Root &root, bool resting) {
         const IdleCounters counters(root);
         for (uint8_t *quiet : counters.quiet) {
@@ -131,13 +131,13 @@ class IdleSkip {
             outcomes_ = counters.outcomes();
             proved_ = false;
         } else {
-            // Two clocks in a row, or a state that stood still before.
+            // Two successive clocks, or an earlier stable state.
             proved_ = proved_ || counters.time_us == time_us_ + 1;
         }
         time_us_ = counters.time_us;
         return proved_ ? counters.room(resting) : 0;
     }
-    // These pass, or one less. Returns how many.
+    // Skips these, or one less. Returns how many.
     unsigned pass(Root &root, unsigned clocks) {
         IdleCounters counters(root);
         const unsigned passed = counters.pass(clocks);
@@ -147,7 +147,7 @@ class IdleSkip {
 
   private:
     static unsigned char *bytes(Root &root) { return reinterpret_cast<unsigned char *>(&root); }
-    // Whether the state is that before, but for the counters.
+    // Whether the state equals the previous one, except for the counters.
     bool same(Root &root) {
         const IdleCounters counters(root);
         take(root, counters.time_us);

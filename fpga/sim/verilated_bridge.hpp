@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Verilator made of the bridge, with its vector of triggers (which clocks have an edge now) as
-// bits of one word: as the array of bool that it is, it is a fifth of the simulation's time.
+// The Verilated bridge, with its vector of triggers (the clocks that have an edge now) as bits of
+// one word: the original array of bool takes a fifth of the simulation's time.
 #ifndef VERGENCE_FPGA_SIM_VERILATED_BRIDGE_HPP
 #define VERGENCE_FPGA_SIM_VERILATED_BRIDGE_HPP
 
 #include "verilated_config.h"
 
-// Other versions may use their own class otherwise; they keep it.
+// Other versions may use their own class differently; they keep it.
 #if VERILATOR_VERSION_INTEGER == 5006000
 
 #define VlTriggerVec VlTriggerVecOfVerilator
@@ -24,7 +24,7 @@ class VlTriggerVec final {
             word = (word & ~(uint64_t{1} << place)) | uint64_t{(value & 1u) != 0} << place;
             return *this;
         }
-        // Not moved to place 0, so that questions for several bits are one mask.
+        // Not shifted to bit 0, so that tests for several bits are one mask.
         operator uint64_t() const { return word & uint64_t{1} << place; }
     };
 
@@ -44,8 +44,8 @@ class VlTriggerVec final {
 #include "Vbridge_sim__Syms.h"
 #include "Vbridge_sim___024root.h"
 
-// Verilator remembers each clock's level to find its edges. Makes it believe that it has seen the
-// control clock low; false: this version of Verilator calls its memory by another name.
+// Verilator stores each clock's level to find its edges. Makes it believe that the control clock
+// was low; false: this version of Verilator names the variable differently.
 template <class Root>
 auto believe_clock_low(Root &root, int) -> decltype(root.__Vtrigrprev__TOP__clk_i = 0, bool()) {
     root.__Vtrigrprev__TOP__clk_i = 0;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The long searches on the FPGA bridge, as tools/campaign fpga runs them.
+"""The long searches on the FPGA bridge, run by tools/campaign fpga.
 
-The last result of each step that ran whole is kept, so that the table of --write can be made of
-several runs; it says which commit each looked at.
+The last result of each completed step is kept, so that --write can combine several runs; it names
+the commit of each.
 """
 import argparse
 import concurrent.futures
@@ -16,8 +16,8 @@ import time
 from places import CACHE, FPGA, ROOT, own_cache
 
 FOLDER = os.path.join(CACHE, "fpga-campaign")
-SHARDS = 10  # of a search, each with a seed of its own
-# Name: test program, its case, rounds altogether, shards.
+SHARDS = 10  # of a search, each with its own seed
+# Name: test program, its case, total rounds, shards.
 SEARCHES = {
     "symbols": ("hdl_symbols_test", "random bus symbols at 1*", 100_000_000, SHARDS),
     "lines": ("hdl_symbols_test", "random moves*", 10_000_000, SHARDS),
@@ -25,7 +25,7 @@ SEARCHES = {
     "routing": ("hdl_routing_test", "random transfers*", 120_000, SHARDS),
     "switches": ("hdl_switch_test", "random switches*", 10_000, SHARDS),
     "aborts": ("hdl_abort_test", "broken off*", 1, 1)}
-# Name: a script with its words, and those of a short trial (None: the same).
+# Name: a script with its arguments, and those of a short trial (None: the same).
 TOOLS = {
     "lint": (["lint.py"], None),
     "crossings": (["cdc.py"], None),
@@ -52,7 +52,7 @@ def build(jobs):
 
 
 def run(words, log, **variables):
-    """One program with its output in a file. Returns passed, output, seconds."""
+    """Runs a program with its output in a file. Returns passed, output, seconds."""
     started = time.monotonic()
     with open(log, "w", encoding="utf-8") as file:
         code = subprocess.run(words, stdout=file, stderr=subprocess.STDOUT,
@@ -62,9 +62,9 @@ def run(words, log, **variables):
 
 
 def search(name, programs, seed, share, pool):
-    """All shards of a search. Returns passed, rounds, what they said, processor seconds."""
+    """Runs all shards of a search. Returns passed, rounds, output, processor seconds."""
     program, case, rounds, shards = SEARCHES[name]
-    # Fewer would not see both cameras, every kind of transfer and so on.
+    # A smaller share would not reach both cameras, every kind of transfer and so on.
     each = max(min(100, rounds // shards), round(rounds * share / shards))
     asked = [pool.submit(run, [os.path.join(programs, program), f"--test-case={case}"],
                          os.path.join(FOLDER, f"{name}{shard}.log"),
@@ -78,7 +78,7 @@ def search(name, programs, seed, share, pool):
 
 
 def add_up(sentences):
-    """Sentences that differ in their numbers, as one: the sums; of rates and times the largest."""
+    """Merges lines that differ only in their numbers: sums; for rates and times the maximum."""
     parts = [re.split(r"(\d+)", sentence) for sentence in sentences]
     if len({len(part) for part in parts}) != 1:
         return sentences[-1]
@@ -92,7 +92,7 @@ def add_up(sentences):
 
 
 def tool(name, share):
-    """One of our tools. Returns passed, its last line, seconds."""
+    """Runs one of our tools. Returns passed, its last line, seconds."""
     full, trial = TOOLS[name]
     script, *words = trial if trial and share < 1 else full
     script = os.path.join(FPGA, "tools", script)
@@ -102,20 +102,20 @@ def tool(name, share):
 
 
 def commit():
-    """The short name of what was looked at, with a + when files differ from it."""
+    """Short name of the commit, with a + if files differ from it."""
     words = ["git", "-C", ROOT, "describe", "--always", "--dirty=+", "--exclude=*"]
     done = subprocess.run(words, capture_output=True, text=True)
     return done.stdout.strip() or "unknown"
 
 
 def table(results, seed):
-    """The text of all results, in the order of the steps; those never run are named, too."""
+    """The text of all results, in the order of the steps, including those never run."""
     lines = [
-        "<!-- SPDX-License-Identifier: Apache-2.0 -->", "# The long searches on the bridge", "",
-        f"Made by `tools/campaign fpga`, seed {seed}, {os.cpu_count()} processors. Seconds are of",
-        "one processor for searches, of the clock for the others. *at* is the commit that was",
-        "looked at.", "",
-        "| step | rounds | seconds | result | at | what it said |", "|---|---|---|---|---|---|"]
+        "<!-- SPDX-License-Identifier: Apache-2.0 -->", "Results of the long searches on the bridge", "",
+        f"Made by `tools/campaign fpga`, seed {seed}, {os.cpu_count()} processors. Seconds are",
+        "processor time for searches and wall time for the others. *at* is the commit tested.",
+        "",
+        "| step | rounds | seconds | result | at | output |", "|---|---|---|---|---|---|"]
     for name in [*SEARCHES, *TOOLS]:
         lines.append(row(name, results[name]) if name in results else
                      f"| {name} | | | not run | | |")
@@ -128,7 +128,7 @@ def row(name, result):
 
 
 def kept():
-    """The results of earlier runs, of steps that ran whole."""
+    """The results of earlier completed steps."""
     path = os.path.join(FOLDER, "results.json")
     if not os.path.exists(path):
         return {}
@@ -137,17 +137,17 @@ def kept():
 
 
 def wrong(text):
-    """Ends as tools/campaign does, whose words these were."""
+    """Exits with an error of tools/campaign, which passed the arguments."""
     print(f"tools/campaign: {text}; see tools/campaign --help", file=sys.stderr)
     sys.exit(2)
 
 
 def choose(only):
-    """The steps whose name matches; there are some."""
+    """The steps whose name matches; at least one."""
     try:
         chosen = [name for name in [*SEARCHES, *TOOLS] if re.search(only, name)]
     except re.error:
-        wrong(f"--only {only} is no regular expression")
+        wrong(f"--only {only} is not a regular expression")
     return chosen or wrong(f"no step matches {only}")
 
 
@@ -157,10 +157,10 @@ def main():
     parser.add_argument("--only", default=".")
     parser.add_argument("--seed", type=int, default=20090915)
     parser.add_argument("--share", type=float, default=1.0,
-                        help="of the rounds; below 1 the tools are tried on one module alone, and "
-                        "no result is kept")
-    parser.add_argument("--write", help="write the table of the last result of each step there "
-                        "(fpga/CAMPAIGN.md)")
+                        help="share of the rounds; below 1 the tools check only one module, and "
+                        "no result is saved")
+    parser.add_argument("--write", help="write the table of the last results to this file "
+                        "(fpga/RESULTS.md)")
     parser.add_argument("--list", action="store_true", help="only print the steps' names")
     options = parser.parse_args()
     chosen = choose(options.only)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs fpga/cocotb/test_conformance.py under icarus on the RTL or on a netlist after synthesis.
 
-Needs the Python environment of tools/fpga_python, and runs itself in it.
+Needs the Python environment of tools/fpga_python, and re-runs itself in it.
 """
 import argparse
 import concurrent.futures
@@ -44,7 +44,7 @@ def compile_bench(design, folder):
 
 
 def cocotb_environment():
-    """Cocotb's library for vvp, and what it wants in the environment."""
+    """Cocotb's library for vvp, and the environment that it needs."""
     config = [sys.executable, "-m", "cocotb_tools.config"]
     libraries, python, entry = (
         subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
@@ -60,7 +60,7 @@ def cocotb_environment():
 
 
 def run_shard(image, every, shard, shards):
-    """One simulation with its share of the vectors. Returns names of tests run and failed."""
+    """Runs one simulation with its share of the vectors. Returns names of tests run and failed."""
     folder = f"{image}.{shard}"
     os.mkdir(folder)
     library, environment = cocotb_environment()
@@ -80,7 +80,7 @@ def run_shard(image, every, shard, shards):
 
 
 def run(design, folder, every, shards):
-    """Compiles and runs. Returns names of tests passed or failed, and of those failed."""
+    """Compiles and runs. Returns names of tests that passed or failed, and of those that failed."""
     image = compile_bench(design, folder)
     with concurrent.futures.ThreadPoolExecutor(shards) as pool:
         outcomes = list(pool.map(lambda shard: run_shard(image, every, shard, shards),

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines and toggles of the bridge's Verilog that tests/hdl reaches, counted by Verilator.
+"""Lines and toggles of the bridge's Verilog that tests/hdl reaches, measured by Verilator.
 
 Builds the model with counters, runs the test programs, adds up their counts and prints a table of
-the bridge's own files. A point that was never reached must stand in coverage_waivers.json:
+the bridge's own files. A point that was never reached must be listed in coverage_waivers.json:
   {"file", "kind": "line"|"toggle", "of": pattern, "bits": "0-3,7", "reason"}
-where `of` is a pattern (as in fnmatch) of the signal's name for a toggle, without bit number unless
-the pattern has one, and of the line's text for a line; bits (may be left out) are the signal's.
-A waiver that fits no unreached point is a finding too: it would hide the next one.
+where `of` is a pattern (as in fnmatch) of the signal's name for a toggle, without bit number
+unless the pattern has one, and of the line's text for a line; bits (may be left out) are the
+signal's. An unused waiver is a finding too: it would hide a later point.
 """
 import argparse
 import collections
@@ -24,10 +24,10 @@ from places import FPGA, ROOT, own_cache
 
 CACHE = own_cache("fpga-coverage")
 WAIVERS = os.path.join(FPGA, "tools", "coverage_waivers.json")
-# Rounds where the usual number would take long with counters; others keep theirs.
+# Reduced rounds where the default would take long with counters; others keep their default.
 ROUNDS = {"hdl_symbols_test": "100000", "hdl_switch_test": "150", "hdl_servo_test": "30",
           "hdl_spikes_test": "400"}
-# They take longest of all and reach no point that the others do not; --all runs them, too.
+# The slowest tests, which reach no point that the others do not; --all runs them too.
 SLOW = ("hdl_abort_test", "hdl_driver_fault_test", "hdl_driver_reboot_test",
         "hdl_driver_recovery_test", "hdl_driver_storm_test")
 POINT = re.compile(r"\x01(\w+)\x02([^\x01]*)")
@@ -84,7 +84,7 @@ def read(path, total):
 
 
 def line_text(point, texts):
-    """What the waivers' patterns are held against."""
+    """The text that the waivers' patterns are matched with."""
     if point.kind == "toggle":
         return point.what
     if point.file not in texts:
@@ -107,7 +107,7 @@ def fits(waiver, point, text):
 
 
 def judge(total, waivers):
-    """Table of the files, unreached points without a waiver, waivers without a point."""
+    """Table of the files, unreached points without a waiver, unused waivers."""
     table = collections.defaultdict(lambda: [0] * 6)
     texts, used, open_points = {}, set(), []
     for point, count in sorted(total.items()):
@@ -131,7 +131,7 @@ def main():
     parser.add_argument("--rounds", type=int, help="of every random test")
     parser.add_argument("--only", default=".", help="programs whose name matches")
     parser.add_argument("--all", action="store_true", help="the slow programs, too")
-    parser.add_argument("--counts", nargs="+", help="files of counts there are: nothing is run")
+    parser.add_argument("--counts", nargs="+", help="use existing files of counts, run nothing")
     options = parser.parse_args()
     started = time.monotonic()
     files, failed = options.counts or [], []
@@ -157,12 +157,12 @@ def main():
     for point, text in open_points:
         print(f"{point.file}:{point.line}: {point.kind} never reached: {text}")
     for waiver in unused:
-        print(f"waiver fits nothing: {waiver['file']} {waiver['kind']} {waiver['of']}")
+        print(f"unused waiver: {waiver['file']} {waiver['kind']} {waiver['of']}")
     for name in failed:
         print(f"{name} failed, see {os.path.join(CACHE, name + '.log')}")
     sums = [sum(row[i] for row in table.values()) for i in range(6)]
     print(f"lines {sums[1]} of {sums[0]}, {sums[2]} waived; toggles {sums[4]} of {sums[3]}, "
-          f"{sums[5]} waived; {len(open_points)} open, {len(unused)} useless waivers, "
+          f"{sums[5]} waived; {len(open_points)} open, {len(unused)} unused waivers, "
           f"{time.monotonic() - started:.0f} s")
     return 1 if open_points or unused or failed or not total else 0
 

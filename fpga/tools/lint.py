@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lint of the bridge's Verilog: verilator -Wall, iverilog -Wall, yosys check, no latches, layout.
 
-Each module is looked at as a top of its own, so nothing hides behind a constant port. There is no
-list of waivers: a warning that must stay is switched off in the source, for one line, with a
-reason.
+Each module is checked as a top module, so that constant ports hide nothing. There is no list of
+waivers: a necessary warning is disabled in the source, for one line, with a reason.
 """
 import argparse
 import concurrent.futures
@@ -38,7 +37,7 @@ def module_of(source):
 
 
 def layout(source):
-    """What the files' rules say; a list of sentences."""
+    """Checks the layout rules of the files; returns a list of messages."""
     with open(os.path.join(FPGA, source), encoding="utf-8") as file:
         text = file.read()
     lines = text.splitlines()
@@ -77,7 +76,7 @@ def icarus(source):
                                                                     directories()),
                      *(word for name in directories() for word in ("-y", name)),
                      "-s", module_of(source), source])
-    # Sources have no time scale: they have no delays.
+    # Sources have no time scale, as they have no delays.
     log = "\n".join(line for line in log.splitlines() if "timescale" not in line)
     return [log] if code or log else []
 

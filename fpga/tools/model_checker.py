@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the programs that prove: yosys makes a model, yosys-smtbmc proves it, abc finds mistakes.
+"""Runs the proof programs: yosys makes a model, yosys-smtbmc proves it, abc finds counterexamples.
 
-The two ways are used for what each does best. yosys-smtbmc (with an SMT solver) does the base case
-and the induction of the proof itself. To find a counterexample from reset, or the way to a cover
-statement, abc's bmc3 looks at one statement with the logic in front of it alone, as gates: hundreds
-of steps in a second, where the other way takes minutes for twelve.
+Each program is used for what it does best. yosys-smtbmc (with an SMT solver) does the base case
+and the induction of the proof. To find a counterexample from reset, or a trace to a cover
+statement, abc's bmc3 checks one statement with the gates that drive it: hundreds of steps per
+second, while yosys-smtbmc takes minutes for twelve.
 """
 import os
 import re
@@ -14,11 +14,11 @@ import subprocess
 from places import FPGA
 
 TIMEOUT_S = 600
-CONFLICTS = 5000  # of a search at one step, after which it ends; unlike a time-out always the same
+CONFLICTS = 5000  # of a search at one step, after which it ends; unlike a time-out, deterministic
 
 
 class Failed(Exception):
-    """A proof that could not even be tried: wrong description, Verilog that does not compile."""
+    """A proof that could not be run: wrong description, or Verilog that does not compile."""
 
 
 def environment():
@@ -32,7 +32,7 @@ def environment():
 
 
 def versions(env, solver):
-    """The text that stands for the tools in the checksums."""
+    """The text that identifies the tools in the checksums."""
     words = {"yices": ["yices-smt2", "--version"], "z3": ["z3", "--version"]}[solver]
     return "".join(subprocess.run(command, capture_output=True, text=True, env=env,
                                   check=True).stdout for command in (["yosys", "-V"], words))
@@ -74,7 +74,7 @@ class Checker:
 
     @staticmethod
     def read(proof, defines, parameters):
-        """Commands that read the sources and choose the top."""
+        """Commands that read the sources and select the top."""
         macros = ["FORMAL", "SYNTHESIS", *proof.data.get("defines", []), *defines]
         parameters = {**proof.data.get("parameters", {}), **(parameters or {})}
         settings = "".join(f" -chparam {name} {value}" for name, value in parameters.items())
@@ -87,17 +87,18 @@ class Checker:
     def model(self, proof, texts, folder, defines=(), parameters=None, only=None):
         """Writes model.smt2 into the folder. Returns labels of asserts and covers.
 
-        only: this assertion alone stays one, the others become assumptions about earlier steps.
+        only: only this assertion stays one; the others become assumptions about earlier steps.
+        
         """
         script = self.read(proof, defines, parameters)
         if proof.data.get("multiclock"):
-            # One step is a step of time: clocks are inputs like others.
+            # One step is a step of time: clocks are inputs.
             script += [f"prep -flatten -top {proof.top}", "clk2fflogic", "opt_clean"]
         else:
             script += [f"prep -top {proof.top}", "async2sync", "dffunmap"]
         if only:
             script += [f"select -set kept {named(only)}", "select -set others t:$assert @kept %d"]
-            # At the last step the others may fail: they hold one step late.
+            # At the last step the others may fail: they are delayed by one step.
             script += ["chformal -assert -delay 1 @others", "chformal -assert2assume @others"]
         self.yosys(proof, texts, folder, script + ["write_smt2 -wires model.smt2"])
         with open(os.path.join(folder, "model.smt2"), encoding="utf-8") as file:
@@ -106,7 +107,7 @@ class Checker:
                 for kind in ("assert", "cover", "assume")}
 
     def check(self, folder, *arguments):
-        """One run of yosys-smtbmc: passed, and the labels of what failed."""
+        """Runs yosys-smtbmc once; returns passed, and the labels of what failed."""
         command = ["yosys-smtbmc", "-s", self.solver, "--noprogress", *arguments, "model.smt2"]
         try:
             done = subprocess.run(command, cwd=folder, env=self.env, capture_output=True, text=True,
@@ -122,11 +123,12 @@ class Checker:
                 "log": "\n".join(log.splitlines()[-12:])}
 
     def search(self, proof, texts, folder, names, depth, settings=None):
-        """Looks for a way from reset to the failure of assertions, or to covers, by their labels.
+        """Searches traces from reset to failing assertions, or to covers, by label.
 
-        depth: steps from reset; settings: {"defines", "parameters"} to be added to the proof's, and
-        {"conflicts"}: how hard to try. A pattern such as a_* stands for many at once.
-        Returns {label: step in which it fails or is reached} of those that a way was found for.
+        depth: steps from reset; settings: {"defines", "parameters"} to be added to the proof's,
+        and {"conflicts"}: the effort limit. A pattern such as a_* selects several. Returns {label:
+        step in which it fails or is reached} for those with a trace.
+        
         """
         settings = settings or {}
         script = self.read(proof, settings.get("defines", []), settings.get("parameters"))
@@ -135,7 +137,7 @@ class Checker:
                    "opt_expr", "select -set kept t:$assume " + " ".join(
                        f"{named(name)} {named(name, '.search')}" for name in names),
                    "delete t:$assert @kept %d", "delete -port o:*", "opt_clean", "memory_collect"]
-        # What has no value yet is free.
+        # Values that are not set yet are free.
         script += ["clk2fflogic" if proof.data.get("multiclock") else "async2sync",
                    "memory_map -formal", "setundef -undriven -anyseq", "dffunmap", "techmap",
                    "dffunmap", "setundef -zero", "aigmap", "opt_clean", "design -save all"]
@@ -156,7 +158,7 @@ class Checker:
         """The step in which the bad state of a file of gates is reached; None: not found."""
         start = f"read_aiger {aig}; fold; strash; orpos; scorr; "
         log = ""
-        # Where scorr sees through all registers, or there are none, one step is all.
+        # If scorr removes all registers, or there are no registers, one step is sufficient.
         for command in (start + f"bmc3 -g -C {conflicts} -F {depth}", start + "sat",
                         f"read_aiger {aig}; strash; sat"):
             try:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures how complete properties and tests are: yosys mutates the RTL, and something must fail.
+"""Measures how complete properties and tests are: yosys mutates the RTL, and a check must fail.
 
-Every module of fpga/formal/ gets mutants in proportion to its cells, chosen by yosys' `mutate` with
-a seed; submodules without a proof of their own are mutated with the module that holds them. The
-modules that only join others (JOINTS) have no proof: tests alone judge them. A mutant is
+Every module of fpga/formal/ gets mutants in proportion to its cells, chosen by yosys' `mutate`
+with a seed; submodules without a proof of their own are mutated with the module that holds them.
+The modules that only connect others (JOINTS) have no proof: only tests check them. A mutant is
   proof       killed by the proof: an assertion fails from reset, or the induction does
-  equivalent  no change: yosys finds each register and output the same function, clocks included
+  equivalent  no change: yosys proves each register and output equal, clocks included
   simulation  killed by a test program of tests/hdl (only with --simulate)
-  survivor    none of these. mutation_survivors.json may name those that differ in nothing that can
-              be seen: {"proof", "mutant", "reason"}; they count as equivalent.
+  survivor    none of these. mutation_survivors.json may list those without an observable
+              difference: {"proof", "mutant", "reason"}; they count as equivalent.
 The share of killed ones among those that are not equivalent must be 90 % or more.
 """
 import argparse
@@ -34,8 +34,8 @@ CELLS_A_MUTANT, FEWEST, MOST = 6, 12, 60
 TIMEOUT_S = 200  # of a test that may hang
 NO_BUILD = "no build"
 JOINTS = ("motion", "sensor_bus", "video_path", "bridge_core")
-# The tests that judge what the proofs let live: program, its cases, rounds; the quick ones first,
-# but those with a sabotage of the same file before all.
+# The tests for mutants that survive the proofs: program, its cases, rounds; quick ones first, but
+# before all of them those with a sabotage of the same file.
 JUDGES = (("hdl_symbols_test", "*at 1 MHz*", 20000), ("hdl_branch_test", None, None),
           ("hdl_routing_test", None, 200), ("hdl_switch_test", None, 100),
           ("hdl_picture_test", None, None), ("hdl_timer_test", None, None),
@@ -53,7 +53,7 @@ def wanted_mutants(cells, share):
 
 
 def choose(runner, folder, name, wanted, seed):
-    """So many commands of `mutate` for the module, none of them in the properties."""
+    """Returns this many commands of `mutate` for the module, none of them in the properties."""
     demand(runner, folder, f"read_rtlil design.il; mutate -list {2 * wanted + 10} -seed {seed} "
            f"-o list.txt {name}")
     with open(os.path.join(folder, "list.txt"), encoding="utf-8") as file:
@@ -69,10 +69,11 @@ INSTANCE = re.compile(r"^ +(\\\S+|\w+) +(\\\S+|\w+) +\(\n((?: +\.\w+\(.*\),?\n)+
 
 
 def module_text(runner, folder, command, ports):
-    """The file of the mutated module, and its Verilog for the simulated bridge; None: no such file.
+    """The file of the mutated module, and its Verilog for the simulated bridge; None: not found.
 
-    ports: those of each module as it is without proofs. The modules it holds stay as they are, with
-    their parameters; what proofs add is taken away.
+    ports: those of each module without proofs. Its submodules are unchanged, with their
+    parameters; what proofs add is removed.
+    
     """
     name = re.search(r"-module (\S+)", command).group(1).lstrip("\\")
     path = next((f"{part}/{name}.v" for part in ("rtl", "generated")
@@ -101,7 +102,8 @@ def module_text(runner, folder, command, ports):
                 + ",\n".join(pins) + "\n  );")
 
     text = INSTANCE.sub(plain, text)
-    # Its own parameters are worked in; those who hold it may name them, and so may its instances.
+    # Its own parameters are already applied, but its parents may name them, and so may its
+    # instances.
     stubs = "".join(f"\n  {parameter};" for parameter in
                     re.findall(r"^\s*(parameter\b.*?),?$", source.split(");")[0], re.MULTILINE))
     return path, re.sub(rf"^(module {name}\(.*?\);)", lambda found: found.group(1) + stubs, text,
@@ -155,7 +157,7 @@ class Subject:
                     for cell in module["cells"].values())))
 
     def mutants(self, share, seed):
-        """Commands of `mutate`, the mutants of all modules of the subject."""
+        """Commands of `mutate`: the mutants of all modules of the subject."""
         return [command for name, cells in self.modules for command in
                 choose(self.runner, self.folder, name, wanted_mutants(cells, share), seed)]
 
@@ -167,7 +169,7 @@ class Subject:
             demand(self.runner, work, f"read_rtlil {self.folder}/design.il; {command}; {tail}; "
                    "write_smt2 -wires model.smt2")
             depth = max(proof.data.get("base_depth", proof.depth), proof.depth) + 1
-            # The induction first: where it fails it does so at once.
+            # The induction first: if it fails, it does so at once.
             return not (self.runner.check(work, "-i", "-t", str(proof.depth))["passed"]
                         and self.runner.check(work, "-t", str(depth))["passed"])
 
@@ -187,12 +189,12 @@ class Subject:
 
 
 class Joint:
-    """A module that only joins others: it has no proof, and the tests alone judge it."""
+    """A module that only connects others: it has no proof, and only the tests check it."""
 
     def __init__(self, name, runner, folder):
         self.name, self.runner, self.folder = name, runner, folder
         modules = bridge(runner, folder)
-        # Its size is that of its joints.
+        # Its size is that of its connections.
         self.size = sum(len(cell["connections"]) for cell in modules[name]["cells"].values())
 
     def mutants(self, share, seed):
@@ -206,7 +208,7 @@ class Joint:
 
 
 class Simulation:
-    """The test programs as judges of changed files."""
+    """The test programs as checks of changed files."""
 
     def __init__(self, runner, jobs):
         self.runner, self.ports, self.unchanged = runner, plain_ports(runner), {}
@@ -218,13 +220,13 @@ class Simulation:
             self.benches.put(sabotage.Bench(number))
 
     def killer(self, folder, command):
-        """The program that notices the mutant; None: none does, or it cannot be simulated."""
+        """The program that detects the mutant; None: it is not detected, or cannot be simulated."""
         change = module_text(self.runner, folder, command, self.ports)
         if not change:
             return None
         path, text = change
         if path not in self.unchanged:
-            # Worked in parameters may be others than the bridge's: then its tests say nothing.
+            # The applied parameters may differ from the bridge's: then its tests show nothing.
             none = re.sub(r"-mode \S+", "-mode none", re.match(r".*-module \S+", command).group(0))
             same = module_text(self.runner, folder, none, self.ports)[1]
             self.unchanged[path] = "\n  parameter" not in same or not self.fails(path, same)
@@ -259,11 +261,11 @@ def name_of(name, command):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--module", action="append")
-    parser.add_argument("--share", type=float, default=1.0, help="of the usual number of mutants")
+    parser.add_argument("--share", type=float, default=1.0, help="share of the default number of mutants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--simulate", action="store_true", help="let the tests judge, too")
-    parser.add_argument("--json", help="write each mutant's fate here")
+    parser.add_argument("--simulate", action="store_true", help="also run the tests")
+    parser.add_argument("--json", help="write each mutant's result to this file")
     options = parser.parse_args()
     started = time.monotonic()
     runner = prove.Runner("yices", False)
@@ -271,7 +273,7 @@ def main():
     if os.path.exists(SURVIVORS):
         with open(SURVIVORS, encoding="utf-8") as file:
             excused = {f"{entry['proof']}: {entry['mutant']}": entry for entry in json.load(file)}
-    # Where parts are free, a mutant of a joint is for the tests of tests/hdl to see.
+    # Where parts are free, mutants of a connection must be detected by the tests of tests/hdl.
     proofs = {proof.name: proof for proof in
               (prove.Proof(path)
                for path in sorted(glob.glob(os.path.join(prove.FPGA, "formal", "*.json"))))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the FPGA's tools find the repository and keep what they make."""
+"""Paths of the repository, and of the cache of the FPGA tools."""
 import os
 import zlib
 
@@ -9,5 +9,5 @@ CACHE = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.
 
 
 def own_cache(name):
-    """A folder in the cache for this checkout alone: builds of two checkouts must not mix."""
+    """A folder in the cache for this checkout only: builds of two checkouts must not mix."""
     return os.path.join(CACHE, name, f"{zlib.crc32(ROOT.encode()):08x}")

@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves the properties of the bridge's modules and shows that no property is empty.
+"""Proves the properties of the bridge's modules and shows that no property is vacuous.
 
 Every file fpga/formal/NAME.json describes one proof:
   module      the top of the proof
   sources     Verilog files, relative to fpga/; the property module is one of them
   depth       k of the induction; also the depth of the base case unless base_depth is there
   multiclock  true: several clocks; the step of the proof is then finer than each of them
-  free        modules whose outputs may do anything, in the proof of what joins them
+  free        modules whose outputs may do anything, in the proof of the module that connects them
   defines     further macros (FORMAL and SYNTHESIS are always defined)
   parameters  of the top; left out: those of the source, that is full size
   cover       {"depth", "parameters", "defines"}: how the cover statements are reached; false: none
-  kill        {"depth", "parameters", "defines"}: how mutants are looked at from reset (40 steps);
-              with other sizes than those of the proof, the proof is done for these, too
+  kill        {"depth", "parameters", "defines"}: how mutants are searched from reset (40 steps);
+              if sizes differ from those of the proof, the proof is also run with them
   mutants     [{"name", "file", "replace", "with", "kills": [labels], "depth"}]: a mistake in the
-              RTL and the assertions that must fail with it; depth 0: only the induction is asked
+              RTL and the assertions that must fail with it; depth 0: induction only
   steps       {pattern of labels: reason}: assertions for which no mutant has a counterexample from
-              reset; each pattern must fit one
+              reset; each pattern must match one
 
-A proof is a base case (no assertion fails within so many steps of a reset) and an induction, so it
+A proof is a base case (no assertion fails within `depth` steps of a reset) and an induction, so it
 holds for all time. A mutant is killed by an assertion when a counterexample from reset violates it
-(how: base) or when its induction fails (how: step). The second says less: the state from which it
-fails need not be one that the module can reach. So every assertion that is killed in this way alone
-stands in "steps" with a reason, such as the 500000 clocks of a servo frame between reset and the
-mistake. Every assertion needs a label a_*, every cover one c_*, and every assertion must stand in
-the "kills" of some mutant. model_checker.py runs the programs.
+(how: base) or when its induction fails (how: step). The second is weaker: the state from which it
+fails may be unreachable. So every assertion killed only in this way is listed in "steps" with a
+reason, such as the 500000 clocks of a servo frame between reset and the mistake. Every assertion
+needs a label a_*, every cover one c_*, and every assertion must be in the "kills" of some mutant.
+model_checker.py runs the programs.
 
-Results are kept in the cache under a checksum of all that they depend on.
+Results are cached under a checksum of everything they depend on.
 """
 import argparse
 import concurrent.futures
@@ -44,9 +44,9 @@ import time
 from model_checker import FPGA, Checker, Failed, label
 from places import CACHE
 
-RECIPE = 6  # to be raised when the same sources may give another result
-GATES_DEPTH = 12  # steps in which the search must find nothing in the RTL as it is
-KILL_DEPTH = 40  # steps from reset in which a mutant's mistake is looked for
+RECIPE = 6  # increment if the same sources may give another result
+GATES_DEPTH = 12  # steps in which the search must find nothing in the unchanged RTL
+KILL_DEPTH = 40  # steps from reset in which a mutant's failure is searched
 KNOWN = {"module", "sources", "mode", "depth", "base_depth", "multiclock", "defines", "parameters",
          "cover", "kill", "free", "mutants", "steps", "comment"}
 NOT_OF_THE_PROOF = ("kill", "mutants", "steps", "comment")
@@ -88,7 +88,7 @@ class Proof:
         text = texts.get(mutant["file"])
         if text is None or text.count(mutant["replace"]) != 1:
             times = 0 if text is None else text.count(mutant["replace"])
-            raise Failed(f"{self.name}: mutant {mutant['name']}: its text stands {times} times "
+            raise Failed(f"{self.name}: mutant {mutant['name']}: its text occurs {times} times "
                          f"in {mutant['file']}")
         texts[mutant["file"]] = text.replace(mutant["replace"], mutant["with"])
         return texts
@@ -100,7 +100,7 @@ class Proof:
 
 
 class Runner(Checker):
-    """Runs the tools for proofs; keeps results."""
+    """Runs the tools for proofs and caches results."""
 
     def __init__(self, solver, use_cache):
         super().__init__(solver)
@@ -109,7 +109,7 @@ class Runner(Checker):
         self.lock = threading.Lock()
 
     def cached(self, question, compute):
-        """compute() or what it gave when it was asked the same before."""
+        """Returns compute(), or its cached result."""
         key = hashlib.sha256(json.dumps([RECIPE, self.solver, self.versions, question],
                                         sort_keys=True).encode()).hexdigest()
         path = self.folder and os.path.join(self.folder, key + ".json")
@@ -132,13 +132,13 @@ class Runner(Checker):
 
 
 def gates_fail(runner, proof, settings):
-    """Whether the search for mistakes finds one where there is none: then it would blame mutants."""
+    """Whether the search finds a failure in unchanged RTL: then it would blame mutants."""
     with tempfile.TemporaryDirectory(prefix="prove-") as folder:
         return bool(runner.search(proof, proof.texts, folder, ["a_*"], GATES_DEPTH, settings))
 
 
 def prove_one(runner, proof):
-    """Base case, induction and covers of the RTL as it is."""
+    """Base case, induction and covers of the unchanged RTL."""
     def compute():
         answer = {}
         with tempfile.TemporaryDirectory(prefix="prove-") as folder:
@@ -148,7 +148,7 @@ def prove_one(runner, proof):
             unnamed = [name for name in found["assert"] + found["cover"] if "$" in name]
             if unnamed:
                 raise Failed(f"{proof.name}: without a label: {', '.join(unnamed)}")
-            # At depth k the base case must reach the k steps that the induction takes for granted.
+            # At depth k the base case must cover the k steps that the induction assumes.
             base_depth = max(proof.data.get("base_depth", proof.depth), proof.depth)
             answer["base"] = runner.check(folder, "-t", str(base_depth + 1))
             answer["induction"] = runner.check(folder, "-i", "-t", str(proof.depth))
@@ -208,7 +208,7 @@ def prove_small(runner, proof):
 
 
 def hows(mutants):
-    """Each killed assertion to the better way in which one was."""
+    """Maps each killed assertion to the stronger way in which it was killed."""
     best = {}
     for _, answer in mutants:
         for name, how in answer["killed"].items():
@@ -217,14 +217,14 @@ def hows(mutants):
 
 
 def judge(proof, result, mutants, want_mutants):
-    """Sentences about what is wrong with one proof."""
+    """Messages about the problems of one proof."""
     wrong = []
     for part in ("base", "induction"):
         if not result[part]["passed"]:
             which = ", ".join(result[part]["failed"]) or result[part]["log"].strip()
             wrong.append(f"{part} fails: {which}")
     if result["gates"] or (result["small"] or {}).get("gates"):
-        wrong.append("the search for mistakes finds one in the RTL as it is")
+        wrong.append("the search finds a failure in the unchanged RTL")
     if result["small"]:
         for part in ("base", "induction"):
             if not result["small"][part]["passed"]:
@@ -253,12 +253,12 @@ def judge(proof, result, mutants, want_mutants):
                      + ", ".join(sorted(bare)))
     for pattern in excused:
         if not fnmatch.filter(weak, pattern):
-            wrong.append(f"steps: {pattern} fits nothing that only the induction kills")
+            wrong.append(f"steps: {pattern} matches nothing that only the induction kills")
     return wrong
 
 
 def run_all(runner, proofs, jobs, want_mutants):
-    """Yields name, result, mutants with answers, sentences; in order of the names."""
+    """Yields name, result, mutants with answers, and messages, in order of the names."""
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         asked = []
         for proof in proofs:
@@ -278,7 +278,7 @@ def run_all(runner, proofs, jobs, want_mutants):
 
 
 def processor_s():
-    """Time that the programs took on all processors."""
+    """Processor time of all programs."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -287,7 +287,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--module", action="append", help="only this proof (may be repeated)")
     parser.add_argument("--no-mutants", action="store_true")
-    parser.add_argument("--no-cache", action="store_true", help="prove again what is known")
+    parser.add_argument("--no-cache", action="store_true", help="ignore cached results")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--solver", choices=("yices", "z3"), default="yices")
     parser.add_argument("--json", help="write the results here")
@@ -331,7 +331,7 @@ def main():
           f"{sum(len(result['reached']) for result in total)} covers, "
           f"{sum(len(entry['mutants']) for entry in report)} mutants: "
           f"{time.monotonic() - started:.1f} s ({processor_s():.1f} s of processors, "
-          f"{runner.kept} answers kept)")
+          f"{runner.kept} answers cached)")
     for sentence in sentences:
         print(f"prove.py: {sentence}", file=sys.stderr)
     if options.json:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The register map read from SystemRDL into plain objects, with this project's rules checked."""
+"""Reads the register map from SystemRDL into plain objects and checks this project's rules."""
 
 from dataclasses import dataclass, field as dataclass_field
 
@@ -40,32 +40,32 @@ class Field:
 
     @property
     def bits(self):
-        """Bits that a port of the field needs: no more than its greatest value has."""
+        """Number of bits of the field's port: as many as its largest value needs."""
         if self.kind == "stored" and not self.codes:
             return max(1, self.maximum.bit_length())
         return self.width
 
     @property
     def whole(self):
-        """Is it the only field, a number that is clamped and not a set of flags?"""
+        """Whether it is the only field, a number that is clamped and not a set of flags."""
         return self.name == "value"
 
     @property
     def is_number(self):
-        """Is it a number whose whole word is compared with its limits?"""
+        """Whether it is a number whose whole word is compared with its limits."""
         limited = self.minimum > 0 or self.maximum < WORD_MASK
         return self.kind == "stored" and self.whole and self.width == 16 and limited
 
     @property
     def has_gaps(self):
-        """Are there codes without a name?"""
+        """Whether there are codes without a name."""
         narrow = self.maximum < (1 << self.width) - 1
         return self.kind == "stored" and bool(self.codes) and narrow
 
 
 @dataclass
 class Register:
-    """One 16-bit word. `block` is the path of the register file it stands in, or empty."""
+    """One 16-bit word. `block` is the path of its register file, or empty."""
 
     name: str
     index: int
@@ -94,12 +94,12 @@ class Register:
 
     @property
     def known_at_reset(self):
-        """Bits whose value after reset does not depend on the hardware around."""
+        """Bits whose value after reset does not depend on external hardware."""
         return sum(f.mask for f in self.fields if f.kind in ("constant", "stored"))
 
     @property
     def pair(self):
-        """Name of the 32-bit value that this word is half of."""
+        """Name of the 32-bit value of which this word is half."""
         return self.name.removesuffix("_high").removesuffix("_low")
 
     def port(self, field):
@@ -108,11 +108,11 @@ class Register:
 
 
 class MapError(Exception):
-    """The map breaks a rule of its own."""
+    """The map violates one of its own rules."""
 
 
 def field_kind(node):
-    """Which kind of Field a SystemRDL field is."""
+    """The kind of Field of a SystemRDL field."""
     hardware_writes = node.is_hw_writable
     if not node.is_sw_readable:
         return "pulse"
@@ -179,7 +179,7 @@ def read_register(node, root):
 
 
 def check(registers):
-    """Rules that SystemRDL does not know."""
+    """Checks rules that SystemRDL does not know."""
     for register in registers:
         where = f"{register.name} at {register.index:02X}"
         if register.index > 0xFF:
@@ -187,7 +187,7 @@ def check(registers):
         for field in register.fields:
             what = f"{where}, field {field.name}"
             if field.whole and (field.low != 0 or len(register.fields) != 1):
-                raise MapError(f"{what}: 'value' stands alone at bit 0")
+                raise MapError(f"{what}: 'value' must be the only field, at bit 0")
             if field.codes and [c[1] for c in field.codes] != list(range(field.maximum + 1)):
                 raise MapError(f"{what}: codes must run from 0 to max")
             bounds = field.minimum <= field.reset <= field.maximum
@@ -204,7 +204,7 @@ def check(registers):
             field = register.fields[0]
             plain = field.whole and field.width == 16 and not field.zero_low_bits
             if not plain or field.kind not in ("stored", "input"):
-                raise MapError(f"{where}: only plain words can stand in memory")
+                raise MapError(f"{where}: only plain words can be in memory")
         if register.counter is not None:
             field = register.fields[0]
             if not field.whole or field.width != 8 or field.kind not in ("input", "clear"):

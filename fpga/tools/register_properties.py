@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Properties of the register file from the register map.
+"""Generates properties of the register file from the register map.
 
-They are written in another way than the register file: plain choices and comparisons, for one
-register at an index `f_any` that the solver chooses.
+They are written differently from the register file: plain choices and comparisons, for one
+register at an index `f_any` chosen by the solver.
 """
 
 from register_text import kind_mask, stored_mask
@@ -186,7 +186,7 @@ def reference(register):
 
 
 def choice(name, bits, selector, entries, default):
-    """A wire chosen by an index; no case, which could become a memory with free contents."""
+    """A wire selected by an index; not a case, which could become a memory with free contents."""
     size = f"[{bits - 1}:0] " if bits > 1 else ""
     terms = [f"{selector} == 8'h{index:02X} ? {value}"
              for index, value in entries if value != default]
@@ -210,7 +210,7 @@ def allowed(register):
     return " && ".join(terms) or "1'b1"
 
 
-# What stands in the tables: functions of a register.
+# Contents of the tables: functions of a register.
 
 def number(register):
     return register.fields[0].is_number
@@ -339,7 +339,7 @@ def choices(registers):
 
 
 def block_choices(registers):
-    """Which snapshot the last index begins, and inside which it is: one bit for each block."""
+    """The snapshot that the last index begins, and the one it is inside: one bit per block."""
     firsts = [r for r in registers if r.holds_block]
     inside = [(other.index, n) for n, r in enumerate(firsts)
               for other in registers if other.block == r.block]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C header, documentation table and test vectors from the register map."""
+"""Generates C header, documentation table and test vectors from the register map."""
 
 import json
 import textwrap
@@ -22,17 +22,17 @@ enum { BRIDGE_I2C_ADDRESS = 0x2C };
 
 /// What a register can do; the flags of `struct bridge_register`.
 enum {
-    BRIDGE_READ = 1 << 0,         ///< reads something else than 0
+    BRIDGE_READ = 1 << 0,         ///< may read another value than 0
     BRIDGE_WRITE = 1 << 1,        ///< a write may be acknowledged
     BRIDGE_UNLOCK_ONLY = 1 << 2,  ///< writes are refused while the map is locked
     BRIDGE_VOLATILE = 1 << 3,     ///< hardware changes it
     BRIDGE_SIGNED = 1 << 4,       ///< two's complement
-    BRIDGE_PAIR_HIGH = 1 << 5,    ///< reading it keeps the low word of the same moment
-    BRIDGE_PAIR_LOW = 1 << 6,     ///< reads what was kept
-    BRIDGE_HOLDS_BLOCK = 1 << 7   ///< reading on from here shows the block of one moment
+    BRIDGE_PAIR_HIGH = 1 << 5,    ///< reading it latches the low word
+    BRIDGE_PAIR_LOW = 1 << 6,     ///< reads the latched word
+    BRIDGE_HOLDS_BLOCK = 1 << 7   ///< reading on from here latches the block
 };
 
-/// One register. A write outside `min`..`max`, or with a code that has no name, is not acknowledged
+/// One register. A write outside `min`..`max`, or with an undefined code, is not acknowledged
 /// and changes nothing.
 struct bridge_register {
     uint8_t index;
@@ -41,7 +41,7 @@ struct bridge_register {
     uint16_t reset_mask;   ///< bits whose value after reset does not depend on the hardware
     uint16_t stored_mask;  ///< bits that read back what was written
     uint16_t clear_mask;   ///< bits that writing 1 clears
-    uint16_t pulse_mask;   ///< bits that start something when written as 1 and read 0
+    uint16_t pulse_mask;   ///< bits that start an action when written as 1 and read 0
     uint16_t min;
     uint16_t max;
 };
@@ -171,7 +171,7 @@ ACCESS = {
 
 
 def range_text(field):
-    """Range and unit of a field for people."""
+    """Range and unit of a field, as text."""
     if field.codes:
         return "; ".join(f"{value} = {name}" + (f" ({text})" if text else "")
                          for name, value, text in field.codes)
@@ -194,9 +194,9 @@ def documentation(registers):
         "<!-- SPDX-License-Identifier: Apache-2.0 -->",
         "<!-- Made by fpga/tools/registers.py from fpga/registers.rdl; do not edit. -->",
         "# Registers of the FPGA bridge", "",
-        "16-bit big-endian words behind an 8-bit index at I2C address 0x2C. The index goes on by",
-        "one with each word and survives STOP. A word is stored with its second byte; a word that",
-        "a register does not accept (outside its range, a code without a name, locked, read only)",
+        "16-bit big-endian words behind an 8-bit index at I2C address 0x2C. The index increases",
+        "by one with each word and survives STOP. A word is stored with its second byte; a word that",
+        "a register does not accept (outside its range, undefined code, locked, read only)",
         "is not acknowledged and changes nothing. Bits that are not listed read 0.", "",
         "| index | register | bits | access | reset | range, unit | meaning |",
         "|---|---|---|---|---|---|---|"]
@@ -219,7 +219,7 @@ def documentation(registers):
 
 
 def accepts(register, value, unlocked):
-    """Is `value` stored?"""
+    """Whether `value` is stored."""
     if not register.writable or (register.unlock_only and not unlocked):
         return False
     field = register.fields[0]
@@ -234,7 +234,7 @@ def accepts(register, value, unlocked):
 
 
 def values_to_write(register):
-    """Words worth writing: patterns, both sides of each limit, each code."""
+    """Words to test: patterns, both sides of each limit, each code."""
     values = {0x0000, 0xFFFF, 0x5555, 0xAAAA, register.reset}
     field = register.fields[0]
     edges = set()
@@ -247,7 +247,7 @@ def values_to_write(register):
     for other in register.fields:
         for code in range(1 << other.width) if other.codes else ():
             values.add(register.reset & ~other.mask | code << other.low)
-    # No vector starts anything: what a reset or a trigger does is not for a table.
+    # No vector starts an action: a reset or a trigger has no fixed result.
     pulses = kind_mask(register, "pulse") if stored_mask(register) else 0
     return sorted({value & ~pulses for value in values if 0 <= value <= 0xFFFF})
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verilog-2005 from the register map: the constants and the register file."""
+"""Generates Verilog-2005 from the register map: the constants and the register file."""
 
 from verilog_text import (at_least, pair_name, piece_text, repeat, slice_of, two_for_each_bit,
                           vector, wrapped)
@@ -24,10 +24,10 @@ REGISTER_FILE_TEXT = """\
 // read_data_o      =========================X= word, held ==========
 //
 // write_allowed_o and index_known_o follow their inputs by one clock; write_strobe_i may come only
-// while write_allowed_o is high. Refused are: a number outside its limits, a code without a name,
+// while write_allowed_o is high. Rejected are: a number outside its limits, a code without a name,
 // what needs the unlocked map while it is locked, and registers that are only read.
 // Ports: <register>[_<field>] with _o for what software sets (for one clock only, where 1 starts
-// something), _i for what hardware tells and _clear_o for pulses of one clock that clear it.
+// something), _i for inputs from hardware and _clear_o for pulses of one clock that clear it.
 // <block>_hold_o: the hardware keeps the values of the block. Latency: 2 clocks.
 // FILL_FROM: 0; in proofs, where the filling of the memory begins.
 """
@@ -55,7 +55,7 @@ def constants(registers):
 
 
 class RegisterFile:
-    """Collects the parts of register_file.v while it goes through the registers."""
+    """Collects the parts of register_file.v for all registers."""
 
     def __init__(self, registers):
         self.registers = registers
@@ -153,7 +153,7 @@ class RegisterFile:
         self.reads(register, field.low, bits, f"{name}_o", zeros)
 
     def reads(self, register, low, width, port, zeros=0):
-        """Notes that `width` bits of a register from bit `low` on read a port."""
+        """Records that `width` bits of a register from bit `low` on read a port."""
         for bit in range(zeros, width):
             source = f"{port}[{bit}]" if width > 1 else port
             self.bits[register.index][low + bit] = source
@@ -250,7 +250,7 @@ class RegisterFile:
         return "\n".join(lines + [""])
 
     def memory_path(self):
-        """The registers that stand in memory."""
+        """The registers in memory."""
         stored = [r for r in self.memory if r.fields[0].kind == "stored"]
         lines = [
             "  // Some registers stand in a memory of 16 words, of which the hardware has one while",
@@ -325,7 +325,7 @@ class RegisterFile:
         return " || ".join(f"index_i == 8'h{r.index:02X}" for r in registers)
 
     def place_of_index(self):
-        """The place in memory of the register at the index, for those that stand there."""
+        """The place in memory of the register at the index."""
         plain = [r for r in self.memory if r.place == r.index & 0xF]
         moved = [r for r in self.memory if r.place != r.index & 0xF]
         for guard in range(8):
@@ -333,7 +333,7 @@ class RegisterFile:
                                                                     for r in moved):
                 break
         else:
-            raise ValueError("no bit of the index tells how a place in memory is made")
+            raise ValueError("no bit of the index determines how a place in memory is formed")
         bits = []
         for bit in reversed(range(4)):
             wanted = [r.place >> bit & 1 for r in moved]
@@ -382,7 +382,7 @@ class RegisterFile:
         return "\n".join(lines)
 
     def read_words(self):
-        """The choice of a word, as words that a carry chain for each bit joins."""
+        """The selection of a word, as words that a carry chain for each bit joins."""
         pairs = self.pair_up()
         lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
                  "  // each bit chooses between the two, or takes two bits that stand alone."]

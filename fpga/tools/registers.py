@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes what follows from the register map fpga/registers.rdl, in fpga/generated.
+"""Generates the files in fpga/generated from the register map fpga/registers.rdl.
 
   bridge_registers.vh    constants for Verilog
   register_file.v        the registers themselves
-  register_file_properties.vh  what is proved of them
+  register_file_properties.vh  their properties for the proof
   bridge_registers.h     indices, fields and a table for C
   bridge_register_names.h  their names
-  registers.md           table for people
+  registers.md           table for the documentation
   bridge_registers.json  test vectors
 
-Needs systemrdl-compiler (fpga/tools/requirements.txt). Exit code: 0 when all is written or, with
---check, as it should be; 1 when a file is stale; 2 when the map is wrong.
+Needs systemrdl-compiler (fpga/tools/requirements.txt). Exit code: 0 if all is written or, with
+--check, up to date; 1 if a file is stale; 2 if the map is wrong.
 """
 
 import argparse
@@ -38,9 +38,9 @@ MAKERS = {
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="only say which files are stale")
+    parser.add_argument("--check", action="store_true", help="only report stale files")
     parser.add_argument("--map", type=Path, default=FPGA / "registers.rdl", help="the map")
-    parser.add_argument("--into", type=Path, default=FPGA / "generated", help="where the files are")
+    parser.add_argument("--into", type=Path, default=FPGA / "generated", help="folder of the files")
     arguments = parser.parse_args()
     try:
         registers = read_map(arguments.map)

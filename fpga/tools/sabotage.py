@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shows that the tests of tests/hdl see mistakes: a sabotage of the Verilog makes its test fail.
+"""Shows that the tests of tests/hdl detect mistakes: a mutation of the Verilog makes its test fail.
 
 sabotages.json lists them: {"name", "file", "replace", "with", "test", "case", "rounds"}; test is a
-program of tests/hdl, case and rounds (both optional) say which of its cases are run and how long.
-Every program must be named by one at least, and must pass without any.
+program of tests/hdl, case and rounds (both optional) select its cases and rounds. Every program
+must have at least one, and must pass without any.
 """
 import argparse
 import concurrent.futures
@@ -20,11 +20,11 @@ from places import FPGA, ROOT, own_cache
 
 CACHE = own_cache("fpga-sabotage")
 TABLE = os.path.join(FPGA, "tools", "sabotages.json")
-TIMEOUT_S = 600  # a test that hangs has noticed something too, but that is no verdict
+TIMEOUT_S = 600  # a hanging test has detected something, but is not a verdict
 
 
 class Bench:
-    """A build of its own whose Verilog may be changed."""
+    """A separate build whose Verilog may be changed."""
 
     def __init__(self, number):
         self.folder = os.path.join(CACHE, f"bench{number}")
@@ -35,7 +35,7 @@ class Bench:
         self.restore()
         self.tool("cmake", "-S", ROOT, "-B", self.build, "-G", "Ninja", "-DVERGENCE_FPGA=ON",
                   "-DVERGENCE_FPGA_VERILOG=" + self.verilog,
-                  # Of mutants yosys has written the Verilog, with names of its own.
+                  # Yosys has written the Verilog of mutants, with its own names.
                   "-DVERGENCE_FPGA_EVERY_CLOCK=ON")
 
     def tool(self, *words):
@@ -44,7 +44,7 @@ class Bench:
                 raise RuntimeError(f"{words[0]} failed, see {self.log}")
 
     def restore(self):
-        """The Verilog as it is in the tree; unchanged files keep their time."""
+        """The Verilog of the tree; unchanged files keep their time."""
         for name in ("rtl", "generated"):
             os.makedirs(os.path.join(self.verilog, name), exist_ok=True)
             for path in glob.glob(os.path.join(FPGA, name, "*.v*")):
@@ -57,7 +57,7 @@ class Bench:
                 file.write(text)
 
     def run(self, program, case, rounds, timeout_s=TIMEOUT_S):
-        """Builds and runs a program; its exit code and what it said."""
+        """Builds and runs a program; returns its exit code and output."""
         self.tool("ninja", "-C", self.build, "-j", "1", program)
         words = [os.path.join(self.build, "tests", "hdl", program)]
         if case:
@@ -74,7 +74,7 @@ def read(path):
 
 
 def first_error(output):
-    """The first thing that a test complained about."""
+    """The first failure that a test reported."""
     found = re.search(r"ERROR: (.*)", output)
     values = re.search(r"values: (.*)", output)
     return (found.group(1).strip() + (f" ({values.group(1).strip()})" if values else "")
@@ -82,10 +82,10 @@ def first_error(output):
 
 
 def sabotage(bench, entry):
-    """Whether the test failed, as it should; and what it said."""
+    """Whether the test failed, as it should; and its output."""
     text = read(os.path.join(FPGA, entry["file"]))
     if text.count(entry["replace"]) != 1:
-        return False, f"its text stands {text.count(entry['replace'])} times in {entry['file']}"
+        return False, f"its text occurs {text.count(entry['replace'])} times in {entry['file']}"
     bench.write(entry["file"], text.replace(entry["replace"], entry["with"]))
     try:
         code, output = bench.run(entry["test"], entry.get("case"), entry.get("rounds"))
@@ -101,7 +101,7 @@ def sabotage(bench, entry):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--only", default=".", help="names of sabotages that match")
+    parser.add_argument("--only", default=".", help="names of mutations (regular expression)")
     options = parser.parse_args()
     started = time.monotonic()
     with open(TABLE, encoding="utf-8") as file:
@@ -109,7 +109,7 @@ def main():
     programs = {"hdl_" + os.path.splitext(os.path.basename(path))[0]
                 for path in glob.glob(os.path.join(ROOT, "tests", "hdl", "*_test.cpp"))}
     chosen = [entry for entry in entries if re.search(options.only, entry["name"])]
-    wrong = [f"no sabotage for {name}" for name in
+    wrong = [f"no mutation for {name}" for name in
              sorted(programs - {entry["test"] for entry in entries})]
     benches = queue.Queue()
     os.makedirs(CACHE, exist_ok=True)
@@ -129,22 +129,22 @@ def main():
 
     keys = sorted({(entry["test"], entry.get("case"), entry.get("rounds")) for entry in chosen},
                   key=str)
-    print("| sabotage | test | noticed | what it said |\n|---|---|---|---|", flush=True)
+    print("| mutation | test | detected | output |\n|---|---|---|---|", flush=True)
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         fresh = [pool.submit(with_bench, clean, key) for key in keys]
         asked = [pool.submit(with_bench, sabotage, entry) for entry in chosen]
         for key, future in zip(keys, fresh):
             if not future.result():
-                wrong.append(f"{key[0]} fails without a sabotage")
+                wrong.append(f"{key[0]} fails without a mutation")
         for entry, future in zip(chosen, asked):
             noticed, said = future.result()
             print(f"| {entry['name']} | {entry['test']} | {'yes' if noticed else 'NO'} | "
                   f"`{said[:90].replace('|', '/')}` |", flush=True)
             if not noticed:
-                wrong.append(f"{entry['name']} is not noticed: {said}")
+                wrong.append(f"{entry['name']} is not detected: {said}")
     for sentence in wrong:
         print(f"sabotage.py: {sentence}")
-    print(f"{len(chosen)} sabotages, {len(wrong)} findings, {time.monotonic() - started:.0f} s")
+    print(f"{len(chosen)} mutations, {len(wrong)} findings, {time.monotonic() - started:.0f} s")
     return 1 if wrong else 0
 
 

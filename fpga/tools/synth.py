@@ -6,10 +6,10 @@
   up5k   iCE40 UP5K, one camera (the package has 39 pins): as hx8k
   ecp5   ECP5 on an ULX3S by the Python environment's tools (tools/fpga_python --ecp5): as hx8k
 
-The tops are in fpga/boards/; what is made stands in the folder of --out. --publish writes
-fpga/synthesis.json and the tables in fpga/README.md, with a hash of the Verilog that they are of;
---check says whether these two are up to date. Exit code 1 when a tool stops, something is stale,
-or the clocks that the boards have are not met with a fifth to spare; 3 when only a goal is missed.
+The tops are in fpga/boards/; results go to the folder of --out. --publish writes
+fpga/synthesis.json and the tables in fpga/README.md, with a hash of their Verilog; --check checks
+whether these two are up to date. Exit code: 1 if a tool fails, something is stale, or the boards'
+clocks are not met with a margin of a fifth; 3 if only a goal is missed.
 """
 import argparse
 import concurrent.futures
@@ -27,39 +27,39 @@ import synthesis_table
 from places import CACHE, FPGA
 
 SEEDS = (1, 2, 3, 4, 5)
-# The fastest camera that a board takes, MHz; half its period is the goal of HOP (ns), from the edge
-# that takes a pixel to the one that gives it to the PPI.
+# The fastest camera of a board, MHz. Half its period is the goal of HOP (ns), from the edge that
+# captures a pixel to the one that passes it to the PPI.
 CAMERA_MHZ = {"hx8k": 48, "up5k": 30, "ecp5": 48}
-# Upper-case names must not be above their goal, lower-case ones (MHz) not below.
+# Upper-case names must not exceed their goal, lower-case ones (MHz) not fall below.
 GOALS = {"xc3s": {"LUT4": 1600, "FF": 1200, "BRAM": 0, "MULT": 0},
          "hx8k": {"control": 75.0, "pixel": 96.0},
          "up5k": {"control": 30.0, "pixel": 60.0},
          "ecp5": {"control": 75.0, "pixel": 96.0}}
 for board_name, camera_mhz in CAMERA_MHZ.items():
     GOALS[board_name]["HOP"] = 1e3 / camera_mhz / 2
-# What the boards' clocks ask for, with a fifth to spare.
+# Required by the boards' clocks, with a margin of a fifth.
 NEEDS = {board_name: {"control": 25 * 1.2, "pixel": camera_mhz * 1.2}
          for board_name, camera_mhz in CAMERA_MHZ.items()}
 BOARDS = {"xc3s": "xc3s1000", "hx8k": "ice40_hx8k", "up5k": "ice40_up5k", "ecp5": "ecp5"}
 DEVICE_LUTS = {"xc3s": 15360, "hx8k": 7680, "up5k": 5280, "ecp5": 24288}
 
-# The mapping that `synth_xilinx` would do, but for area alone, in rounds: 2 % fewer tables.
+# The mapping of `synth_xilinx`, but optimised for area only, in rounds: 2 % fewer tables.
 AREA_ROUND = "strash; dch -f; if -a; mfs2 -a -e -W 4 -F 40 -D 0 -L 400 -C 3000; "
 AREA_SCRIPT = ("strash; &get -n; &fraig -x; &put; scorr; dc2; " + 4 * AREA_ROUND
                + "lutpack -S 1\n")
 
 
 class Failed(Exception):
-    """A tool stopped."""
+    """A tool failed."""
 
 
 def run(words, folder, log):
-    """Runs one tool with its output in a file; returns that."""
+    """Runs one tool with its output in a file; returns the output."""
     with open(os.path.join(folder, log), "w", encoding="utf-8") as file:
         code = subprocess.run(words, cwd=folder, stdout=file, stderr=subprocess.STDOUT).returncode
     with open(os.path.join(folder, log), encoding="utf-8") as file:
         text = file.read()
-    # A crashed mapper is only a warning to yosys, whose netlist then is not what it would be.
+    # A crash of the mapper is only a warning for yosys, whose netlist is then not mapped.
     if code != 0 or "failed: return code" in text:
         why = synthesis_table.last_error(text)
         raise Failed(f"{words[0]}: {why} ({os.path.join(folder, log)})")
@@ -67,7 +67,7 @@ def run(words, folder, log):
 
 
 def portable():
-    """The Verilog that every build has."""
+    """The Verilog of every build."""
     return [path for name in ("rtl", "generated")
             for path in sorted(glob.glob(os.path.join(FPGA, name, "*.v")))]
 
@@ -80,8 +80,7 @@ def sources(board):
 
 
 def stamp():
-    """A hash of what the figures depend on; what stands there for proofs, comments and white space
-    apart."""
+    """A hash of the inputs of the figures, without code for proofs, comments and white space."""
     made_of = hashlib.sha256()
     files = portable()
     for kind in ("v", "pcf", "lpf"):
@@ -129,9 +128,10 @@ def count(cells, pattern):
 
 
 def carry_sites(cells):
-    """What stands before the carry chains of a Spartan-3, whose select comes only from the look-up
-    table of its place. Returns how many inverters are tables there (elsewhere a slice has its own),
-    and how many places pass the output of a flip-flop through theirs (ISE: route-through)."""
+    """Cells before the carry chains of a Spartan-3, whose select can only come from the look-up table
+    of their place. Returns how many tables are inverters (elsewhere a slice has its own), and how
+    many places pass the output of a flip-flop through their table (ISE: route-through).
+    """
     made_by, selects = {}, set()
     for cell in cells:
         for port, bits in cell["connections"].items():
@@ -158,7 +158,7 @@ def spartan3(folder, _):
 
 
 def longest(text, clock):
-    """Where the slowest path of a clock starts and ends, of the last report of a nextpnr log."""
+    """Start and end of the slowest path of a clock, from the last report of a nextpnr log."""
     report = text.rsplit(f"Critical path report for clock '{clock}'", 1)[-1].split("\n\n")[0]
     report = report.split("Critical path report")[0]
     cells = re.findall(r"(?:Source|Setup) (\S+)\.\w+$", report, re.MULTILINE)
@@ -170,9 +170,10 @@ def longest(text, clock):
 
 
 def timing(text):
-    """What a nextpnr log says after routing: Fmax of the control clock and of the slowest pixel
-    clock (MHz), the slowest way from a pixel clock to the PPI clock (ns), the ends of the slowest
-    paths, and the share of the device."""
+    """Results of a nextpnr log after routing: Fmax of the control clock and of the slowest pixel
+    clock (MHz), the longest delay from a pixel clock to the PPI clock (ns), the ends of the
+    slowest paths, and the share of the device.
+    """
     clocks = {name: float(value) for name, value in  # the last report is the one after routing
               re.findall(r"Max frequency for clock\s+'([^']+)': ([0-9.]+) MHz", text)}
     kinds = {"pixel": {}, "control": {}}
@@ -192,8 +193,9 @@ def timing(text):
 
 
 def place(folder, options, command):
-    """Places with each seed; command(seed) is the tool's words. Returns the worst of all seeds, and
-    the seed whose result is the best."""
+    """Places with each seed; command(seed) returns the tool's arguments. Returns the worst of all
+    seeds, and the seed with the best result.
+    """
     seeds = SEEDS[:options.seeds]
 
     def one(seed):
@@ -213,14 +215,14 @@ def place(folder, options, command):
     return worst, best
 
 
-# Not with -abc9: the ABC of Debian 12 stops with an assertion in it.
+# Without -abc9, as the ABC of Debian 12 then stops with an assertion.
 def ice40(folder, options, target, package):
     board = BOARDS[target]
     files, top = sources(board)
     kind = {"hx8k": "hx", "up5k": "u"}[target]
     run(["yosys", "-p", f"{read_command(board, files)}; synth_ice40 -device {kind} -top {top} "
          "-json bridge.json; write_verilog -noattr bridge_netlist.v"], folder, "yosys.log")
-    # Without --pcf-allow-unconstrained: a pin that the file forgets is an error.
+    # Without --pcf-allow-unconstrained, so that a missing pin is an error.
     worst, best = place(folder, options, lambda seed: [
         "nextpnr-ice40", f"--{target}", "--package", package, "--json", "bridge.json",
         "--pcf", os.path.join(FPGA, "boards", board, f"{board}.pcf"), "--seed", str(seed),
@@ -240,7 +242,7 @@ def ecp5(folder, options):
     tools = found.stdout.strip()
     board = BOARDS["ecp5"]
     files, top = sources(board)
-    # These tools see nothing above the current folder: the sources are copied into it.
+    # These tools cannot read files above the current folder, so the sources are copied into it.
     for path in files + glob.glob(os.path.join(FPGA, "*", "*.vh")):
         shutil.copy(path, folder)
     shutil.copy(os.path.join(FPGA, "boards", board, f"{board}.lpf"), folder)
@@ -266,13 +268,13 @@ WORK = {"xc3s": spartan3,
 
 
 def too_slow(target, result):
-    """Clocks of the board that the result does not reach."""
+    """Clocks of the board that the result does not meet."""
     return [f"{target}: {name} {result[name]:g} MHz, needed {need:g}"
             for name, need in NEEDS.get(target, {}).items() if result[name] < need]
 
 
 def missed(target, result):
-    """Goals that the result does not reach."""
+    """Goals that the result misses."""
     wrong = []
     for name, goal in GOALS[target].items():
         value = result.get(name, 0)
@@ -282,7 +284,7 @@ def missed(target, result):
 
 
 def versions(out):
-    """Of the tools that were used."""
+    """Versions of the tools used."""
     found = {}
     for tool, words in {"yosys": ["yosys", "-V"], "nextpnr-ice40": ["nextpnr-ice40", "-V"]}.items():
         text = run(words, out, "version.log")
@@ -293,7 +295,7 @@ def versions(out):
 
 
 def synthesise(options):
-    """Returns the results of the targets asked for, sentences on what went wrong, and on goals."""
+    """Returns the results of the targets, messages on failures, and on goals."""
     results, wrong, short = {}, [], []
     for target in options.targets:
         started = time.monotonic()
@@ -320,15 +322,15 @@ def main():
                         help=f"of {', '.join(GOALS)} (default: all)")
     parser.add_argument("--out", default=os.path.join(CACHE, "fpga-synthesis"))
     parser.add_argument("--seeds", type=int, choices=range(1, len(SEEDS) + 1), default=len(SEEDS),
-                        help="placements, of which the tables show the worst")
+                        help="number of placements (the tables show the worst)")
     parser.add_argument("--ulx3s", choices=("12k", "25k", "45k", "85k"), default="25k",
                         help="size of the ECP5 on the board")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--json", help="write the results here")
+    parser.add_argument("--json", help="write the results to this folder")
     parser.add_argument("--publish", action="store_true",
                         help="all targets, into fpga/synthesis.json and fpga/README.md")
     parser.add_argument("--check", action="store_true",
-                        help="only say whether these two files are up to date")
+                        help="only check whether these two files are up to date")
     options = parser.parse_args()
     if set(options.targets) - set(GOALS):
         parser.error(f"targets are {', '.join(GOALS)}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The results of synth.py as text: tables, the published record and the README that shows it."""
+"""Formats the results of synth.py: tables, the published record, and the README that shows it."""
 import json
 import os
 import re
@@ -15,7 +15,7 @@ DEVICES = {"xc3s": "Spartan-3 XC3S1000", "hx8k": "iCE40 HX8K", "up5k": "iCE40 UP
 
 
 def last_error(log):
-    """The lines of a tool's log that say why it stopped, or its end."""
+    """The lines of a tool's log that explain a failure, or its end."""
     lines = [line for line in log.splitlines() if re.match(r"ERROR|.*\berror\b", line)]
     return " ".join(lines[-3:]) or log.strip()[-200:]
 
@@ -52,7 +52,7 @@ def timings(targets, goals):
 
 
 def paths(targets):
-    """Not of the ECP5: its netlist names cells after other nets that they happen to make."""
+    """Not for the ECP5, whose netlist names cells after unrelated nets."""
     return [f"- {DEVICES[target]}, {kind}: `{result[f'{kind}_path']}`"
             for target, result in targets.items() for kind in ("control", "pixel")
             if target != "ecp5" and result.get(f"{kind}_path")]
@@ -69,7 +69,7 @@ def tables(record, goals):
 
 
 def parts(readme):
-    """The README before, between and after the marks."""
+    """The README before, between and after the markers."""
     before, rest = readme.split(BEGIN)
     between, after = rest.split(END)
     return before, between, after
@@ -87,11 +87,11 @@ def publish(record, goals):
 
 
 def stale(stamp, goals):
-    """What is not up to date, as a sentence; empty when all is."""
+    """A message about what is not up to date; empty if everything is."""
     with open(RECORD, encoding="utf-8") as file:
         record = json.load(file)
     if record["stamp"] != stamp:
-        return "fpga/synthesis.json is of other Verilog: run fpga/tools/synth.py --publish"
+        return "fpga/synthesis.json is stale (run fpga/tools/synth.py --publish)"
     with open(README, encoding="utf-8") as file:
         if parts(file.read())[1] != tables(record, goals):
             return "the tables in fpga/README.md are not those of fpga/synthesis.json"

@@ -19,7 +19,7 @@ def piece_text(name, high, low, bits):
 
 
 def two_for_each_bit(items):
-    """Groups of (index, bits) in which no bit stands more than twice."""
+    """Groups of (index, bits) in which no bit occurs more than twice."""
     groups = []
     for item in sorted(items, key=lambda item: -len(item[1])):
         best = None

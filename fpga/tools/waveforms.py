@@ -39,7 +39,7 @@ def simulate(scene):
     waves, now = {}, 0.0
     for word in body.split():
         if word[0] == "#":
-            now = int(word[1:]) / 1000  # the bench's precision is 1 ps
+            now = int(word[1:]) / 1000  # the bench's time resolution is 1 ps
         elif word[0] in "01xz" and word[1:] in names:
             for name in names[word[1:]]:
                 waves.setdefault(name, []).append((now, word[0] == "1"))
@@ -94,7 +94,7 @@ def draw(waves, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true",
-                        help="change nothing, say whether the drawings are up to date")
+                        help="only check whether the drawings are up to date")
     options = parser.parse_args()
     stale = []
     for name, (scene, rows) in SCENES.items():

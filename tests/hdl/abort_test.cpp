@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A transfer of each kind, broken off after each of its pin moves in each way: the bus comes back,
-// nothing is half written, and a line held down is let go in 35 ms.
+// A transfer of each kind is interrupted after each of its pin changes in each way: the bus
+// recovers, nothing is half written, and a line held low is released within 35 ms.
 #include <doctest/doctest.h>
 
 #include <functional>
@@ -57,7 +57,7 @@ enum class After { kStop, kNewStart, kFreeze, kReset };
 const std::string kNames[] = {"lines let go", "bus cleared at once", "lines held for 40 ms",
                               "reset"};
 
-// How many pin moves the transfer makes when nothing disturbs it.
+// Number of pin changes of an undisturbed transfer.
 uint64_t count_moves(const Kind &kind) {
     hdl::Bridge bridge(1);
     hdl::I2cSensor left(bridge, 0, 300 * hdl::kNs), right(bridge, 1, 300 * hdl::kNs);
@@ -66,7 +66,7 @@ uint64_t count_moves(const Kind &kind) {
     return master.moves();
 }
 
-// Empty when the bus came back as it must.
+// Empty if the bus recovered as required.
 std::string try_abort(hdl::Bridge &bridge, const Kind &kind, uint64_t moves, After after) {
     hdl::I2cMaster master(bridge, timing_of(kind));
     hdl::Registers registers(master);
@@ -122,7 +122,7 @@ TEST_CASE("broken off after every pin move, every kind of transfer comes back") 
         hdl::Bridge bridge(seed);
         hdl::I2cSensor left(bridge, 0, 300 * hdl::kNs), right(bridge, 1, 300 * hdl::kNs);
         for (uint64_t moves = 0; moves < all; moves++) {
-            // Frozen lines take 40 ms each: some of them, or all in a campaign.
+            // Frozen lines take 40 ms each: a sample of them, or all in a campaign.
             const bool freeze = hdl::draws(0) != 0 || moves % 7 == random.below(7);
             for (After after : {After::kStop, After::kNewStart, After::kFreeze, After::kReset}) {
                 if (after == After::kFreeze && !freeze) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two bridges that live the same life, of which one evaluates every edge of a camera's clock and
-// the other counts those between lines: every register, sample and edge is the same.
+// Two bridges with identical inputs: one evaluates every edge of a camera's clock, the other counts
+// those between lines. Every register, sample and edge is the same.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -13,7 +13,7 @@ namespace {
 
 using hdl::kUs;
 
-/// Rows of pixels that differ, with pauses between them, without end.
+/// Endless rows of different pixels, with pauses between them.
 class Rows : public hdl::Listener {
   public:
     Rows(hdl::Bridge &bridge, int camera) : bridge_(bridge), camera_(camera) { bridge.add(*this); }
@@ -44,7 +44,7 @@ class Rows : public hdl::Listener {
     std::vector<uint16_t> words_;
 };
 
-/// All that can be seen from outside, in a number.
+/// A hash of everything visible from outside.
 class Witness : public hdl::Listener {
   public:
     explicit Witness(hdl::Bridge &bridge) {
@@ -132,7 +132,7 @@ class Twins : public hdl::TwoBridges {
         }
     }
 
-    // In idle time a camera without frames runs its clock for a moment now and then.
+    // In idle time a camera without frames runs its clock occasionally.
     void show_alive() {
         const uint32_t period_ps = 12000 + random_.below(70000);
         const uint64_t bursts = 1 + random_.below(6), pause_ps = (1 + random_.below(140)) * kUs;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sensors' branches as software sees and leads them: a branch is cleared, joined with the DSP's
-// bus or left out; what is counted of errors, and where the counts end.
+// Software control of the sensors' branches: clearing, bypass, disabling; error counters and their
+// saturation.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -20,7 +20,7 @@ constexpr uint8_t kIrqStatus = 0x0A, kDiag = 0x50, kTimeouts = 0x51, kProtocolEr
 constexpr uint8_t kBranchErrors = 0x53, kSpikes = 0x54, kBusClear = 0x55, kBranchCtrl = 0x56;
 constexpr uint16_t kClearBusy = 0x0100, kI2cError = 0x20;
 
-// What moves on the lines of one branch.
+// Changes on the lines of one branch.
 class BranchWatch : public hdl::Listener {
   public:
     explicit BranchWatch(int camera) : camera_(camera) {}
@@ -76,7 +76,7 @@ struct Bench {
         watch_left.clear();
         watch_right.clear();
     }
-    // Many times what the register counts.
+    // Many times the counter's maximum.
     template <typename Error>
     void ends_at_255(uint8_t index, Error error) {
         for (unsigned i = 0; i < 5; i++) {
@@ -101,7 +101,7 @@ TEST_CASE("clear of a branch: START, nine clocks and STOP there, and nothing on 
     Bench bench;
     for (const unsigned branches : {1u, 2u, 3u}) {
         CAPTURE(branches);
-        // Writing the register itself is to move nothing there.
+        // Writing the register itself must change nothing there.
         bench.write(kBranchCtrl, 0);
         bench.clear();
         bench.write(kBusClear, branches);
@@ -130,7 +130,7 @@ TEST_CASE("a sensor that was left in the middle of a read lets its branch go") {
         CAPTURE(camera);
         Bench bench;
         const uint8_t address = camera == 0 ? kLeft : kRight;
-        // Its zeros hold SDA when the reset comes.
+        // Its zeros hold SDA at the reset.
         bench.master.start();
         REQUIRE(bench.master.write_byte(uint8_t(address << 1 | 1)));
         bench.master.bit(true);
@@ -179,7 +179,7 @@ TEST_CASE("bypass: one branch gets every address as it is, the other one as ever
         Bench bench;
         bench.write(kBranchCtrl, unsigned(1 | (camera + 1) << 1));
         hdl::I2cSensor &joined = bench.sensor(camera), &other = bench.sensor(1 - camera);
-        // The sensor's own address means both branches in any case.
+        // The sensor's own address always means both branches.
         CHECK(bench.master.write(kOwn, {0x20, 0xBE, 0xEF}) == 4);
         CHECK(joined.registers[0x20] == 0xBEEF);
         CHECK(other.registers[0x20] == 0xBEEF);
@@ -190,7 +190,7 @@ TEST_CASE("bypass: one branch gets every address as it is, the other one as ever
             CHECK(bench.watch(camera).clocks >= 9);
         }
         CHECK(joined.addressed == seen);
-        // Another device on the joined branch, which the bench plays: it answers to 0x1D.
+        // Another device on the bypassed branch, simulated by the bench: it answers to 0x1D.
         bench.bridge.remove(joined);
         bench.master.start();
         for (int bit = 7; bit >= 0; bit--) {
@@ -211,7 +211,7 @@ TEST_CASE("a sensor that holds SCL is not waited for, but counted") {
     (void)bench.master.write(kLeft, {0x10, 0x12, 0x34});
     bench.left.stretch_ps = 0;
     bench.bridge.run_idle(40 * kMs);
-    // At each clock that the sensor did not see, and once for what was not acknowledged.
+    // At each clock that the sensor missed, and once for the missing acknowledge.
     CHECK(bench.read(kBranchErrors) >= 8);
     CHECK((bench.read(kIrqStatus) & kI2cError) != 0);
     CHECK(bench.master.write(kLeft, {0x10, 0x12, 0x34}) == 4);
@@ -231,7 +231,7 @@ TEST_CASE("a sensor that holds SDA under a byte is answered for: not acknowledge
         for (int bit = 0; bit < 8; bit++) {
             free = bench.master.bit(true) && free;
         }
-        // The DSP's own bits stay as they are, and the low level is no acknowledge.
+        // The DSP's own bits are unchanged, and the low level is not an acknowledge.
         CHECK(free);
         CHECK(bench.master.bit(true));
         bench.sensor(camera).hang(false, false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the bridge measures of each camera: sizes, counts, clock and period, times of frames; what
-// it says of wrong lines and frames; that one transfer shows one frame; where each number ends.
+// Measurements of each camera: sizes, counts, clock and period, times of frames; reports of wrong
+// lines and frames; one transfer shows one frame; saturation of each number.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr uint16_t kLineError = 0x40, kFrameStart = 0x01, kClockLost = 0x08;
 // Of a camera's block.
 enum Word { kFrames, kLines, kPixels, kPeriod, kPixclk, kShortLines, kShortFrames, kFlags };
 constexpr uint16_t kShortLine = 4, kShortFrame = 8, kLost = 1;
-constexpr unsigned kMost = 3840;  // of lines and pixels that are counted
+constexpr unsigned kMost = 3840;  // of the lines and pixels counted
 
 struct Bench {
     hdl::Bridge bridge;
@@ -93,7 +93,7 @@ struct OneCamera : Bench {
     }
     uint64_t frame_ps() const { return source.window().frame_clocks() * period_ps; }
     void frames(unsigned count) { bridge.run(count * frame_ps()); }
-    // To the end of the frame that begins next; the clock stands then, as a transfer takes longer.
+    // To the end of the next frame; then the clock is stopped, as a transfer takes longer.
     void next_frame() {
         source.set_period(period_ps);
         const uint32_t number = source.frames();
@@ -108,7 +108,7 @@ struct OneCamera : Bench {
     }
 };
 
-// A camera that moves frame valid and line valid as it is told; its clock runs.
+// A camera whose frame valid and line valid the test controls; its clock runs.
 void frame_at(hdl::Bridge &bridge, int camera, uint64_t begin_ps, uint64_t length_ps) {
     bridge.at(begin_ps, [&bridge, camera] {
         bridge.in.frame_valid[camera] = 1;
@@ -146,12 +146,12 @@ TEST_CASE("size and count of frames; wrong lines and frames, with nothing expect
         bench.source.missing_pixels = 3;
         next(4, 1, 0, kShortLine);
         next(4, 1, 0, 0);
-        // A line fewer; the frame after that differs from it, too.
+        // One line less; the frame after it differs from it too.
         bench.source.missing_lines = 1;
         next(3, 1, 1, kShortFrame);
         next(4, 1, 2, kShortFrame);
         next(4, 1, 2, 0);
-        // The other camera has shown nothing.
+        // The other camera has sent nothing.
         const auto other = bench.block(1 - camera);
         CHECK(other[kFlags] == kLost);
         CHECK(
@@ -260,7 +260,7 @@ TEST_CASE("one transfer shows one frame, and the next transfer the newest") {
         CHECK(held[kLines] == 4);
         CHECK(held[kPixels] == 16);
         CHECK((held[kFlags] & (kShortLine | kShortFrame)) == 0);
-        // The first frame after it is compared with the one that was shown.
+        // The first frame after it is compared with the one that was read.
         bench.next_frame();
         CHECK((bench.block(camera)[kFlags] & kShortFrame) != 0);
         bench.next_frame();
@@ -269,7 +269,7 @@ TEST_CASE("one transfer shows one frame, and the next transfer the newest") {
         CHECK(words[kLines] == 6);
         CHECK(words[kPixels] == 24);
         CHECK((words[kFlags] & (kShortLine | kShortFrame)) == 0);
-        // A transfer that does not begin with the first word holds nothing.
+        // A transfer that does not begin with the first word latches nothing.
         const auto rest = bench.read_slowly(uint8_t(kCameras[camera] + kLines), 7, other_frames);
         CHECK((rest[kFlags - 1] & kShortLine) != 0);
     }
@@ -323,7 +323,7 @@ TEST_CASE("pixel clock and period of both cameras, to one count") {
     Bench bench;
     const hdl::Window window;
     hdl::PixelSource left(bench.bridge, 0, window), right(bench.bridge, 1, window);
-    // Clocks that the slow clock of idle time can count, too: 16 periods are some us.
+    // Clocks that idle time's slow clock can also count: 16 periods take some us.
     left.set_period(400000);
     right.set_period(320000);
     bench.bridge.run_idle(100 * kMs);
@@ -334,7 +334,7 @@ TEST_CASE("pixel clock and period of both cameras, to one count") {
         const double period_10us = double(window.frame_clocks()) / khz[camera] * 100;
         CHECK(std::abs(words[kPeriod] - period_10us) <= 1);
     }
-    // Fast clocks, each camera in its turn: of 64 ms, the second and the last 16.
+    // Fast clocks; each camera in its turn: of 64 ms, the second and the last 16.
     bench.bridge.remove(left);
     bench.bridge.remove(right);
     for (const bool swapped : {false, true}) {
@@ -364,8 +364,7 @@ TEST_CASE("clock and period are held with the block") {
         hdl::PixelSource left(bench.bridge, 0, window), right(bench.bridge, 1, window);
         left.set_period(400000);
         right.set_period(400000);
-        // Its clock is measured at 32 or 64 ms, its period up to 10 ms after that: while a transfer
-        // is under way.
+        // Its clock is measured at 32 or 64 ms, its period up to 10 ms later: during a transfer.
         bench.bridge.run_idle((camera == 0 ? 20 : 50) * kMs);
         const auto held =
             bench.read_slowly(kCameras[camera], 8, [&] { bench.bridge.run_idle(25 * kMs); });
@@ -380,7 +379,7 @@ TEST_CASE("clock and period are held with the block") {
 
 TEST_CASE("a camera without frames: the period ends at its greatest number") {
     Bench bench;
-    // Both periods, one after the other, and a frame for the left one's begin only.
+    // Both periods, one after the other, and only one frame for the left one's start.
     bench.bridge.set_clock(BRIDGE_CLOCK_LEFT, 4000000);
     bench.bridge.run_idle(70 * kMs);
     frame_at(bench.bridge, 0, bench.bridge.now() + kMs, kMs);
@@ -408,8 +407,8 @@ TEST_CASE("skew: how much later the right camera's frames start, with its sign")
             CHECK(std::abs(measured - std::clamp<int64_t>(skew_us, -32767, 32767)) <= 3);
         };
         check();
-        // The way from the later camera to the earlier one's next frame is longer, and no skew;
-        // when both are beyond the end of the count, nobody can tell them apart.
+        // The time from the later camera to the earlier one's next frame is longer, and is not the
+        // skew; if both exceed the counter's range, they cannot be distinguished.
         if (std::abs(skew_us) < 32767) {
             bench.bridge.run_idle(36 * kMs);
             frame_at(bench.bridge, skew_us < 0 ? 1 : 0, bench.bridge.now() + kMs, kMs);
@@ -428,7 +427,7 @@ TEST_CASE("time is the microseconds since the reset, bit by bit") {
         return int64_t(bench.time_us()) - int64_t(bench.bridge.now() / kUs);
     };
     const int64_t first_us = ahead_us();
-    // Each bit up to the 22nd is 0 and 1 at some reading.
+    // Each bit up to the 22nd is both 0 and 1 in some reading.
     for (uint64_t wait_us = 1; wait_us < 3000000; wait_us = wait_us * 3 / 2 + 1) {
         bench.bridge.run_idle((wait_us + random.below(uint32_t(wait_us) + 1)) * kUs);
         CAPTURE(wait_us);

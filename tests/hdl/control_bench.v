@@ -19,7 +19,7 @@ module control_bench;
   reg rst = 1'b1;
   always #(clock_ps) clk = !clk;
 
-  // Everything is the bus of one wire each.
+  // All lines are wired ANDs.
   reg master_scl = 1'b1;
   reg master_sda = 1'b1;
   wire sda_low;
@@ -67,7 +67,7 @@ module control_bench;
     .camera0_frames_i(16'h1234), .camera0_lines_i(hold0 ? 12'h5A5 : 12'h000), .time_i(time_us)
   );
 
-  // What the target says must be on the bus in time for 1 MHz: 450 ns, less 120 ns for the edge.
+  // The target's output must be on the bus in time for 1 MHz: 450 ns, less 120 ns for the edge.
   time scl_fell;
   always @(negedge scl) scl_fell = $time;
   reg silence = 1'b0;
@@ -90,7 +90,7 @@ module control_bench;
     end
   endtask
 
-  // From and to SCL low with SDA moved `hold_ps` after the edge.
+  // Starts and ends with SCL low; SDA changes `hold_ps` after the edge.
   task bit_out(input value);
     begin
       #(hold_ps) master_sda = value;
@@ -125,7 +125,7 @@ module control_bench;
       #(low_ps);
     end
   endtask
-  // A target that still answers holds SDA; each clock brings it nearer to its end.
+  // A target that still answers holds SDA; each clock brings it closer to its end.
   task free_bus;
     begin
       #(hold_ps) master_sda = 1'b1;
@@ -294,7 +294,7 @@ module control_bench;
     stop;
     #(low_ps) check(hold0, 1'b0, "end of a block");
 
-    // Every abort leaves SCRATCH alone and the next transfer whole.
+    // Every abort leaves SCRATCH unchanged, and the next transfer works.
     check(protocol_errors, 0, "protocol errors");
     for (how = 0; how < 3; how = how + 1) begin
       for (n = how == 2 ? 8 : 0; n < 36; n = n + (how == 2 ? 9 : step)) begin

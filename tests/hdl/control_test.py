@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""I2C target and register file alone, at the limits of each bus speed and of the board's clock."""
+"""I2C target and register file, without the rest, at the limits of each bus speed and of the board's
+clock.
+"""
 import os
 import subprocess
 import tempfile
@@ -7,8 +9,8 @@ import unittest
 
 SOURCE = os.environ.get("VERGENCE_SOURCE") or os.path.join(os.path.dirname(__file__), "..", "..")
 
-# SCL low and high in ns at their shortest, SDA after the edge of SCL, half period of clk_i in ps,
-# every how many bits a transfer is aborted.
+# Shortest SCL low and high in ns, SDA after the edge of SCL, half period of clk_i in ps, step
+# between aborted bits.
 SETTINGS = {
     "100 kHz": (4700, 4000, 0, 20000, 11),
     "400 kHz": (1300, 600, 0, 20000, 5),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated synchronisers take a clock more by chance, as real ones do: without that the other
-// tests would never see a word that crosses torn.
+// The simulated synchronisers randomly take an extra clock, as real ones do: otherwise the other
+// tests would never see an inconsistent word cross.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace {
 
-// A camera's clock that keeps its phase to the bridge's: only chance can move what follows.
+// A camera clock with a constant phase to the bridge's: only chance can change the result.
 constexpr uint64_t kPeriodPs = BRIDGE_CONTROL_PERIOD_PS;
 
 class FrameInterrupts : public hdl::Listener {
@@ -51,7 +51,7 @@ TEST_CASE("a frame's start crosses in so many clocks or in one more, both often"
         }
         REQUIRE(interrupts.rises.size() == 1);
         REQUIRE(!ppi.frames.empty());
-        // The frame whose start this was is the last that had begun then.
+        // The frame that started here is the last one that had begun by then.
         uint64_t begin_ps = 0;
         for (const hdl::Received &frame : ppi.frames) {
             begin_ps = frame.begin_ps < interrupts.rises[0] ? frame.begin_ps : begin_ps;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The driver's typed access: every register of the map with its range, every function, and
-// arguments that it must refuse without a transfer.
+// arguments that must be rejected without a transfer.
 #include <doctest/doctest.h>
 
 #include <vector>
@@ -22,7 +22,7 @@ bool has_codes(const bridge_register &row) {
            row.index == BRIDGE_PATTERN_KIND || row.index == BRIDGE_BRANCH_CTRL;
 }
 
-// One value, which is in the register's range: written, and there.
+// Writes one value, which is in the register's range, and checks it.
 void write_one(hdl::DriverRig &rig, const bridge_register &row, uint16_t value) {
     INFO("register " << int(row.index) << ", value " << value);
     const auto before = rig.world.peek(row.index);
@@ -42,7 +42,7 @@ void write_one(hdl::DriverRig &rig, const bridge_register &row, uint16_t value) 
     CHECK((seen & row.stored_mask) == kept);
 }
 
-// A servo's pulses are demanded while `during` runs.
+// A servo's pulses are required while `during` runs.
 template <typename During>
 size_t pulses_during(hdl::DriverRig &rig, int servo, During during) {
     const size_t before = rig.world.bridge.servos().pulses(servo).size();
@@ -159,7 +159,7 @@ TEST_CASE("arguments of the typed functions are refused unsent") {
     CHECK(fpga_bridge_sensor_bus_clear(driver, 4) == ERROR_RANGE);
     CHECK(fpga_bridge_event_enable(driver, 0x100) == ERROR_RANGE);
     CHECK(fpga_bridge_watchdog_set(driver, 1000, 4) == ERROR_RANGE);
-    // The one delay before the width that was wrong.
+    // Only the delay before the wrong width was written.
     CHECK(rig.counted() == "transfers 1");
     driver->caps = 0;
     const fpga_bridge_pattern pattern = {64, 48, 16, 2, 0, 1};

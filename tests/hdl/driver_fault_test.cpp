@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver against faults of the bus, one at a time: what it returns, what it counts, and what
-// the bridge holds then.
+// The driver with bus faults, one at a time: its return value, its counters, and the bridge's
+// registers.
 #include <doctest/doctest.h>
 
 #include "bench/driver_rig.hpp"
@@ -19,7 +19,7 @@ constexpr uint64_t fall(unsigned byte, unsigned bit) {
 // A write with read-back: address, index, high, low, START, address, index, START, address, data.
 constexpr uint64_t kReadBack = fall(4, 0) + fall(2, 0) + fall(1, 0);
 
-// Ends a transfer in its middle, as the DSP's reset does.
+// Ends a transfer in the middle, as the DSP's reset does.
 void break_off(hdl::DriverRig &rig, uint8_t address, uint8_t index, uint64_t moves) {
     hdl::I2cMaster master(rig.world.bridge, hdl::branch_timing(400));
     master.abort_after(moves);
@@ -32,7 +32,7 @@ void break_off(hdl::DriverRig &rig, uint8_t address, uint8_t index, uint64_t mov
     master.let_go();
 }
 
-// At this fall of each transfer, or of the first alone.
+// At this fall of each transfer, or of the first only.
 void at_fall(hdl::DriverRig &rig, uint64_t number, bool once, std::function<void()> what) {
     const uint64_t only = rig.bus.transfers() + 1;
     rig.bus.on_fall([&rig, number, once, only, what](uint64_t n) {
@@ -71,7 +71,7 @@ TEST_CASE("bytes that are not acknowledged") {
         rig.heal();
         CHECK(rig.world.peek(BRIDGE_SCRATCH) == kOld);
     }
-    // The low byte's: the bridge may have taken the word, and here it has.
+    // The low byte's: the bridge may have accepted the word, and here it did.
     rig.bus.misread([](uint64_t n) { return n == fall(3, 8); });
     CHECK(write() == ERROR_REFUSED);
     CHECK(rig.counted() == "repeats 3, refused 4");
@@ -198,7 +198,7 @@ TEST_CASE("arbitration lost at each bit that is let go") {
         }
         CHECK(rig.world.peek(BRIDGE_SCRATCH) == kNew);
     }
-    // Ones of address, index and data; the others' pull may last into the next bit.
+    // Ones of address, index and data; the other device's pull may last into the next bit.
     CHECK(lost >= 3 + 1 + 8);
     at_fall(rig, fall(3, 0), false, [&] { rig.bus.others_pull(HAL_I2C_SDA, 4 * kUs); });
     CHECK(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, 0x00FF) == ERROR_I2C_ARBITRATION);
@@ -230,7 +230,7 @@ TEST_CASE("a line that turns a bit over is noticed, whichever it is") {
         CHECK(rig.world.peek(BRIDGE_SCRATCH) == wrong);
     }
     REQUIRE(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, kOld) == ERROR_OK);
-    for (unsigned bit = 0; bit < 16; bit++) {  // the bridge is right, the master reads it wrongly
+    for (unsigned bit = 0; bit < 16; bit++) {  // the bridge is correct, the master misreads it
         rig.counted();
         rig.bus.misread([&](uint64_t n) { return n == kReadBack + 9 * (bit / 8) + bit % 8; });
         CHECK(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, kNew) == ERROR_VERIFY);
@@ -256,7 +256,7 @@ TEST_CASE("another device, another version") {
     }
     CHECK(open_misread(31) == ERROR_OK);  // a newer minor version
     CHECK(other.version == 0x0101);
-    CHECK(open_misread(32) == ERROR_OK);  // BUILD is anything
+    CHECK(open_misread(32) == ERROR_OK);  // BUILD may have any value
     CHECK(rig.world.peek(BRIDGE_SCRATCH) == kOld);
 }
 

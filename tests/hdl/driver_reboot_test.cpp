@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bridge is reset, or goes for good, at each half bit of the driver's transfers: what the
-// driver returns is true all the same. And what starts something is never sent twice, whatever
-// happens.
+// The bridge is reset, or disappears, at each half bit of the driver's transfers: the driver's
+// result is still true. Actions are never started twice.
 #include <doctest/doctest.h>
 
 #include <functional>
@@ -16,7 +15,7 @@ using hdl::kUs;
 
 constexpr uint16_t kOld = 0x5A5A;
 
-// At this half bit of the next transfer: what happens. Halves are low and high phases of SCL.
+// Event at this half bit of the next transfer. Halves are low and high phases of SCL.
 void at_half(hdl::DriverRig &rig, uint64_t half, std::function<void()> what) {
     const uint64_t only = rig.bus.transfers() + 1;
     rig.bus.on_fall([&rig, half, only, what](uint64_t n) {
@@ -41,8 +40,8 @@ std::function<void()> reset(hdl::DriverRig &rig) {
     };
 }
 
-// Calls `check` with a reset, or the end of the bridge, at each half bit of a transfer with so many
-// falls of SCL, or at some.
+// Calls `check` with a reset, or the end of the bridge, at each half bit (or a sample) of a
+// transfer with this many falls of SCL.
 void for_each_half(uint64_t falls, bool for_good,
                    const std::function<void(hdl::DriverRig &)> &check) {
     hdl::DriverRig rig;
@@ -88,13 +87,13 @@ TEST_CASE("a word that is read is one of before the reset or after it") {
 }
 
 TEST_CASE("a word that was written is there, or the driver says so") {
-    // What a bridge that was reset can look like, and something else.
+    // Possible states of a bridge that was reset, and another one.
     const uint16_t values[] = {0xFFFF, 0x5B1D, 0x0102};
     unsigned turn = 0;
     for_each_half(96, false, [&](hdl::DriverRig &rig) {
         const uint16_t value = values[turn++ % 3];
         CHECK(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, value) == ERROR_OK);
-        // A reset after the word was read back, in what is read to be sure, takes it away.
+        // A reset after the word was read back, during the extra read, clears it.
         const auto seen = rig.world.peek(BRIDGE_SCRATCH);
         const bool real = seen == value || (seen == 0 && rig.counted() == "transfers 1");
         CHECK(real);
@@ -124,12 +123,12 @@ TEST_CASE("feeding the watchdog misses no restart, and reports none that was not
     for (int i = 0; i < 3; i++) {
         CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
     }
-    // A feed that fails though the bridge has heard it is no restart.
+    // A feed that fails although the bridge received it is not a restart.
     rig.bus.misread([](uint64_t n) { return n == 9 * 3 + 8 + 1; });
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_I2C_NACK);
     rig.heal();
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
-    // A restart is told though the first try to mark it fails.
+    // A restart is reported even if the first attempt to set the mark fails.
     rig.world.bridge.reset();
     rig.bus.wait(200 * kUs);
     const uint64_t next = rig.bus.transfers() + 1;
@@ -138,7 +137,7 @@ TEST_CASE("feeding the watchdog misses no restart, and reports none that was not
     rig.heal();
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_RESTARTED);
     CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
-    // The same when the mark was taken and the driver heard of it wrongly.
+    // The same if the mark was stored and the driver received a wrong acknowledge.
     rig.world.bridge.reset();
     rig.bus.wait(200 * kUs);
     const uint64_t looks = rig.bus.transfers() + 2;
@@ -170,7 +169,7 @@ TEST_CASE("the trigger is never started twice, and started when the driver says 
             rig.bus.wait(40 * kMs);
             CHECK(rig.world.trigger.pulses <= 1);
             if (error == ERROR_OK) {
-                // A reset ends a pulse, or its beginning.
+                // A reset ends a pulse, or prevents it.
                 CHECK((rig.world.trigger.pulses == 1 || &fault == &faults[0]));
             }
             begun += rig.world.trigger.pulses;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recovery of the bus writes nothing: transfers of each kind are broken off after each move of a
-// line, lines are held by others in several ways, and all registers of the bridge and both sensors
-// are then what the words that had come whole make of them. The textbook's recoveries fail the same
-// test.
+// Recovery of the bus writes nothing: transfers of each kind are interrupted after each change of a
+// line, and lines are held by other devices in several ways. All registers of the bridge and both
+// sensors then contain exactly the complete words. The textbook recoveries fail the same test.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -33,7 +32,7 @@ struct Kind {
     std::vector<uint8_t> bytes;  // written first
     std::vector<uint8_t> again;  // written after a repeated START
     size_t read;                 // bytes read after a repeated START
-    std::vector<size_t> words;   // numbers of the bytes that make a word whole; the address is 0
+    std::vector<size_t> words;   // indices of the bytes that complete a word; the address is 0
 };
 
 std::vector<Kind> kinds() {
@@ -54,8 +53,8 @@ std::vector<Kind> kinds() {
             {"read of the right sensor", 400, kRight, {4}, {}, 2, {}}};
 }
 
-// The kind's times. SDA moves so late that a fall of SCL was seen before: a break between the two
-// is then one after the fall.
+// The timings of a kind. SDA changes so late that the fall of SCL was processed before: an
+// interruption between the two counts as after the fall.
 hdl::I2cTiming timing_of(const Kind &kind) {
     hdl::I2cTiming timing =
         kind.khz == 400 ? hdl::branch_timing(400) : hdl::standard_timing(kind.khz);
@@ -93,7 +92,7 @@ int ours(const hal_i2c *bus, const hal_clock *clock) {
     return i2c_recovery_run(bus, clock, FPGA_BRIDGE_QUIET_US);
 }
 
-// Drives lines for half a period of 100 kHz; which are high then.
+// Drives lines for half a period of 100 kHz; returns which are high.
 unsigned half_period(const hal_i2c *bus, const hal_clock *clock, unsigned pulled) {
     unsigned high = 0;
     bus->operations->lines(bus->self, pulled, &high);
@@ -108,7 +107,7 @@ void stop(const hal_i2c *bus, const hal_clock *clock) {
     }
 }
 
-// UM10204, 3.1.16: nine clocks with SDA let go, then STOP.
+// UM10204, 3.1.16: nine clocks with SDA released, then STOP.
 int nine_clocks(const hal_i2c *bus, const hal_clock *clock) {
     half_period(bus, clock, 0);
     for (int i = 0; i < 9; i++) {
@@ -119,7 +118,7 @@ int nine_clocks(const hal_i2c *bus, const hal_clock *clock) {
     return ERROR_OK;
 }
 
-// Clocks only as long as SDA is low, then STOP.
+// Clocks only while SDA is low, then STOP.
 int clocks_while_held(const hal_i2c *bus, const hal_clock *clock) {
     unsigned high = half_period(bus, clock, 0);
     for (int i = 0; i < 9 && (high & HAL_I2C_SDA) == 0; i++) {
@@ -142,7 +141,7 @@ const char *const kNames[] = {"nobody",
 constexpr unsigned kWays = 8;
 constexpr uint64_t kLimit = 35 * kMs;
 
-// Recovers while others hold lines. Empty when it succeeds and is quick.
+// Recovers while other devices hold lines. Empty if it succeeds and is fast enough.
 std::string recover(hdl::Bridge &bridge, Others others, const Recovery &recovery) {
     hdl::DriverBus lines(bridge, hdl::standard_timing(100));
     const auto run = [&] { return recovery(lines.bus(), lines.clock()); };
@@ -181,13 +180,13 @@ std::string recover(hdl::Bridge &bridge, Others others, const Recovery &recovery
     if (error != ERROR_OK) {
         return "recovery ends with " + std::to_string(error) + "; ";
     }
-    // Others that let go by themselves are not counted against it.
+    // Devices that release the lines themselves do not count.
     const uint64_t free_ps = others == kSdaClocked ? 0 : lines.released_ps();
     const bool slow = bridge.now() - std::max(begin_ps, free_ps) > kLimit;
     return slow ? "recovery takes longer than 35 ms; " : "";
 }
 
-// Clocks without START, two bytes of zeros and two of ones: nobody may take them for data.
+// Clocks without START, two bytes of zeros and two of ones: no device may take them as data.
 void clock_without_start(hdl::Bridge &bridge) {
     for (unsigned i = 0; i < 36; i++) {
         bridge.in.scl = 0;
@@ -202,7 +201,7 @@ void clock_without_start(hdl::Bridge &bridge) {
     }
 }
 
-// The states that a kind's words lead to, one after the other; the first is that before them.
+// The states that a kind's words produce in order; the first is the initial one.
 class Expected {
   public:
     Expected(hdl::DriverWorld &world, const Kind &kind) : kind_(kind) {
@@ -212,7 +211,7 @@ class Expected {
             CHECK(states_.back() != states_[states_.size() - 2]);
         }
     }
-    /// After so many falls of SCL: a word is taken at that which ends its last byte.
+    /// After this many falls of SCL: a word is stored at the fall that ends its last byte.
     const State &after(size_t falls) const {
         size_t taken = 0;
         for (size_t word : kind_.words) {
@@ -243,7 +242,7 @@ struct Result {
     uint64_t tries = 0, wrong = 0;
 };
 
-// How often each of a kind's breaks is tried, as one of so many.
+// How often each interruption point of a kind is tried: one of this many.
 using Choose = std::function<bool(size_t moves, unsigned way)>;
 
 void break_off(const Kind &kind, const Recovery &recovery, const Choose &choose, bool report,
@@ -271,7 +270,7 @@ void break_off(const Kind &kind, const Recovery &recovery, const Choose &choose,
             } catch (const hdl::Aborted &) {
             }
             world.bridge.remove(falls);
-            // Others that take SCL down end the bit that the master left high.
+            // Devices that pull SCL down end the bit that the master left high.
             const bool scl_taken = way == kSclLong || way == kBothLong;
             falls.count += scl_taken && world.bridge.out().scl != 0;
             std::string wrong = recover(world.bridge, Others(way), recovery);
@@ -312,7 +311,7 @@ TEST_CASE("where the lines cannot be reached, silence alone recovers, and writes
     const Recovery blind = [](const hal_i2c *bus, const hal_clock *clock) {
         hal_i2c_operations operations = *bus->operations;
         unsigned high = 0;
-        operations.lines(bus->self, 0, &high);  // the backend lets them go
+        operations.lines(bus->self, 0, &high);  // the backend releases them
         operations.lines = nullptr;
         const hal_i2c hidden = {&operations, bus->self};
         return i2c_recovery_run(&hidden, clock, FPGA_BRIDGE_QUIET_US);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver in the middle of many faults at once, drawn at random: it never waits longer than it
-// says, never says that something was done which was not, never starts anything twice, and the
-// first transfer after the faults is as if there had been none.
+// The driver under many random faults at once: it never exceeds its time limits, never reports
+// success for something that was not done, never starts an action twice, and the first transfer
+// after the faults is normal.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Storm {
   public:
     Storm(hdl::DriverRig &rig, hdl::Random &random) : rig_(rig), random_(random) {}
 
-    /// Faults from now on: so likely at each fall of SCL; bits turned over, too.
+    /// Faults from now on, with this probability at each fall of SCL; also flipped bits.
     void begin(double chance, bool turn_bits) {
         resets = 0;
         rig_.bus.on_fall([this, chance, turn_bits](uint64_t) {
@@ -29,7 +29,8 @@ class Storm {
             }
         });
         rig_.bus.misread([this, chance](uint64_t n) {
-            // Acknowledge bits of the first message. Wrong data could not be told from right.
+            // Acknowledge bits of the first message. Wrong data would be indistinguishable from
+            // correct data.
             return n % 9 == 0 && n <= 36 && random_.chance(chance);
         });
     }
@@ -83,7 +84,7 @@ bool is_of_bus(int error) {
     return std::find(std::begin(known), std::end(known), error) != std::end(known);
 }
 
-// After the faults: nothing is left of them.
+// After the faults: none of them is left.
 void check_calm(hdl::DriverRig &rig, hdl::Random &random) {
     rig.heal();
     rig.bus.wait(40 * kMs);
@@ -126,7 +127,7 @@ TEST_CASE("words are written or not, as the driver says, in a storm of faults") 
             CHECK((error != ERROR_OK || seen == value || seen == 0));
             continue;
         }
-        // The word is there or not; no other has changed.
+        // The word is stored or not; no other has changed.
         if (error == ERROR_OK || seen == value) {
             (*expected)[BRIDGE_SCRATCH] = value;
         }
@@ -190,7 +191,7 @@ TEST_CASE("feeding in a storm: each restart is told") {
         restarts += told;
     }
     CHECK(restarts > 0);
-    // Others that pull SDA in two reads, one after the other, look like a restart.
+    // Devices that pull SDA in two consecutive reads look like a restart.
     MESSAGE(restarts << " told, " << false_alarms << " of them were none");
     CHECK(false_alarms <= restarts / 20);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One script twice: with 25 clocks a microsecond throughout, and with one while nothing moves on a
-// bus or a camera. Every register, frame and servo edge is the same.
+// One script twice: with 25 clocks per microsecond throughout, and with one while nothing changes
+// on a bus or a camera. Every register, frame and servo edge is the same.
 #include <doctest/doctest.h>
 
 #include <cstdlib>
@@ -26,7 +26,7 @@ struct Record {
     std::vector<uint64_t> irq_ps;
     std::vector<hdl::Pulse> pauses;
 
-    // Whether a pulse lies in one pause, in which an idle clock runs all the time.
+    // Whether a pulse lies within one pause, in which an idle clock runs all the time.
     bool is_idle(const hdl::Pulse &pulse) const {
         for (const hdl::Pulse &pause : pauses) {
             if (pulse.rise_ps > pause.rise_ps + 2 * kUs && pulse.fall_ps < pause.fall_ps) {
@@ -98,7 +98,7 @@ class Script {
   private:
     void write(uint8_t index, uint16_t value) { REQUIRE(registers_.write(index, value)); }
 
-    // To the next whole number of milliseconds from now, and a little: an idle clock is then high.
+    // To the next whole millisecond from now, plus a little: an idle clock is then high.
     void pause(uint64_t duration_ms) {
         const uint64_t begin = bridge_.now();
         const uint64_t end = (bridge_.now() / kMs + duration_ms) * kMs + 100 * hdl::kNs;
@@ -167,7 +167,7 @@ class Twins : public hdl::TwoBridges {
         } else if (what == 8) {
             write(0x20, number(3));
         }
-        // A clock may run slowly while the bridge idles, or stop within.
+        // A clock may run slowly while the bridge idles, or stop meanwhile.
         const int camera = int(random_.below(2));
         const uint32_t period_ps = random_.below(3) == 0 ? 0 : 20800 + 4 * random_.below(4000000);
         const unsigned kind = random_.below(4);
@@ -191,8 +191,7 @@ class Twins : public hdl::TwoBridges {
     hdl::Random random_;
 };
 
-// A bridge whose cameras, those that are alive, show 16 edges of their clocks every 140 us of a
-// pause, or rest in it.
+// A bridge whose running cameras either make 16 clock edges every 140 us of a pause, or rest in it.
 class Shown {
   public:
     Shown(uint64_t seed, bool rests) : twin_(seed), rests_(rests) { twin_.bridge.add(irq_); }
@@ -216,7 +215,7 @@ class Shown {
             show(alive);
             twin_.bridge.run(std::min(idle_end - twin_.bridge.now(), 139 * kUs));
         }
-        // Two changes of the divided clock at once would look like none.
+        // Two simultaneous changes of the divided clock would look like none.
         twin_.bridge.run(10 * kUs);
         show(alive);
         bridge_model_set_idle(model, 0);
@@ -224,7 +223,7 @@ class Shown {
     }
     // The cameras that the bridge has lost, as a sum of 1 << camera.
     unsigned lost() { return unsigned(twin_.registers.read(0x09).value_or(0)) >> 3 & 3u; }
-    // But for the frequencies, which are counted of the edges shown.
+    // Except the frequencies, which are counted from the simulated edges.
     std::map<uint8_t, uint16_t> registers() {
         std::map<uint8_t, uint16_t> all;
         for (uint8_t index : hdl::register_indices()) {
@@ -339,7 +338,7 @@ TEST_CASE("idle time changes nothing") {
         for (size_t i = 0; i < all.size(); i++) {
             INFO("servo " << servo << " pulse " << i);
             // An edge within a microsecond comes at its end. Outputs follow the clock's edge by one
-            // clock, which is 40 ns here and a microsecond there.
+            // clock, which is 40 ns in one run and a microsecond in the other.
             const auto late = [](uint64_t exact_ps, uint64_t idle_ps) {
                 return idle_ps >= exact_ps && idle_ps - exact_ps <= 2 * kUs;
             };

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is generated from the register map is up to date, and wrong maps are refused."""
+"""The files generated from the register map are up to date, and wrong maps are rejected."""
 import json
 import os
 import shutil
@@ -54,10 +54,10 @@ class Map(unittest.TestCase):
             "reset value outside": ("max = 25000;", "max = 19999;"),
             "low bits that are not stored": ("value[15:0] = 640;", "value[15:0] = 641;"),
             "two registers at one place": ("memory_place = 6;", "memory_place = 15;"),
-            "plain words can stand": ("reg { name = \"Control\";",
+            "plain words can be": ("reg { name = \"Control\";",
                                       "reg { name = \"Control\"; memory_place = 14;"),
-            "codes must run": ("encode = camera_source; max = 2; desc = \"Source asked",
-                               "encode = camera_source; max = 1; desc = \"Source asked"),
+            "codes must run": ("encode = camera_source; max = 2; desc = \"Requested",
+                               "encode = camera_source; max = 1; desc = \"Requested"),
             "low word must follow": ("frame_time_low @0x8C", "frame_time_low @0x8E"),
             "not valid SystemRDL": ("addrmap bridge {", "addrmap bridge { reg"),
         }

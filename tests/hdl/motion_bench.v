@@ -71,7 +71,8 @@ module motion_bench;
   reg [7:0] indices [0:5];
   integer i, lead;
   initial begin
-    // The period, the slew limit, SCRATCH, and what is not in this memory but has a place there.
+    // The period, the slew limit, SCRATCH, and registers outside this memory whose index has a
+    // place there.
     indices[0] = 8'h07;
     indices[1] = 8'h15;
     indices[2] = 8'h04;
@@ -88,7 +89,7 @@ module motion_bench;
     repeat (45000) @(negedge clk);
     for (i = 0; i < 12 && failures == 0; i = i + 1) begin
       for (lead = 0; lead < 3 && failures == 0; lead = lead + 1) begin
-        // In the clock in which the frame takes its period over, one and two earlier.
+        // In the clock in which the frame latches its period, and one and two clocks earlier.
         @(posedge servo[0]);
         repeat (15000 - lead) @(negedge clk);
         index = indices[i % 6];
@@ -106,7 +107,7 @@ module motion_bench;
   end
 
   initial begin
-    #20000000 $display("FAIL the servo stands");
+    #20000000 $display("FAIL the servo has stopped");
     $finish;
   end
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No read or write of the bus, in whatever clock, changes the period or the width of the pulses."""
+"""No read or write of the bus, at any clock, changes the period or the width of the pulses."""
 import os
 import subprocess
 import tempfile

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes to the PPI besides whole frames of one camera: each kind of test picture pixel by
-// pixel, tags, the other form of frame sync, the other edge of the cameras, alternating cameras.
+// PPI output besides whole frames of one camera: each kind of test picture pixel by pixel, tags,
+// the other form of frame sync, the other sampling edge, alternating cameras.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -63,8 +63,8 @@ struct Bench {
                               uint8_t(window.hblank >> 8), uint8_t(window.hblank), 0,
                               uint8_t(window.vblank)}) == 10);
     }
-    // From a reset on: the rows of the blanking are counted from there, and a number of them that
-    // has gone by already would only come again after 4096 rows.
+    // Starts from a reset: the rows of the blanking are counted from there, and a row number
+    // already passed would only come again after 4096 rows.
     void pattern(unsigned kind, unsigned seed, const hdl::Window &window) {
         bridge.reset();
         write(kPatternKind, kind);
@@ -77,7 +77,7 @@ struct Bench {
         ppi.forget();
         write(kCtrl, kStream);
     }
-    // Runs until so many frames are whole.
+    // Runs until this many frames are complete.
     void wait_frames(size_t count, uint64_t longest_ps) {
         const uint64_t end = bridge.now() + longest_ps;
         while (bridge.now() < end &&
@@ -89,7 +89,7 @@ struct Bench {
     }
 };
 
-// The pixels of one frame by the words of the register map; base: of the ramp's first pixel.
+// The pixels of one frame as documented in the register map; base: of the ramp's first pixel.
 std::vector<std::vector<uint16_t>> pattern_of(unsigned kind, unsigned seed,
                                               const hdl::Window &window, unsigned base) {
     std::vector<std::vector<uint16_t>> lines(window.height);
@@ -121,7 +121,7 @@ std::vector<std::vector<uint16_t>> pattern_of(unsigned kind, unsigned seed,
     return lines;
 }
 
-// Three frames in a row: their pixels, sizes and times. hblank as the registers round it.
+// Three frames in a row: their pixels, sizes and times. hblank as rounded by the registers.
 void check_pattern(Bench &bench, unsigned kind, unsigned seed, const hdl::Window &window) {
     INFO("kind " << kind << " seed " << seed << " " << window.width << " x " << window.height);
     bench.pattern(kind, seed, window);
@@ -131,7 +131,7 @@ void check_pattern(Bench &bench, unsigned kind, unsigned seed, const hdl::Window
     const unsigned step = window.height * (window.width + 1);
     const unsigned base = kind == kRamp ? bench.ppi.frames[0].lines[0][0] : 0u;
     if (kind == kRamp) {
-        // Frames are counted from the first one, which the gate may have let go by.
+        // Frames are counted from the first one, which may have passed before the gate opened.
         CHECK((base == 0 || base == (step & 0x3FFu)));
     }
     for (unsigned i = 0; i < 3; i++) {
@@ -153,7 +153,7 @@ hdl::Window size(unsigned width, unsigned height, unsigned hblank, unsigned vbla
     return window;
 }
 
-// Cameras with small and fast pictures, their clocks a little apart.
+// Cameras with small, fast frames, and slightly different clocks.
 struct Cameras : Bench {
     hdl::Window window;
     hdl::PixelSource left, right;
@@ -164,7 +164,7 @@ struct Cameras : Bench {
         return window;
     }
     static hdl::Window small_pattern() { return size(16, 8, 8, 255); }
-    // The pattern's blanking lasts longer than all of this, so its numbers are in time.
+    // The pattern's blanking lasts longer than all of this, so its numbers are set in time.
     explicit Cameras(bool launch_at_fall = false)
         : window(small()), left(bridge, 0, window), right(bridge, 1, window) {
         pattern_size(small_pattern());
@@ -175,7 +175,7 @@ struct Cameras : Bench {
         right.set_period(20911);
     }
     uint64_t frame_ps() const { return window.frame_clocks() * 20911; }
-    // Cameras of the frames that came; -1 for a wrong one.
+    // Cameras of the received frames; -1 for a wrong one.
     std::vector<int> sources() const {
         std::vector<int> cameras;
         for (const hdl::Received &frame : ppi.frames) {
@@ -272,7 +272,7 @@ TEST_CASE("tags: source and number of each frame since reset, in its first pixel
             CHECK(wrong == 0);
         }
     }
-    // The mode is taken between frames: without it the pixels are the sensor's again.
+    // The mode is latched between frames: without it the pixels are the sensor's again.
     bench.write(kPpiMode, 0x0030);
     bench.ppi.forget();
     bench.write(kCtrl, kStream);
@@ -297,7 +297,7 @@ TEST_CASE("frame sync as a pulse during the first line") {
         width += sample.line;
         lines += begins;
         syncs += begins && sample.frame;
-        // The sync stands exactly as long as the first of each frame's lines.
+        // The sync lasts exactly as long as the first of each frame's lines.
         wrong += sample.frame != (sample.line && (lines - 1) % bench.window.height == 0);
         wrong += !sample.line && before && width != bench.window.width;
         before = sample.line;
@@ -335,7 +335,7 @@ TEST_CASE("alternating cameras: so many frames of each, and none of a camera tha
         bench.bridge.run(4 * bench.frame_ps());
         bench.ppi.forget();
         bench.bridge.run((5 * std::max(each, 1u) / 2 + 24) * bench.frame_ps());
-        // Runs of one camera; the first and the last are not whole.
+        // Runs of one camera; the first and the last are incomplete.
         std::vector<unsigned> runs;
         int before = -1;
         for (const int camera : bench.sources()) {
@@ -405,14 +405,14 @@ TEST_CASE("a frame that does not end is cut at a switch after its time-out, and 
         CHECK((bench.read(kCamState) & 0x73) == (forced | 0x10 | (1 - camera)));
         CHECK((bench.read(kIrqStatus) & timed_out) != 0);
         CHECK((bench.read(flags) & cut) != 0);
-        // The frame that was cut, and whole ones of the other camera.
+        // The cut frame, and whole frames of the other camera.
         REQUIRE(bench.ppi.frames.size() > 3);
         CHECK(bench.ppi.frames[0].lines.size() > 1000);
         CHECK(bench.ppi.frames[0].lines.size() < 5000);
         bench.ppi.frames.erase(bench.ppi.frames.begin());
         const auto others = bench.sources();
         CHECK(others == std::vector<int>(others.size(), int(1 - camera)));
-        // Until a frame of it comes again.
+        // Until the next frame of it.
         bench.bridge.run(5 * kMs);
         bench.write(kCamSelect, camera);
         bench.bridge.run(5 * bench.frame_ps());

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""fpga/README.md, firmware/HARDWARE.md: commands run, files exist, pins are those built."""
+"""fpga/README.md, firmware/HARDWARE.md: commands run, files exist, pins match the pin file."""
 import os
 import re
 import subprocess

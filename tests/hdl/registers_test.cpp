@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every register over the bus: what it holds after reset, what it takes and what it refuses, from
-// the vectors that are made from the map; at every speed of the bus and with slow and fast board
-// clocks.
+// Every register over the bus: its value after reset, what it accepts and what it rejects, from the
+// vectors generated from the map; at every speed of the bus, with slow and fast board clocks.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -27,7 +26,7 @@ struct Bench {
         bridge.set_clock(BRIDGE_CLOCK_CONTROL, clock_period_ps);
     }
 
-    // A difference to the vectors in words; "" when there is none.
+    // A difference from the vectors as text; "" if there is none.
     std::string after_reset(const nlohmann::json &reg) {
         bridge.reset();
         const auto index = reg.at("index").get<uint8_t>();
@@ -83,7 +82,7 @@ TEST_CASE("each register's reset value and access, at each speed") {
             CHECK(bench.after_reset(reg) == "");
             for (const auto &vector : reg.at("writes")) {
                 vectors++;
-                // The slowest speed costs ten times as much: every fifth vector.
+                // The lowest speed costs ten times as much: every fifth vector.
                 if (speed.khz > 100 || vectors % 5 == 0) {
                     CHECK(bench.after_write(reg, vector) == "");
                 }

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The router to the sensors between a master and sensors that are not ours, under icarus:
-fpga/cocotb/test_router.py. TRANSFERS (of each speed), EVERY (of the places to break off) and SEED may be set."""
+"""Tests the sensor router with an independent master and sensors under icarus:
+fpga/cocotb/test_router.py. TRANSFERS (per speed), EVERY (step between interruptions) and SEED may
+be set.
+"""
 import os
 import subprocess
 import tempfile

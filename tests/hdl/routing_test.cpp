@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random transfers to the left sensor, the right one, both, the bridge itself and addresses that
-// are nobody's: each arrives where it belongs and nowhere else; and what happens when a transfer
-// stops.
+// Random transfers to the left sensor, the right one, both, the bridge itself and unused addresses:
+// each arrives where it belongs and nowhere else; and the behaviour when a transfer stops.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -75,7 +74,7 @@ struct Bench {
         return registers.write(0x04, value) && registers.read(0x04) == value;
     }
 
-    // To an address that is nobody's, mostly one that differs from a sensor's in few bits.
+    // To an unused address, mostly one that differs from a sensor's in few bits.
     bool foreign() {
         uint8_t address = 0;
         do {
@@ -112,12 +111,13 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
                                        : kind <= 6 ? bench.write(address)
                                                    : bench.read(address);
                 wrong += !right_way || !bench.same();
-                // Who was spoken to, and who not.
+                // Which sensors were addressed, and which were not.
                 const bool for_left = kind > 2 && bench.is_left(address);
                 const bool for_right = kind > 2 && bench.is_right(address);
                 astray += (bench.left.addressed != left) != for_left;
                 astray += (bench.right.addressed != right) != for_right;
-                // To others, a branch gets no more clocks than an address has, three of them here.
+                // For other addresses, a branch gets only the clocks of an address, three of them
+                // here.
                 astray += kind <= 2 && (bench.left.clocks - clocks[0] > 3 * 9 ||
                                         bench.right.clocks - clocks[1] > 3 * 9);
                 if (!bench.same()) {
@@ -128,7 +128,7 @@ TEST_CASE("random transfers to both sensors: none goes astray") {
             CAPTURE(khz);
             CAPTURE(answer_ns);
             CHECK(bench.left.broken + bench.right.broken == 0);
-            // Nobody was expected to answer who did not.
+            // No device answered that was not expected to.
             CHECK(bench.registers.read(kBranchErrors) == 0);
             CHECK(bench.left.short_times + bench.right.short_times == 0);
         }
@@ -171,7 +171,7 @@ TEST_CASE("a transfer to a sensor that stops with SCL low: its branch is let go 
         REQUIRE(bench.registers.write(kBranchErrors, 0));
         REQUIRE(bench.registers.write(kTimeouts, 0));
         const uint64_t starts = bench.right.starts, stops = bench.left.stops;
-        // Address, index, and half of the upper byte; SCL stays low.
+        // Address, index, and half of the high byte; SCL stays low.
         bench.master.start();
         REQUIRE(bench.master.write_byte(kLeft << 1));
         REQUIRE(bench.master.write_byte(0x10));

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mistakes that tools/campaign fpga puts into the Verilog can still be put there."""
+"""The mutations of the Verilog in tools/campaign fpga can still be applied."""
 import json
 import pathlib
 import unittest

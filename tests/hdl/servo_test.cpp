@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The width of a servo's pulse is the one that was asked for, to the clock: whole microseconds and
-// sixteenths, a step of the slew limit a frame, and never beyond the limits.
+// The width of a servo's pulse is the requested one, to the clock: whole microseconds and
+// sixteenths, one slew step per frame, and never beyond the limits.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ struct Bench {
         REQUIRE(registers.write(0x08, 3));
         bridge.run_idle(2 * kFrame);
     }
-    // The next frame's pulses with the exact clock, what lies between them idle.
+    // The next frame's pulses with the exact clock; the time between them is idle.
     void next_frame() {
         const uint64_t rise = bridge.servos().pulses(0).back().rise_ps;
         bridge.run_idle(rise + kFrame - 10 * kUs - bridge.now());
@@ -61,7 +61,7 @@ TEST_CASE("each pulse is as wide as the registers say, to the clock") {
         for (unsigned servo = 0; servo < BRIDGE_SERVOS; servo++) {
             const auto first = uint8_t(0x10 + 8 * servo);
             if (random.chance(0.4)) {
-                // Beyond the limits, too: they are taken instead.
+                // Also beyond the limits, which are then used instead.
                 target[servo] = uint32_t(random.between(600 * 16, 2400 * 16));
                 REQUIRE(bench.registers.write(first, uint16_t(target[servo])));
             }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spikes of up to 50 ns on both lines of the bus at 400 kHz change nothing. Merged ones, which the
-// standard does not ask for, are counted and reported.
+// Spikes of up to 50 ns on both lines of the bus at 400 kHz change nothing. Merged spikes, which
+// exceed the standard's requirement, are counted and reported.
 #include <doctest/doctest.h>
 
 #include "bench/i2c_master.hpp"
@@ -8,7 +8,7 @@
 
 namespace {
 
-// Writes and reads back so often; returns how many pairs were wrong.
+// Writes and reads back this often; returns how many pairs were wrong.
 uint64_t wrong_pairs(uint64_t seed, uint64_t pairs, unsigned khz, double per_second,
                      uint64_t apart_ps, uint64_t &spikes_seen) {
     hdl::Bridge bridge(seed);

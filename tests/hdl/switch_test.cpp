@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera switches at random moments with drifting, stopped and returning pixel clocks: every frame
-// that the DSP gets was sent so, and its clock never has a short phase.
+// Camera switches at random times with drifting, stopped and returning pixel clocks: every frame
+// received by the DSP equals a frame sent, and its clock never has a short phase.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -50,7 +50,7 @@ struct Bench {
     uint64_t frame_ps() const { return window.frame_clocks() * kPeriodPs; }
 
     bool select(int camera) { return registers.write(0x20, uint16_t(camera)); }
-    // Waits until the bridge says so; returns how long that took.
+    // Waits for the bridge's confirmation; returns how long it took.
     uint64_t wait_switched(int camera, uint64_t longest_ps) {
         const uint64_t begin = bridge.now();
         while (bridge.now() - begin < longest_ps) {
@@ -62,7 +62,7 @@ struct Bench {
         }
         return bridge.now() - begin;
     }
-    // Looks at what came since the last call. One frame in the middle of a forced switch may be
+    // Checks what arrived since the last call. One frame in the middle of a forced switch may be
     // cut.
     void check(uint64_t allowed_torn) {
         uint64_t wrong = 0;
@@ -79,7 +79,7 @@ struct Bench {
                 of_camera[camera]++;
             }
         }
-        // Frames have been looked at; what is not finished stays.
+        // Frames have been checked; unfinished ones stay.
         ppi.frames.erase(ppi.frames.begin(), ppi.frames.begin() + long(checked));
         checked = 0;
         if (wrong > allowed_torn) {
@@ -102,7 +102,7 @@ TEST_CASE("random switches with drifting and stopped clocks: no torn frame, no s
     for (uint64_t i = 0; i < switches && bench.torn == 0; i++) {
         const bool stopped = bench.random.chance(0.03);
         if (stopped) {
-            // The camera in use dies in the middle of whatever it does.
+            // The active camera stops at any point.
             bench.source(camera).set_period(0);
             bench.bridge.run(bench.random.between(1 * kUs, 300 * kUs));
             forced++;
@@ -111,7 +111,7 @@ TEST_CASE("random switches with drifting and stopped clocks: no torn frame, no s
         bench.source(other).set_period(bench.drifting());
         REQUIRE(bench.select(other));
         if (!stopped && bench.random.chance(0.2)) {
-            // Changed its mind before it was done.
+            // Another request before the first one was done.
             bench.bridge.run(bench.random.between(0, 30 * kUs));
             REQUIRE(bench.select(camera));
             bench.bridge.run(bench.random.between(0, 30 * kUs));
@@ -127,7 +127,7 @@ TEST_CASE("random switches with drifting and stopped clocks: no torn frame, no s
             bench.source(1 - camera).set_period(bench.drifting());
         }
     }
-    // Half a period of the fastest clock, less the rounding to whole picoseconds.
+    // Half a period of the fastest clock, minus the rounding to whole picoseconds.
     const uint64_t half_ps = (kPeriodPs - 208) / 2 - 1;
     CHECK(bench.ppi.shortest_high_ps >= half_ps);
     CHECK(bench.ppi.shortest_low_ps >= half_ps);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Millions of bus symbols: the target answers each as its documentation says, and the servos never
-// notice.
+// Millions of bus symbols: the target answers each as documented, and the servos are not disturbed.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -16,10 +15,10 @@ namespace {
 using hdl::kNs;
 using hdl::kUs;
 
-// Registers whose writing rightly stops or shifts a servo's frames, or changes the bus itself.
+// Registers whose writing legitimately stops or shifts a servo's frames, or changes the bus itself.
 const std::set<uint8_t> kRules = {0x07, 0x08, 0x0D, 0x0E, 0x0F, 0x55, 0x56};
 
-// Times of one clock. At the fast pace the router must stay out of the way (see i2c_router.v).
+// Timing of one clock. At the fast rate the router must not take part (see i2c_router.v).
 struct Pace {
     uint64_t low_ps, half_high_ps;
 };
@@ -30,7 +29,7 @@ void start_servos(hdl::Bridge &bridge) {
     hdl::Registers registers(master);
     REQUIRE(registers.write(0x56, 1));
     REQUIRE(registers.write(0x08, 3));
-    // What a read without an index gives, before any other index is written.
+    // Result of a read without an index, before any other index is written.
     REQUIRE(master.write(hdl::Registers::kAddress, {0x00}) == 2);
     bridge.run_idle(41 * hdl::kMs);
     REQUIRE(bridge.servos().pulses(0).size() >= 1);
@@ -107,7 +106,7 @@ void play_symbols(uint64_t symbols, const Pace &pace) {
         FAIL_CHECK(fault);
     }
     CHECK(oracle.stored() > symbols / 4000);
-    // Both agree about what is stored in the end.
+    // Both agree about the final contents.
     hdl::I2cMaster master(bridge, hdl::standard_timing(1000));
     master.clear_bus();
     hdl::Registers registers(master);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The published figures of the synthesis are of this Verilog; one placement gives them again."""
+"""The published figures of the synthesis match this Verilog; one placement reproduces them."""
 import json
 import os
 import subprocess
@@ -30,7 +30,7 @@ class Synthesis(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="synthesis-") as folder:
             record = os.path.join(folder, "record.json")
             done = run("hx8k", "--seeds", "1", "--out", folder, "--json", record)
-            # 3: placed and fast enough, but a goal of the tables is missed, as they say.
+            # 3: placed and fast enough, but a goal of the tables is missed, as documented there.
             self.assertIn(done.returncode, (0, 3), done.stdout + done.stderr)
             with open(record, encoding="utf-8") as file:
                 made = json.load(file)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens by itself after a time: trigger pulses, and each of the watchdog's actions; and the
-// lines that only follow a register.
+// Timed behaviour: trigger pulses, and each action of the watchdog; and the lines that only follow
+// a register.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -97,10 +97,11 @@ TEST_CASE("trigger: delay and width to the microsecond, on the lines that were a
             }
             REQUIRE(edges.size() == 2);
             CHECK(edges == bench.edges.trigger[lines == 2 ? 1 : 0]);
-            // The width is exact but for the two clocks at the end, which idle time stretches.
+            // The width is exact except for the two clocks at the end, which idle time stretches.
             CHECK(std::abs(int64_t(edges[1] - edges[0]) - int64_t(width_us * kUs)) <=
                   int64_t(3 * kUs));
-            // The write's 36 bits, to its acknowledge, take 36 us; the first tick adds up to one.
+            // The write's 36 bits, up to its acknowledge, take 36 us; the first tick adds up to
+            // one.
             const auto delay = int64_t(edges[0] - begin) - int64_t(delay_us * kUs);
             CHECK(delay > int64_t(35 * kUs));
             CHECK(delay < int64_t(38 * kUs));
@@ -124,7 +125,7 @@ TEST_CASE("watchdog: each action, and the servos obey again when its mark is cle
         }
         bench.write(kCtrl, 3);
         bench.bridge.run_idle(60 * kMs);
-        // On their way when it fires, three frames later: 1500 us and 100 more in each frame.
+        // Moving when it fires, three frames later: 1500 us plus 100 in each frame.
         bench.write(kTarget, 2000 * 16);
         const uint64_t kicked = bench.bridge.now();
         bench.bridge.run_idle(95 * kMs);
@@ -140,7 +141,7 @@ TEST_CASE("watchdog: each action, and the servos obey again when its mark is cle
         const size_t pulses[] = {bench.pulses(0), bench.pulses(1)};
         const uint16_t actual = bench.read(0x11);
         CHECK(actual >= 1900 * 16);
-        // Words do not help once it has fired; reading does not either.
+        // Writes have no effect once it has fired, nor does reading.
         bench.write(kTarget, 1300 * 16);
         bench.bridge.run_idle(300 * kMs);
         for (int servo = 0; servo < BRIDGE_SERVOS; servo++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cameras are turned through the bridge's Verilog and the simulated servos.
+// Pans the cameras through the bridge's Verilog and the simulated servos.
 #include <cmath>
 #include <string>
 
@@ -59,7 +59,7 @@ double rms_deg(PanBench &bench, const simrig::RigSettings &settings, int moves, 
 }  // namespace
 
 TEST_CASE("horns rest where they should, whatever the dead band") {
-    // Without the repeatability what is left is the dead band: 0.29 degrees without the approach.
+    // Without repeatability error the dead band is left: 0.29 degrees without the approach.
     const simrig::RigSettings settings = servos(0);
     PanBench bench(settings);
     double worst = 0;
@@ -79,7 +79,7 @@ TEST_CASE("with the repeatability of real ones") {
     const simrig::RigSettings settings = servos(0.3);
     PanBench bench(settings);
     double worst = 0;
-    // Of 40 values an rms is known to 11 %.
+    // The rms of 40 values is known to 11 %.
     const double rms = rms_deg(bench, settings, synthetic::rounds(20, 5), worst);
     MESSAGE("rms " << rms << ", worst " << worst << " degrees");
     CHECK(rms < 0.4);
@@ -93,7 +93,7 @@ TEST_CASE("an angle is where the bridge has it, to half a sixteenth of a microse
         int32_t now = 0;
         REQUIRE(rig_pan_read(&bench.rig, RIG_RIGHT, &now) == ERROR_OK);
         CHECK(std::abs(now - angle) <= 53);
-        // Again: nothing moves, no time passes but that of the questions.
+        // Again: nothing moves, and no time passes except for the queries.
         const double begin_us = bench.world.now_us();
         REQUIRE(rig_pan(&bench.rig, RIG_RIGHT, angle) == ERROR_OK);
         CHECK(bench.world.now_us() - begin_us < 2000);
@@ -135,7 +135,7 @@ TEST_CASE("cancelled, the horns stay where they are") {
         stopped += std::abs(left - 0.4) < 28 ? 1 : 0;
         REQUIRE(fpga_bridge_watchdog_feed(&bench.rig.bridge) == ERROR_OK);
         bench.world.advance(bench.world.now_us() + 500000, 0);
-        // Steps of just a dead band may be followed late.
+        // Steps of exactly a dead band may be followed late.
         CHECK(std::abs(bench.world.servo(0).angle_deg(bench.world.now_us()) - left) < 0.3);
         REQUIRE(fpga_bridge_watchdog_feed(&bench.rig.bridge) == ERROR_OK);
         bench.cancel_us = 1e18;

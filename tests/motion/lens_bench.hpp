@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated lens controller as the hal's serial line and clock, and a rig that has nothing but
-/// two lenses on it.
+/// The simulated lens controller on the hal's serial line and clock, and a rig with two lenses
+/// only.
 #ifndef VERGENCE_TESTS_MOTION_LENS_BENCH_HPP
 #define VERGENCE_TESTS_MOTION_LENS_BENCH_HPP
 
@@ -62,7 +62,7 @@ class LensWorld {
                 simrig::LensMotor(motors[1], positions[1], seed + 1),
                 simrig::LensMotor(motors[2], positions[2], seed + 2)};
     }
-    // Times of these tests are whole microseconds, or nearly.
+    // Times in these tests are (almost) whole microseconds.
     static uint64_t ps_of(double time_us) { return uint64_t(std::llround(time_us * 1e6)); }
     void step(double time_us) {
         now_us_ = time_us;
@@ -112,7 +112,7 @@ class LensWorld {
 /// Numbers that the tests' profiles share.
 constexpr int32_t kTolerance = 3, kBacklash = 10, kSlowest = 80;
 
-/// A rig of lenses alone, brought up by hand.
+/// A rig with lenses only, set up by hand.
 class LensRig {
   public:
     explicit LensRig(LensWorld &world, bool single = false) : world_(world) {
@@ -152,11 +152,11 @@ class LensRig {
     }
 
     struct rig rig;
-    double cancel_us = std::numeric_limits<double>::infinity();  ///< from then on
-    double cancelled_us = 0;                                     ///< when it was told
-    double asked_us = 0, longest_silence_us = 0;  ///< between two questions whether to go on
+    double cancel_us = std::numeric_limits<double>::infinity();  ///< starting then
+    double cancelled_us = 0;                                     ///< when it was reported
+    double asked_us = 0, longest_silence_us = 0;  ///< time between two calls of the observer
     uint32_t done = 0, total = 0;
-    bool went_back = false;  ///< progress went back, or beyond its end
+    bool went_back = false;  ///< progress decreased, or exceeded its total
 
   private:
     static bool go_on(void *self) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well and how soon lenses arrive with the motors of rigs/default.yaml: VERGENCE_DRAWS moves of
-// both lenses at once, of one, and small ones. What firmware/rig/lens_move.h says is of here.
+// Accuracy and duration of lens moves with the motors of rigs/default.yaml: VERGENCE_DRAWS moves of
+// both lenses at once, of one, and small ones. Source of the figures in firmware/rig/lens_move.h.
 #include <doctest/doctest.h>
 
 #include <cstdio>
@@ -24,9 +24,9 @@ double part(std::vector<double> &values, double share) {
 }
 
 struct Figures {
-    std::vector<double> error;      // of the ring, come from below, counts
+    std::vector<double> error;      // of the ring, approached from below, counts
     std::vector<double> seconds;    // of the call
-    std::vector<double> over;       // of that, beyond the way at the motor's own speed
+    std::vector<double> over;       // of that, beyond the travel time at the motor's own speed
     std::vector<double> read_back;  // rig_lens_read against the motor
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lens moves against the simulated controller and its motors: play, noise, outliers, drift, jams,
-// and lines that lose, change or delay bytes. Random; a failure is replayed with VERGENCE_SEED.
+// Lens moves with the simulated controller and its motors: play, noise, outliers, drift, jams, and
+// lines that lose, change or delay bytes. Random; replay a failure with VERGENCE_SEED.
 #include <doctest/doctest.h>
 
 #include <cstdio>
@@ -38,7 +38,7 @@ LensMotorSettings any_motor(simrig::Noise &noise) {
     return motor;
 }
 
-// Two lenses with motors of their own, and a move.
+// Two lenses with their own motors, and a move.
 struct Draw {
     std::array<LensWorld::Motors, 2> motors;
     std::array<LensWorld::Positions, 2> positions;
@@ -57,7 +57,7 @@ struct Draw {
         sides = 1 + unsigned(noise.next() % 3);
         axis = lens_axis(noise.next() % 3);
         target = 300 + int32_t(noise.next() % 551);
-        if (noise.chance(0.2)) {  // the ends are places like others
+        if (noise.chance(0.2)) {  // the ends are also possible
             target = noise.chance(0.5) ? 300 : 850;
         }
         warm_us = between(noise, 0, 1800e6);
@@ -65,8 +65,8 @@ struct Draw {
     bool has(unsigned side) const { return (sides >> side & 1) != 0; }
 };
 
-// By how much the ring is beside where a motor at `target`, come from below, would have it, as far
-// as the potentiometer can tell.
+// Offset of the ring from where a motor at `target`, approached from below, would put it, as far as
+// the potentiometer shows.
 double error_counts(const Draw &draw, LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
     const double drift = simrig::drift_counts(motor, world.now_us());
@@ -74,8 +74,8 @@ double error_counts(const Draw &draw, LensWorld &world, unsigned side) {
     return ring + drift + motor.backlash_counts / 2 - draw.target;
 }
 
-// What that may be after an arrival: the tolerance, what the noise of the middle one of three
-// readings hides, and the play next to the lower limit, where there is no room to come from below.
+// Its limit after an arrival: the tolerance, what the noise of the median of three readings hides,
+// and the play next to the lower limit, where there is no room for an approach from below.
 double allowed_counts(const Draw &draw, const LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
     const double drift = std::abs(simrig::drift_counts(motor, world.now_us()));
@@ -98,7 +98,7 @@ double ring(LensWorld &world, unsigned side, lens_axis axis) {
     return world.controller.motor(side, LensAxis(axis)).ring(world.now_us());
 }
 
-// Nothing of a rig moves by more than what its controller corrects as it comes to rest.
+// A rig moves at most by what its controller corrects while stopping.
 void check_rest(LensWorld &world, double allowed = 1) {
     std::array<std::array<double, simrig::kLensAxes>, 2> before{};
     for (int pass = 0; pass < 2; pass++) {
@@ -139,7 +139,7 @@ TEST_CASE("a lens arrives, from below, wherever it stood") {
         CHECK(lenses.longest_silence_us <= 100000);
         CHECK(!lenses.went_back);
         check_rest(world);
-        // Once more to the same place.
+        // Again to the same position.
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);
     }
@@ -175,12 +175,12 @@ TEST_CASE("a jam is told in time, and no jammed lens arrives") {
         CHECK(end_us - jam_us <=
               double(lens_move_jam_us(&lenses.rig.profile, draw.axis) + LENS_MOVE_REST_US));
         told.push_back((end_us - std::max(jam_us, begin_us)) * 1e-6);
-        // Freed, it does not go on, but to where its potentiometer said that it was.
+        // When freed, it moves only to the position that its potentiometer had reported.
         motor.jam(end_us, false);
         const LensMotorSettings &settings = draw.motors[side][draw.axis];
         check_rest(world, 3 + 4 * settings.read_noise_counts +
                               std::abs(simrig::drift_counts(settings, end_us)));
-        // And then it moves again.
+        // Then it moves again.
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);
     }
@@ -267,7 +267,7 @@ TEST_CASE("a controller that is slow, or loses an answer now and then, is not ta
         const bool slow = noise.chance(0.5);
         faults.late_ms = between(noise, 0, slow ? 600 : 60);
         faults.split_ms = slow ? between(noise, 0, 100) : 0;
-        faults.lost_chance = slow ? 0 : between(noise, 0, 0.002);  // a byte: an answer in ten
+        faults.lost_chance = slow ? 0 : between(noise, 0, 0.002);  // per byte: one answer in ten
         REQUIRE(lenses.open() == ERROR_OK);
         for (int k = 0; k < 10; k++) {
             int32_t positions[LENS_AXES];

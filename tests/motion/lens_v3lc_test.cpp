@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lens controller's driver against a line that does what it is told: silence, rubbish, pieces,
-// lost bytes, late answers. A small machine that has states and a clock, and expects no calls.
+// The lens controller's driver on a scripted line: silence, invalid data, fragments, lost bytes,
+// late answers. The line is a small state machine with a clock, and expects no particular calls.
 #include "device/lens_v3lc.h"
 
 #include <doctest/doctest.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint64_t kMs = 1000;
 
-// What comes back for a question, and when after it.
+// The reply to a question, and its delay.
 struct Piece {
     uint64_t after_us;
     std::string bytes;
@@ -37,7 +37,7 @@ class Line {
 
     const hal_uart *uart() const { return &uart_; }
     const hal_clock *clock() const { return &clock_; }
-    /// Comes by itself.
+    /// Sent without a question.
     void comes(uint64_t at_us, const std::string &bytes) {
         for (const char byte : bytes) {
             const auto later = [&](const std::pair<uint64_t, char> &other) {
@@ -48,8 +48,8 @@ class Line {
     }
 
     uint64_t now_us = 0;
-    std::vector<std::string> lines;  ///< that the controller got
-    int fails = ERROR_OK;            ///< what the system says to everything
+    std::vector<std::string> lines;  ///< received by the controller
+    int fails = ERROR_OK;            ///< result of every system call
     uint64_t noise_until_us = 0;     ///< an endless stream of 'x' until then
 
   private:
@@ -141,7 +141,7 @@ struct Bench {
     lens_reading readings[LENS_AXES]{};
 };
 
-// Answers as they should be, 57 ms after the question.
+// Correct answers, 57 ms after the question.
 Script good(int zoom = 400) {
     return [zoom](const std::string &line, int) {
         return std::vector<Piece>{{57 * kMs, status(line[0] - '0', zoom)}};
@@ -197,7 +197,7 @@ TEST_CASE("silence ends at the deadline, and is asked again ever more seldom") {
     CHECK(bench.line.now_us == 5000 * kMs);
     CHECK(bench.driver.counts.asked == 6);  // at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
     CHECK(bench.driver.counts.silent == 5);
-    CHECK(bench.line.lines[1] == "");  // ends what the controller may have got of the first
+    CHECK(bench.line.lines[1] == "");  // ends what the controller may have received of the first
 }
 
 TEST_CASE("patience is learnt from answers") {
@@ -206,7 +206,7 @@ TEST_CASE("patience is learnt from answers") {
                              : std::vector<Piece>();
     });
     REQUIRE(bench.read(0, 5000 * kMs) == ERROR_OK);  // the fifth question, at 3 s
-    // The next waits out what may still come for the four, as long as that took.
+    // The next question waits as long as late answers to the four may take.
     const uint64_t begin_us = bench.line.now_us;
     CHECK(bench.read(0, 1600 * kMs + 700 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.driver.counts.asked == 6);
@@ -215,7 +215,7 @@ TEST_CASE("patience is learnt from answers") {
         return question == 2 ? std::vector<Piece>()
                              : std::vector<Piece>{{400 * kMs, status(1, 400)}};
     });
-    REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);  // asked twice, learns nothing from it
+    REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);  // asked twice, so the timeout does not adapt
     prompt.line.now_us += 5000 * kMs;
     REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);
     CHECK(prompt.driver.patience_us == 900 * kMs);  // twice 400 ms and 100
@@ -301,7 +301,7 @@ TEST_CASE("any byte that is lost or another makes it no answer, or does no harm"
             const bool same = bench.readings[0].position == 345 &&
                               bench.readings[1].position == 512 &&
                               bench.readings[2].position == 698;
-            // A blank in place of a leading 0 is the same number; so is a 0 that is lost.
+            // A blank instead of a leading 0 is the same number; so is a lost 0.
             CHECK((same || !told));
         }
     }
@@ -347,13 +347,13 @@ TEST_CASE("a lens that does not exist is never read") {
 }
 
 TEST_CASE("late answers do not stay one behind") {
-    // The position is the number of the question that it answers.
+    // The position is the number of the question being answered.
     Bench bench([](const std::string &, int question) {
         return std::vector<Piece>{{330 * kMs, status(1, 300 + question)}};
     });
     REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 301);
-    CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // and not when it was asked again
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // and not when it was repeated
     CHECK(bench.driver.counts.asked == 2);
     for (int question = 3; question < 10; question++) {
         const uint64_t begin_us = bench.line.now_us;
@@ -373,7 +373,7 @@ TEST_CASE("NUL bytes and endless streams end at the deadline, and it works again
     const uint64_t begin_us = bench.line.now_us;
     CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.line.now_us <= begin_us + 1001 * kMs);
-    // An answer might come through: it is asked again now and then.
+    // An answer might get through: it is asked again now and then.
     const uint32_t asked = bench.driver.counts.asked;
     CHECK(bench.read(0, 1900 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.driver.counts.asked == asked + 1);
@@ -398,7 +398,7 @@ TEST_CASE("what the system says is passed on at once") {
 TEST_CASE("a V1LC has no digits, no LF that could be relied on, and no iris") {
     Bench bench(
         [](const std::string &line, int) {
-            CHECK(line == "?");
+            CHECK(line == "as it is known to behave");
             return std::vector<Piece>{{40 * kMs, "V1LC\rz:120\rf:44\ri:random\r"}};
         },
         true);

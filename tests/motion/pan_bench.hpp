@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated rig's bus and time as the hal's, and a rig that has nothing but bridge and servos.
+/// The simulated rig's bus and time as the hal's, and a rig with bridge and servos only.
 #ifndef VERGENCE_TESTS_MOTION_PAN_BENCH_HPP
 #define VERGENCE_TESTS_MOTION_PAN_BENCH_HPP
 
@@ -42,7 +42,7 @@ class PanBench {
     void set_slew(unsigned side, uint16_t slew_q4) {
         CHECK(fpga_bridge_servo_slew(&rig.bridge, side, slew_q4) == ERROR_OK);
     }
-    /// Where the horn stands beside the angle, as if its spline were straight; degrees.
+    /// Offset of the horn from the angle, as if its spline were straight; degrees.
     double beside_deg(unsigned side, int32_t angle_urad, const simrig::ServoSettings &servo) {
         return world.servo(int(side)).angle_deg(world.now_us()) - servo.offset_degrees -
                angle_urad * 1e-6 * 180 / 3.14159265358979323846;
@@ -56,7 +56,7 @@ class PanBench {
     simrig::Rig world;
     struct rig rig;
     double cancel_us = std::numeric_limits<double>::infinity();
-    double asked_us = 0, longest_silence_us = 0;  ///< between two questions whether to go on
+    double asked_us = 0, longest_silence_us = 0;  ///< time between two calls of the observer
 
   private:
     static PanBench &of(void *self) { return *static_cast<PanBench *>(self); }

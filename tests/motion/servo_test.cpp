@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Widths, angles and times of a servo, against the simulated one with its numbers of
+// Widths, angles and times of a servo, compared with the simulated one with its numbers of
 // rigs/default.yaml.
 #include "device/servo.h"
 
@@ -23,8 +23,8 @@ int draws(int usual) {
     return text != nullptr ? std::atoi(text) : usual;
 }
 
-// The time from a request until the simulated horn stands, with pulses as the bridge sends them:
-// the request comes so long before the next pulse.
+// Time from a request until the simulated horn has stopped, with pulses as the bridge sends them:
+// the request comes this long before the next pulse.
 double simulated_us(simrig::Servo &servo, uint16_t from_q4, uint16_t to_q4, uint16_t slew_q4,
                     double period_us, double before_us, double start_us) {
     int width_q4 = from_q4;
@@ -89,16 +89,16 @@ TEST_CASE("limits hold to the last sixteenth, and nothing is stored beyond them"
 TEST_CASE("a travel in numbers") {
     servo_model model = servo_hs322hd();
     CHECK(servo_travel_us(&model, 24000, 24000, 480, 20000) == 0);
-    // At once: the period, the pulse, 60 degrees in 0.19 s, to rest.
+    // Without slew limit: the period, the pulse, 60 degrees in 0.19 s, settling.
     const uint16_t sixty_q4 = uint16_t(24000 + 60 * 10.3 * 16);
     CHECK(servo_travel_us(&model, 24000, sixty_q4, 0, 20000) ==
           doctest::Approx(20000 + 2401 + 190400 + 100000).epsilon(0.002));
     CHECK(servo_travel_us(&model, sixty_q4, 24000, 0, 20000) ==
           servo_travel_us(&model, 24000, sixty_q4, 0, 20000));
-    // A slew slower than the horn decides: 21 pulses, the last of them for what is left.
+    // A slew slower than the horn dominates: 21 pulses, the last of them for the rest.
     CHECK(servo_travel_us(&model, 24000, sixty_q4, 480, 20000) ==
           doctest::Approx(20000 + 2401 + 20 * 20000 + 5700 + 100000).epsilon(0.02));
-    // The whole range, one step a pulse.
+    // The whole range, one step per pulse.
     CHECK(servo_travel_us(&model, 9600, 38400, 1, 65535) > 28800ull * 65535);
 }
 
@@ -126,5 +126,5 @@ TEST_CASE("the simulated servo rests in time, and not long before") {
         CHECK(took_us <= said_us);
         longest_part = std::max(longest_part, (took_us + model.settle_us) / said_us);
     }
-    CHECK(longest_part > 0.9);  // it is no wild guess
+    CHECK(longest_part > 0.9);  // the estimate is not far too long
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The detector beside OpenCV: on the recorded pairs of opencv-doc, and on coded boards that OpenCV
-// draws.
+// The detector compared with OpenCV: on the recorded pairs of opencv-doc, and on coded boards drawn
+// by OpenCV.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -59,7 +59,8 @@ corner_lists ours(std::vector<cv::Mat> images) {
     return found;
 }
 
-// OpenCV's refinement from our corners: the window that did best with its own finder.
+// OpenCV's refinement, starting from our corners: with the window that worked best with its own
+// finder.
 corner_lists refined_by_opencv(const std::vector<cv::Mat> &images, corner_lists corners) {
     for (size_t i = 0; i < images.size(); i++) {
         cv::cornerSubPix(
@@ -106,7 +107,7 @@ TEST_CASE("all 26 recorded views are found, numbered alike, and fit better than 
             square_sum += sum;
             CHECK(std::sqrt(sum / 54) < 0.2);
         }
-        // Both cameras look the same way: the first row runs the same way in both images.
+        // Both cameras have the same orientation: the first row runs the same way in both images.
         const cv::Point2f l = our_left[i][8] - our_left[i][0];
         CHECK(l.dot(our_right[i][8] - our_right[i][0]) > 0);
     }
@@ -152,8 +153,8 @@ TEST_CASE("coded boards as OpenCV draws them") {
         cv::Mat corners, corner_ids;
         cv::aruco::interpolateCornersCharuco(markers, ids, seen, theirs, corners, corner_ids);
         REQUIRE(corner_ids.rows > 0);
-        // Only the numbers are compared with theirs: their positions are half a pixel off. Those
-        // of cornerSubPix are not.
+        // Only the numbers are compared with OpenCV's: its positions are half a pixel off. Those of
+        // cornerSubPix are not.
         for (int i = 0; i < corner_ids.rows; i++) {
             const calib::corner &c = view.corners[static_cast<size_t>(corner_ids.at<int>(i))];
             const cv::Point2f there = corners.at<cv::Point2f>(i);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The 13 recorded chessboard pairs: how well rows correspond after our rectification, and after
-// OpenCV's; and the board as we measure it.
+// The 13 recorded chessboard pairs: how well rows correspond after our rectification and after
+// OpenCV's; and the measured board.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -103,7 +103,7 @@ TEST_CASE("corners found in the rectified images") {
     const Theirs theirs = their_rectification(b.rig);
     const Table tables[2] = {Table(b.plan, b.rig, RECTIFY_LEFT),
                              Table(b.plan, b.rig, RECTIFY_RIGHT)};
-    // The same images by cv::remap at our own frames and at theirs.
+    // The same images by cv::remap in our own frames and in OpenCV's.
     cv::Mat map[2][2][2];  // side, ours or theirs, x or y
     for (int side = 0; side < 2; side++) {
         const lens &lens = side == 0 ? b.rig.left : b.rig.right;
@@ -161,7 +161,7 @@ TEST_CASE("the squares of the board are 30 mm") {
         }
         std::vector<cv::Point3d> points;
         for (size_t i = 0; i < at[0].size(); i++) {
-            // Whole left pixels only: the corner's fraction goes into the principal point.
+            // Whole left pixels only: the corner's fraction is added to the principal point.
             rectify_plan moved = b.plan;
             const int x = static_cast<int>(std::floor(at[0][i].x));
             const int y = static_cast<int>(std::floor(at[0][i].y));

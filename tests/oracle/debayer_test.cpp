@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Demosaicing of photographs whose mosaic the test makes, against OpenCV's methods.
+// Demosaicing of photographs whose mosaic the test makes, compared with OpenCV's methods.
 #include "stereo/image/debayer.h"
 
 #include <doctest/doctest.h>

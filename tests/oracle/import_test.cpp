@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Importers against files that OpenCV itself wrote, and against OpenCV's own camera model.
+// Importers tested with files written by OpenCV, and compared with OpenCV's own camera model.
 #include "tools/host/convert/import.hpp"
 
 #include <doctest/doctest.h>
@@ -76,7 +76,7 @@ void check_close(double ours, double theirs, double tolerance) {
     CHECK(std::abs(ours - theirs) <= tolerance);
 }
 
-/// The text's decimals are what an import may lose.
+/// The decimals of the text limit the accuracy of an import.
 void check_lens(const lens &camera, const cv::Mat &M, const cv::Mat &D, const cv::Size &size) {
     CHECK(camera.width_px == size.width);
     CHECK(camera.height_px == size.height);
@@ -348,14 +348,14 @@ TEST_CASE("OpenCV: its sample files") {
         cv::FileStorage file(pose, cv::FileStorage::WRITE);
         file << "R" << R << "T" << T;
     }
-    // Two files of one camera each and the pose: the first is the left one.
+    // Two files with one camera each, and the pose: the first is the left one.
     const calibration value = load(one + "," + one + "," + pose, {});
     CHECK(value.left.width_px == 640);
     CHECK(value.left.fx_px == doctest::Approx(535.91573396163199).epsilon(1e-12));
     CHECK(value.right.k1 == doctest::Approx(-0.26637260909660682).epsilon(1e-10));
     CHECK(value.right.p2 == doctest::Approx(-0.00028122100441115472).epsilon(1e-8));
     // The package's stereo intrinsics with that pose. Its left distortion folds over in the
-    // corners: that is no reason to refuse it.
+    // corners, which must not be rejected.
     const auto text_of = [](const std::string &path) {
         std::ifstream stream(path, std::ios::binary);
         return std::string((std::istreambuf_iterator<char>(stream)),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The greedy-path baseline beside a plain transcription of the method in match_paper.h, bit by bit,
-// and beside OpenCV's block matcher and our matcher on a recorded pair.
+// The greedy-path baseline compared bit by bit with a plain transcription of the method in
+// match_paper.h, and by accuracy with OpenCV's block matcher and our matcher on a recorded pair.
 #include "stereo/match/match_paper.h"
 
 #include <doctest/doctest.h>
@@ -52,7 +52,7 @@ struct Place {
 };
 using Path = std::vector<std::optional<Place>>;
 
-// One row, step by step, with nothing precomputed.
+// One row, step by step, without precomputation.
 class Reference {
   public:
     Reference(const View &left, const View &right, const match_options &options, int y)
@@ -311,7 +311,7 @@ TEST_CASE("bit by bit what the plain transcription gives") {
         const int width = integer(MATCH_MIN_WIDTH_PX, 90), height = integer(8, 14);
         View left{width, height, {}, whole(width, height)};
         View right = left;
-        // Smooth noise; two surfaces, the nearer one a block, and a grey level of noise on top.
+        // Smooth noise; two surfaces, the nearer one a block, with noise of one grey level.
         cv::Mat texture(height, width + 80, CV_8U);
         for (int i = 0; i < texture.rows * texture.cols; i++) {
             texture.data[i] = static_cast<uint8_t>(random.bits());
@@ -361,7 +361,7 @@ TEST_CASE("bit by bit what the plain transcription gives") {
 }
 
 TEST_CASE("on a recorded pair: better than OpenCV's block matcher, worse than our matcher") {
-    // A third of the size of aloe. Its truth is in whole pixels of the full size.
+    // A third of the size of aloe. Its ground truth is in whole pixels of the full size.
     const std::string samples = VERGENCE_OPENCV_SAMPLES;
     cv::Mat images[2] = {cv::imread(samples + "/aloeL.jpg", cv::IMREAD_GRAYSCALE),
                          cv::imread(samples + "/aloeR.jpg", cv::IMREAD_GRAYSCALE)};
@@ -410,7 +410,7 @@ TEST_CASE("on a recorded pair: better than OpenCV's block matcher, worse than ou
     const match_options options = match_default_options(0, disparities);
     const Output paper = run_paper(left, right, options);
     const Matched ours = run_match(left.grey, right.grey, width, height, options);
-    // Padded, so that the block matcher answers up to the left border.
+    // Padded, so that the block matcher covers the left border.
     for (cv::Mat &image : images) {
         cv::copyMakeBorder(image, image, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
     }

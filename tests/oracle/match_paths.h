@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The kernels' dynamic-programming step (firmware/stereo/match/match_message.h), run along paths:
-/// one object a processor level, compiled from match_paths_phase.h, for the test to compare.
+/// The kernels' dynamic-programming step (firmware/stereo/match/match_message.h) along paths: one
+/// object per processor level, compiled from match_paths_phase.h, for comparison in the test.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
 
@@ -11,11 +11,11 @@ extern "C" {
 #endif
 
 struct match_paths {
-    int members;  // paths side by side
+    int members;  // paths in parallel
 
-    /// Messages along `members` paths of `pixels` pixels. costs[m] and messages[m] hold `lanes` (a
-    /// multiple of 16) bytes a pixel, large[m] the large penalty on the way to each; the first one
-    /// counts as 0.
+    /// Path costs along `members` paths of `pixels` pixels. costs[m] and messages[m] hold `lanes`
+    /// (a multiple of 16) bytes per pixel, large[m] the large penalty on the way to each; the first
+    /// one counts as 0.
     void (*pass)(const uint8_t *const costs[], const uint8_t *const large[], uint8_t small,
                  int pixels, int lanes, uint8_t *const messages[]);
 };

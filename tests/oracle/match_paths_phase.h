@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of match_paths.h's function, over the vectors of the file that includes it.
+// The function of match_paths.h, with the vectors of the including file.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PATHS_PHASE_H
 

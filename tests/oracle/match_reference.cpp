@@ -13,14 +13,14 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMassOne = 512;
 
-// What comes along a row or a column up to some pixel.
+// What arrives along a row or a column at some pixel.
 struct Running {
     Lanes average;
     double carried;  // mass of what arrives there from the pixels before
     double mass() const { return kMassOne + carried; }
 };
 
-// Grey level of any place: rows beyond the image repeat its ends, columns beyond the span the
+// Grey level at any position: rows outside the image repeat its ends, columns outside the span the
 // span's ends; a row without a span is black.
 int grey_at(const View &view, int x, int y) {
     const int row = std::clamp(y, 0, view.grey.height - 1);
@@ -68,12 +68,12 @@ double cost_between(const Feature &left, const Feature &right) {
     return 4 * differing + std::min(std::abs(left.gradient - right.gradient), 18.0);
 }
 
-// Share of the first of two masses, in 1/128; both get at least one.
+// Weight of the first of two masses, in 1/128; both get at least one.
 double share_of(double mass, double other_mass) {
     return std::clamp(std::floor(128 * mass / (mass + other_mass)), 1.0, 127.0);
 }
 
-// Mean of two values of which the first has `share`.
+// Mean of two values, of which the first has weight `share`.
 Lanes blend(const Lanes &a, const Lanes &b, double share) {
     Lanes mean;
     for (size_t i = 0; i < a.size(); i++) {
@@ -83,15 +83,15 @@ Lanes blend(const Lanes &a, const Lanes &b, double share) {
 }
 
 double lane_or_infinity(const Lanes &lanes, size_t i) {
-    return i < lanes.size() ? lanes[i] : kInfinity;  // i - 1 of 0 is beyond the end as well
+    return i < lanes.size() ? lanes[i] : kInfinity;  // i - 1 of 0 is also outside
 }
 
 double lower_neighbour(const Lanes &lanes, size_t i) {
     return std::min(lane_or_infinity(lanes, i - 1), lane_or_infinity(lanes, i + 1));
 }
 
-// An average on its way into a pixel: of the lanes that this one searches. Where it knows nothing
-// of a lane it has no say: the pixel's own cost.
+// An average as it arrives in a pixel: of the lanes searched there. For a lane that it does not
+// have, the pixel's own cost is used.
 Lanes arriving(const Lanes &average, const Lanes &own) {
     Lanes result;
     for (size_t i = 0; i < own.size(); i++) {
@@ -100,7 +100,7 @@ Lanes arriving(const Lanes &average, const Lanes &own) {
     return result;
 }
 
-// Each lane, or a neighbour at a price: the average of a surface that leans.
+// Each lane, or a neighbour at a price: the average along a slanted surface.
 Lanes leaning(const Lanes &lanes) {
     Lanes result;
     for (size_t i = 0; i < lanes.size(); i++) {
@@ -113,8 +113,8 @@ double carry(const Running &running, int step) {
     return std::floor(running.mass() * edge_weight(step) / 65536);
 }
 
-// A recursive average of the first `count` pixels, as it stands after each of them: `cost(n)` are
-// the n-th pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n.
+// A recursive average of the first `count` pixels after each of them: `cost(n)` are the n-th
+// pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n.
 template <typename Cost, typename Step>
 std::vector<Running> averages_along(int count, Cost cost, Step step, bool leans) {
     std::vector<Running> result = {{cost(0), 0}};
@@ -128,7 +128,7 @@ std::vector<Running> averages_along(int count, Cost cost, Step step, bool leans)
     return result;
 }
 
-// Grey levels of the left image as they are, for the edges between rows and for the penalties.
+// Unmodified grey levels of the left image, for the edges between rows and for the penalties.
 int step_between(const View &left, int x, int y, int other_x, int other_y) {
     return std::abs(left.grey.at(x, y) - left.grey.at(other_x, other_y));
 }
@@ -137,8 +137,8 @@ double large_penalty(int step) {
     return std::max(120 - 6 * step, 40);
 }
 
-// Averages of one column. Upwards it sees six to thirteen rows beyond each: up to six below the
-// band of eight rows that it belongs to.
+// Averages of one column. Upwards each sees six to thirteen rows: up to six below the band of eight
+// rows that it belongs to.
 std::vector<Lanes> column_averages(const View &left, const Volume &averages, int x) {
     const int height = averages.height;
     const std::vector<Running> down = averages_along(
@@ -165,7 +165,7 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
     return result;
 }
 
-// Adds up to `most` of what is known along a path through `places` to the totals.
+// Adds up to `most` of the known path costs along a path through `places` to the totals.
 void add_paths(const View &left, const Volume &averages, const std::vector<Place> &places,
                double most, Volume *totals) {
     std::vector<Lanes> costs;
@@ -186,7 +186,7 @@ void add_paths(const View &left, const Volume &averages, const std::vector<Place
     }
 }
 
-// Sums of the paths from above, from the left and from the right; the last one is not cut off.
+// Sums of the paths from above, from the left and from the right; the last one is not limited.
 Volume path_totals(const View &left, const Volume &averages, int lanes) {
     const int width = averages.width;
     const int height = averages.height;
@@ -241,7 +241,7 @@ Lanes normalised(Lanes lanes) {
 }
 
 double edge_weight(int step) {
-    // 0.9 (1 - step / 112)^8, rounded down on the way: three squares, then the factor.
+    // 0.9 (1 - step / 112)^8, rounded down at each step: three squarings, then the factor.
     double weight = 65520 - 585 * std::min(step, 112);
     for (int i = 0; i < 3; i++) {
         weight = std::floor(weight * weight / 65536);
@@ -249,7 +249,7 @@ double edge_weight(int step) {
     return std::floor(weight * 58982 / 65536);
 }
 
-// Right pixels beyond the image have the features of its ends.
+// Right pixels outside the image have the features of its ends.
 Volume costs_of(const View &left, const View &right, const Search &search) {
     const Grid<Feature> left_features = features_of(left);
     const Grid<Feature> right_features = features_of(right);

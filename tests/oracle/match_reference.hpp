@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The finest level of the matcher once more, as slow and as plain as it can be: whole volumes of
-/// doubles, one loop a formula, no code shared with core. Written from
-/// firmware/stereo/match/match.md and the definitions beside the kernels. Which disparities a pixel
-/// searches is an argument.
+/// A slow and plain reimplementation of the matcher's finest level: whole volumes of doubles, one
+/// loop per formula, no code shared with core. Written from firmware/stereo/match/match.md and the
+/// definitions in the kernels. The disparities that a pixel searches are an argument.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 #define VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 
@@ -31,8 +30,8 @@ struct Grid {
     }
 };
 
-/// What belongs to the disparities of one pixel: lane i is disparity disparity_min + i. Infinite
-/// where the pixel does not search it.
+/// Values of the disparities of one pixel: lane i is disparity disparity_min + i. Infinite where
+/// the pixel does not search it.
 using Lanes = std::vector<double>;
 using Volume = Grid<Lanes>;
 
@@ -54,10 +53,10 @@ struct Search {
     int disparity_min, disparity_count;
     int speckle_px;
     bool keep_all;
-    int extra_below = 0, extra_above = 0;  // of the count: beyond what was asked for
+    int extra_below = 0, extra_above = 0;  // of the count: beyond the requested range
 
-    /// The count, padded to whole vectors: lanes beyond the count take part in everything, though
-    /// none of them may win a valid pixel.
+    /// The count, padded to whole vectors: lanes beyond the count take part in everything, but none
+    /// of them may win a valid pixel.
     int lanes() const { return (disparity_count + 15) / 16 * 16; }
 };
 
@@ -68,28 +67,28 @@ struct Answer {
 /// Costs of the best paths that end at each pixel of a path, by lane:
 ///     path(i) = cost(i) + min(p(i), p(i - 1) + small, p(i + 1) + small, min p + large) - min p
 /// with p the lanes of the pixel before; `large[n]` is the penalty on the way to pixel n. Lanes
-/// that only the pixel before searches end there, but for their part in min p. Source: H.
+/// searched only by the pixel before end there, except for their part in min p. Source: H.
 /// Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
 /// 2008, equation 13.
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
                               const std::vector<double> &large);
 
-/// `lanes` less their lowest: what the kernels hold of a path.
+/// `lanes` minus their lowest: the kernels' representation of a path.
 Lanes normalised(Lanes lanes);
 
-/// Of a grey level difference: the weight of a neighbour across it, in 1/65536.
+/// For a grey level difference: the weight of a neighbour across it, in 1/65536.
 double edge_weight(int step);
 
 /// Costs of all disparities.
 Volume costs_of(const View &left, const View &right, const Search &search);
 
-/// The lanes that each pixel searches, of a volume of all.
+/// The lanes that each pixel searches, out of a volume of all.
 Volume windowed(const Volume &all, const Grid<Span> &windows);
 
 /// Costs averaged along the rows.
 Volume row_averages(const View &left, const Volume &costs);
 
-/// What the winners are chosen from.
+/// Inputs of the choice of winners.
 struct Sums {
     Volume averages;  // of the costs, along rows and columns
     Volume totals;    // of the paths from above, from the left and from the right
@@ -98,7 +97,7 @@ struct Sums {
 /// Averages along the columns, and the paths through them.
 Sums sum_up(const View &left, const Search &search, const Volume &row_averages);
 
-/// Winners, checks, smoothing, islands. Where `doubtful` is not 0, no winner is better than its
+/// Winners, checks, smoothing, speckles. If `doubtful` is not 0, no winner is better than its
 /// rivals by enough.
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The matcher against the slow one of match_reference.hpp, to the last bit, at every processor
+// The matcher compared bit by bit with the slow one of match_reference.hpp, at every processor
 // level: the dynamic programming on random costs, then everything from grey images to reasons.
 #include "match_reference.hpp"
 
@@ -40,7 +40,7 @@ struct Level {
     const match_paths *paths;
 };
 
-// Those that this processor runs.
+// Those supported by this processor.
 std::vector<Level> levels() {
     std::vector<Level> all = {{"plain", nullptr, &match_paths_plain}};
 #if defined(__x86_64__)
@@ -59,7 +59,7 @@ std::vector<Level> levels() {
     return present;
 }
 
-// Random numbers of a test that says how to replay it.
+// Random numbers of a test that reports how to replay it.
 class Dice {
   public:
     Dice() : random_(static_cast<uint32_t>(synthetic::test_seed())) {
@@ -74,7 +74,7 @@ class Dice {
     std::mt19937 random_;
 };
 
-// Grey levels that step by at most `step` along a row and from row to row.
+// Grey levels with steps of at most `step` along a row and between rows.
 Grid<uint8_t> random_grey(Dice &dice, int width, int height, int step) {
     Grid<uint8_t> grey(width, height);
     for (int y = 0; y < height; y++) {
@@ -101,8 +101,8 @@ View whole(const Grid<uint8_t> &grey) {
     return {grey, std::vector<Span>(static_cast<size_t>(grey.height), Span{0, grey.width})};
 }
 
-// What the right camera sees of the left image: two surfaces with a step between them, one leaning,
-// and noise.
+// The right camera's view of the left image: two surfaces with a step between them, one slanted,
+// with noise.
 Grid<uint8_t> seen_from_right(Dice &dice, const Grid<uint8_t> &left, const Search &search,
                               int noise) {
     Grid<uint8_t> right = random_grey(dice, left.width, left.height, 20);
@@ -138,14 +138,14 @@ struct Task {
     int height() const { return left.grey.height; }
 };
 
-// The matcher's own answer, and the disparities that its finest level searched.
+// The matcher's own result, and the disparities that its finest level searched.
 struct Matched {
     Answer answer;
     Grid<Span> windows;
     Grid<int> doubtful;
 };
 
-// `averages`: costs to be used instead of those of the images, or none.
+// `averages`: costs to be used instead of those of the images; may be empty.
 Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8_t> &averages) {
     const int width = task.width();
     const int height = task.height();
@@ -211,13 +211,13 @@ void check_same(const Answer &ours, const Answer &theirs) {
     check_plane("confidence", ours.confidence, theirs.confidence);
 }
 
-// What a round of comparisons has met.
+// Statistics of a round of comparisons.
 struct Met {
     std::set<int> reasons;
     int narrow = 0;  // pixels that did not search everything
 };
 
-// Compares all levels' answers with the reference's. `all`: costs averaged along the rows to be
+// Compares all levels' results with the reference's. `all`: costs averaged along the rows to be
 // used instead of those of the images; NULL: those.
 void check_task(const Task &task, const Volume *all, Met *met) {
     CAPTURE(task.width());
@@ -230,7 +230,7 @@ void check_task(const Task &task, const Volume *all, Met *met) {
     for (size_t i = 0; all != nullptr && i < all->cells.size(); i++) {
         bytes.insert(bytes.end(), all->cells[i].begin(), all->cells[i].end());
     }
-    // Which disparities are searched follows from the coarser levels: not the question here.
+    // The searched disparities follow from the coarser levels, which are not tested here.
     const Matched searched = matched(task, &match_plain_kernels, bytes);
     const Grid<Span> &windows = searched.windows;
     const Volume averages =
@@ -254,7 +254,7 @@ constexpr match_preset kPresets[] = {MATCH_PRESET_STANDARD, MATCH_PRESET_BEST, M
 
 constexpr int kCostMax = 117;
 
-// Costs of any kind; about half of the pixels get a surface of low ones.
+// Random costs; about half of the pixels get a surface of low ones.
 Volume random_costs(Dice &dice, int width, int height, int lanes) {
     Volume costs(width, height);
     int surface = 0;
@@ -273,7 +273,7 @@ Volume random_costs(Dice &dice, int width, int height, int lanes) {
     return costs;
 }
 
-// One path of a volume for the kernels' step, and what it makes of it.
+// One path of a volume for the kernels' step, and its result.
 struct PathBytes {
     std::vector<uint8_t> costs, large, messages;
 };
@@ -371,7 +371,7 @@ TEST_CASE("from grey images to reasons, every pixel is the reference's") {
     Dice dice;
     Met met;
     for (int round = 0; round < 20; round++) {
-        // Every other time so large that there are coarser levels.
+        // Every other time large enough for coarser levels.
         const bool large = round % 2 == 0;
         const int width = large ? dice.between(64, 100) : dice.between(16, 63);
         const int height = large ? dice.between(32, 50) : dice.between(8, 40);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second half of the slow matcher: from the sums of the paths to the answer.
+// The second half of the slow matcher: from the sums of the paths to the result.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -11,15 +11,15 @@ namespace reference {
 
 namespace {
 
-// What is known of a pixel's winner.
+// Data of a pixel's winner.
 struct Winner {
-    int lane = -1;  // -1: none, the pixel is outside of what both cameras see
+    int lane = -1;  // -1: no winner, as the pixel is outside the shared view
     int right_x = 0;
     double margin = 0;
     double before = 0, cost = 0, after = 0;  // averages at the winner and beside it
 };
 
-// The first of the lowest lanes that the pixel searches of [begin, end), those whose right pixel is
+// The first of the lowest lanes in [begin, end) that the pixel searches and whose right pixel is
 // valid.
 Winner winner_of(const Lanes &totals, const Lanes &averages, int begin, int end) {
     while (begin < end && std::isinf(averages[static_cast<size_t>(begin)])) {
@@ -60,11 +60,11 @@ Grid<Winner> winners_of(const View &left, const View &right, const Search &searc
         const Span left_span = left.spans[static_cast<size_t>(y)];
         const Span right_span = right.spans[static_cast<size_t>(y)];
         for (int x = left_span.begin; x < left_span.end; x++) {
-            // Lane i looks at right pixel x - disparity_min - i.
+            // Lane i is right pixel x - disparity_min - i.
             const int begin = x - search.disparity_min - (right_span.end - 1);
             const int end = x - search.disparity_min - right_span.begin + 1;
             if (begin >= search.disparity_count) {
-                continue;  // all that is searched lies outside of the right row
+                continue;  // everything searched is outside the right row
             }
             Winner &winner = winners.at(x, y);
             winner = winner_of(sums.totals.at(x, y), sums.averages.at(x, y), std::max(begin, 0),
@@ -75,8 +75,9 @@ Grid<Winner> winners_of(const View &left, const View &right, const Search &searc
     return winners;
 }
 
-// Whether the right pixel of (x, y) belongs to it or to another one at most a lane off. It belongs
-// to the left pixel of the lowest cost, and of these to the one of the greatest disparity.
+// Whether the right pixel of (x, y) is assigned to it or to another one at most a lane off. It is
+// assigned to the left pixel of the lowest cost, and of these to the one with the largest
+// disparity.
 bool is_consistent(const Grid<Winner> &winners, int x, int y) {
     const Winner &own = winners.at(x, y);
     const Winner *owner = &own;
@@ -91,8 +92,8 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
     return std::abs(owner->lane - own.lane) <= 1;
 }
 
-// Within the range asked for, not at an end of it unless more is searched there or there is nothing
-// else, and not too dear.
+// Within the requested range, not at an end of it (unless more is searched there or there is
+// nothing else), and with a low enough cost.
 bool is_fit(const Winner &winner, const Search &search) {
     const int beyond = search.disparity_count - search.extra_above;
     const int ends = beyond - search.extra_below > 2 ? 1 : 0;
@@ -135,8 +136,8 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     return fit ? REASON_AMBIGUOUS : REASON_OUT_OF_RANGE;
 }
 
-// Where the "V" through three costs is lowest, in 1/256 px from the middle one: its steeper side
-// rises as fast as the other one falls. Half way where a neighbour is no dearer.
+// Lowest point of the "V" through three costs, in 1/256 px from the middle one: its steeper side
+// rises as fast as the other one falls. Half way if a neighbour is not more expensive.
 double sub_pixel_q8(const Winner &winner) {
     const double rise_before = winner.before - winner.cost;
     const double rise_after = winner.after - winner.cost;
@@ -159,8 +160,8 @@ int median(int a, int b, int c) {
     return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
 
-// What happens to the disparities after the winners: medians of three along the rows, then along
-// the columns; the ends stay as they are.
+// Processing of the disparities after the winners: medians of three along the rows, then along the
+// columns; the ends do not change.
 Grid<int> smoothed(const Grid<int> &raw) {
     Grid<int> along = raw;
     for (int y = 0; y < raw.height; y++) {
@@ -177,8 +178,8 @@ Grid<int> smoothed(const Grid<int> &raw) {
     return result;
 }
 
-// How many valid pixels hang together with (x, y), by steps of at most a pixel of disparity between
-// neighbours; no more than `enough` are counted.
+// Number of valid pixels connected with (x, y), by steps of at most one pixel of disparity between
+// neighbours; counts at most `enough`.
 size_t island_around(const Answer &answer, int x, int y, size_t enough) {
     Grid<int> reached(answer.reason.width, answer.reason.height, 0);
     reached.at(x, y) = 1;

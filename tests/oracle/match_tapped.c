@@ -23,7 +23,7 @@ static void tap_row(const struct match_tapped *tapped, struct match_level *level
 static void tapped_cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                              int rows) {
     const struct match_tapped *tapped = (const struct match_tapped *)level->state->options.kernels;
-    // Of the other levels too, and what else belongs to a row.
+    // Also of the other levels, and other data of a row.
     tapped->real->cost_rows(level, scratch, y_begin, rows);
     if (level != &level->state->level[0]) {
         return;

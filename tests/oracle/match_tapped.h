@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Kernels that tell a test which disparities each tile of the finest level searched, and that take
-/// over averaged costs from it instead of computing them from the images. The rest is theirs.
+/// Kernels that report to a test which disparities each tile of the finest level searched, and that
+/// can use averaged costs of the test instead of computing them from the images. Everything else is
+/// unchanged.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
 #define VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
 
@@ -16,19 +17,19 @@ extern "C" {
 /// Lanes [begin, end) of a pixel: disparities, counted from the lowest.
 struct match_window {
     int begin, end;
-    bool doubtful;  // the coarser level saw other places that fit as well
+    bool doubtful;  // the coarser level saw other good matches
 };
 
 struct match_tapped {
     struct match_kernels kernels;  // for match_options.kernels
     const struct match_kernels *real;
-    // The caller's: a row after the other, a byte a lane, as many lanes a pixel as the disparities
-    // padded to a multiple of 16. NULL: those of the images.
+    // Owned by the caller: row by row, one byte per lane, as many lanes per pixel as the
+    // disparities padded to a multiple of 16. NULL: those of the images.
     const uint8_t *averages;
-    struct match_window *windows;  // the caller's, to be filled: one a pixel
+    struct match_window *windows;  // the caller's, to be filled: one per pixel
 };
 
-/// Taps the kernels of a processor level. For a finest level of all rows, on one thread.
+/// Probes the kernels of a processor level. For a finest level with all rows, on one thread.
 struct match_tapped match_tap(const struct match_kernels *real, const uint8_t *averages,
                               struct match_window *windows);
 

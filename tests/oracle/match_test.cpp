@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our matcher beside OpenCV's on the same pixels, judged by the same rule (see
-// tools/host/evaluate/evaluate.hpp): on synthetic scenes with exact truth and on a recorded pair.
+// Our matcher compared with OpenCV's on the same pixels, by the same rule (see
+// tools/host/evaluate/evaluate.hpp): on synthetic scenes with exact ground truth and on a recorded
+// pair.
 #include "stereo/match/match.h"
 
 #include <doctest/doctest.h>
@@ -56,7 +57,7 @@ std::vector<float> ours(const Task &task, match_preset preset = MATCH_PRESET_STA
     return result;
 }
 
-// The settings of the benchmark: the left border searched by padding, left-right check on.
+// The settings of the benchmark: left border searched by padding, left-right check on.
 std::vector<float> sgbm(const Task &task, int mode) {
     const int pad = task.disparities;
     std::vector<uint8_t> pixels[2] = {task.left, task.right};
@@ -92,7 +93,7 @@ double filled_bad_1px(const Task &task, const std::vector<float> &disparity) {
     return judged(task, disparity).filled_visible.bad_percent[1];
 }
 
-// Share of the hidden pixels that a method claims to have measured.
+// Share of the occluded pixels for which a method reports a disparity.
 double hidden_claimed(const Task &task, const std::vector<float> &disparity) {
     int hidden = 0, claimed = 0;
     for (size_t i = 0; i < disparity.size(); i++) {
@@ -147,7 +148,8 @@ TEST_CASE("images without relation give less than they give to three-way SGBM") 
 }
 
 TEST_CASE("on a recorded pair we are wrong less often than three-way SGBM") {
-    // Half the size of aloe, as the full one takes a second a method. Its truth is in whole pixels.
+    // Half the size of aloe, as the full one takes a second per method. Its ground truth is in
+    // whole pixels.
     const std::string samples = VERGENCE_OPENCV_SAMPLES;
     const cv::Mat left = cv::imread(samples + "/aloeL.jpg", cv::IMREAD_GRAYSCALE);
     const cv::Mat right = cv::imread(samples + "/aloeR.jpg", cv::IMREAD_GRAYSCALE);
@@ -177,7 +179,7 @@ TEST_CASE("on a recorded pair we are wrong less often than three-way SGBM") {
     CHECK(our_bad < their_bad);
 }
 
-// Narrower than the five pixels of our census window they are mostly lost to both.
+// Bars narrower than the five pixels of our census window are mostly lost by both.
 TEST_CASE("bars of a few pixels: as many as three-way SGBM finds") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
@@ -207,7 +209,7 @@ TEST_CASE("bars of a few pixels: as many as three-way SGBM finds") {
             MESSAGE("jump ", jump, " width ", widths[i], ": lost best ", our_bad, " %, standard ",
                     near_bad, " %, three-way ", their_bad, " %");
             CHECK(our_bad < their_bad + 5);
-            // A surface found at a quarter of the size does not know of two pixels there.
+            // A surface found at a quarter of the size does not contain two pixels there.
             CHECK((widths[i] < 8 || near_bad < their_bad + 5));
         }
     }

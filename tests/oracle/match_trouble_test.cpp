@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Our matcher when the two images differ in exposure, and on pairs that show no surface at all: the
-// troubles of `tools/bench trouble`, here on one recorded pair in a third of its size.
+// Our matcher on images of different exposure, and on pairs without any surface: the cases of
+// `tools/bench trouble`, here on one recorded pair at a third of its size.
 #include <doctest/doctest.h>
 
 #include <limits>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kShrink = 3;
 
-// Aloe of opencv-doc; its truth is in whole pixels of the full size, 0 where unknown.
+// Aloe of opencv-doc; its ground truth is in whole pixels of the full size, 0 where unknown.
 bench_pair aloe() {
     const std::string samples = VERGENCE_OPENCV_SAMPLES;
     bench_pair pair;
@@ -50,8 +50,8 @@ double bad_1px(match_preset preset, const bench_pair &pair) {
     return bench_error_of(pair, matched(preset, pair)).all.filled_visible.bad_percent[1];
 }
 
-// Bounds a little above what was measured. Where nothing is cut off the error grows by 0.98
-// to 1.05. Of white that was cut off the left image still has the texture that the right one lost.
+// Bounds slightly above the measured values. Without clipping the error grows by 0.98 to 1.05. If
+// white was clipped, the left image still has the texture that the right one lost.
 const std::map<std::string, double> most_growth = {
     {"gain.7", 1.25},   {"off-20", 1.25},   {"off+20", 1.25},         {"gamma.7", 1.25},
     {"gamma1.4", 1.25}, {"vignette", 1.25}, {trouble_exposure, 1.25}, {"gain1.3", 2.7},
@@ -59,8 +59,7 @@ const std::map<std::string, double> most_growth = {
 };
 
 // In percent of all pixels. Of such pairs three-way SGBM keeps 63 and more without its filters, 30
-// and more with them (`tools/bench trouble`). Swapped, the leaves of this pair look like each
-// other.
+// and more with them (`tools/bench trouble`). Swapped, the leaves of this pair resemble each other.
 const std::map<std::string, double> most_kept = {
     {"no texture", 1}, {"stripes", 15}, {"one black", 0}, {"swapped", 17}, {"unrelated", 2}};
 
@@ -76,7 +75,7 @@ TEST_CASE("images of different exposure are matched nearly as well") {
         for (const trouble_case &trouble : photometric_troubles()) {
             const auto limit = most_growth.find(trouble.name);
             if (limit == most_growth.end()) {
-                continue;  // noise: how much there is is the bench's choice
+                continue;  // noise: the benchmark chooses its amount
             }
             bench_pair changed = trouble_copy(pair);
             trouble.apply(changed);

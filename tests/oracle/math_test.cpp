@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rotations and lenses against OpenCV's Rodrigues, projectPoints and undistortPoints.
+// Rotations and lenses compared with OpenCV's Rodrigues, projectPoints and undistortPoints.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST_CASE("rotations against cv::Rodrigues") {
         double again_rad[3];
         REQUIRE(geometry_vector_from_rotation(R, again_rad) == ERROR_OK);
         cv::Rodrigues(stereo_rig::rotation(R), back);
-        // OpenCV takes the angle from an arc cosine, which is good for 1e-5 near pi.
+        // OpenCV computes the angle with an arc cosine, which is accurate to 1e-5 near pi.
         if (geometry_norm(r_rad) < 3.1) {  // beyond pi the vector is another one
             REQUIRE(cv::norm(back, cv::Mat(3, 1, CV_64F, again_rad), cv::NORM_INF) < 1e-5);
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rectified coordinates and pixels against OpenCV's.
+// Rectified coordinates and pixels compared with OpenCV's.
 #include "stereo/geometry/rectify.h"
 
 #include <doctest/doctest.h>
@@ -20,7 +20,7 @@ using random_rig::uniform;
 
 const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
 
-// Worst difference in px of our coordinates to OpenCV's float maps, inside the raw image.
+// Largest difference in px between our coordinates and OpenCV's float maps, inside the raw image.
 double compare_maps(const rectify_plan &plan, const calibration &rig, rectify_side side,
                     int row_step) {
     const lens &lens = side == RECTIFY_LEFT ? rig.left : rig.right;
@@ -89,7 +89,7 @@ TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degree
 
 namespace {
 
-// A rig of two lenses that fold over near their corners.
+// A rig of two lenses whose distortion folds over near their corners.
 calibration folding_rig(const lens &left, const lens &right) {
     calibration rig = {};
     rig.left = left;
@@ -105,8 +105,8 @@ calibration folding_rig(const lens &left, const lens &right) {
 }
 
 std::vector<calibration> folding_rigs(random_rig::Random &random) {
-    // What the raw KITTI recordings state for their colour cameras, and what OpenCV's own sample
-    // states for a left camera.
+    // Values stated by the raw KITTI recordings for their colour cameras, and by OpenCV's own
+    // sample for a left camera.
     const lens kitti_02 = {1392,       512,       959.7910,    956.9251,     696.0217,   224.1806,
                            -0.3691481, 0.1968681, 0.001353473, 0.0005677587, -0.06770705};
     const lens kitti_03 = {1392,       512,       903.7596,     901.9653,      695.7519,   224.2509,
@@ -188,7 +188,8 @@ TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing 
                                             std::fabs(y_q16[i] / 65536.0 - their_y)});
                     }
                 }
-                for (int x : {view.begin - 1, static_cast<int>(view.end)}) {  // just behind the rim
+                for (int x :
+                     {view.begin - 1, static_cast<int>(view.end)}) {  // just outside the rim
                     if (view.begin == view.end || x < 0 || x >= plan.width_px) {
                         continue;
                     }
@@ -212,7 +213,7 @@ TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing 
     CHECK(least_rim > 0.9);
 }
 
-// cv::remap rounds coordinates to 1/32 px: the difference is reported, and bounded by what such a
+// cv::remap rounds coordinates to 1/32 px: the difference is reported, and limited to what such
 // rounding explains.
 TEST_CASE("pixels against cv::remap") {
     const std::vector<BoardPair> pairs = recorded_pairs();

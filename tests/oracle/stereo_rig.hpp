@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Between OpenCV's calibration and ours, and the chessboard pairs of OpenCV's samples.
+/// Conversion between OpenCV's calibration and ours, and the chessboard pairs of OpenCV's samples.
 #ifndef VERGENCE_TESTS_ORACLE_STEREO_RIG_HPP
 #define VERGENCE_TESTS_ORACLE_STEREO_RIG_HPP
 
@@ -58,7 +58,7 @@ inline cv::Mat rectified_matrix(const rectify_plan &plan, rectify_side side) {
 
 using Table = lent_table;
 
-/// Our rectified form of a grey image; `spans` (may be null) takes one span a row.
+/// Our rectification of a grey image; `spans` (may be null) receives one span per row.
 inline cv::Mat rectified(const rectify_table &table, const cv::Mat &raw,
                          std::vector<rectify_span> *spans = nullptr) {
     const image_u8 view = {raw.data, raw.cols, raw.rows, static_cast<ptrdiff_t>(raw.step)};
@@ -112,7 +112,7 @@ inline std::vector<BoardPair> recorded_pairs() {
     return pairs;
 }
 
-/// What OpenCV's calibration finds for the recorded pairs.
+/// OpenCV's calibration of the recorded pairs.
 inline calibration calibrate(const std::vector<BoardPair> &pairs) {
     std::vector<cv::Point3f> board;
     for (int i = 0; i < board_size.area(); i++) {

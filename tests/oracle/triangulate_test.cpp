@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangulation against a brute-force optimum in long double and against OpenCV.
+// Triangulation compared with a brute-force optimum in long double and with OpenCV.
 #include "stereo/geometry/triangulate.h"
 
 #include <doctest/doctest.h>
@@ -29,7 +29,7 @@ long double distance2(const Point &a, const Point &b) {
     return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y) + (a.z - b.z) * (a.z - b.z);
 }
 
-// The smallest of a convex function in [low, high], by golden section.
+// Minimum of a convex function in [low, high], by golden section.
 template <typename Function>
 long double minimise(long double low, long double high, Function f) {
     const long double golden = (std::sqrt(5.0L) - 1) / 2;
@@ -52,7 +52,7 @@ struct Optimum {
     long double miss;
 };
 
-// Searches both rays for their closest points: no formula but that of a distance.
+// Searches both rays for their closest points, using only the formula of a distance.
 Optimum search(const Point &centre, const Point &left, const Point &right, long double scale) {
     const Point origin = {0, 0, 0};
     const auto nearest_right = [&](const Point &p) {
@@ -111,7 +111,8 @@ TEST_CASE("mid-points against a brute-force search in long double") {
         const Point ours = {static_cast<long double>(point.x_um),
                             static_cast<long double>(point.y_um),
                             static_cast<long double>(point.z_um)};
-        // The search itself ends at some 1e-9 of the depth (the root of a long double's precision).
+        // The search itself is accurate to about 1e-9 of the depth (the root of a long double's
+        // precision).
         const long double bound_um = 1.5L + 3e-7L * plain_um;
         most =
             std::max(most, static_cast<double>(std::sqrt(distance2(ours, truth.point)) / bound_um));

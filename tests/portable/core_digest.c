@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One checksum a module over what the core computes from fixed pseudo-random inputs. Built for
+// One checksum per module over what the core computes from fixed pseudo-random inputs. Built for
 // several processors and compilers, it must print the same line: see
 // tests/command/repository/portable_test.py. To cover another module, add a function and its line
 // in `modules`.
@@ -63,7 +63,7 @@ static uint32_t digest_geometry(void) {
 
 static struct lens random_lens(int width_px, int height_px, double f_px) {
     for (;;) {
-        // One draw a statement: C leaves the order within an initialiser open.
+        // One draw per statement: C leaves the order within an initialiser open.
         struct lens made = {.width_px = width_px, .height_px = height_px};
         made.fx_px = f_px * uniform(0.99, 1.01);
         made.fy_px = f_px * uniform(0.99, 1.01);
@@ -321,7 +321,7 @@ static const struct {
     {"debayer", digest_debayer},
 };
 
-// The argument, if there is one, names the matcher's level that this program has to choose.
+// The optional argument names the matcher's level that this program has to select.
 int main(int argc, char **argv) {
     const char *chosen = match_kernels_best()->name;
     if (argc > 1 && strcmp(chosen, argv[1]) != 0) {
@@ -329,8 +329,8 @@ int main(int argc, char **argv) {
         return 1;
     }
     for (size_t i = 0; i < sizeof modules / sizeof modules[0]; i++) {
-        random_state =
-            0x9e3779b97f4a7c15u;  // each module on its own: one that grows moves no other
+        random_state = 0x9e3779b97f4a7c15u;  // each module separately: a change of one does not
+                                             // affect the others
         printf("%s%s %08" PRIx32, i == 0 ? "" : "  ", modules[i].name, modules[i].digest());
     }
     putchar('\n');

@@ -42,8 +42,8 @@ static struct match_output pair_output(void) {
     };
 }
 
-// Soft noise in front of soft noise; the right rows lie half a pixel lower and hold some noise of
-// their own. `near_px` and `far_px` are the disparities.
+// Smooth noise in front of smooth noise; the right rows are half a pixel lower and have some noise
+// of their own. `near_px` and `far_px` are the disparities.
 static void make_pair(int near_px, int far_px) {
     enum { MARGIN = 40, ROOM = PAIR_WIDTH + 2 * MARGIN };
     static int noise[2][PAIR_HEIGHT + 2][ROOM];
@@ -103,7 +103,7 @@ static uint32_t add_matches(uint32_t crc) {
     return crc;
 }
 
-// Every level of kernels that this processor runs must agree.
+// Every level of kernels supported by this processor must agree.
 static uint32_t match_with_all_levels(struct match_options options) {
     static const char *const levels[] = {"plain", "sse41", "avx2", "neon"};
     uint32_t plain = 0;
@@ -142,7 +142,7 @@ static uint32_t digest_match(void) {
     return crc;
 }
 
-// The greedy path: the only one of the presets that says how much it looked at.
+// The greedy path: the only preset that reports its number of evaluations.
 static uint32_t digest_paper(void) {
     uint32_t crc = 0;
     for (int i = 0; i < 6; i++) {

@@ -10,7 +10,7 @@
 
 #include "core/crc.h"
 
-// Numbers are summed up byte by byte, lowest first, whatever the processor's order.
+// Numbers are hashed byte by byte, lowest first, independent of the byte order.
 static uint32_t add_bits(uint32_t crc, uint64_t bits, int bytes) {
     unsigned char text[8];
     for (int i = 0; i < bytes; i++) {

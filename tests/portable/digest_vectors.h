@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The vector operations of every level that this processor runs, against those of plain C.
+// The vector operations of every level supported by this processor, compared with those of plain C.
 #ifndef VERGENCE_PORTABLE_DIGEST_VECTORS_H
 #define VERGENCE_PORTABLE_DIGEST_VECTORS_H
 
@@ -40,7 +40,7 @@ static const struct vector_probe *const faster_probes[] = {
     NULL,
 };
 
-// Any byte, or often one at which sums, differences and signs turn.
+// Any byte, or often one at which sums, differences and signs change.
 static uint8_t random_byte(void) {
     static const uint8_t turning[] = {0, 1, 2, 17, 18, 19, 126, 127, 128, 129, 253, 254, 255};
     const uint64_t bits = next_random() >> 32;

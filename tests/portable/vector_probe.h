@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Every operation of match_vector_*.h on given bytes, one level at a time, so that a level can be
-/// compared with plain C operation by operation.
+/// Every operation of match_vector_*.h on given bytes, one level at a time, for comparison with
+/// plain C.
 #ifndef VERGENCE_PORTABLE_VECTOR_PROBE_H
 #define VERGENCE_PORTABLE_VECTOR_PROBE_H
 
@@ -43,7 +43,7 @@ struct probe_output {
     probe_lanes of[PROBE_OPERATIONS];
 };
 
-/// One level; the processor must run it.
+/// One level; the processor must support it.
 struct vector_probe {
     const char *name;
     void (*run)(const struct probe_input *in, struct probe_output *out);

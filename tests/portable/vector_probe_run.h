@@ -5,8 +5,7 @@
 
 #include "vector_probe.h"
 
-// Loads and stores go through pointers to this lane, so that offsets are negative and addresses
-// odd.
+// Loads and stores use pointers to this lane, so that offsets are negative and addresses odd.
 enum { POINTED_LANE = 3 };
 
 static struct vector get(const probe_lanes *lanes, int pixel) {
@@ -73,7 +72,7 @@ static void run_group(const struct probe_input *in, int pixel, struct probe_outp
         out->of[PROBE_EQUAL][pixel + member][0] = (uint8_t)(bits & 0xff);
         out->of[PROBE_EQUAL][pixel + member][1] = (uint8_t)(bits >> 8 & 0xff);
     }
-    // Bits beyond those of the members would be lanes that no pixel has.
+    // Bits above those of the members would be lanes of no pixel.
     if (VECTOR_MEMBERS == 1 && equal > 0xffff) {
         out->of[PROBE_EQUAL][pixel][2] = UINT8_MAX;
     }

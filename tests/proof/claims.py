@@ -2,11 +2,11 @@
 """What is proved: which functions, against which errors, with how many goals at least."""
 import collections
 
-# `least_goals`: fewer mean that something fell out of the proof.
+# `least_goals`: fewer mean that something is missing from the proof.
 Claim = collections.namedtuple("Claim", "name functions checks least_goals")
 
-# Beyond what -wp-rte looks for by itself: overflow of signed numbers, shifts, division by zero,
-# bounds of arrays, reads and writes of memory.
+# In addition to the checks of -wp-rte: overflow of signed numbers, shifts, division by zero, bounds
+# of arrays, reads and writes of memory.
 CHECKS = [
     "-warn-right-shift-negative",
     # Contracts must not contradict themselves: then anything could be proved.
@@ -39,7 +39,7 @@ JUDGEMENTS = [
     "write_disparities", "smooth_along",
 ]
 FINISH = ["median_of_three", "smooth_row", "fill_between"]
-# Numbers that are cut to fewer bits, or wrap, on purpose.
+# Functions that truncate numbers, or let them wrap, on purpose.
 CUT = ["match_share_swapped", "sub_pixel_q8", "check_claims", "check_fits"]
 
 ALL_CHECKS = [*CHECKS, "-warn-unsigned-overflow", "-warn-signed-downcast",
@@ -58,7 +58,7 @@ CLAIMS = [
     Claim("finish", FINISH, ALL_CHECKS, 57),
 ]
 
-# Statements in the sources that are believed without proof.
+# Statements in the sources that are trusted without proof.
 TRUSTED = ["admit copied"] * 4
 
 # Mistakes: file, text, its replacement, the function whose proof must fail.

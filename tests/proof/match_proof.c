@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Frama-C reads: the plain row kernels as they are compiled, after facts about bits and
-// contracts of the two functions that have no source here.
+// Input of Frama-C: the plain row kernels as compiled, after facts about bits and contracts of the
+// two functions without a source here.
 #include "bit_facts.h"  // written by prove.py
 
 /*@ requires bits != 0;
@@ -10,7 +10,7 @@
 int counted_zeros(unsigned bits);
 #define __builtin_ctz counted_zeros
 
-// An invariant that a contract implies must be proved to hold.
+// An invariant that a contract implies must be proved.
 /*@ requires \false;
     assigns \nothing;
     ensures \false; */

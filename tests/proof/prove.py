@@ -18,8 +18,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 FIRMWARE = os.path.join(HERE, "..", "..", "firmware")
 PACKAGES = {"frama-c": "frama-c-base", "why3": "why3", "z3": "z3"}
 TIMEOUT_S = 60
-MUTANT_TIMEOUT_S = 5  # a proof that is there is found in less
-# Lemmas that lead the prover astray. To know less is never wrong.
+MUTANT_TIMEOUT_S = 5  # an existing proof is found in less
+# Lemmas that mislead the prover. Omitting them is always sound.
 DRIVER = """import "{data}/drivers/z3_471.drv"
 theory int.Abs
   remove prop Abs_le
@@ -32,7 +32,7 @@ theory frama_c_wp.memory.Memory
   remove prop valid_string
 end
 """
-# Without model-based instantiation a goal that has no proof ends at once, and most others sooner.
+# Without model-based instantiation a goal without a proof ends at once, and most others sooner.
 COMMAND = "{z3} -smt2 {limit} smt.auto_config=false smt.mbqi=false smt.random_seed=42 -st %f"
 PROVER = """
 [prover]
@@ -67,12 +67,12 @@ def facts():
 
 
 def python(text):
-    """The same as an expression of Python, whose numbers have no width: / only of positive ones."""
+    """The same as an expression of Python, whose integers are unbounded; / of positive numbers only."""
     return text.replace("(unsigned short)", "short").replace("/", "//")
 
 
 def check_facts():
-    """Tries every fact with all values. Returns how many trials that took."""
+    """Tries every fact with all values. Returns the number of trials."""
     trials = 0
     for name, bounds, condition, relation in facts():
         if None in bounds.values():
@@ -83,7 +83,7 @@ def check_facts():
         for values in itertools.product(*map(range, bounds.values())):
             trials += 1
             if applies(*values) and not holds(*values):
-                sys.exit(f"prove.py: {name} is no fact: {dict(zip(bounds, values))}")
+                sys.exit(f"prove.py: {name} is not a fact: {dict(zip(bounds, values))}")
     return trials
 
 
@@ -115,7 +115,7 @@ def write_prover(folder):
 
 
 def frama_c(folder, firmware, words):
-    """What Frama-C says about match_proof.c with these sources."""
+    """Output of Frama-C for match_proof.c with these sources."""
     flags = f"-I{firmware} -I{folder}"
     return subprocess.run(
         ["frama-c", "-c11", f"-cpp-extra-args={flags}", os.path.join(HERE, "match_proof.c"),
@@ -125,7 +125,7 @@ def frama_c(folder, firmware, words):
 
 
 def prove(folder, firmware, claim, functions, jobs, timeout_s=TIMEOUT_S):
-    """Proved goals, all goals, and what Frama-C said."""
+    """Proved goals, all goals, and the output of Frama-C."""
     selection = ["-wp-rte", "-wp-fct", ",".join(functions)] if functions else ["-wp-prop=@lemma"]
     text = frama_c(folder, firmware, [
         *claim.checks, "-wp", *selection, "-wp-prover", "z3-quick", "-wp-par", str(jobs),
@@ -135,14 +135,14 @@ def prove(folder, firmware, claim, functions, jobs, timeout_s=TIMEOUT_S):
 
 
 def complaints(text):
-    """What Frama-C did not prove or did not like."""
+    """Goals not proved by Frama-C, and its warnings."""
     return [line for line in text.splitlines()
             if re.search(r"Goal typed_|Smoke-test|Error|annot-error|aborted", line)
             and not re.search(r": Valid|\[Passed\]", line)]
 
 
 def check_trusted():
-    """The sources may ask to be believed only what claims.py knows of."""
+    """The sources may only use the trusted statements listed in claims.py."""
     found = []
     for path in sorted(glob.glob(os.path.join(FIRMWARE, "core", "match*"))):
         with open(path, encoding="utf-8") as file:
@@ -152,7 +152,7 @@ def check_trusted():
 
 
 def check_mutant(folder, mutant):
-    """Whether the proof of a function fails once its source has a mistake."""
+    """Whether the proof of a function fails if its source has a mistake."""
     name, old, new, function = mutant
     firmware = tempfile.mkdtemp(dir=folder)
     shutil.copytree(os.path.join(FIRMWARE, "core"), os.path.join(firmware, "core"))
@@ -209,26 +209,26 @@ def check_mutants(folder, jobs, only):
 
 
 def wrong(text):
-    """Ends as tools/campaign does, whose words these were."""
+    """Exits with an error of tools/campaign, which passed the arguments."""
     print(f"tools/campaign: {text}; see tools/campaign --help", file=sys.stderr)
     sys.exit(2)
 
 
 def choose(only):
-    """The functions whose name matches; there are some."""
+    """The functions whose name matches; at least one."""
     try:
         chosen = [name for claim in claims.CLAIMS for name in claim.functions
                   if re.search(only, name)]
     except re.error:
-        wrong(f"--only {only} is no regular expression")
+        wrong(f"--only {only} is not a regular expression")
     return chosen or wrong(f"no function matches {only}")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="provers at a time")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of provers in parallel")
     parser.add_argument("--only", default=".", help="only the functions whose name matches")
-    parser.add_argument("--read", action="store_true", help="only read the contracts, prove nothing")
+    parser.add_argument("--read", action="store_true", help="only check the contracts, without proofs")
     parser.add_argument("--list", action="store_true", help="only print the functions' names")
     arguments = parser.parse_args()
     chosen = choose(arguments.only)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From power-up to an instrument whose parts are all known, or named.
+// From power-up to an instrument whose parts are all known, or reported.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -16,12 +16,12 @@ constexpr rig_part kParts[] = {RIG_PART_BRIDGE,      RIG_PART_LEFT_SENSOR,  RIG_
                                RIG_PART_RIGHT_SERVO, RIG_PART_LEFT_LENS,    RIG_PART_RIGHT_LENS,
                                RIG_PART_RESET_LINE,  RIG_PART_IRQ_LINE};
 
-// What a bring-up is to find when something is broken.
+// What a bring-up must report if something is broken.
 struct Broken {
     const char *fault, *heal;
     rig_part part;
     const char *words;              // in its line
-    std::vector<rig_part> missing;  // all others must be there
+    std::vector<rig_part> missing;  // all others must be found
     size_t lines;                   // in the log
 };
 
@@ -45,7 +45,7 @@ TEST_CASE("all parts are found, and nothing moves") {
     CHECK(rig_check(&bench.rig) == ERROR_OK);
     const std::string after = bench.control("status");
     CHECK(before.substr(before.find('\n')) == after.substr(after.find('\n')));
-    // And again, over what the first has left.
+    // Again, starting from the state of the first.
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
 }
 
@@ -54,19 +54,19 @@ TEST_CASE("a part that fails is named in one line, and the rest is still looked 
         {"fault camera left unplug",
          "fault camera left ok",
          RIG_PART_LEFT_SENSOR,
-         "left sensor: it does not answer on I2C",
+         "left sensor: no answer on I2C",
          {RIG_PART_LEFT_SENSOR, RIG_PART_LEFT_CAMERA},
          1},
         {"fault camera right stuck",
          "fault camera right ok",
          RIG_PART_RIGHT_SENSOR,
-         "right sensor: its I2C lines are held low",
+         "right sensor: its I2C lines are stuck low",
          {RIG_PART_RIGHT_SENSOR, RIG_PART_RIGHT_CAMERA},
          1},
         {"fault camera right silent",
          "fault camera right ok",
          RIG_PART_RIGHT_CAMERA,
-         "right camera: it sends no pixel clock",
+         "right camera: no pixel clock",
          {RIG_PART_RIGHT_CAMERA},
          1},
         {"fault camera left torn 4",
@@ -84,14 +84,14 @@ TEST_CASE("a part that fails is named in one line, and the rest is still looked 
         {"fault bus sda",
          "fault bus ok",
          RIG_PART_BRIDGE,
-         "FPGA bridge: a line of I2C is held low",
+         "FPGA bridge: I2C bus stuck low",
          {RIG_PART_BRIDGE, RIG_PART_LEFT_SENSOR, RIG_PART_RIGHT_SENSOR, RIG_PART_LEFT_CAMERA,
           RIG_PART_RIGHT_CAMERA, RIG_PART_LEFT_SERVO, RIG_PART_RIGHT_SERVO, RIG_PART_IRQ_LINE},
          1},
         {"fault bus scl",
          "fault bus ok",
          RIG_PART_BRIDGE,
-         "FPGA bridge: a line of I2C is held low",
+         "FPGA bridge: I2C bus stuck low",
          {RIG_PART_BRIDGE, RIG_PART_LEFT_SENSOR, RIG_PART_RIGHT_SENSOR, RIG_PART_LEFT_CAMERA,
           RIG_PART_RIGHT_CAMERA, RIG_PART_LEFT_SERVO, RIG_PART_RIGHT_SERVO, RIG_PART_IRQ_LINE},
          1},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client of the simulated rig: errors exactly as hal/ has them, and rigs that are none.
+// The client of the simulated rig: errors exactly as specified by hal/, and invalid rigs.
 #include <doctest/doctest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -28,7 +28,7 @@ struct Opened {
     void wait_ms(uint64_t time_ms) {
         backend.clock.operations->wait_until_us(backend.clock.self, now_us() + 1000 * time_ms);
     }
-    // A write of these bytes; what the bus has seen of it.
+    // Writes these bytes; returns what reached the bus.
     int write(uint8_t address, std::vector<uint8_t> bytes, size_t &begun) {
         uint8_t back[2];
         const hal_i2c_message messages[] = {{bytes.data(), uint16_t(bytes.size()), address, false},
@@ -40,7 +40,7 @@ struct Opened {
     }
 };
 
-// Listens, and says `bytes` to whoever comes.
+// Listens, and sends `bytes` to every client.
 class Stranger {
   public:
     explicit Stranger(const std::string &bytes) : where("unix:" + folder_ / "socket") {
@@ -84,7 +84,7 @@ TEST_CASE("what went over the bus is told exactly") {
     CHECK(begun == 4 + 2 + 3);
     CHECK(rig.write(0x11, {0, 1, 2}, begun) == ERROR_I2C_NACK);
     CHECK(begun == 1);
-    // Locked: its low byte is refused.
+    // Locked: its low byte is rejected.
     CHECK(rig.write(BRIDGE_I2C_ADDRESS, {BRIDGE_SERVO0_MIN_Q4, 0x30, 0}, begun) == ERROR_I2C_NACK);
     CHECK(begun == 4);
     sim_connection_control(&rig.backend.connection, "fault bus sda", nullptr, 0);
@@ -168,7 +168,7 @@ TEST_CASE("frames that begin too early are neither given nor let through the por
     REQUIRE(take(begin_us + 500000, begin_us + 800000, frame) == ERROR_OK);
     CHECK(frame.begin_us >= begin_us + 500000);
     CHECK(frame.begin_us < begin_us + 560000);
-    // Some twenty were sent meanwhile; each that passes costs its pixels.
+    // About twenty were sent meanwhile; each that passes costs its pixels.
     CHECK(frame.sequence <= first.sequence + 2);
 }
 

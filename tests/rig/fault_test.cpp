@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every call of the hardware's interfaces fails or takes for ever, once or always, during bring-up,
-// aiming and capture: within two seconds of rig time the instrument works again or is safe, and
-// says which part it was. Two cameras with ports of their own: unit/pair_two_cameras_test.cpp and
-// unit/pair_triggered_test.cpp; reconstruction, which uses the store alone:
-// console/reconstruct_test.py. As a rule one call of each kind is tried, chosen by the seed;
-// VERGENCE_RIG_FAULTS is how many, or "all" (tools/campaign rig).
+// Every call of the hardware's interfaces fails or hangs, once or always, during bring-up, panning
+// and capture: within two seconds of rig time the instrument works again or is safe, and reports
+// the part. For two cameras with their own ports see unit/pair_two_cameras_test.cpp and
+// unit/pair_triggered_test.cpp; for reconstruction, which only uses the store,
+// console/reconstruct_test.py. By default one call of each kind is tried, selected by the seed;
+// VERGENCE_RIG_FAULTS is their number, or "all" (tools/campaign rig).
 #include <doctest/doctest.h>
 
 #include <cstdlib>
@@ -38,7 +38,7 @@ bool is_named(Port port, rig_part part) {
     }
 }
 
-// Neither pulses nor frames, as the bridge itself has it; or it is held in reset.
+// Neither pulses nor frames, according to the bridge itself; or it is held in reset.
 bool is_at_rest(RigBench &bench) {
     fpga_bridge bridge{};
     uint16_t control = 0;
@@ -70,10 +70,11 @@ void try_fault(RigBench &bench, const Fault &fault) {
         CHECK(is_named(fault.port, bench.rig.trouble.part));
         CHECK(text.rfind(rig_part_text(bench.rig.trouble.part), 0) == 0);
         CHECK(took_us < kLimitUs);
-        // One failure on the bus is made good, but for a word that must not be taken twice.
+        // A single failure on the bus is corrected, except for a word that must not be accepted
+        // twice.
         CHECK((fault.for_ever || fault.port != Port::kI2c || bench.faulty.failed_once_only()));
     } else {
-        // One failure was made good; what fails for ever is never a success.
+        // A single failure was corrected; a permanent failure is never a success.
         CHECK(!(fault.for_ever && fault.port == Port::kI2c));
     }
     if (bench.rig.state != RIG_READY) {
@@ -97,7 +98,7 @@ void try_port(Port port, int error, bool for_ever) {
     REQUIRE(calls > 0);
     REQUIRE(tries > 0);
     for (uint64_t i = 0; i < tries; i++) {
-        // One of each stretch.
+        // One per section.
         const uint64_t from = calls * i / tries, to = calls * (i + 1) / tries;
         const uint64_t call = from + random() % (to - from);
         CAPTURE(seed);
@@ -105,7 +106,7 @@ void try_port(Port port, int error, bool for_ever) {
         CAPTURE(calls);
         try_fault(bench, {port, call, for_ever, error});
     }
-    // And nothing of it is left.
+    // And it leaves no trace.
     INFO(bench.rig.trouble.text);
     CHECK(run_all(bench, pair) == ERROR_OK);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs through the Verilated bridge: what belongs together, and what is refused.
+// Pairs through the Verilated bridge: valid pairs, and those that must be rejected.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -72,7 +72,8 @@ TEST_CASE("a pair of the chessboard tells when and how each frame was taken") {
         CHECK(std::abs(frame.before.position[LENS_IRIS] - 850) <= 5);
         CHECK(frame.before.pan_q4 == 0);
     }
-    // The cameras look at the same board from two places: alike as a whole, not pixel by pixel.
+    // The cameras see the same board from two positions: similar as a whole, but not pixel by
+    // pixel.
     CHECK(bench.mean(left) == doctest::Approx(bench.mean(right)).epsilon(0.25));
     size_t differ = 0;
     for (size_t i = 0; i < 512u * 384u; i++) {
@@ -106,7 +107,7 @@ TEST_CASE("exposure and gain are in force in the first pair after them") {
             CHECK(seen == doctest::Approx(light[side]).epsilon(0.06));
         }
     }
-    // One side alone.
+    // One side only.
     REQUIRE(rig_gain(&bench.rig, 1u << RIG_RIGHT, 8, &applied_q3) == ERROR_OK);
     REQUIRE(bench.capture(pair) == ERROR_OK);
     CHECK(pair.frame[RIG_LEFT].gain_q3 == 64);
@@ -150,7 +151,7 @@ TEST_CASE("no frame was exposed while its camera turned or its lens moved") {
     uint32_t applied_us = 0;
     REQUIRE(rig_exposure(&bench.rig, kBoth, 1000000, &applied_us) == ERROR_OK);
     bench.rig.profile.skew_limit_us = 3000000;
-    constexpr uint64_t kReading_us = 200000;  // the last ones of a lens that has arrived
+    constexpr uint64_t kReading_us = 200000;  // the last readings of a lens that has arrived
     ::pair pair{};
     for (int i = 0; i < 6; i++) {
         CAPTURE(i);
@@ -173,7 +174,7 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     ::pair pair{};
     bool sent = false;
     bench.go_on = [&bench, &sent] {
-        // The first frame is waited for: the positions before it have been read.
+        // Waits for the first frame: the positions before it have then been read.
         if (!sent && bench.rig.health[RIG_PART_RIGHT_LENS].uses >= 2) {
             sent = true;
             send_to_lens(bench, "2F700\n");

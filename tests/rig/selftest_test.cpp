@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The self test fails at any of its calls: the cameras see afterwards what they saw before, or the
-// rig is safe; and what is said names the part. As a rule few calls are tried, chosen by the seed;
-// with VERGENCE_RIG_FAULTS=all, all of them (tools/campaign rig).
+// The self test fails at any of its calls: afterwards the cameras have their previous source, or
+// the rig is safe; and the message names the part. By default few calls are tried, selected by the
+// seed; with VERGENCE_RIG_FAULTS=all, all of them (tools/campaign rig).
 #include <doctest/doctest.h>
 
 #include <array>
@@ -26,7 +26,7 @@ const command_reply_operations kNoReply = {
     [](void *) {},
 };
 
-/// The command as a person gives it; what is said in `message`.
+/// Runs the command as typed by a user; its message is in `message`.
 int selftest(RigBench &bench, std::string &message) {
     std::size_t count = 0;
     const command *table = command_rig_table(&count);
@@ -48,7 +48,7 @@ int selftest(RigBench &bench, std::string &message) {
     return error;
 }
 
-/// The source that the bridge is told to pass on.
+/// The source selected in the bridge.
 uint16_t selected(RigBench &bench) {
     uint16_t select = 0;
     REQUIRE(fpga_bridge_read(&bench.rig.bridge, BRIDGE_CAM_SELECT, &select) == ERROR_OK);
@@ -61,7 +61,7 @@ void bring_up(RigBench &bench) {
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     uint32_t applied_us = 0;
     REQUIRE(rig_exposure(&bench.rig, 3, 4000, &applied_us) == ERROR_OK);
-    REQUIRE(bench.capture(pair) == ERROR_OK);  // the right camera is chosen after it
+    REQUIRE(bench.capture(pair) == ERROR_OK);  // the right camera is selected after it
 }
 
 void try_fault(RigBench &bench, const Fault &fault) {
@@ -79,7 +79,7 @@ void try_fault(RigBench &bench, const Fault &fault) {
     CHECK(bench.rig.format.width_px == rig_before.format.width_px);
     CHECK(bench.rig.format.height_px == rig_before.format.height_px);
     if (error != 0) {
-        // The part, not only what an error is called.
+        // The part, not only the name of an error.
         CHECK(message != error_text(error));
         bool named = message.find("bridge's test picture") != std::string::npos ||
                      message.find("port behind the bridge") != std::string::npos;
@@ -134,7 +134,7 @@ TEST_CASE("a self test that fails leaves the rig as it was, or safe, and names t
         REQUIRE(count > 0);
         const uint64_t tries = all || port == Port::kCamera ? count : 2;
         for (uint64_t i = 0; i < tries; i++) {
-            // Of each stretch a call, once or for ever, with one error or the other.
+            // One call per section, once or permanently, with one error or the other.
             const uint64_t from = count * i / tries, to = count * (i + 1) / tries;
             const uint64_t call = from + random() % (to - from);
             const uint64_t chosen = random() % 4;

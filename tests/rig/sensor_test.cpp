@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sensor's driver against the simulated sensor, through the Verilated bridge.
+// The sensor's driver with the simulated sensor, through the Verilated bridge.
 #include <doctest/doctest.h>
 
 #include "bench/rig_bench.hpp"
@@ -47,7 +47,7 @@ TEST_CASE("windows, exposure and gain are in the registers that the datasheet ha
     window.bin = 1;
     REQUIRE(mt9t001_set_window(&sensor, &window) == ERROR_OK);
     CHECK(read_register(sensor, 0x22) == 0x01);
-    CHECK(read_register(sensor, 0x07) == 0x0002);  // not frozen any more
+    CHECK(read_register(sensor, 0x07) == 0x0002);  // no longer frozen
     REQUIRE(mt9t001_set_shutter(&sensor, 0x2BEEF) == ERROR_OK);
     CHECK(read_register(sensor, 0x08) == 2);
     CHECK(read_register(sensor, 0x09) == 0xBEEF);
@@ -81,7 +81,7 @@ TEST_CASE("a change that fails half way is taken back") {
     const mt9t001_window before = sensor.window;
     mt9t001_window window{};
     REQUIRE(mt9t001_centred_window(640, 480, 1, 1, &window) == ERROR_OK);
-    // One transfer after the other fails in a way that is not tried again.
+    // One transfer after the other fails with an error that is not retried.
     for (uint64_t first = 0; first < 6; first++) {
         bench.faulty.fail({rig_bench::Port::kI2c, first, false, ERROR_DEVICE});
         CHECK(mt9t001_set_window(&sensor, &window) == ERROR_DEVICE);
@@ -109,11 +109,11 @@ TEST_CASE("a transfer that the adapter lost once is made good, of sensor and bri
     bench.faulty.fail({rig_bench::Port::kI2c, 0, false, ERROR_IO});
     CHECK(fpga_bridge_read(&bench.rig.bridge, BRIDGE_ID, &value) == ERROR_OK);
     CHECK(value == fpga_bridge_register(BRIDGE_ID)->reset);
-    // What must not be taken twice is not sent twice, as the bus may have seen all of it.
+    // A word that must not be accepted twice is not sent twice, as the bus may have seen all of it.
     bench.faulty.fail({rig_bench::Port::kI2c, 0, false, ERROR_IO});
     CHECK(fpga_bridge_clear_count(&bench.rig.bridge, BRIDGE_I2C_TIMEOUTS) == ERROR_IO);
     CHECK(bench.faulty.calls(rig_bench::Port::kI2c) == 1);
-    // And what lasts is told after a few tries.
+    // A lasting fault is reported after a few attempts.
     bench.faulty.fail({rig_bench::Port::kI2c, 0, true, ERROR_IO});
     CHECK(fpga_bridge_read(&bench.rig.bridge, BRIDGE_ID, &value) == ERROR_IO);
     CHECK(mt9t001_check(&sensor) == ERROR_IO);
@@ -129,7 +129,7 @@ TEST_CASE("after a change whose taking back failed too, the next one writes all"
     REQUIRE(mt9t001_centred_window(640, 480, 1, 1, &window) == ERROR_OK);
     for (uint64_t first = 1; first < 5; first++) {
         CAPTURE(first);
-        // The bus goes in the middle of a change, and comes back.
+        // The bus fails in the middle of a change, and recovers.
         bench.faulty.fail({rig_bench::Port::kI2c, first, true, ERROR_DEVICE});
         CHECK(mt9t001_set_window(&sensor, &window) == ERROR_DEVICE);
         bench.faulty.fail({});
@@ -137,7 +137,7 @@ TEST_CASE("after a change whose taking back failed too, the next one writes all"
         REQUIRE(mt9t001_set_shutter(&sensor, rows) == ERROR_OK);
         CHECK(sensor.shutter_rows == rows);
         CHECK(mt9t001_check(&sensor) == ERROR_OK);
-        // Then differences are enough again: frozen, one word, let go.
+        // Then differences are sufficient again: freeze, one word, unfreeze.
         REQUIRE(mt9t001_set_shutter(&sensor, rows - 1) == ERROR_OK);
         CHECK(bench.faulty.calls(rig_bench::Port::kI2c) > 3);
         bench.faulty.fail({});

@@ -38,7 +38,7 @@ void Bridge::run(uint64_t duration_ps) {
     for (;;) {
         end_ps_ = moments_.empty() ? end : std::min(end, moments_.top().time_ps);
         if (now() < end_ps_) {
-            // Ends early when a callback sets an earlier moment.
+            // Ends early if a callback sets an earlier time.
             bridge_model_advance(model_, end_ps_ - now());
         }
         bool called = false;

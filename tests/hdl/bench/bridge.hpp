@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The simulated bridge with what stands around it in every test: a queue of moments, listeners,
-/// and a checker of the servo pulses that cannot be switched off.
+/// The simulated bridge with the environment of every test: a queue of events, listeners, and a
+/// checker of the servo pulses that is always active.
 #ifndef VERGENCE_TESTS_HDL_BENCH_BRIDGE_HPP
 #define VERGENCE_TESTS_HDL_BENCH_BRIDGE_HPP
 
@@ -16,11 +16,11 @@ namespace hdl {
 
 constexpr uint64_t kNs = 1000, kUs = 1000 * kNs, kMs = 1000 * kUs;
 
-/// Hears of events. Its calls come in the middle of an advance: it may set inputs and moments.
+/// Receives events. Calls come during an advance: it may set inputs and event times.
 class Listener {
   public:
     virtual ~Listener() = default;
-    /// The groups (BRIDGE_EVENT_*) that it wants.
+    /// The groups (BRIDGE_EVENT_*) to receive.
     virtual uint32_t wanted() const { return 0; }
     virtual void on_event(uint64_t, uint32_t, const bridge_outputs &) {}
     /// After an edge of a camera's clock.
@@ -36,20 +36,20 @@ class Bridge {
     Bridge(const Bridge &) = delete;
     Bridge &operator=(const Bridge &) = delete;
 
-    /// Holds the board's reset for a microsecond.
+    /// Activates the board's reset for a microsecond.
     void reset();
-    /// Lets time pass.
+    /// Simulates a duration.
     void run(uint64_t duration_ps);
-    /// The same 25 times cheaper (see bridge_model.h); back to the exact clock at the end.
+    /// The same 25 times cheaper (see bridge_model.h); returns to the exact clock at the end.
     void run_idle(uint64_t duration_ps);
     uint64_t now() const { return bridge_model_time_ps(model_); }
     const bridge_outputs &out() const;
-    /// What the world drives. Changes count after drive().
+    /// The inputs. Changes take effect with drive().
     bridge_inputs in{};
     void drive() { bridge_model_set_inputs(model_, &in); }
-    /// Calls at a moment; in a callback, too.
+    /// Calls at a given time; also from a callback.
     void at(uint64_t time_ps, std::function<void()> what);
-    /// The listener must live as long as the bridge, or until remove().
+    /// The listener must outlive the bridge, or call remove().
     void add(Listener &listener);
     void remove(Listener &listener);
     void set_clock(int clock, uint32_t period_ps) {

@@ -52,7 +52,7 @@ void TargetOracle::byte_is_there() {
             next_ = acknowledge_ ? State::kLow : State::kIgnore;
             break;
         case State::kLow:
-            // Whether a register takes the word is its own rule: seen, not foretold.
+            // Whether a register accepts the word is its own rule: observed, not predicted.
             unsure_ = followed_.count(index_) == 0;
             if (!unsure_ && constant_.count(index_) == 0) {
                 values_[index_] = uint16_t(unsigned(high_) << 8 | shift_);
@@ -85,7 +85,7 @@ void TargetOracle::clock(bool first, bool second) {
         }
     }
     if (first != second) {
-        // START or STOP: the clock that it stands in is none. But a word that was sent is over.
+        // START or STOP: the clock around it does not count. But a word that was sent is complete.
         if (bits_ == 8 && state_ == State::kRead && second_byte_) {
             index_++;
         }
@@ -123,7 +123,7 @@ void SymbolSource::plan() {
     plan_byte(uint8_t(address << 1 | unsigned(read)), false);
     const uint32_t bytes = random_.below(8);
     for (uint32_t i = 0; i < bytes; i++) {
-        // Indices lie in the lower half.
+        // Indices are in the lower half.
         plan_byte(uint8_t(i == 0 ? random_.below(0x60) : random_.below(256)), read);
     }
     if (random_.chance(0.7)) {

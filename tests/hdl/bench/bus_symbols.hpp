@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Random symbols on the DSP's bus, and what a right target makes of them.
+/// Random symbols on the DSP's bus, and the expected response of a correct target.
 ///
-/// A symbol is one clock: SDA is set while SCL is low, and may move once while SCL is high.
+/// A symbol is one clock: SDA is set while SCL is low, and may change once while SCL is high.
 #ifndef VERGENCE_TESTS_HDL_BENCH_BUS_SYMBOLS_HPP
 #define VERGENCE_TESTS_HDL_BENCH_BUS_SYMBOLS_HPP
 
@@ -20,24 +20,24 @@ struct Symbol {
 };
 constexpr Symbol kZero{false, false}, kOne{true, true}, kStart{true, false}, kStop{false, true};
 
-/// The bridge's target as its documentation has it, clock by clock.
+/// The bridge's target as documented, clock by clock.
 class TargetOracle {
   public:
     /// known: indices that exist.
     explicit TargetOracle(std::set<uint8_t> known) : known_(std::move(known)) {}
 
-    /// Whether it pulls SDA during the next clock; nothing is sure while it sends a register whose
-    /// value is not known here, or judges a word for it. The wire must show it then: the master
-    /// must not pull throughout the clock that judges.
+    /// Whether it pulls SDA during the next clock. Unknown while it sends a register whose value is
+    /// not known here, or decides on a word for it; then the wire must show it, so the master must
+    /// not pull throughout the deciding clock.
     enum class Pull { kNo, kYes, kUnsure };
     Pull pull() const;
     bool judging() const { return bits_ == 8 && unsure_; }
-    /// The next clock would store a word; in this register.
+    /// The next clock would store a word, in this register.
     bool about_to_store(uint8_t &index) const;
-    /// The clock as it was on the wire.
+    /// The clock as seen on the wire.
     void clock(bool first, bool second);
 
-    /// A register whose value is followed: plain storage, or a constant that takes nothing.
+    /// A register whose value is tracked: plain storage, or a constant that accepts nothing.
     void follow(uint8_t index, uint16_t value, bool constant) {
         values_[index] = value;
         followed_.insert(index);
@@ -63,7 +63,7 @@ class TargetOracle {
     uint64_t stored_ = 0;
 };
 
-/// Whole transfers with random interruptions: what is random alone hardly ever meets an address.
+/// Complete transfers with random interruptions: purely random symbols rarely contain an address.
 class SymbolSource {
   public:
     explicit SymbolSource(uint64_t seed) : random_(seed) {}

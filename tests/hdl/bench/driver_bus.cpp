@@ -10,9 +10,9 @@ namespace hdl {
 namespace {
 
 constexpr unsigned kBoth = HAL_I2C_SCL | HAL_I2C_SDA;
-// The filters, the bridge and a sensor have answered the last move after this.
+// Time after which the filters, the bridge and a sensor have responded to the last change.
 constexpr uint64_t kSettled = 2 * kUs;
-// To and from the slow clock takes up to a microsecond each.
+// Switching to and from the slow clock takes up to a microsecond each.
 constexpr uint64_t kShortestIdle = 20 * kUs, kLeaveIdle = 3 * kUs;
 
 }  // namespace
@@ -77,7 +77,7 @@ void DriverBus::fall() {
     }
 }
 
-// Lets SCL go and waits for it as long as somebody stretches it.
+// Releases SCL and waits while another device stretches it.
 void DriverBus::rise() {
     pull(own_ & ~unsigned(HAL_I2C_SCL));
     while (!high(HAL_I2C_SCL)) {

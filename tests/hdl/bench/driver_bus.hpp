@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The hal's I2C bus and clock on the simulated bridge's pins: every bit of a driver's transfers
-/// goes over two open-drain wires that others may pull as well.
+/// The hal's I2C bus and clock on the simulated bridge's pins: every bit of a driver's transfer is
+/// sent on two open-drain wires that other devices may pull too.
 #ifndef VERGENCE_TESTS_HDL_BENCH_DRIVER_BUS_HPP
 #define VERGENCE_TESTS_HDL_BENCH_DRIVER_BUS_HPP
 
@@ -15,33 +15,33 @@ namespace hdl {
 
 class DriverBus {
   public:
-    /// A master with these times. Lines that the bridge's inputs already pull stay pulled: they are
-    /// what an earlier master left, until this one lets them go.
+    /// A master with these timings. Lines already pulled by the bridge's inputs stay pulled, as
+    /// left by an earlier master, until this one releases them.
     DriverBus(Bridge &bridge, const I2cTiming &timing);
 
     const hal_i2c *bus() const { return &bus_; }
     const hal_clock *clock() const { return &clock_; }
-    /// Hides the lines from recovery, as Linux i2c-dev does.
+    /// Disables access to the lines for recovery, as with Linux i2c-dev.
     void hide_lines();
 
-    /// What something else pulls (HAL_I2C_*), from now on; for so long.
+    /// Lines pulled by another device (HAL_I2C_*) from now on, for a duration.
     void others_pull(unsigned lines, uint64_t duration_ps = UINT64_MAX);
     unsigned others() const { return others_; }
-    /// They let go at the rise of this clock of a recovery.
+    /// They are released at the rise of this clock of a recovery.
     void release_after(uint64_t recovery_falls) { release_after_ = recovery_falls; }
-    /// When they let go last.
+    /// When they were last released.
     uint64_t released_ps() const { return released_ps_; }
-    /// Called after each fall of SCL in a transfer, with its number in this transfer, 1 for that of
-    /// START: after fall 9 * n + k + 1 comes bit k of byte n (the address is 0, bit 8
-    /// acknowledges). A repeated START has a fall of its own.
+    /// Called after each fall of SCL in a transfer, with its number in this transfer (1 for that of
+    /// START): after fall 9 * n + k + 1 comes bit k of byte n (the address is 0, bit 8
+    /// acknowledges). A repeated START has its own fall.
     void on_fall(std::function<void(uint64_t)> hook) { hook_ = std::move(hook); }
-    /// The master reads SDA wrongly in the bit after those falls for which this says so.
+    /// The master misreads SDA in the bit after the falls for which this returns true.
     void misread(std::function<bool(uint64_t)> wrong) { wrong_ = std::move(wrong); }
-    /// SCL's falls in the present or last transfer, and those made through lines().
+    /// SCL falls in the present or last transfer, and those made through lines().
     uint64_t falls() const { return falls_; }
     uint64_t recovery_falls() const { return recovery_falls_; }
     uint64_t transfers() const { return transfers_; }
-    /// Lets time pass; cheap when it is long and nothing moves.
+    /// Simulates a duration; cheap if it is long and nothing changes.
     void wait(uint64_t duration_ps) { pass_until(bridge_.now() + duration_ps); }
 
   private:

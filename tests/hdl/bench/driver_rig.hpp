@@ -15,10 +15,10 @@ namespace hdl {
 
 class DriverRig {
   public:
-    /// With the world prepared and the driver open; its counts are 0.
+    /// With the environment set up and the driver open; its counters are 0.
     explicit DriverRig(uint64_t seed = synthetic::test_seed(), unsigned khz = 400);
 
-    /// What the driver has counted since the last call, as "transfers 1, nacks 2"; zeros left out.
+    /// The driver's counters since the last call, as "transfers 1, nacks 2"; zeros omitted.
     std::string counted();
     /// Microseconds since the last call.
     uint64_t took_us();

@@ -9,7 +9,7 @@ namespace hdl {
 
 namespace {
 
-// Bits of a register that stay as they are unless something is written.
+// Bits of a register that only change when written.
 unsigned kept_bits(const bridge_register &row) {
     switch (row.index) {
         case BRIDGE_UNLOCK:
@@ -59,7 +59,7 @@ std::optional<DriverWorld::State> DriverWorld::state() {
     Registers registers(master);
     master.let_go();
     State state;
-    constexpr int kGap = 4;  // shorter to read over than to begin anew
+    constexpr int kGap = 4;  // shorter to read over than to start again
     for (int first = 0, last; first < BRIDGE_REGISTER_COUNT; first = last) {
         last = first + 1;
         if (kept_bits(bridge_registers[first]) == 0) {

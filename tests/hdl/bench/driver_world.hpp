@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a driver's test can look at besides the driver: the bridge's registers by a master that
-/// nothing disturbs, the sensors' registers, and what was started.
+/// What a driver's test can inspect besides the driver: the bridge's registers through an
+/// undisturbed master, the sensors' registers, and started actions.
 #ifndef VERGENCE_TESTS_HDL_BENCH_DRIVER_WORLD_HPP
 #define VERGENCE_TESTS_HDL_BENCH_DRIVER_WORLD_HPP
 
@@ -31,21 +31,21 @@ class TriggerCount : public Listener {
 
 class DriverWorld {
   public:
-    /// All bits that only a write can change: by a register's index, by 0x100 and 0x200 and the
-    /// index for the sensors, and trigger pulses under kTriggers.
+    /// All bits that only a write can change: by register index, by 0x100 or 0x200 plus the index
+    /// for the sensors, and trigger pulses under kTriggers.
     using State = std::map<unsigned, uint32_t>;
     static constexpr unsigned kTriggers = 0x300;
 
     explicit DriverWorld(uint64_t seed);
     ~DriverWorld() { bridge.remove(trigger); }
-    /// Resets the bridge, and sets registers so that neither zeros nor ones could be written into
-    /// any without a trace; limits are unlocked.
+    /// Resets the bridge, and sets registers so that writing zeros or ones to any of them leaves a
+    /// trace; limits are unlocked.
     void prepare();
-    /// Lets the bus go and reads everything; nothing when the bridge does not answer.
+    /// Releases the bus and reads everything; nullopt if the bridge does not answer.
     std::optional<State> state();
-    /// Lets the bus go and reads a register; nothing when the bridge does not answer.
+    /// Releases the bus and reads a register; nullopt if the bridge does not answer.
     std::optional<uint16_t> peek(uint8_t index);
-    /// Writes a register; true: taken.
+    /// Writes a register; true: accepted.
     bool poke(uint8_t index, uint16_t value);
 
     Bridge bridge;
@@ -53,7 +53,7 @@ class DriverWorld {
     TriggerCount trigger;
 };
 
-/// The first place where two states differ, in words; empty: none.
+/// The first difference between two states, as text; empty: none.
 std::string difference(const DriverWorld::State &is, const DriverWorld::State &should);
 
 }  // namespace hdl

@@ -149,7 +149,7 @@ bool I2cMaster::clear_bus() {
         sda(true);
         wait(timing_.low);
         if (bridge_.out().sda != 0) {
-            // A STOP at once: each further clock could be a bit of a word that somebody takes.
+            // A STOP at once: each further clock could be a bit of a word that a device stores.
             sda(false);
             wait(timing_.low);
         }

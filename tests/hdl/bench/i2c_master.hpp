@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A master of the DSP's bus, made of bare pin moves with exact times.
+/// A master of the DSP's bus, built from pin changes with exact times.
 #ifndef VERGENCE_TESTS_HDL_BENCH_I2C_MASTER_HPP
 #define VERGENCE_TESTS_HDL_BENCH_I2C_MASTER_HPP
 
@@ -17,18 +17,18 @@ namespace hdl {
 struct I2cTiming {
     uint64_t low, high;
     uint64_t start_setup, start_hold, stop_setup, free;
-    /// SDA moves so long after SCL fell.
+    /// SDA changes this long after SCL fell.
     uint64_t data_hold;
 };
 
-/// The shortest times of the standard, filled up to the period: low takes the rest.
+/// The shortest times of the standard; low is extended to fill the period.
 I2cTiming standard_timing(unsigned khz);
 
-/// For the sensors' branches at 400 kHz: the router takes up to 80 ns off the high times and 200 ns
-/// off the hold time of START (see i2c_router.v), so the master gives 700 and 800 ns.
+/// For the sensors' branches at 400 kHz: the router shortens by up to 80 ns the high times and 200
+/// ns off the hold time of START (see i2c_router.v), so the master gives 700 and 800 ns.
 I2cTiming branch_timing(unsigned khz);
 
-/// Ends a transfer in its middle (see I2cMaster::abort_after).
+/// Ends a transfer in the middle (see I2cMaster::abort_after).
 struct Aborted {};
 
 class I2cMaster {
@@ -39,25 +39,26 @@ class I2cMaster {
     /// START, or a repeated one.
     void start();
     void stop();
-    /// One clock. Returns what the wire was while SCL was high.
+    /// One clock. Returns the level of the wire while SCL was high.
     bool bit(bool level);
     /// True: acknowledged.
     bool write_byte(uint8_t value);
     uint8_t read_byte(bool acknowledge);
 
-    /// Address and bytes in one transfer. Returns how many were acknowledged, the address included.
+    /// Address and bytes in one transfer. Returns the number of acknowledged bytes, including the
+    /// address.
     size_t write(uint8_t address, const std::vector<uint8_t> &bytes, bool with_stop = true);
-    /// What a read gives; nothing when the address was not acknowledged.
+    /// Result of a read; nullopt if the address was not acknowledged.
     std::optional<std::vector<uint8_t>> read(uint8_t address, size_t count);
 
-    /// Throws Aborted after so many more pin moves; lines stay as they are then.
+    /// Throws Aborted after this many further pin changes; the lines then keep their state.
     void abort_after(uint64_t moves) { moves_left_ = moves; }
     void never_abort() { moves_left_ = UINT64_MAX; }
     uint64_t moves() const { return moves_; }
-    /// Lets both lines go.
+    /// Releases both lines.
     void let_go();
-    /// Clocks until SDA is free, then a STOP. True: the bus is free. Never nine clocks blindly:
-    /// with SDA free they would complete a word that another transfer has begun.
+    /// Clocks until SDA is free, then sends a STOP. True: the bus is free. Never nine clocks
+    /// blindly: with SDA free they would complete a word begun by another transfer.
     bool clear_bus();
 
   private:
@@ -72,14 +73,14 @@ class I2cMaster {
     bool in_transfer_ = false;
 };
 
-/// The bridge's registers through the master.
+/// The bridge's registers, accessed through the master.
 class Registers {
   public:
     static constexpr uint8_t kAddress = 0x2C;
     explicit Registers(I2cMaster &master) : master_(master) {}
     /// True: everything was acknowledged.
     bool write(uint8_t index, uint16_t value);
-    /// With a repeated START; nothing when something was not acknowledged.
+    /// With a repeated START; nullopt if anything was not acknowledged.
     std::optional<uint16_t> read(uint8_t index);
     std::optional<std::vector<uint16_t>> read(uint8_t index, size_t words);
 
@@ -87,7 +88,7 @@ class Registers {
     I2cMaster &master_;
 };
 
-/// Short wrong readings of the bus's wires at random times.
+/// Short misreadings of the bus lines at random times.
 class Spikes {
   public:
     /// per_second: on each line; longest_ps: of one; apart_ps: from the end of one to the next.

@@ -30,7 +30,7 @@ void I2cSensor::drive(bool level) {
 void I2cSensor::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &now) {
     const bool scl = now.branch_scl[camera_] != 0, sda = now.branch_sda[camera_] != 0;
     if (scl && scl_ && sda != sda_) {
-        // A START or STOP between bytes stands before the first bit's fall.
+        // A START or STOP between bytes comes before the first bit's fall.
         if (state_ != State::kIdle && state_ != State::kIgnore && bits_ > 1) {
             broken++;
         }

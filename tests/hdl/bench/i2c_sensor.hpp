@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The I2C side of an MT9T001 at its branch: 0x5D, registers of 16 bits behind an 8-bit index, high
-/// byte first, index counting on.
+/// The I2C side of an MT9T001 on its branch: 0x5D, 16-bit registers behind an 8-bit index, high
+/// byte first, auto-increment.
 #ifndef VERGENCE_TESTS_HDL_BENCH_I2C_SENSOR_HPP
 #define VERGENCE_TESTS_HDL_BENCH_I2C_SENSOR_HPP
 
@@ -21,14 +21,14 @@ class I2cSensor : public Listener {
     void on_event(uint64_t time_ps, uint32_t events, const bridge_outputs &now) override;
 
     std::array<uint16_t, 256> registers{};
-    /// What it has seen since it was made.
+    /// What it has observed since its construction.
     uint64_t starts = 0, stops = 0, clocks = 0, addressed = 0, bytes_written = 0, bytes_read = 0;
-    /// START or STOP in the middle of a byte, low and high times and holds of START
-    /// that are shorter than the standard's for 400 kHz.
+    /// START or STOP in the middle of a byte; low and high times and holds of START shorter than
+    /// the standard allows at 400 kHz.
     uint64_t broken = 0, short_times = 0;
-    /// Pulls SDA or SCL for good, as a hung sensor does.
+    /// Pulls SDA or SCL permanently, as a hung sensor does.
     void hang(bool sda, bool scl);
-    /// Pulls SCL for so long after each byte, which the bridge does not support.
+    /// Stretches SCL this long after each byte, which the bridge does not support.
     uint64_t stretch_ps = 0;
 
   private:

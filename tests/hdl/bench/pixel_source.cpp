@@ -50,7 +50,7 @@ void PixelSource::on_pixel_clock(uint64_t, int camera, int level) {
             missing_pixels = missing_lines = 0;
         }
     }
-    // The frame begins a little before its first line, and ends after its last.
+    // The frame begins shortly before its first line, and ends after its last.
     const unsigned lead = 8;
     const bool frame_valid =
         row_ < window_.height - lines_short_by_ && (row_ != 0 || column_ >= lead) &&
@@ -60,7 +60,7 @@ void PixelSource::on_pixel_clock(uint64_t, int camera, int level) {
     const bool line_valid = frame_valid && column_ >= 2 * lead && x < width;
     bridge_.in.frame_valid[camera_] = frame_valid;
     bridge_.in.line_valid[camera_] = line_valid;
-    // Between lines the pins carry something, too.
+    // Between lines the pins carry data too.
     bridge_.in.pixel[camera_] =
         line_valid ? pixel_of(camera_, frame_, x, row_) : uint16_t(column_ * 37u & 0x3FFu);
     bridge_.drive();
@@ -79,7 +79,7 @@ void PpiReceiver::on_event(uint64_t time_ps, uint32_t, const bridge_outputs &now
     if (!now.ppi_clk) {
         return;
     }
-    // Data move at the fall: what is there at the rise has been stable for half a period.
+    // Data change at the fall, so at the rise they have been stable for half a period.
     const bool frame_valid = now.ppi_fs2 != 0, line_valid = now.ppi_fs1 != 0;
     if (now.ppi_fs3 || (line_valid && !frame_valid)) {
         broken++;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The picture side of an MT9T001: PIXCLK, frame valid, line valid and ten bits, with its timing,
-/// and a receiver like the Blackfin's PPI that knows every pixel in advance.
+/// The video side of an MT9T001 (PIXCLK, frame valid, line valid and ten bits, with its timing),
+/// and a receiver like the Blackfin's PPI that knows every expected pixel.
 #ifndef VERGENCE_TESTS_HDL_BENCH_PIXEL_SOURCE_HPP
 #define VERGENCE_TESTS_HDL_BENCH_PIXEL_SOURCE_HPP
 
@@ -14,7 +14,8 @@ namespace hdl {
 /// A window, and the blanking registers.
 struct Window {
     unsigned width = 32, height = 8, hblank = 21, vblank = 3;
-    /// P1 + P2 of the sensor without binning; less, but not below 24, for a faster picture.
+    /// P1 + P2 of the sensor without binning; a smaller value, but not below 24, gives a higher
+    /// frame rate.
     unsigned fixed = 331 + 38;
     /// Clocks of a row, by the model of the sensor: W + P1 + P2 + HBLANK.
     unsigned row_clocks() const { return width + fixed + hblank; }
@@ -23,7 +24,7 @@ struct Window {
     uint64_t frame_clocks() const { return uint64_t(row_clocks()) * frame_rows(); }
 };
 
-/// The pixel at a place. The first two of a frame tell the camera and the number of the frame.
+/// The pixel at a position. The first two of a frame encode camera and frame number.
 uint16_t pixel_of(int camera, uint32_t frame, unsigned x, unsigned y);
 constexpr uint32_t kFrameNumbers = 1u << 19;
 
@@ -32,18 +33,18 @@ class PixelSource : public Listener {
     PixelSource(Bridge &bridge, int camera, const Window &window);
 
     void on_pixel_clock(uint64_t time_ps, int camera, int level) override;
-    /// The window of the frames from the next one on.
+    /// The window from the next frame on.
     void set_window(const Window &window) { next_window_ = window; }
-    /// Clock of the sensor; 0: it stands, in the middle of whatever it does.
+    /// Clock of the sensor; 0: it stops, at any point.
     void set_period(uint32_t period_ps);
     uint32_t period() const { return period_ps_; }
-    /// Outputs move after the clock's rise (false, as the sensor does by default) or fall.
+    /// Outputs change after the clock's rise (false, the sensor's default) or fall.
     bool launch_at_fall = false;
-    /// Pixels are wrong from the edge at which they should be taken until they move.
+    /// Pixels are wrong from their sampling edge until they change.
     bool only_at_edge = false;
     /// Frames begun.
     uint32_t frames() const { return frame_; }
-    /// A fault in the next frame: so many pixels or lines fewer.
+    /// A fault in the next frame: this many pixels or lines missing.
     unsigned missing_pixels = 0, missing_lines = 0;
     const Window &window() const { return window_; }
 
@@ -55,7 +56,7 @@ class PixelSource : public Listener {
     unsigned row_ = 0, column_ = 0, short_by_ = 0, lines_short_by_ = 0;
 };
 
-/// One frame as the DSP gets it.
+/// One frame as received by the DSP.
 struct Received {
     uint64_t begin_ps, end_ps;
     std::vector<std::vector<uint16_t>> lines;
@@ -70,9 +71,9 @@ class PpiReceiver : public Listener {
     void on_event(uint64_t time_ps, uint32_t events, const bridge_outputs &now) override;
 
     std::vector<Received> frames;
-    /// Drops all frames but one that has not ended yet.
+    /// Drops all frames except an unfinished one.
     void forget() { frames.erase(frames.begin(), frames.end() - (in_frame_ ? 1 : 0)); }
-    /// Shortest phases of the clock that were seen.
+    /// Shortest clock phases observed.
     uint64_t shortest_high_ps = UINT64_MAX, shortest_low_ps = UINT64_MAX;
     uint64_t edges = 0;
     /// Line valid outside of frame valid, FS3 high.
@@ -83,8 +84,8 @@ class PpiReceiver : public Listener {
     uint64_t edge_ps_ = 0;
 };
 
-/// Which camera's frame this is and whether each of its pixels is right: "" then, else what is
-/// wrong. camera and number are set when they could be told.
+/// Checks which camera's frame this is and every pixel: "" if correct, else what is wrong. camera
+/// and number are set if they could be decoded.
 std::string check_frame(const Received &frame, const Window &window, int &camera, uint32_t &number);
 
 }  // namespace hdl

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Random numbers of the bridge's tests: the same on every machine for a seed.
+/// Random numbers for the bridge's tests: the same on every machine for a seed.
 #ifndef VERGENCE_TESTS_HDL_BENCH_RANDOM_HPP
 #define VERGENCE_TESTS_HDL_BENCH_RANDOM_HPP
 
@@ -31,7 +31,7 @@ class Random {
     uint64_t state_;
 };
 
-/// How many rounds a random test makes: VERGENCE_DRAWS from the environment, else `usual`.
+/// Number of rounds of a random test: VERGENCE_DRAWS from the environment, else `usual`.
 inline uint64_t draws(uint64_t usual) {
     const char *text = std::getenv("VERGENCE_DRAWS");
     return text != nullptr ? std::strtoull(text, nullptr, 0) : usual;

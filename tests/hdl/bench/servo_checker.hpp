@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Looks at every servo edge of every test. No pulse may leave the hardware's limits, whatever the
-/// test does to the bridge; frames may be demanded without a gap.
+/// Checks every servo edge of every test. No pulse may leave the hardware's limits, whatever the
+/// test does to the bridge; frames without a gap can be required.
 #ifndef VERGENCE_TESTS_HDL_BENCH_SERVO_CHECKER_HPP
 #define VERGENCE_TESTS_HDL_BENCH_SERVO_CHECKER_HPP
 
@@ -23,15 +23,15 @@ class ServoChecker : public Listener {
 
     uint32_t wanted() const override { return BRIDGE_EVENT_SERVO; }
     void on_event(uint64_t time_ps, uint32_t events, const bridge_outputs &now) override;
-    /// The board's reset ends a pulse at once; that one alone may be short.
+    /// The board's reset ends a pulse at once; only that pulse may be short.
     void on_reset(uint64_t time_ps);
-    /// From now on every frame of the servo must have its pulse; 0: not any more.
+    /// From now on every frame of the servo must have its pulse; 0: no longer required.
     void demand(int servo, uint64_t period_ps);
-    /// Whether a demanded pulse is late now.
+    /// Whether a required pulse is late now.
     void look(uint64_t time_ps);
 
     const std::vector<Pulse> &pulses(int servo) const { return pulses_[servo]; }
-    /// What was wrong; empty when nothing was.
+    /// Errors found; empty if none.
     const std::vector<std::string> &faults() const { return faults_; }
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Two bridges that live the same life, of which the second evaluates every edge of every clock.
+/// Two bridges with identical inputs, of which the second evaluates every edge of every clock.
 #ifndef VERGENCE_TESTS_HDL_BENCH_TWINS_HPP
 #define VERGENCE_TESTS_HDL_BENCH_TWINS_HPP
 
@@ -26,7 +26,7 @@ class TwoBridges {
         bridge_model_set_stepping(twins[1].bridge.model(), 1);
     }
 
-    /// The same write to both; each must take it.
+    /// The same write to both; each must accept it.
     void write(uint8_t index, uint16_t value) {
         for (Twin &twin : twins) {
             REQUIRE(twin.registers.write(index, value));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One example of each crossing, right and wrong, for the test of fpga/tools/cdc.py.
+// One example of each crossing, correct and wrong, for the test of fpga/tools/cdc.py.
 `default_nettype none
 module crossings (
     input  wire       clk_a_i,
@@ -17,7 +17,7 @@ module crossings (
     if (rst_i) {flag, other, word} <= 4'd0;
     else {flag, other, word} <= {~flag, flag ^ mode_i, word_i};
 
-  // Right: two stages, from a flip-flop and from a pin.
+  // Correct: two stages, from a flip-flop and from a pin.
   reg good_1, good_2, pin_1, pin_2;
   always @(posedge clk_b_i or posedge rst_i)
     if (rst_i) {good_2, good_1, pin_2, pin_1} <= 4'd0;
@@ -31,7 +31,7 @@ module crossings (
   reg mixed_1, mixed_2;
   always @(posedge clk_b_i) {mixed_2, mixed_1} <= {mixed_1, flag & other};
 
-  // Wrong: two bits of one register, each synchronised for itself.
+  // Wrong: two bits of one register, synchronised separately.
   reg [1:0] torn_1, torn_2;
   always @(posedge clk_b_i) {torn_2, torn_1} <= {torn_1, word};
 
@@ -41,7 +41,7 @@ module crossings (
     if (flag) cleared <= 1'b0;
     else cleared <= ~cleared;
 
-  // Wrong: a clock made by logic. Its data are of its own, so that is the only fault.
+  // Wrong: a clock made by logic. Its data are in its own domain, so that is the only fault.
   wire gated = clk_b_i & mode_i;
   reg  behind;
   always @(posedge gated) behind <= ~behind;

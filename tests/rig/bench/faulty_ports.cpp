@@ -11,7 +11,7 @@ FaultyPorts &of(void *self) {
     return *static_cast<FaultyPorts *>(self);
 }
 
-// What is to fail with a time-out takes the time.
+// A call that fails with a time-out takes that time.
 int next_until(void *self, Port port, uint64_t deadline_us) {
     const int error = of(self).next(port);
     if (error == ERROR_TIMEOUT) {
@@ -25,7 +25,7 @@ int transfer(void *self, const hal_i2c_message *messages, size_t count, uint64_t
              size_t *begun) {
     const int error = next_until(self, Port::kI2c, deadline_us);
     if (error == ERROR_IO) {
-        // A system that says no more does not tell either how far the transfer came.
+        // A system without details does not report how far the transfer got.
         *begun = 0;
         for (size_t i = 0; i < count; i++) {
             *begun += 1 + size_t(messages[i].bytes);
@@ -36,7 +36,7 @@ int transfer(void *self, const hal_i2c_message *messages, size_t count, uint64_t
         return error;
     }
     if (error != ERROR_OK) {
-        // Nothing of it reached the bus: an address that was not acknowledged.
+        // Nothing reached the bus: an address that was not acknowledged.
         *begun = 1;
         return error;
     }

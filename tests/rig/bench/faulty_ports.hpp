@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Backends in front of others that let one call fail, or that one and all after it.
+/// Backends in front of others that make one call fail, or one and all later calls.
 #ifndef VERGENCE_TESTS_RIG_BENCH_FAULTY_PORTS_HPP
 #define VERGENCE_TESTS_RIG_BENCH_FAULTY_PORTS_HPP
 
@@ -13,7 +13,7 @@ namespace rig_bench {
 enum class Port { kI2c, kGpio, kCamera, kUart };
 constexpr int kPorts = 4;
 
-/// What fails.
+/// The failure.
 struct Fault {
     Port port = Port::kI2c;
     uint64_t call = ~uint64_t(0);  ///< number of the port's call, from 0
@@ -28,16 +28,16 @@ class FaultyPorts {
     FaultyPorts &operator=(const FaultyPorts &) = delete;
 
     const rig_ports &ports() const { return ports_; }
-    /// Counts from 0 again, and fails as told; no fault: none does.
+    /// Counts from 0 again, and fails as specified; without a fault no call fails.
     void fail(const Fault &fault);
     uint64_t calls(Port port) const { return calls_[int(port)]; }
-    /// When the first call failed, of the clock behind; 0: none did.
+    /// Time of the first failed call, on the clock behind; 0: none.
     uint64_t failed_us() const { return failed_us_; }
-    /// A transfer that failed may have been taken, and is not to be taken twice: a word that is not
-    /// read back.
+    /// A failed transfer may have been accepted and must not be repeated: a word that is not read
+    /// back.
     bool failed_once_only() const { return failed_once_only_; }
 
-    /// 0, or what a call of this port is to return without being made.
+    /// 0, or the result that a call of this port returns without being made.
     int next(Port port);
     void fail_once_only() { failed_once_only_ = true; }
     const rig_ports &behind() const { return behind_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The instrument on a simulated rig, as the daemon has it.
+/// The instrument on a simulated rig, as in the daemon.
 #ifndef VERGENCE_TESTS_RIG_BENCH_RIG_BENCH_HPP
 #define VERGENCE_TESTS_RIG_BENCH_RIG_BENCH_HPP
 
@@ -17,7 +17,7 @@
 
 namespace rig_bench {
 
-/// The profile "rig" with frames of this size, so that a test takes seconds and not minutes.
+/// The profile "rig" with frames of this size, so that a test takes seconds instead of minutes.
 rig_profile small_profile(uint16_t width_px = 128, uint16_t height_px = 96);
 
 class RigBench {
@@ -29,9 +29,9 @@ class RigBench {
 
     uint64_t now_us();
     void advance_ms(uint64_t time_ms);
-    /// Advances in steps of the daemon's, with rig_idle at each. Its first error.
+    /// Advances in the daemon's steps, with rig_idle at each. Returns its first error.
     int idle_ms(uint64_t time_ms);
-    /// A command of simrig's control side; what it answers.
+    /// Sends a command to simrig's control connection; returns the reply.
     std::string control(const std::string &command);
     /// A pair of the present window. Its pixels are in `pixels`.
     int capture(::pair &pair, bool check_static = false);
@@ -39,7 +39,7 @@ class RigBench {
 
     SimrigProcess process;
     sim_backend backend{};
-    sim_connection desk{};  ///< a second connection: whoever plays with the rig's faults
+    sim_connection desk{};  ///< a second connection, for injecting faults
     FaultyPorts faulty;
     ::rig rig{};
     std::vector<std::string> logged;

@@ -47,7 +47,7 @@ SimrigProcess::SimrigProcess(const std::string &scene, const std::vector<std::st
     process_ = fork();
     REQUIRE(process_ >= 0);
     if (process_ == 0) {
-        // It does not outlive a test that crashes.
+        // It must not outlive a test that crashes.
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() == parent && dup2(told[1], 1) == 1) {
             execv(SIMRIG, pointers.data());
@@ -55,7 +55,7 @@ SimrigProcess::SimrigProcess(const std::string &scene, const std::vector<std::st
         _exit(127);
     }
     close(told[1]);
-    // It says where it listens, or closes the pipe.
+    // It reports where it listens, or closes the pipe.
     std::string said;
     char byte = 0;
     while (said.find("listening on") == std::string::npos && read(told[0], &byte, 1) == 1) {

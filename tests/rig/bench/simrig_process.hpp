@@ -14,17 +14,17 @@ namespace rig_bench {
 
 class SimrigProcess {
   public:
-    /// Starts it and waits until it listens. `scene`: "": a board in even light, quick to draw;
-    /// else the name of one of simrig's.
+    /// Starts it and waits until it listens. `scene`: "": an evenly lit board, fast to render;
+    /// otherwise the name of a simrig scene.
     explicit SimrigProcess(const std::string &scene = "",
                            const std::vector<std::string> &arguments = {});
     ~SimrigProcess();
     SimrigProcess(const SimrigProcess &) = delete;
     SimrigProcess &operator=(const SimrigProcess &) = delete;
 
-    /// Where it listens: unix:PATH.
+    /// Its address: unix:PATH.
     const std::string &where() const { return where_; }
-    /// Ends it at once, as a crash would.
+    /// Ends it at once, like a crash.
     void kill();
 
   private:
