@@ -73,8 +73,16 @@ int command_words_split(const char *line, char *storage, const char **words, siz
     return 0;
 }
 
+static const char *after_sign(const char *word) {
+    return word + (*word == '-' || *word == '+');
+}
+
+static bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
 bool command_words_number(const char *word, double *value) {
-    const char *at = word + (*word == '-' || *word == '+');
+    const char *at = after_sign(word);
     int64_t scaled = 0;
     int digits = 0;
     int decimals = 0;
@@ -82,7 +90,7 @@ bool command_words_number(const char *word, double *value) {
     for (; *at != '\0'; at++) {
         if (*at == '.' && !point) {
             point = true;
-        } else if (*at >= '0' && *at <= '9' && digits < NUMBER_DIGITS_MAX) {
+        } else if (is_digit(*at) && digits < NUMBER_DIGITS_MAX) {
             scaled = scaled * 10 + (*at - '0');
             digits += digits > 0 || *at != '0' || point;
             decimals += point;
@@ -90,7 +98,7 @@ bool command_words_number(const char *word, double *value) {
             return false;
         }
     }
-    if (at == word || (at[-1] < '0' || at[-1] > '9')) {
+    if (at == word || !is_digit(at[-1])) {
         return false;
     }
     INVARIANT(scaled >= 0 && scaled <= DECIMAL_MAX);
@@ -111,7 +119,7 @@ static unsigned digit_value(char c) {
 
 bool command_words_integer(const char *word, int64_t *value) {
     const bool negative = *word == '-';
-    const char *at = word + (*word == '-' || *word == '+');
+    const char *at = after_sign(word);
     const unsigned base = at[0] == '0' && (at[1] == 'x' || at[1] == 'X') ? 16 : 10;
     at += base == 16 ? 2 : 0;
     const char *first = at;
@@ -155,18 +163,8 @@ int command_words_choice(const char *word, const char *choices) {
     return -1;
 }
 
-int command_words_distance(const char *word, const char *other) {
-    const size_t length = strlen(word);
-    const size_t columns = strlen(other);
-    if (length > COMMAND_CHOICE_MAX || columns > COMMAND_CHOICE_MAX) {
-        return FAR_AWAY;
-    }
-    if (length >= 3 && strncmp(word, other, length) == 0) {
-        return length == columns ? 0 : 1;
-    }
-    if (length > columns + COMMAND_SLIPS_MAX || columns > length + COMMAND_SLIPS_MAX) {
-        return FAR_AWAY;
-    }
+/// Levenshtein's distance, row by row; words of at most COMMAND_CHOICE_MAX letters.
+static int edit_distance(const char *word, size_t length, const char *other, size_t columns) {
     int row[COMMAND_CHOICE_MAX + 1];
     for (size_t j = 0; j <= columns; j++) {
         row[j] = (int)j;
@@ -183,4 +181,19 @@ int command_words_distance(const char *word, const char *other) {
     }
     INVARIANT(row[columns] >= 0 && row[columns] <= COMMAND_CHOICE_MAX);
     return row[columns];
+}
+
+int command_words_distance(const char *word, const char *other) {
+    const size_t length = strlen(word);
+    const size_t columns = strlen(other);
+    if (length > COMMAND_CHOICE_MAX || columns > COMMAND_CHOICE_MAX) {
+        return FAR_AWAY;
+    }
+    if (length >= 3 && strncmp(word, other, length) == 0) {
+        return length == columns ? 0 : 1;
+    }
+    if (length > columns + COMMAND_SLIPS_MAX || columns > length + COMMAND_SLIPS_MAX) {
+        return FAR_AWAY;
+    }
+    return edit_distance(word, length, other, columns);
 }

@@ -20,6 +20,25 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
+// Reads the digits from `begin` to `length` around the point at `point`; false: anything else is
+// there, or a leading zero. A value above DECIMAL_MAX is not exact.
+static bool read_digits(const char *text, size_t begin, size_t point, size_t length,
+                        int64_t *value) {
+    if (text[begin] == '0' && point > begin + 1) {
+        return false;
+    }
+    *value = 0;
+    for (size_t i = begin; i < length; i++) {
+        if (i == point ? text[i] != '.' : !is_digit(text[i])) {
+            return false;
+        }
+        if (i != point && *value <= DECIMAL_MAX) {
+            *value = 10 * *value + (text[i] - '0');
+        }
+    }
+    return true;
+}
+
 int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled) {
     INVARIANT(decimals >= 0 && decimals <= DECIMAL_MAX_DECIMALS);
     const bool negative = length > 0 && text[0] == '-';
@@ -29,27 +48,11 @@ int decimal_parse(const char *text, size_t length, int decimals, int64_t *scaled
         return ERROR_SYNTAX;
     }
     const size_t point = length - fraction;  // end of the whole part
-    if (text[begin] == '0' && point > begin + 1) {
-        return ERROR_SYNTAX;  // leading zero
+    int64_t value;
+    if (!read_digits(text, begin, point, length, &value)) {
+        return ERROR_SYNTAX;
     }
-    bool too_large = false;
-    int64_t value = 0;
-    for (size_t i = begin; i < length; i++) {
-        if (i == point) {
-            if (text[i] != '.') {
-                return ERROR_SYNTAX;
-            }
-            continue;
-        }
-        if (!is_digit(text[i])) {
-            return ERROR_SYNTAX;
-        }
-        if (!too_large) {
-            value = 10 * value + (text[i] - '0');
-            too_large = value > DECIMAL_MAX;
-        }
-    }
-    if (too_large) {
+    if (value > DECIMAL_MAX) {
         return ERROR_RANGE;
     }
     if (negative && value == 0) {

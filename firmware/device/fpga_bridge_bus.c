@@ -87,6 +87,12 @@ static int recover(struct fpga_bridge_bus *self) {
     return error;
 }
 
+// Whether a repetition may help after this error.
+static bool may_pass(int error) {
+    return i2c_recovery_is_due(error) || error == ERROR_I2C_NACK || error == ERROR_VERIFY ||
+           error == ERROR_REFUSED;
+}
+
 int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_job *job) {
     INVARIANT(self->bus != NULL && self->clock != NULL);
     INVARIANT(job->count >= 1 && job->count <= HAL_I2C_MESSAGES_MAX);
@@ -105,16 +111,13 @@ int fpga_bridge_bus_run(struct fpga_bridge_bus *self, const struct fpga_bridge_j
             ++*count_of(&self->counts, error);
         }
         doubted = doubtful;
-        const bool bus_failed = i2c_recovery_is_due(error);
-        const bool again = bus_failed || error == ERROR_I2C_NACK || error == ERROR_VERIFY ||
-                           error == ERROR_REFUSED;
-        if (bus_failed) {
+        if (i2c_recovery_is_due(error)) {
             const int stuck = recover(self);
             if (stuck != ERROR_OK) {
                 return stuck;
             }
         }
-        if (!again || begun > job->repeatable_bytes) {
+        if (!may_pass(error) || begun > job->repeatable_bytes) {
             return error;
         }
     }

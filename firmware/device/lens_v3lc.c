@@ -169,6 +169,18 @@ static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens
     return quiet_us < most_us ? quiet_us : most_us;
 }
 
+// If a question was not answered in time, the next one gets more time.
+static void note_silence(struct lens_v3lc *self) {
+    if (!self->waiting || self->spoilt) {
+        return;
+    }
+    self->counts.silent++;
+    self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MOST_US
+                            ? 2 * self->patience_us
+                            : (uint32_t)LENS_V3LC_PATIENCE_MOST_US;
+    self->broken = true;  // the controller may be waiting for the end of a line
+}
+
 // Repeats the question until a valid answer arrives. At a deadline the state is kept, so that the
 // next call continues.
 static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_us) {
@@ -183,22 +195,14 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
         const uint64_t until_us = again && self->spoilt ? spoilt_us : patience_ends_us(self, lens);
         const uint64_t time_us = now_us(self);
         int error = ERROR_OK;
+        if (time_us >= deadline_us) {
+            return ERROR_TIMEOUT;
+        }
         if (open && time_us < until_us) {
-            if (time_us >= deadline_us) {
-                return ERROR_TIMEOUT;
-            }
             error = listen(self, until_us < deadline_us ? until_us : deadline_us);
             answered = again && !self->waiting;
-        } else if (time_us >= deadline_us) {
-            return ERROR_TIMEOUT;
         } else {
-            if (again && !self->spoilt) {
-                self->counts.silent++;
-                self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MOST_US
-                                        ? 2 * self->patience_us
-                                        : (uint32_t)LENS_V3LC_PATIENCE_MOST_US;
-                self->broken = true;  // the controller may be waiting for the end of a line
-            }
+            note_silence(self);
             error = ask(self, number, again, deadline_us);
         }
         if (error != ERROR_OK) {

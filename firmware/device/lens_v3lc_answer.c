@@ -61,6 +61,16 @@ static int lens_of(const char *record, size_t length, bool single) {
     return record[NAME] - '1';
 }
 
+// The value of a record of `length` bytes (0: too long), which names a lens (-1: it does not); -1:
+// it is not one.
+static int next_value(const struct lens_v3lc_answer *self, int lens, size_t length, bool single) {
+    if (single && self->count == IRIS && has_colon(self->record, length)) {
+        return 0;
+    }
+    const bool whole = self->length <= LENS_V3LC_RECORD;
+    return self->begun && lens < 0 && whole ? value_of(self->record, length) : -1;
+}
+
 // Handles the end of a record.
 static enum lens_v3lc_event end_record(struct lens_v3lc_answer *self, bool single) {
     const bool whole = self->length <= LENS_V3LC_RECORD;
@@ -68,10 +78,7 @@ static enum lens_v3lc_event end_record(struct lens_v3lc_answer *self, bool singl
     INVARIANT(self->count < LENS_V3LC_VALUES);
     const bool was_begun = self->begun;
     const int lens = whole ? lens_of(self->record, length, single) : -1;
-    int value = was_begun && lens < 0 && whole ? value_of(self->record, length) : -1;
-    if (single && self->count == IRIS && has_colon(self->record, length)) {
-        value = 0;
-    }
+    const int value = next_value(self, lens, length, single);
     if (value >= 0) {
         self->values[self->count++] = (int16_t)value;
         if (self->count < LENS_V3LC_VALUES) {

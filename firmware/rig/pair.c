@@ -197,6 +197,15 @@ static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
     return error;
 }
 
+// The first side whose frame has faults; RIG_SIDES: both frames are good.
+static unsigned damaged_side(const uint32_t faults[RIG_SIDES]) {
+    unsigned side = RIG_LEFT;
+    while (side < RIG_SIDES && faults[side] == 0) {
+        side++;
+    }
+    return side;
+}
+
 // Triggered cameras: both frames begin with the same pulse. If one frame is missing or damaged, the
 // other camera's frame of that pulse is dropped too.
 static int take_triggered(struct rig *rig, const struct pair_options *options, uint16_t *memory,
@@ -209,11 +218,11 @@ static int take_triggered(struct rig *rig, const struct pair_options *options, u
         if (error != ERROR_OK && (error != ERROR_TIMEOUT || missed == TRIGGER_ATTEMPTS)) {
             return error;
         }
-        const bool whole = faults[RIG_LEFT] == 0 && faults[RIG_RIGHT] == 0;
+        const unsigned bad = damaged_side(faults);
+        const bool whole = bad == RIG_SIDES;
         damaged = whole ? 0 : damaged + 1;
         if (damaged == FRAME_ATTEMPTS) {
-            const unsigned side = faults[RIG_LEFT] != 0 ? RIG_LEFT : RIG_RIGHT;
-            return torn(rig, side, faults[side]);
+            return torn(rig, bad, faults[bad]);
         }
         if (error == ERROR_OK && whole) {
             apart++;
@@ -369,6 +378,19 @@ static int wait_for_rest(struct rig *rig) {
     return error;
 }
 
+// Whether nothing moved between the frames, and they are close enough in time.
+static int compare_circumstances(struct rig *rig, struct pair *pair,
+                                 const struct pair_stand before[RIG_SIDES],
+                                 const struct pair_stand after[RIG_SIDES]) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        pair->frame[side].before = before[side];
+        pair->frame[side].after = after[side];
+        error = error == ERROR_OK ? compare_stands(rig, side, &pair->frame[side]) : error;
+    }
+    return error == ERROR_OK ? compare_times(rig, pair) : error;
+}
+
 // Runs all steps; `*compared`: frames and axes are complete.
 static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                    size_t frame_values, struct pair *pair, bool *compared) {
@@ -398,12 +420,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
         return error;
     }
     *compared = true;
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        frames[side].before = before[side];
-        frames[side].after = after[side];
-        error = error == ERROR_OK ? compare_stands(rig, side, &frames[side]) : error;
-    }
-    error = error == ERROR_OK ? compare_times(rig, pair) : error;
+    error = compare_circumstances(rig, pair, before, after);
     if (error == ERROR_OK && checked != ERROR_OK) {
         rig->trouble = trouble;
         error = checked;

@@ -217,6 +217,20 @@ static int check_lens(struct rig *self, unsigned side) {
     return self->lens[side].operations != NULL ? rig_lens_read(self, side, positions) : ERROR_OK;
 }
 
+// `of_bridge`: whether the bridge works.
+static void check_side(struct rig *self, unsigned side, int of_bridge, struct rig_trouble *first) {
+    const bool bridge = self->profile.bridge;
+    if (!bridge && !self->profile.trigger) {
+        note(self, first, check_source(self, side));
+    } else if (bridge && of_bridge == ERROR_OK) {
+        note(self, first, check_camera(self, side));
+    }
+    if (self->profile.servos && of_bridge == ERROR_OK) {
+        note(self, first, check_servo(self, side));
+    }
+    note(self, first, check_lens(self, side));
+}
+
 int rig_check(struct rig *self) {
     if (self->state != RIG_READY) {
         return ERROR_NOT_READY;
@@ -229,15 +243,7 @@ int rig_check(struct rig *self) {
         check_triggered(self, &first);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        if (!bridge && !self->profile.trigger) {
-            note(self, &first, check_source(self, side));
-        } else if (bridge && of_bridge == ERROR_OK) {
-            note(self, &first, check_camera(self, side));
-        }
-        if (self->profile.servos && of_bridge == ERROR_OK) {
-            note(self, &first, check_servo(self, side));
-        }
-        note(self, &first, check_lens(self, side));
+        check_side(self, side, of_bridge, &first);
     }
     if (first.error == ERROR_OK) {
         return ERROR_OK;

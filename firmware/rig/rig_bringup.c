@@ -130,6 +130,18 @@ static int set_bridge(struct rig *self) {
     return failure_of_bridge(self, error);
 }
 
+static int raise_interrupt(struct rig *self) {
+    const uint16_t event = BRIDGE_IRQ_STATUS_TRIGGER_DONE_MASK;
+    const int error = fpga_bridge_event_enable(&self->bridge, event);
+    return error == ERROR_OK ? fpga_bridge_event_test(&self->bridge, event) : error;
+}
+
+static int clear_interrupt(struct rig *self) {
+    uint16_t events = 0;
+    const int error = fpga_bridge_event_enable(&self->bridge, 0);
+    return error == ERROR_OK ? fpga_bridge_event_take(&self->bridge, &events) : error;
+}
+
 // Checks that the interrupt line, if connected, follows the bridge.
 static int check_interrupt(struct rig *self) {
     const struct hal_gpio *gpio = self->ports.gpio;
@@ -139,21 +151,11 @@ static int check_interrupt(struct rig *self) {
     if (seen == ERROR_UNSUPPORTED) {
         return ERROR_OK;
     }
-    const uint16_t event = BRIDGE_IRQ_STATUS_TRIGGER_DONE_MASK;
-    uint16_t events = 0;
-    int error = fpga_bridge_event_enable(&self->bridge, event);
-    if (error == ERROR_OK) {
-        error = fpga_bridge_event_test(&self->bridge, event);
-    }
+    int error = raise_interrupt(self);
     if (error == ERROR_OK && seen == ERROR_OK) {
         seen = gpio->operations->get(gpio->self, HAL_GPIO_BRIDGE_IRQ, &high);
     }
-    if (error == ERROR_OK) {
-        error = fpga_bridge_event_enable(&self->bridge, 0);
-    }
-    if (error == ERROR_OK) {
-        error = fpga_bridge_event_take(&self->bridge, &events);
-    }
+    error = error == ERROR_OK ? clear_interrupt(self) : error;
     if (error != ERROR_OK) {
         return failure_of_bridge(self, error);
     }

@@ -128,6 +128,23 @@ static void develop_part(void *context, int index) {
     }
 }
 
+// Takes the memory that develop_need_bytes counts; false: it does not fit.
+static bool take_buffers(struct develop *develop, struct arena *arena) {
+    const struct reconstruct_image *raw = develop->raw;
+    const size_t width = (size_t)raw->width_px;
+    const size_t parts = (size_t)develop->parts;
+    develop->tone = arena_take(arena, (size_t)1 << raw->bits, 1);
+    bool whole = develop->tone != NULL;
+    for (int c = 0; c < CHANNELS; c++) {
+        develop->balanced[c] = arena_take(arena, (size_t)1 << raw->bits, 1);
+        whole = whole && develop->balanced[c] != NULL;
+    }
+    develop->rgb = arena_take(arena, parts * CHANNELS * width, sizeof *develop->rgb);
+    develop->work =
+        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof *develop->work);
+    return whole && develop->rgb != NULL && develop->work != NULL;
+}
+
 int develop_image(const struct reconstruct_image *raw, const struct develop_balance *balance,
                   const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
                   struct image_rgb8 *colour) {
@@ -137,22 +154,11 @@ int develop_image(const struct reconstruct_image *raw, const struct develop_bala
         (raw->layout == PIXEL_BAYER_GRBG && (raw->width_px < 2 || raw->height_px < 2))) {
         return ERROR_ARGUMENT;
     }
-    const size_t mark = arena_mark(arena);
-    const size_t width = (size_t)raw->width_px;
     INVARIANT(parallel->threads >= 1);
-    const size_t parts = (size_t)parallel->threads;
+    const size_t mark = arena_mark(arena);
     struct develop develop = {
         .raw = raw, .grey = grey, .colour = colour, .parts = parallel->threads};
-    develop.tone = arena_take(arena, (size_t)1 << raw->bits, 1);
-    bool whole = develop.tone != NULL;
-    for (int c = 0; c < CHANNELS; c++) {
-        develop.balanced[c] = arena_take(arena, (size_t)1 << raw->bits, 1);
-        whole = whole && develop.balanced[c] != NULL;
-    }
-    develop.rgb = arena_take(arena, parts * CHANNELS * width, sizeof *develop.rgb);
-    develop.work =
-        arena_take(arena, parts * CHANNELS * (width + DEBAYER_MARGIN_PX), sizeof *develop.work);
-    if (!whole || develop.rgb == NULL || develop.work == NULL) {
+    if (!take_buffers(&develop, arena)) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }

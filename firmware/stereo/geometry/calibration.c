@@ -52,18 +52,23 @@ static bool id_is_legal(const char *id) {
     return true;
 }
 
+// Whether 10 characters have the form YYYY-MM-DD.
+static bool has_date_form(const char *date) {
+    for (int i = 0; i < 10; i++) {
+        if (i == 4 || i == 7 ? date[i] != '-' : !is_digit(date[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool date_is_legal(const char *date, size_t size) {
     const size_t length = text_length(date, size);
     if (length == 0) {
         return true;
     }
-    if (length != 10 || date[4] != '-' || date[7] != '-') {
+    if (length != 10 || !has_date_form(date)) {
         return false;
-    }
-    for (int i = 0; i < 10; i++) {
-        if (i != 4 && i != 7 && !is_digit(date[i])) {
-            return false;
-        }
     }
     const int year =
         (date[0] - '0') * 1000 + (date[1] - '0') * 100 + (date[2] - '0') * 10 + (date[3] - '0');
@@ -107,6 +112,17 @@ static int validate_texts(const struct calibration *calibration, struct calibrat
     return ERROR_OK;
 }
 
+static bool window_is_legal(const struct calibration_window *window, int max) {
+    return window->column_px >= 0 && window->row_px >= 0 && window->skip >= 0 &&
+           window->column_px <= max && window->row_px <= max && window->skip <= max;
+}
+
+static bool axis_is_legal(const struct calibration_axis *axis,
+                          const struct calibration_field *field) {
+    const double min = (double)field->min, max = (double)field->max;
+    return axis->mean >= min && axis->mean <= max && axis->spread >= 0 && axis->spread <= max;
+}
+
 // Validates what is not a number in the field list: names, windows, axes.
 static int validate_origin(const struct calibration *calibration, struct calibration_fault *fault) {
     int count;
@@ -121,20 +137,13 @@ static int validate_origin(const struct calibration *calibration, struct calibra
                           "ends");
         }
         if (field->kind == CALIBRATION_FIELD_WINDOW) {
-            const struct calibration_window *window = calibration_grammar_window(field, &copy);
-            const int max = (int)field->max;
-            if (window->column_px < 0 || window->row_px < 0 || window->skip < 0 ||
-                window->column_px > max || window->row_px > max || window->skip > max) {
+            if (!window_is_legal(calibration_grammar_window(field, &copy), (int)field->max)) {
                 return refuse(fault, ERROR_RANGE, field->name, "");
             }
         }
-        if (field->kind == CALIBRATION_FIELD_AXIS) {
-            const struct calibration_axis *axis = calibration_grammar_axis(field, &copy);
-            const double min = (double)field->min, max = (double)field->max;
-            if (!(axis->mean >= min && axis->mean <= max && axis->spread >= 0 &&
-                  axis->spread <= max)) {
-                return refuse(fault, ERROR_RANGE, field->name, "");
-            }
+        if (field->kind == CALIBRATION_FIELD_AXIS &&
+            !axis_is_legal(calibration_grammar_axis(field, &copy), field)) {
+            return refuse(fault, ERROR_RANGE, field->name, "");
         }
     }
     return ERROR_OK;
@@ -181,6 +190,13 @@ static int validate_pose(const struct calibration *calibration, struct calibrati
     return ERROR_OK;
 }
 
+// Whether two ideal cameras have the same rows and the same scale.
+static bool rows_agree(const struct lens *left, const struct lens *right) {
+    return left->width_px == right->width_px && left->height_px == right->height_px &&
+           left->fx_px == right->fx_px && left->fy_px == right->fy_px &&
+           left->cy_px == right->cy_px;
+}
+
 static int validate_rectified(const struct calibration *calibration,
                               struct calibration_fault *fault) {
     const struct lens *left = &calibration->left, *right = &calibration->right;
@@ -188,8 +204,7 @@ static int validate_rectified(const struct calibration *calibration,
         return refuse(fault, ERROR_RANGE, "rectified",
                       "a rectified pair has no distortion: all coefficients must be 0");
     }
-    if (left->width_px != right->width_px || left->height_px != right->height_px ||
-        left->fx_px != right->fx_px || left->fy_px != right->fy_px || left->cy_px != right->cy_px) {
+    if (!rows_agree(left, right)) {
         return refuse(fault, ERROR_RANGE, "rectified",
                       "the cameras of a rectified pair must agree in size, fx, fy and cy");
     }

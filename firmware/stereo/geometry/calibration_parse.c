@@ -187,6 +187,19 @@ static int parse_axis(struct parser *parser, const struct calibration_field *fie
     return code;
 }
 
+// The text of a value, empty for "unknown".
+static struct span known(struct span value) {
+    return span_is(value, CALIBRATION_GRAMMAR_UNKNOWN) ? (struct span){"", 0} : value;
+}
+
+static int parse_flag(struct parser *parser, const struct calibration_field *field,
+                      struct span value, struct calibration *result) {
+    result->rectified = span_is(value, "yes");
+    return result->rectified || span_is(value, "no")
+               ? ERROR_OK
+               : refuse(parser, ERROR_SYNTAX, field->name, "must be yes or no");
+}
+
 static int parse_word(struct parser *parser, const struct calibration_field *field,
                       struct span rest, bool more, struct calibration *result) {
     if (!more || rest.length == 0) {
@@ -196,28 +209,19 @@ static int parse_word(struct parser *parser, const struct calibration_field *fie
         case CALIBRATION_FIELD_ID:
             return copy_text(parser, field->name, rest, result->id, sizeof result->id);
         case CALIBRATION_FIELD_DATE:
-            if (span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN)) {
-                memset(result->date, 0, sizeof result->date);
-                return ERROR_OK;
-            }
-            return copy_text(parser, field->name, rest, result->date, sizeof result->date);
+            return copy_text(parser, field->name, known(rest), result->date, sizeof result->date);
         case CALIBRATION_FIELD_NOTE:
             return copy_text(parser, field->name, rest, result->note, sizeof result->note);
         case CALIBRATION_FIELD_NAME:
-            return copy_text(
-                parser, field->name,
-                span_is(rest, CALIBRATION_GRAMMAR_UNKNOWN) ? (struct span){"", 0} : rest,
-                calibration_grammar_name(field, result), CALIBRATION_NAME_BYTES);
+            return copy_text(parser, field->name, known(rest),
+                             calibration_grammar_name(field, result), CALIBRATION_NAME_BYTES);
         case CALIBRATION_FIELD_WINDOW:
             return parse_window(parser, field, rest, result);
         case CALIBRATION_FIELD_AXIS:
             return parse_axis(parser, field, rest, result);
         default:
             INVARIANT(field->kind == CALIBRATION_FIELD_FLAG);
-            result->rectified = span_is(rest, "yes");
-            return result->rectified || span_is(rest, "no")
-                       ? ERROR_OK
-                       : refuse(parser, ERROR_SYNTAX, field->name, "must be yes or no");
+            return parse_flag(parser, field, rest, result);
     }
 }
 

@@ -26,6 +26,10 @@ static void put_value(struct writer *writer, const char *word) {
     put(writer, word);
 }
 
+static void put_known(struct writer *writer, const char *text) {
+    put_value(writer, text[0] != '\0' ? text : CALIBRATION_GRAMMAR_UNKNOWN);
+}
+
 static void put_number(struct writer *writer, const struct calibration_field *field, double value) {
     int64_t scaled;
     const int code = decimal_from_double(value, field->decimals, &scaled);
@@ -33,6 +37,13 @@ static void put_number(struct writer *writer, const struct calibration_field *fi
     char text[DECIMAL_TEXT_BYTES];
     decimal_print(scaled, field->decimals, text);
     put_value(writer, text);
+}
+
+static void put_numbers(struct writer *writer, const struct calibration_field *field,
+                        struct calibration *calibration) {
+    for (int i = 0; i < field->count; i++) {
+        put_number(writer, field, calibration_grammar_value(field, i, calibration));
+    }
 }
 
 static void put_window(struct writer *writer, const struct calibration_field *field,
@@ -65,8 +76,7 @@ static void put_field(struct writer *writer, const struct calibration_field *fie
             put_value(writer, calibration->id);
             break;
         case CALIBRATION_FIELD_DATE:
-            put_value(writer, calibration->date[0] != '\0' ? calibration->date
-                                                           : CALIBRATION_GRAMMAR_UNKNOWN);
+            put_known(writer, calibration->date);
             break;
         case CALIBRATION_FIELD_NOTE:
             if (calibration->note[0] != '\0') {
@@ -78,15 +88,11 @@ static void put_field(struct writer *writer, const struct calibration_field *fie
             break;
         case CALIBRATION_FIELD_INTEGERS:
         case CALIBRATION_FIELD_DECIMALS:
-            for (int i = 0; i < field->count; i++) {
-                put_number(writer, field, calibration_grammar_value(field, i, calibration));
-            }
+            put_numbers(writer, field, calibration);
             break;
-        case CALIBRATION_FIELD_NAME: {
-            const char *name = calibration_grammar_name(field, calibration);
-            put_value(writer, name[0] != '\0' ? name : CALIBRATION_GRAMMAR_UNKNOWN);
+        case CALIBRATION_FIELD_NAME:
+            put_known(writer, calibration_grammar_name(field, calibration));
             break;
-        }
         case CALIBRATION_FIELD_WINDOW:
             put_window(writer, field, calibration_grammar_window(field, calibration));
             break;

@@ -266,6 +266,14 @@ static int choose_disparities(const struct rectify_options *options,
     return ERROR_OK;
 }
 
+static bool region_is_inside(const struct rectify_options *options,
+                             const struct rectify_plan *plan) {
+    const int x = options->region_x_px, y = options->region_y_px;
+    const int width = options->region_width_px, height = options->region_height_px;
+    return x >= 0 && y >= 0 && width >= 0 && height > 0 && x <= plan->width_px - width &&
+           y <= plan->height_px - height;
+}
+
 // Crops both images to the region. The right crop is moved by whole pixels to where the region's
 // matches lie, and the disparities with it.
 static int crop(const struct rectify_options *options, struct rectify_plan *plan) {
@@ -274,8 +282,7 @@ static int crop(const struct rectify_options *options, struct rectify_plan *plan
     if (width == 0) {
         return ERROR_OK;
     }
-    if (x < 0 || y < 0 || width < 0 || height <= 0 || x > plan->width_px - width ||
-        y > plan->height_px - height) {
+    if (!region_is_inside(options, plan)) {
         return ERROR_ARGUMENT;
     }
     const int64_t last = plan->width_px - 1;
@@ -299,6 +306,11 @@ static int crop(const struct rectify_options *options, struct rectify_plan *plan
     return ERROR_OK;
 }
 
+static bool is_too_small(const struct lens *lens, double scale) {
+    return lens->width_px * scale < MATCH_MIN_WIDTH_PX ||
+           lens->height_px * scale < MATCH_MIN_HEIGHT_PX;
+}
+
 // The rest must be large enough to be matched.
 static int check_limits(const struct calibration *calibration,
                         const struct rectify_options *options, const struct rectify_plan *plan) {
@@ -306,10 +318,8 @@ static int check_limits(const struct calibration *calibration,
         return ERROR_TOO_LARGE;
     }
     if (plan->width_px < MATCH_MIN_WIDTH_PX || plan->height_px < MATCH_MIN_HEIGHT_PX) {
-        const bool was_small = calibration->left.width_px * options->scale < MATCH_MIN_WIDTH_PX ||
-                               calibration->left.height_px * options->scale < MATCH_MIN_HEIGHT_PX ||
-                               calibration->right.width_px * options->scale < MATCH_MIN_WIDTH_PX ||
-                               calibration->right.height_px * options->scale < MATCH_MIN_HEIGHT_PX;
+        const bool was_small = is_too_small(&calibration->left, options->scale) ||
+                               is_too_small(&calibration->right, options->scale);
         return was_small || options->region_width_px != 0 ? ERROR_TOO_SMALL : ERROR_OVERLAP;
     }
     if (plan->disparity_count > MATCH_MAX_DISPARITIES ||
@@ -320,8 +330,8 @@ static int check_limits(const struct calibration *calibration,
     return ERROR_OK;
 }
 
-int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
-                      struct rectify_plan *plan) {
+static int check_arguments(const struct calibration *calibration,
+                           const struct rectify_options *options) {
     if (!(options->scale > 0 && options->scale <= 4)) {
         return ERROR_ARGUMENT;
     }
@@ -337,10 +347,34 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
         calibration->right.height_px > IMAGE_MAX_SIDE_PX) {
         return ERROR_TOO_LARGE;
     }
+    return ERROR_OK;
+}
+
+// The depths that the disparities of the plan cover.
+static int find_depths(struct rectify_plan *plan) {
+    const double offset_px = plan->cx_left_px - plan->cx_right_px;
+    const double f_baseline = plan->f_px * plan->baseline_mm;
+    const double nearest_px = plan->disparity_min + plan->disparity_count - 1 - offset_px;
+    const double farthest_px = plan->disparity_min - offset_px;
+    if (!(nearest_px > 0)) {
+        return ERROR_DISPARITY_RANGE;  // all of it is beyond infinity
+    }
+    plan->depth_near_mm = f_baseline / nearest_px;
+    plan->depth_far_mm = farthest_px > 0 ? f_baseline / farthest_px : INFINITY;
+    INVARIANT(plan->depth_near_mm > 0 && plan->depth_near_mm <= plan->depth_far_mm);
+    return ERROR_OK;
+}
+
+int rectify_plan_make(const struct calibration *calibration, const struct rectify_options *options,
+                      struct rectify_plan *plan) {
+    int error = check_arguments(calibration, options);
+    if (error != ERROR_OK) {
+        return error;
+    }
     struct rectify_plan made = {.width_px = 0};
     struct parallax parallax;
-    int error = calibration->rectified ? frame_rectified(calibration, options, &made, &parallax)
-                                       : frame_rotated(calibration, options, &made, &parallax);
+    error = calibration->rectified ? frame_rectified(calibration, options, &made, &parallax)
+                                   : frame_rotated(calibration, options, &made, &parallax);
     if (error == ERROR_OK) {
         error = choose_disparities(options, &parallax, &made);
     }
@@ -350,20 +384,13 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
     if (error == ERROR_OK) {
         error = check_limits(calibration, options, &made);
     }
+    if (error == ERROR_OK) {
+        error = find_depths(&made);
+    }
     if (error != ERROR_OK) {
         return error;
     }
-    const double offset_px = made.cx_left_px - made.cx_right_px;
-    const double f_baseline = made.f_px * made.baseline_mm;
-    const double nearest_px = made.disparity_min + made.disparity_count - 1 - offset_px;
-    const double farthest_px = made.disparity_min - offset_px;
-    if (!(nearest_px > 0)) {
-        return ERROR_DISPARITY_RANGE;  // all of it is beyond infinity
-    }
-    made.depth_near_mm = f_baseline / nearest_px;
-    made.depth_far_mm = farthest_px > 0 ? f_baseline / farthest_px : INFINITY;
     made.depth_range_assumed = parallax.assumed && options->disparity_count == 0;
-    INVARIANT(made.depth_near_mm > 0 && made.depth_near_mm <= made.depth_far_mm);
     INVARIANT(made.f_px > 0 && made.fy_px > 0);
     *plan = made;
     return ERROR_OK;

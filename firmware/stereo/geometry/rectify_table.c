@@ -93,8 +93,39 @@ static struct rectify_span cut_view(const struct source *source, int width_px, i
                        : (struct rectify_span){0, 0};
 }
 
+static void cut_rows(const struct source *source, const struct rectify_plan *plan,
+                     struct rectify_span *view) {
+    for (int y = 0; y < plan->height_px; y++) {
+        view[y] = cut_view(source, plan->width_px, y);
+    }
+}
+
 static int round_int(double x) {
     return (int)(x < 0 ? x - 0.5 : x + 0.5);
+}
+
+// Takes the images unchanged, from whole pixels.
+static void set_identity(const struct rectify_plan *plan, const struct lens *lens, double cx_px,
+                         struct rectify_table *table) {
+    table->offset_x_px = round_int(lens->cx_px - cx_px);
+    table->offset_y_px = round_int(lens->cy_px - plan->cy_px);
+    INVARIANT(table->offset_x_px >= 0 && table->offset_x_px <= lens->width_px - plan->width_px);
+    INVARIANT(table->offset_y_px >= 0 && table->offset_y_px <= lens->height_px - plan->height_px);
+}
+
+static int compute_nodes(const struct source *source, struct rectify_table *table) {
+    const int step_px = 1 << table->step_log2;
+    for (int j = 0; j < table->rows; j++) {
+        for (int i = 0; i < table->columns; i++) {
+            const size_t node = (size_t)j * (size_t)table->columns + (size_t)i;
+            const int error = compute_node(source, (i - 1) * step_px, (j - 1) * step_px,
+                                           &table->x_q16[node], &table->y_q16[node]);
+            if (error != ERROR_OK) {
+                return error;
+            }
+        }
+    }
+    return ERROR_OK;
 }
 
 int rectify_table_make(const struct rectify_plan *plan, const struct calibration *calibration,
@@ -114,10 +145,7 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         .identity = plan->identity,
     };
     if (plan->identity) {
-        made.offset_x_px = round_int(lens->cx_px - cx_px);
-        made.offset_y_px = round_int(lens->cy_px - plan->cy_px);
-        INVARIANT(made.offset_x_px >= 0 && made.offset_x_px <= lens->width_px - plan->width_px);
-        INVARIANT(made.offset_y_px >= 0 && made.offset_y_px <= lens->height_px - plan->height_px);
+        set_identity(plan, lens, cx_px, &made);
         *table = made;
         return ERROR_OK;
     }
@@ -142,22 +170,13 @@ int rectify_table_make(const struct rectify_plan *plan, const struct calibration
         .fy_px = plan->fy_px,
         .view_radius = lens_view_radius(lens),
     };
-    const int step_px = 1 << made.step_log2;
-    for (int j = 0; j < made.rows; j++) {
-        for (int i = 0; i < made.columns; i++) {
-            const size_t node = (size_t)j * (size_t)made.columns + (size_t)i;
-            const int error = compute_node(&source, (i - 1) * step_px, (j - 1) * step_px,
-                                           &made.x_q16[node], &made.y_q16[node]);
-            if (error != ERROR_OK) {
-                arena_release(arena, mark);
-                return error;
-            }
-        }
+    const int error = compute_nodes(&source, &made);
+    if (error != ERROR_OK) {
+        arena_release(arena, mark);
+        return error;
     }
     if (source.view_radius < INFINITY) {
-        for (int y = 0; y < plan->height_px; y++) {
-            view[y] = cut_view(&source, plan->width_px, y);
-        }
+        cut_rows(&source, plan, view);
         made.view = view;
     }
     *table = made;

@@ -207,6 +207,18 @@ static bool meet_off_row(const struct triangulate_plan *plan, int x, int y, int6
     return true;
 }
 
+// Rotates a point of the rect frame into the left camera's. Returns false if it is too far away.
+static bool turn_back(const struct triangulate_plan *plan, const int64_t rect_q8[3],
+                      int64_t left_um[3]) {
+    for (int row = 0; row < 3; row++) {
+        const int32_t *R = plan->R_left_rect_q30 + 3 * row;
+        const int64_t sum_q8 =
+            scale(rect_q8[0], R[0], 30) + scale(rect_q8[1], R[1], 30) + scale(rect_q8[2], R[2], 30);
+        left_um[row] = (sum_q8 + 128) >> 8;
+    }
+    return is_near(left_um[0], left_um[1], left_um[2], LIMIT_UM);
+}
+
 bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_t disparity_q8,
                        uint32_t sigma_q8, struct triangulate_point *point) {
     INVARIANT(x >= 0 && x <= IMAGE_MAX_SIDE_PX && y >= 0 && y <= IMAGE_MAX_SIDE_PX);
@@ -235,17 +247,9 @@ bool triangulate_match(const struct triangulate_plan *plan, int x, int y, int32_
     }
     const int64_t rect_q8[3] = {scale(z_q8, x_q27, 27) + meeting.shift_x_q8,
                                 scale(z_q8, y_q27, 27) + meeting.shift_y_q8, z_q8};
-    if (!is_near(rect_q8[0], rect_q8[1], rect_q8[2], limit_q8)) {
-        return false;
-    }
     int64_t left_um[3];
-    for (int row = 0; row < 3; row++) {
-        const int32_t *R = plan->R_left_rect_q30 + 3 * row;
-        const int64_t sum_q8 =
-            scale(rect_q8[0], R[0], 30) + scale(rect_q8[1], R[1], 30) + scale(rect_q8[2], R[2], 30);
-        left_um[row] = (sum_q8 + 128) >> 8;
-    }
-    if (!is_near(left_um[0], left_um[1], left_um[2], LIMIT_UM)) {
+    if (!is_near(rect_q8[0], rect_q8[1], rect_q8[2], limit_q8) ||
+        !turn_back(plan, rect_q8, left_um)) {
         return false;
     }
     point->x_um = (int32_t)left_um[0];

@@ -281,6 +281,21 @@ static int dissimilarity_or_chance(struct paper *paper, int x, int disparity) {
     return known ? dissimilarity(paper, spot) : CHANCE;
 }
 
+// Where the dissimilarities of both sides are least, with `left` before the edge and `right` after
+// the pixels that are hidden there.
+static int best_edge(struct paper *paper, int begin, int end, int left, int right, int hidden) {
+    int cost = 0;  // for an edge at `begin`
+    int lowest = 0;
+    int edge = begin;
+    for (int x = begin; x + hidden < end; x++) {
+        cost += dissimilarity_or_chance(paper, x, left) -
+                dissimilarity_or_chance(paper, x + hidden, right);
+        edge = cost < lowest ? x + 1 : edge;
+        lowest = cost < lowest ? cost : lowest;
+    }
+    return edge;
+}
+
 // Fills the gap [begin, end) between two kept pixels: with the left one's disparity up to an edge,
 // and the right one's after it. If the right one is nearer, it hides as many pixels as the
 // disparities differ; these stay rejected. The edge is put where the dissimilarities are smallest.
@@ -291,15 +306,7 @@ static void repair(struct paper *paper, int begin, int end) {
     const int right = column[end].disparity;
     const int nearer = right - left > AGREE_PX ? right - left : 0;
     const int hidden = nearer < end - begin ? nearer : end - begin;
-    int cost = 0;  // for an edge at `begin`
-    int lowest = 0;
-    int edge = begin;
-    for (int x = begin; x + hidden < end; x++) {
-        cost += dissimilarity_or_chance(paper, x, left) -
-                dissimilarity_or_chance(paper, x + hidden, right);
-        edge = cost < lowest ? x + 1 : edge;
-        lowest = cost < lowest ? cost : lowest;
-    }
+    const int edge = best_edge(paper, begin, end, left, right, hidden);
     INVARIANT(edge >= begin && edge + hidden <= end);
     for (int x = begin; x < end; x++) {
         column[x].kept = x < edge || x >= edge + hidden;

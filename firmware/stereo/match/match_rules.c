@@ -14,13 +14,18 @@ bool match_range_is_legal(const struct match_options *options) {
                MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
+static bool sizes_agree(const struct match_input *input, const struct match_output *output) {
+    const int width = input->left.width, height = input->left.height;
+    return input->right.width == width && input->right.height == height &&
+           output->disparity_q8.width == width && output->disparity_q8.height == height &&
+           output->reason.width == width && output->reason.height == height &&
+           output->confidence.width == width && output->confidence.height == height;
+}
+
 int match_check(const struct match_input *input, const struct match_options *options,
                 const struct match_output *output) {
     const struct image_u8 *left = &input->left;
-    if (input->right.width != left->width || input->right.height != left->height ||
-        output->disparity_q8.width != left->width || output->disparity_q8.height != left->height ||
-        output->reason.width != left->width || output->reason.height != left->height ||
-        output->confidence.width != left->width || output->confidence.height != left->height) {
+    if (!sizes_agree(input, output)) {
         return ERROR_SIZE_MISMATCH;
     }
     if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
