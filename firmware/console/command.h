@@ -11,6 +11,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "console/command_words.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -18,7 +20,6 @@ extern "C" {
 struct rig;
 
 enum {
-    COMMAND_LINE_MAX = 512,  ///< longest line, without its end
     COMMAND_ARGUMENTS_MAX = 8,
 };
 

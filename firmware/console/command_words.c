@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-#include "console/command.h"
 #include "core/decimal.h"
 #include "core/error.h"
 #include "core/invariant.h"

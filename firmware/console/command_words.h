@@ -12,6 +12,9 @@
 extern "C" {
 #endif
 
+/// Longest line, without its end.
+enum { COMMAND_LINE_MAX = 512 };
+
 enum { COMMAND_WORDS_MAX = 10, COMMAND_CHOICE_MAX = 32 };
 
 /// Splits a line. `words` (COMMAND_WORDS_MAX) point into `storage` (COMMAND_LINE_MAX + 1 bytes).

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/rig.h"
+#include "rig/safe.h"
 
 enum { IDLE_US = 50000 };
 

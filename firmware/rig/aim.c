@@ -7,6 +7,7 @@
 #include "device/fpga_bridge_event.h"
 #include "rig/failure.h"
 #include "rig/rig.h"
+#include "rig/safe.h"
 #include "rig/watch.h"
 
 enum {

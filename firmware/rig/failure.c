@@ -43,15 +43,3 @@ int failure_of_bridge(struct rig *self, int error) {
     watch_used(self, RIG_PART_BRIDGE, error);
     return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
 }
-
-int failure_end(struct rig *self, int error) {
-    return self->lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
-}
-
-int failure_make_safe(struct rig *self, int error) {
-    INVARIANT(error != ERROR_OK);
-    const struct rig_trouble first = self->trouble;
-    rig_safe(self);
-    self->trouble = first;
-    return error;
-}

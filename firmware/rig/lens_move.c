@@ -5,6 +5,7 @@
 #include "core/invariant.h"
 #include "rig/failure.h"
 #include "rig/lens_read.h"
+#include "rig/safe.h"
 #include "rig/watch.h"
 
 enum {

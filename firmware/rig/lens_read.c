@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
+#include "rig/safe.h"
 #include "rig/watch.h"
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
+#include "rig/safe.h"
 #include "rig/watch.h"
 
 static const struct registers_entry bridge_entries[] = {

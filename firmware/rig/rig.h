@@ -9,159 +9,14 @@
 #ifndef VERGENCE_RIG_RIG_H
 #define VERGENCE_RIG_RIG_H
 
-#include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
-#include "device/fpga_bridge.h"
-#include "device/fpga_bridge_camera.h"
-#include "device/fpga_bridge_event.h"
-#include "device/fpga_bridge_sensor.h"
-#include "device/fpga_bridge_servo.h"
-#include "device/lens_drive.h"
-#include "device/lens_v3lc.h"
-#include "device/mt9t001.h"
-#include "hal/camera.h"
-#include "hal/clock.h"
-#include "hal/gpio.h"
-#include "hal/i2c.h"
-#include "hal/log.h"
-#include "hal/uart.h"
-#include "rig/profile.h"
+#include "rig/rig_state.h"
+#include "rig/safe.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/// The parts, for messages, health and faults.
-// X(name, text)
-#define RIG_PART_LIST(X)                   \
-    X(NONE, "none")                        \
-    X(BRIDGE, "FPGA bridge")               \
-    X(LEFT_SENSOR, "left sensor")          \
-    X(RIGHT_SENSOR, "right sensor")        \
-    X(LEFT_CAMERA, "left camera")          \
-    X(RIGHT_CAMERA, "right camera")        \
-    X(LEFT_SERVO, "left servo")            \
-    X(RIGHT_SERVO, "right servo")          \
-    X(LEFT_LENS, "left lens")              \
-    X(RIGHT_LENS, "right lens")            \
-    X(RESET_LINE, "bridge's reset line")   \
-    X(IRQ_LINE, "bridge's interrupt line") \
-    X(TRIGGER_LINE, "trigger line")
-
-enum rig_part {
-#define RIG_PART_ENUM(name, text) RIG_PART_##name,
-    RIG_PART_LIST(RIG_PART_ENUM)
-#undef RIG_PART_ENUM
-        RIG_PARTS
-};
-
-/// Name of a part; static storage. `part` must be valid.
-const char *rig_part_text(enum rig_part part);
-
-/// Opens the devices behind the ports. Devices come and go; the calls of a port whose device is
-/// missing fail with ERROR_DEVICE.
-struct rig_opener {
-    /// Opens devices that are not open, and reopens those that have gone. Called at the start of
-    /// each bring-up.
-    void (*open)(void *self);
-    /// Why the device behind this part could not be opened or does not start, as text: which
-    /// device, and what to do. NULL: it is open. The text is valid until the next call.
-    const char *(*missing)(void *self, enum rig_part part);
-    /// Identifies the camera behind this part among similar ones, for example by serial number or
-    /// port; NULL: not known, or not open. The pointer itself may be NULL. The text is valid until
-    /// the next call.
-    const char *(*identity)(void *self, enum rig_part part);
-    void *self;
-};
-
-/// The interfaces that the rig uses. `clock` is required; others may be NULL if the profile does
-/// not need them. Behind a bridge both cameras are the same port.
-struct rig_ports {
-    const struct hal_clock *clock;
-    const struct hal_i2c *i2c;
-    const struct hal_gpio *gpio;
-    const struct hal_camera *camera[RIG_SIDES];
-    const struct hal_uart *lens_uart;
-    const struct hal_log *log;
-    const struct rig_opener *opener;  ///< NULL: devices stay open
-};
-
-/// Callbacks during a long call. Any pointer may be NULL.
-struct rig_observer {
-    /// False: end the call with ERROR_CANCELLED as soon as the rig is safe.
-    bool (*go_on)(void *self);
-    /// Progress: `done` of `total` units; `what` is static storage.
-    void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
-    void *self;
-};
-
-enum { RIG_EXPOSURE_MOST_US = 10000000 };
-
-/// An error of a part.
-struct rig_trouble {
-    enum rig_part part;
-    int error;       ///< 0: no error
-    char text[160];  ///< one line: part, what is wrong, and what to do
-};
-
-enum rig_state {
-    RIG_DOWN,  ///< not brought up
-    RIG_READY,
-    RIG_SAFE,  ///< after a failure: `bringup` again
-};
-
-/// State of a part when it was last used.
-struct rig_part_health {
-    bool present;
-    int error;  ///< of the last use; 0: it worked
-    uint32_t uses, failures;
-    uint64_t last_us;  ///< time of the last successful use
-};
-
-/// An instrument. The caller owns it and everything it points to.
-struct rig {
-    struct rig_profile profile;
-    struct rig_ports ports;
-    struct rig_observer observer;
-    enum rig_state state;
-    struct rig_trouble trouble;
-    /// Why the last rejected call failed: an argument that a part cannot accept is not a failure of
-    /// that part.
-    struct rig_trouble refusal;
-    struct rig_part_health health[RIG_PARTS];
-
-    struct fpga_bridge bridge;
-    struct mt9t001 sensor[RIG_SIDES];
-    struct lens_v3lc v3lc;
-    struct lens_drive lens[RIG_SIDES];
-    struct lens_abilities lens_abilities[RIG_SIDES];
-    int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
-    int32_t lens_position[RIG_SIDES][LENS_AXES];   ///< last reading; INT32_MIN: never, or no such
-                                                   ///< axis
-    int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
-    uint16_t pan_q4[RIG_SIDES];                    ///< pulse width of the last command
-    uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn stops
-    uint64_t lens_rest_us[RIG_SIDES];              ///< when the lens was last seen to have arrived
-    uint32_t exposure_us[RIG_SIDES];               ///< as set; 0: never set, or not known
-    uint32_t found_exposure_us[RIG_SIDES];  ///< found in the camera at the bring-up; 0: as above
-    uint16_t gain_q3[RIG_SIDES];
-    uint64_t settled_us[RIG_SIDES];  ///< frames that begin at this time or later have the new
-                                     ///< settings
-    bool lost;                       ///< the bridge does not accept feeds, and the rig was not yet
-                                     ///< made safe
-    bool streaming[RIG_SIDES];       ///< this side's source delivers frames
-    uint64_t started_us[RIG_SIDES];  ///< when its stream started
-    uint64_t triggered_us;           ///< when the trigger line last went active
-    bool owed[RIG_SIDES];            ///< the frame of that pulse has not been taken yet
-    struct hal_camera_format format;
-    uint32_t pairs;   ///< number taken since the bring-up
-    uint64_t fed_us;  ///< last feed of the bridge's watchdog
-    /// Time of the last feed that arrived since the bring-up (0: none), and the longest interval
-    /// between two.
-    uint64_t feed_arrived_us, feed_gap_us;
-};
 
 /// The interface that this profile requires but the ports do not have, such as "an I2C bus"; NULL:
 /// none is missing. Static storage.
@@ -177,10 +32,6 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
 /// still checked, so that one run shows all problems; the rig is then RIG_SAFE, and the error is
 /// that of the first.
 int rig_bringup(struct rig *self);
-
-/// Stops motors and streams, ends the servo pulses, and deactivates the trigger line. Continues if
-/// a part fails. Returns the first error.
-int rig_safe(struct rig *self);
 
 /// Call at least every 100 ms while no other call runs: feeds the bridge's watchdog, and detects a
 /// bridge that has restarted or gone (ERROR_RESTARTED, ERROR_I2C_NACK; the rig is then RIG_SAFE).

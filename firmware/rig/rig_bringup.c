@@ -8,6 +8,7 @@
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/rig_lines.h"
+#include "rig/safe.h"
 #include "rig/trigger.h"
 #include "rig/watch.h"
 

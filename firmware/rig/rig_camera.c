@@ -4,7 +4,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/failure.h"
-#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {
@@ -239,12 +238,9 @@ int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_fra
     return wait_until(self, side, started_us, deadline_us, frame);
 }
 
-int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
-                    struct hal_camera_frame *frame) {
-    INVARIANT(side < RIG_SIDES && self->ports.camera[side] != NULL);
-    if (self->profile.trigger) {
-        return trigger_take_one(self, side, frame);
-    }
+int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before_us,
+                            struct hal_camera_frame *frame) {
+    INVARIANT(side < RIG_SIDES && self->ports.camera[side] != NULL && !self->profile.trigger);
     if (!self->profile.bridge) {
         return wait_for_frame(self, side, not_before_us, frame);
     }

@@ -6,7 +6,7 @@
 #ifndef VERGENCE_RIG_RIG_CAMERA_H
 #define VERGENCE_RIG_RIG_CAMERA_H
 
-#include "rig/rig.h"
+#include "rig/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -33,12 +33,9 @@ int rig_camera_stop(struct rig *self);
 /// on. `before_us`: the frame period before the change.
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
 
-/// Waits for a complete frame that began at `not_before_us` or later, with all settings in force,
-/// and exposed with pan and lens at rest, as far as its exposure is known. The caller must give it
-/// back. Faults that the bridge found are included in its `faults`. Selects the camera behind the
-/// bridge if necessary, and pulses the trigger line if there is one.
-int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
-                    struct hal_camera_frame *frame);
+/// As rig_camera_take (rig/camera_take.h), for cameras that do not wait for the trigger line.
+int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before_us,
+                            struct hal_camera_frame *frame);
 /// The same for the first frame of a free-running camera with its own port: waits as long after its
 /// start as webcams need, plus its exposure, however long the wait for the other camera took.
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame);

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/camera_take.h"
 #include "rig/failure.h"
 #include "rig/rig_camera.h"
 #include "rig/watch.h"

@@ -5,6 +5,7 @@
 #include "rig/failure.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
+#include "rig/safe.h"
 #include "rig/watch.h"
 
 enum {

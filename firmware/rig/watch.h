@@ -4,7 +4,7 @@
 #ifndef VERGENCE_RIG_WATCH_H
 #define VERGENCE_RIG_WATCH_H
 
-#include "rig/rig.h"
+#include "rig/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {
