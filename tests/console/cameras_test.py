@@ -71,16 +71,14 @@ class TwoCameras(DeviceTest):
         self.serve(self.cameras(), self.profile)
         self.asked("bringup")
         for command, line in (
-                ("pan 1", "this instrument has no pan servos"),
-                ("zoom 400", "this instrument has no motorized lens on the left"),
-                ("registers left", "this instrument has no bridge and no sensors on its bus")):
-            self.assertEqual(self.first.ask(command), [f"ERR NOT_CONNECTED {line}"])
+                ("pan 1", "servo"), ("zoom 400", "lens on the left"), ("registers left", "bridge")):
+            self.assertRegex(self.first.ask(command)[-1], f"^ERR NOT_CONNECTED .*{line}")
         answer = self.first.ask("window 320 240")
         self.assertEqual(len(answer), 1)
         self.assertRegex(answer[0], "^ERR UNSUPPORTED left camera: left_camera = /dev/video0: .*"
                          "320 x 240.* nearest .*640 x 480")
-        self.assertEqual(self.first.ask("window 640 480 2"), [
-            "ERR UNSUPPORTED window: SKIP 2: cameras without the bridge skip no pixels; leave it out"])
+        self.assertRegex(self.first.ask("window 640 480 2")[-1],
+                         "^ERR UNSUPPORTED window: SKIP 2: .*bridge")
         # A rejected request is not an error of a part.
         health = self.asked("health")
         self.assertNotIn("trouble", health)
@@ -117,7 +115,7 @@ class TwoCameras(DeviceTest):
         self.asked("bringup")
         self.captured()
         self.plug("plug", False)
-        gone = "ERR DEVICE right camera: it has gone; look at its plug, then bring up again"
+        gone = "ERR DEVICE right camera: it is gone (check its plug, then run bringup)"
         self.refused("capture", gone)
         self.assertEqual(self.asked("status")["state"], "safe")
         self.assertEqual(self.first.ask("health")[-1], gone)
@@ -157,7 +155,7 @@ class TwoCameras(DeviceTest):
         answer = self.first.ask_json("bringup")
         self.assertEqual(answer["message"], f"left camera: left_camera = /dev/video0: {NOT_THERE}")
         self.assertEqual([part["state"] for part in answer["result"]["parts"]],
-                         2 * ["the device is missing, has gone, or is not the expected one"])
+                         2 * ["the device is missing, has gone, or is another one"])
         self.plug("plug0")
         self.plug("plug1")
         self.assertEqual(self.asked("bringup")["parts"], WORKS)
@@ -175,8 +173,8 @@ class TwoCameras(DeviceTest):
     def test_frames_that_are_all_damaged(self):
         self.serve(self.cameras() + "set /dev/video1 damage_every 1\n", self.profile)
         self.asked("bringup")
-        self.refused("capture", "ERR FRAME right camera: two frames in succession were damaged; "
-                     "look at its cable and plug")
+        self.refused("capture", "ERR FRAME right camera: two successive frames were damaged "
+                     "(check its cable and plug)")
         self.assertEqual(self.asked("status")["state"], "ready")
 
     def test_a_stream_that_breaks_goes_on(self):
@@ -212,8 +210,9 @@ class TwoCameras(DeviceTest):
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))
         self.serve(self.cameras(), self.profile)
-        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 that "
-                     "we read; set rig.width_px and rig.height_px to a size that both cameras have")
+        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 in a "
+                     "supported format (set rig.width_px and rig.height_px to a size that both "
+                     "cameras support)")
         self.assertEqual(self.asked("status")["state"], "safe")
 
     def test_frames_that_are_far_apart_are_refused(self):
@@ -256,10 +255,10 @@ class OneLens(DeviceTest):
         began = time.monotonic()
         self.assertAlmostEqual(self.asked("zoom left 178")["left"]["position"], 178, delta=2)
         self.assertGreater(time.monotonic() - began, (178 - 50) / 20 - 0.5)
-        self.refused("zoom left 200",
-                     "ERR RANGE zoom: POSITION 200: the left lens goes from 44 to 180 counts")
-        self.refused("zoom right 100",
-                     "ERR NOT_CONNECTED this instrument has no motorized lens on the right")
+        self.assertRegex(self.first.ask("zoom left 200")[-1],
+                         "^ERR RANGE zoom: POSITION 200 .*left lens.*44 to 180 counts")
+        self.assertRegex(self.first.ask("zoom right 100")[-1],
+                         "^ERR NOT_CONNECTED .*lens on the right")
         self.captured()
 
 
@@ -295,21 +294,21 @@ class FullRig(DeviceTest):
     def test_an_i2c_bus_without_a_bridge(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras() + "gpio /dev/gpiochip0\n", "profile=rig",
                    "reset_line=3", f"lens_uart={self.place('none')}")
-        self.refused("bringup", "ERR I2C_NACK FPGA bridge: it does not answer on I2C; look at its "
-                     "supply and its SCL and SDA")
+        self.refused("bringup", "ERR I2C_NACK FPGA bridge: no answer on I2C (check its supply, SCL "
+                     "and SDA)")
 
     def test_something_else_in_the_place_of_the_bridge(self):
         self.plug("plug")
         self.serve("i2c /dev/i2c-1 0x2C\n" + self.cameras() +
                    f"plug /dev/i2c-1 {self.place('plug')}\n", "profile=rig",
                    f"lens_uart={self.place('none')}")
-        self.refused("bringup", "ERR DEVICE FPGA bridge: something else answers in its place, or it "
-                     "has gone; look at what is connected")
+        self.refused("bringup", "ERR DEVICE FPGA bridge: missing, or another device responds at "
+                     "its address (check what is connected)")
         self.plug("plug", False)
         self.refused("bringup", f"ERR DEVICE FPGA bridge: i2c = /dev/i2c-1: {NOT_THERE}")
         self.plug("plug")
-        self.refused("bringup", "ERR DEVICE FPGA bridge: something else answers in its place, or it "
-                     "has gone; look at what is connected")
+        self.refused("bringup", "ERR DEVICE FPGA bridge: missing, or another device responds at "
+                     "its address (check what is connected)")
 
 
 if __name__ == "__main__":

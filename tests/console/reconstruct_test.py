@@ -383,8 +383,8 @@ class BrokenStore(Surfaces):
             self.first = self.client()
             shutil.rmtree(os.path.join(self.files, "surface-none-1"), ignore_errors=True)
             self.assertEqual(self.refused("reconstruct none 1 0.5 1600 2300"), (
-                "IO", "none: no calibration in the session, and the saved one cannot be read: the "
-                "system could not do it"))
+                "IO", "none: no calibration in the session, and the saved one cannot be read: "
+                "system error"))
             self.assertEqual("1 0" in failure,
                              not self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
         # A session with its own calibration needs no other.

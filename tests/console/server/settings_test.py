@@ -234,7 +234,7 @@ class Cameras(CameraTest):
         self.refused(client, "settings", "MISSING")
 
     def test_a_store_that_fails(self):
-        for error, name, said in (("full", "FULL", "there is no room left"),
+        for error, name, said in (("full", "FULL", "no space left"),
                                   ("io", "IO", "its disk has failed, or the directory was taken away"),
                                   ("refused", "REFUSED", "it may not be read or written")):
             client = self.begin(

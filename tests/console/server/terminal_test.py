@@ -33,7 +33,7 @@ class Console(DaemonTest):
         self.assertEqual((shown[0], shown[-1]), ("state: down", "OK"))
         shown = self.terminal.run("stauts")
         self.assertEqual(shown,
-                         ['ERR ARGUMENT there is no command "stauts"; did you mean "status"?'])
+                         ['ERR ARGUMENT unknown command "stauts"; did you mean "status"?'])
         self.assertEqual(self.terminal.run("   "), [])
 
     def test_editing_keys(self):

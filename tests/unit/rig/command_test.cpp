@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <initializer_list>
 #include <iterator>
 #include <random>
 #include <string>
@@ -66,11 +67,16 @@ Parsed parse(const std::string &line) {
     return parsed;
 }
 
-void refused(const std::string &line, int error, const std::string &sentence) {
+/// Each of the key words is in the message.
+void refused(const std::string &line, int error, std::initializer_list<const char *> words) {
     const Parsed parsed = parse(line);
     CAPTURE(line);
+    CAPTURE(parsed.message);
     CHECK(parsed.error == error);
-    CHECK(parsed.message == sentence);
+    for (const char *word : words) {
+        CAPTURE(word);
+        CHECK(parsed.message.find(word) != std::string::npos);
+    }
 }
 
 }  // namespace
@@ -100,12 +106,9 @@ TEST_CASE("an optional choice may be left out in front of a number") {
     REQUIRE(one.error == 0);
     CHECK(one.values[0].choice == 1);
     CHECK(one.values[1].integer == 500);
-    refused("expose 5000", ERROR_RANGE,
-            "expose: TIME \"5000\" is too large: expected is a whole number from 1 to 1000 us");
-    refused("expose 500 left", ERROR_ARGUMENT,
-            "expose: \"left\" is too much; usage: expose [SIDE] [TIME]");
-    refused("expose x", ERROR_ARGUMENT,
-            "expose: SIDE \"x\" is unknown: expected is left, right or both");
+    refused("expose 5000", ERROR_RANGE, {"expose: TIME \"5000\"", "too large", "1 to 1000 us"});
+    refused("expose 500 left", ERROR_ARGUMENT, {"\"left\"", "expose [SIDE] [TIME]"});
+    refused("expose x", ERROR_ARGUMENT, {"unknown SIDE \"x\"", "left, right or both"});
 }
 
 TEST_CASE("an optional text may be left out in front of a choice that ends the line") {
@@ -121,8 +124,7 @@ TEST_CASE("an optional text may be left out in front of a choice that ends the l
     REQUIRE(named.error == 0);
     CHECK(std::string(named.values[0].text) == "stilly");
     CHECK_FALSE(named.values[1].given);
-    refused("keep still x", ERROR_ARGUMENT,
-            "keep: CHECK \"x\" is unknown: expected is still or twice");
+    refused("keep still x", ERROR_ARGUMENT, {"unknown CHECK \"x\"", "still or twice"});
 }
 
 TEST_CASE("nothing is no command") {
@@ -149,43 +151,33 @@ TEST_CASE("the distance between words is that of letters, and of lengths where t
 }
 
 TEST_CASE("refusals name argument, range and unit") {
-    refused("stats", ERROR_ARGUMENT, "there is no command \"stats\"; did you mean \"status\"?");
-    refused("fly", ERROR_ARGUMENT, "there is no command \"fly\"; \"help\" lists them");
-    refused("status now", ERROR_ARGUMENT, "status: \"now\" is too much; usage: status");
+    refused("stats", ERROR_ARGUMENT, {"unknown command \"stats\"", "did you mean \"status\"?"});
+    refused("fly", ERROR_ARGUMENT, {"unknown command \"fly\"", "help"});
+    refused("status now", ERROR_ARGUMENT, {"status:", "\"now\"", "usage: status"});
     refused("move left 1 1 a b c d e f g", ERROR_ARGUMENT,
-            "move: \"b\" is too much; usage: move SIDE ANGLE [COUNT] [NOTE]");
-    refused("move", ERROR_MISSING, "move: SIDE is missing: expected is left, right or both");
+            {"\"b\"", "usage: move SIDE ANGLE [COUNT] [NOTE]"});
+    refused("move", ERROR_MISSING, {"move: SIDE", "missing", "left, right or both"});
     refused("move lift 1", ERROR_ARGUMENT,
-            "move: SIDE \"lift\" is unknown: expected is left, right or both; did you mean "
-            "\"left\"?");
-    refused("move left", ERROR_MISSING,
-            "move: ANGLE is missing: expected is a number from -30.5 to 30 deg");
-    refused("move left 30.01", ERROR_RANGE,
-            "move: ANGLE \"30.01\" is too large: expected is a number from -30.5 to 30 deg");
-    refused("move left -31", ERROR_RANGE,
-            "move: ANGLE \"-31\" is too small: expected is a number from -30.5 to 30 deg");
+            {"unknown SIDE \"lift\"", "left, right or both", "did you mean \"left\"?"});
+    const char *range = "from -30.5 to 30 deg";
+    refused("move left", ERROR_MISSING, {"move: ANGLE", "missing", range});
+    refused("move left 30.01", ERROR_RANGE, {"ANGLE \"30.01\"", "too large", range});
+    refused("move left -31", ERROR_RANGE, {"ANGLE \"-31\"", "too small", range});
     for (const char *word : {"x", "1e3", "0x10", "1.", ".", "-", "--1", "nan", "inf", "1,5"}) {
         refused(std::string("move left ") + word, ERROR_SYNTAX,
-                std::string("move: ANGLE \"") + word +
-                    "\" is no decimal number: expected is a number from -30.5 to 30 deg");
+                {"move: ANGLE", word, "not a number", range});
     }
-    refused("move left 1 2.5", ERROR_SYNTAX,
-            "move: COUNT \"2.5\" is no whole number: expected is a whole number from 0 to 255");
-    refused("move left 1 0xFFFFFFFFFFFFFFFFFFFFFFFF", ERROR_RANGE,
-            "move: COUNT \"0xFFFFFFFFFFFFFFFFFFFFFFFF\" is too large: expected is a whole number "
-            "from 0 to 255");
-    refused("move left 1 2 ninechars", ERROR_RANGE,
-            "move: NOTE \"ninechars\" is too long: expected is a text of 1 to 8 characters");
-    refused("move left 1 2 \"\"", ERROR_RANGE,
-            "move: NOTE \"\" is too short: expected is a text of 1 to 8 characters");
+    refused("move left 1 2.5", ERROR_SYNTAX, {"COUNT \"2.5\"", "not an integer", "0 to 255"});
+    refused("move left 1 0xFFFFFFFFFFFFFFFFFFFFFFFF", ERROR_RANGE, {"too large", "0 to 255"});
+    refused("move left 1 2 ninechars", ERROR_RANGE, {"too long", "1 to 8 characters"});
+    refused("move left 1 2 \"\"", ERROR_RANGE, {"too short", "1 to 8 characters"});
 }
 
-TEST_CASE("lines that cannot be taken apart") {
-    refused("move \"left", ERROR_SYNTAX, "a word that begins with a quote must end with one");
-    refused("move \"left\"1", ERROR_SYNTAX, "a word that begins with a quote must end with one");
-    refused("status\x1b", ERROR_SYNTAX, "the line holds a control character");
-    refused(std::string(COMMAND_LINE_MAX + 1, 'x'), ERROR_SYNTAX,
-            "the line is longer than 512 characters");
+TEST_CASE("malformed lines") {
+    refused("move \"left", ERROR_SYNTAX, {"quote"});
+    refused("move \"left\"1", ERROR_SYNTAX, {"quote"});
+    refused("status\x1b", ERROR_SYNTAX, {"control character"});
+    refused(std::string(COMMAND_LINE_MAX + 1, 'x'), ERROR_SYNTAX, {"512 characters"});
     CHECK(parse(std::string(COMMAND_LINE_MAX, 'x')).error == ERROR_ARGUMENT);
     CHECK(parse("status" + std::string(COMMAND_LINE_MAX - 6, ' ')).error == 0);
 }

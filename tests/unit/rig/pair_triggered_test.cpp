@@ -270,11 +270,10 @@ TEST_CASE(
         const uint64_t begin_us = two.world.time_us;
         CHECK(rig_bringup(&two.rig) == ERROR_TIMEOUT);
         CHECK(two.world.time_us - begin_us < kLimitUs);
-        const std::string told =
-            std::string(side == RIG_LEFT ? "left" : "right") +
-            " camera: no frame came after the trigger line's pulse; set it to external trigger, "
-            "look at its wire and at trigger_line";
-        CHECK(two.text() == told);
+        const std::string camera = side == RIG_LEFT ? "left camera: " : "right camera: ";
+        const std::string text = two.text();
+        CHECK_MESSAGE(text.rfind(camera, 0) == 0, text);
+        CHECK_MESSAGE(text.find("trigger_line") != std::string::npos, text);
         CHECK(two.rig.state == RIG_SAFE);
         CHECK(!two.left.started);
         two.check_rest();
@@ -285,7 +284,7 @@ TEST_CASE(
         ::pair pair{};
         CHECK(two.capture(pair) == ERROR_TIMEOUT);
         CHECK(two.world.time_us - again_us < kLimitUs);
-        CHECK(two.text() == told);
+        CHECK(two.text() == text);
         CHECK(two.rig.state == RIG_SAFE);
         two.check_rest();
     }
@@ -313,9 +312,8 @@ TEST_CASE("a camera that runs freely is told at the bring-up") {
         return true;
     };
     CHECK(rig_bringup(&two.rig) == ERROR_VERIFY);
-    CHECK(two.text() ==
-          "right camera: it sends frames without the trigger line's pulse; set it to "
-          "external trigger, or rig.trigger = no");
+    CHECK(two.text().rfind("right camera: ", 0) == 0);
+    CHECK(two.text().find("rig.trigger = no") != std::string::npos);
     two.check_rest();
 }
 

@@ -186,9 +186,10 @@ TEST_CASE("the skew is told, and refused beyond the limit") {
     ::pair pair{};
     CHECK(slow.capture(pair) == ERROR_MOVED);
     CHECK(std::llabs(pair.skew_us) == 70000);
-    CHECK(std::string(slow.rig.trouble.text) ==
-          "right camera: its frame began 70 ms from the left one, more than 50 ms; expose shorter, "
-          "or raise rig.skew_limit_us");
+    const std::string text = slow.rig.trouble.text;
+    CHECK_MESSAGE(text.rfind("right camera: its frame began 70 ms", 0) == 0, text);
+    CHECK_MESSAGE(text.find("allowed: 50 ms") != std::string::npos, text);
+    CHECK_MESSAGE(text.find("rig.skew_limit_us") != std::string::npos, text);
     CHECK(slow.rig.state == RIG_READY);
     slow.rig.profile.skew_limit_us = 80000;
     CHECK(slow.capture(pair) == ERROR_OK);
@@ -302,9 +303,9 @@ TEST_CASE("a camera that tells impossible values of its controls is named") {
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         CHECK(rig_gain(&two.rig, 1u << RIG_RIGHT, 16, &gain_q3) == ERROR_VERIFY);
         CHECK(two.rig.state == RIG_SAFE);
-        CHECK(std::string(two.rig.trouble.text) ==
-              "right camera: it says that a setting of its own is " + std::to_string(told) +
-                  ", which it cannot be; bring up again, or set it by its own program");
+        const std::string text = two.rig.trouble.text;
+        CHECK_MESSAGE(text.rfind("right camera: ", 0) == 0, text);
+        CHECK_MESSAGE(text.find("setting " + std::to_string(told)) != std::string::npos, text);
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         CHECK(rig_exposure(&two.rig, 1u << RIG_RIGHT, 1000, &exposure_us) ==
               (told < 0 ? ERROR_VERIFY : ERROR_OK));
