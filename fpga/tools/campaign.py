@@ -111,10 +111,10 @@ def commit():
 def table(results, seed):
     """The text of all results, in the order of the steps, including those never run."""
     lines = [
-        "<!-- SPDX-License-Identifier: Apache-2.0 -->", "Results of the long searches on the bridge", "",
+        "<!-- SPDX-License-Identifier: Apache-2.0 -->",
+        "# Results of the long searches on the bridge", "",
         f"Made by `tools/campaign fpga`, seed {seed}, {os.cpu_count()} processors. Seconds are",
-        "processor time for searches and wall time for the others. *at* is the commit tested.",
-        "",
+        "processor time for searches and wall time for the others. *at* is the commit tested.", "",
         "| step | rounds | seconds | result | at | output |", "|---|---|---|---|---|---|"]
     for name in [*SEARCHES, *TOOLS]:
         lines.append(row(name, results[name]) if name in results else

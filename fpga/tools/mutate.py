@@ -261,7 +261,8 @@ def name_of(name, command):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--module", action="append")
-    parser.add_argument("--share", type=float, default=1.0, help="share of the default number of mutants")
+    parser.add_argument("--share", type=float, default=1.0,
+                        help="share of the default number of mutants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--simulate", action="store_true", help="also run the tests")

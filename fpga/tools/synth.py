@@ -128,7 +128,7 @@ def count(cells, pattern):
 
 
 def carry_sites(cells):
-    """Cells before the carry chains of a Spartan-3, whose select can only come from the look-up table
+    """Cells before the carry chains of a Spartan-3, whose select only comes from the look-up table
     of their place. Returns how many tables are inverters (elsewhere a slice has its own), and how
     many places pass the output of a flip-flop through their table (ISE: route-through).
     """

@@ -81,7 +81,7 @@ struct rectify_span {  // 0 0 if it is empty
 /// Raw coordinates on a coarse grid over a rectified image, in 1/65536 px.
 struct rectify_table {
     int32_t *x_q16, *y_q16;  // nodes, row-major, in the arena of the table
-    int columns, rows;       // node counts; node (i, j) stands at ((i - 1) step, (j - 1) step)
+    int columns, rows;       // node counts; node (i, j) is at ((i - 1) step, (j - 1) step)
     int step_log2;
     struct rectify_span *view;  // per row, the columns within the lens' view, independent of the
                                 // raw coordinates; in the same arena. NULL: all

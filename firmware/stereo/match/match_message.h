@@ -26,7 +26,7 @@ struct message_penalties {
         \valid_read(of) && MATCH_MIN_WIDTH_PX <= of->width <= INT16_MAX &&
         0 <= of->right_pad <= INT16_MAX && 0 <= of->right_length <= 4 * INT16_MAX &&
         -MATCH_DISPARITY_LIMIT <= of->disparity_min <= MATCH_DISPARITY_LIMIT;
-    // A product that provers find when they are told to look for it.
+    // A product that provers find when it is stated.
     predicate times(integer a, integer b, integer lanes) = a * lanes <= b * lanes;
     lemma times: \forall integer a, b, lanes; a <= b ==> 0 <= lanes ==> times(a, b, lanes); */
 

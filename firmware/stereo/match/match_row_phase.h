@@ -64,8 +64,7 @@ struct row_view {
     predicate all_may_win{L}(struct row_view *of, integer r, struct match_tile *tile, integer x) =
         first_may_win(of, r, tile, x) <= 0 && tile->lanes <= beyond_may_win(of, r, tile, x); */
 
-// The lanes of the window that may win at x: those whose right pixel lies inside the right row's
-// span.
+// The lanes of the window that may win at x: their right pixel is inside the right row's span.
 /*@ requires \valid_read(view) && is_level(view->level) && 0 <= r < MATCH_ROWS_ABREAST;
     requires \valid_read(tile) && 0 <= x <= INT16_MAX;
     requires \valid(begin) && \valid(end) && \separated(begin, end);
@@ -274,8 +273,7 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     }
 }
 
-// Path costs from the right through one tile, each added to the others, with the winner chosen at
-// once.
+// Path costs from the right through one tile, each added to the others; chooses the winners.
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
@@ -334,7 +332,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
 }
 
 // Moves the path costs from one window to another. Beyond the ends of a row (`from` is NULL) there
-// are none: the first path cost is the cost.
+// is no path: the first path cost is the cost.
 /*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
     requires from != NULL ==> match_is_tile(from);
     requires \forall integer r; 0 <= r < rows ==>
@@ -408,8 +406,7 @@ static void note_tile(const struct row_view *view, const int rows, const struct 
                     line->row.right_x[x] = (int16_t)view->level->width;
                     continue;
                 }
-                // If every lane that may win costs as much as an excluded one, the first of them
-                // wins.
+                // If every lane that may win costs as much as an excluded one, the first wins.
                 line->row.lane[x] =
                     (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
             }

@@ -131,7 +131,7 @@ struct match_method {
     const char *name;
     int coarse_disparities;  // a level with more disparities than this gets a coarser one; 0: never
     int halvings;            // of columns, disparities and rows from one level to the next
-    int halved_rows;         // of the finest level: 1 where a row of it stands for two
+    int halved_rows;         // of the finest level: 1 where a row of it covers two
     int lanes;               // average per column, for which there is memory
     // A tile searches the disparities that the coarser level found in the tile and this many of its
     // pixels around, and `margin` more on both sides.
