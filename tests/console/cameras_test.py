@@ -210,8 +210,8 @@ class TwoCameras(DeviceTest):
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))
         self.serve(self.cameras(), self.profile)
-        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 in a "
-                     "supported format (set rig.width_px and rig.height_px to a size that both "
+        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 in "
+                     "a supported format (set rig.width_px and rig.height_px to a size that both "
                      "cameras support)")
         self.assertEqual(self.asked("status")["state"], "safe")
 

@@ -173,7 +173,7 @@ TEST_CASE("without the router nothing moves on the branches") {
     CHECK(bench.read(kBranchErrors) == 0);
 }
 
-TEST_CASE("bypass: one branch gets every address as it is, the other one as ever") {
+TEST_CASE("bypass: one branch gets every address unchanged, the other one works normally") {
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         CAPTURE(camera);
         Bench bench;
@@ -262,7 +262,7 @@ TEST_CASE("spikes on the branches change nothing and are not counted") {
     CHECK(bench.read(kBranchErrors) == 0);
 }
 
-TEST_CASE("errors are counted up to 255, and any write begins anew") {
+TEST_CASE("errors are counted up to 255, and any write restarts the count") {
     Bench bench;
     SUBCASE("on a branch: a byte that is not acknowledged") {
         bench.bridge.remove(bench.right);
@@ -276,7 +276,7 @@ TEST_CASE("errors are counted up to 255, and any write begins anew") {
             bench.master.stop();
         });
     }
-    SUBCASE("time-outs: the bus stands for 35 ms in a transfer") {
+    SUBCASE("time-outs: the bus stops for 35 ms in a transfer") {
         for (unsigned i = 0; i < 3; i++) {
             bench.master.start();
             bench.master.write_byte(hdl::Registers::kAddress << 1);

@@ -275,7 +275,7 @@ TEST_CASE("one transfer shows one frame, and the next transfer the newest") {
     }
 }
 
-TEST_CASE("a lost clock is told once, and only of a camera that should run") {
+TEST_CASE("a lost clock is reported once, and only for a camera that should run") {
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         CAPTURE(camera);
         OneCamera bench(camera);

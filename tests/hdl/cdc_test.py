@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""fpga/tools/cdc.py finds each kind of wrong crossing and accepts correct ones; the bridge is clean."""
+"""fpga/tools/cdc.py finds each kind of wrong crossing; the bridge has none."""
 import os
 import subprocess
 import sys

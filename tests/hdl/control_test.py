@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""I2C target and register file, without the rest, at the limits of each bus speed and of the board's
+"""I2C target and register file alone, at the limits of each bus speed and of the board's
 clock.
 """
 import os

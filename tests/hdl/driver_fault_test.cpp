@@ -136,7 +136,7 @@ TEST_CASE("a sensor that holds its SDA does not keep the driver from the bridge"
     CHECK(rig.counted() == "transfers 2");
 }
 
-TEST_CASE("SDA held by something else, for a time and for good") {
+TEST_CASE("SDA held by something else, temporarily and permanently") {
     hdl::DriverRig rig;
     rig.bus.others_pull(HAL_I2C_SDA, 10 * kMs);
     CHECK(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, kNew) == ERROR_OK);
@@ -152,7 +152,7 @@ TEST_CASE("SDA held by something else, for a time and for good") {
     CHECK(fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, kOld) == ERROR_OK);
 }
 
-TEST_CASE("SCL held: within the deadline, beyond it, for good, and often") {
+TEST_CASE("SCL held: within the deadline, beyond it, permanently, and often") {
     hdl::DriverRig rig;
     const auto write = [&](uint16_t value) {
         return fpga_bridge_write(&rig.driver, BRIDGE_SCRATCH, value);

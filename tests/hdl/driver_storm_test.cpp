@@ -164,7 +164,7 @@ TEST_CASE("a trigger starts once at most in a storm of faults") {
     CHECK(pulses > 0);
 }
 
-TEST_CASE("feeding in a storm: each restart is told") {
+TEST_CASE("feeding in a storm: each restart is reported") {
     const uint64_t seed = synthetic::test_seed() + 2;
     INFO("seed " << seed);
     hdl::DriverRig rig(seed);

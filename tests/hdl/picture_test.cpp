@@ -378,7 +378,7 @@ TEST_CASE("alternating cameras: so many frames of each, and none of a camera tha
     CHECK(std::count(cameras.begin(), cameras.end(), 1) >= 2);
 }
 
-TEST_CASE("a frame that does not end is cut at a switch after its time-out, and that is told") {
+TEST_CASE("a frame that does not end is cut at a switch after its time-out, and reported") {
     for (unsigned camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         CAPTURE(camera);
         Cameras bench;

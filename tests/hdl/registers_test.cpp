@@ -102,7 +102,7 @@ TEST_CASE("indices that do not exist read 0 and take nothing") {
     }
 }
 
-TEST_CASE("the index goes on through reads and writes of many words, and wraps") {
+TEST_CASE("the index increases through reads and writes of many words, and wraps") {
     Bench bench(1000, 40000);
     // Pattern's width, height, blanking: neighbours that only store.
     CHECK(bench.master.write(hdl::Registers::kAddress, {0x24, 0, 64, 0, 48, 0, 100, 0, 20}) == 10);

@@ -201,7 +201,7 @@ TEST_CASE("a transfer to a sensor that stops with SCL low: its branch is let go 
     }
 }
 
-TEST_CASE("a transfer that stops with SCL low for 29 ms goes on") {
+TEST_CASE("a transfer that stops with SCL low for 29 ms continues") {
     Bench bench(synthetic::test_seed(), 300 * hdl::kNs);
     bench.master.start();
     REQUIRE(bench.master.write_byte(kRight << 1));

@@ -184,7 +184,7 @@ TEST_CASE("a bus that fails on the way ends it, and the servos rest") {
     CHECK(bench.world.servo(0).angle_deg(bench.world.now_us()) == doctest::Approx(rests));
 }
 
-TEST_CASE("a watchdog that has fired, and limits that somebody narrowed, are told") {
+TEST_CASE("a watchdog that has fired, and narrowed limits, are reported") {
     PanBench bench(servos(0));
     REQUIRE(rig_pan(&bench.rig, RIG_LEFT, 100000) == ERROR_OK);
     REQUIRE(fpga_bridge_servo_limits(&bench.rig.bridge, 0, 23000, 25000) == ERROR_OK);

@@ -145,7 +145,7 @@ TEST_CASE("a lens arrives, from below, wherever it stood") {
     }
 }
 
-TEST_CASE("a jam is told in time, and no jammed lens arrives") {
+TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
     const uint64_t seed = synthetic::test_seed();
     unsigned after_arrival = 0;
     std::vector<double> told;  // seconds after the jam
@@ -279,7 +279,7 @@ TEST_CASE("a controller that is slow, or loses an answer now and then, is not ta
     }
 }
 
-TEST_CASE("a line that falls silent is told within two seconds, and then the lenses rest") {
+TEST_CASE("a silent line is reported within two seconds, and then the lenses rest") {
     const uint64_t seed = synthetic::test_seed();
     for (uint64_t i = 0; i < draws(200); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);

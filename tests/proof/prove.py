@@ -67,7 +67,7 @@ def facts():
 
 
 def python(text):
-    """The same as an expression of Python, whose integers are unbounded; / of positive numbers only."""
+    """The same as an expression of Python, with unbounded integers; / of positive numbers only."""
     return text.replace("(unsigned short)", "short").replace("/", "//")
 
 
@@ -226,9 +226,9 @@ def choose(only):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of provers in parallel")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="provers in parallel")
     parser.add_argument("--only", default=".", help="only the functions whose name matches")
-    parser.add_argument("--read", action="store_true", help="only check the contracts, without proofs")
+    parser.add_argument("--read", action="store_true", help="only check the contracts")
     parser.add_argument("--list", action="store_true", help="only print the functions' names")
     arguments = parser.parse_args()
     chosen = choose(arguments.only)

@@ -181,7 +181,7 @@ TEST_CASE("a check finds what has failed since, and moves nothing") {
     CHECK(rig_check(&bench.rig) == ERROR_OK);
 }
 
-TEST_CASE("a rig that vanishes is told at once, by every call") {
+TEST_CASE("a rig that vanishes is reported at once, by every call") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     bench.process.kill();

@@ -77,7 +77,7 @@ class Stranger {
 
 }  // namespace
 
-TEST_CASE("what went over the bus is told exactly") {
+TEST_CASE("what went over the bus is reported exactly") {
     Opened rig;
     size_t begun = 0;
     CHECK(rig.write(BRIDGE_I2C_ADDRESS, {BRIDGE_SCRATCH, 1, 2}, begun) == ERROR_OK);
@@ -96,7 +96,7 @@ TEST_CASE("what went over the bus is told exactly") {
     CHECK(rig.write(BRIDGE_I2C_ADDRESS, {BRIDGE_SCRATCH, 1, 2}, begun) == ERROR_OK);
 }
 
-TEST_CASE("what was begun is never told as less than it may be") {
+TEST_CASE("the number of begun bytes is never reported too low") {
     uint8_t byte = 0;
     const hal_i2c_message messages[] = {
         {&byte, 3, 1, false}, {&byte, 1, 1, false}, {&byte, 4, 1, true}};
@@ -189,7 +189,7 @@ TEST_CASE("a rig that has gone is an error from then on, and its clock runs out"
           ERROR_DEVICE);
 }
 
-TEST_CASE("what is no rig is refused with a line that says so") {
+TEST_CASE("a server that is not a rig is rejected with one line") {
     sim_connection connection{};
     CHECK(sim_connection_open(&connection, "rig.sock", SIMRIG_ROLE_BOARD, 1000) == ERROR_ARGUMENT);
     CHECK(std::string(connection.text).find("unix:PATH") != std::string::npos);

@@ -116,7 +116,7 @@ void try_port(Port port, int error, bool for_ever) {
 TEST_CASE("a transfer that is not acknowledged once is made good") {
     try_port(Port::kI2c, ERROR_I2C_NACK, false);
 }
-TEST_CASE("a bus on which nobody answers any more") {
+TEST_CASE("a bus without any answer") {
     try_port(Port::kI2c, ERROR_I2C_NACK, true);
 }
 TEST_CASE("a bus that is stuck once") {

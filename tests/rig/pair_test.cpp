@@ -32,7 +32,7 @@ void send_to_lens(RigBench &bench, const std::string &text) {
 
 }  // namespace
 
-TEST_CASE("a pair of the chessboard tells when and how each frame was taken") {
+TEST_CASE("a pair of the chessboard records when and how each frame was taken") {
     RigBench bench(small_profile(512, 384), "chessboard");
     INFO(bench.rig.trouble.text);
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
@@ -245,7 +245,7 @@ TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     CHECK(bench.capture(pair, true) == ERROR_OK);
 }
 
-TEST_CASE("frames too far apart are no pair") {
+TEST_CASE("frames too far apart are rejected") {
     rig_profile profile = small_profile();
     profile.skew_limit_us = 1000;
     RigBench bench(profile);

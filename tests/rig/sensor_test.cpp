@@ -61,7 +61,7 @@ TEST_CASE("windows, exposure and gain are in the registers that the datasheet ha
     CHECK(read_register(bench.rig.sensor[RIG_RIGHT], 0x22) == 0);
 }
 
-TEST_CASE("a check tells a wrong register from a sensor that has restarted") {
+TEST_CASE("a check distinguishes a wrong register from a restarted sensor") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];

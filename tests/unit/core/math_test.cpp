@@ -14,7 +14,7 @@ namespace {
 const double infinity = std::numeric_limits<double>::infinity();
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// The worst error of `ours` against `truth` over `count` draws.
+// The largest error of `ours` compared with `truth` over `count` draws.
 template <typename Draw, typename Error>
 double worst(uint64_t seed, int count, Draw draw, Error error) {
     std::mt19937_64 random(seed);
@@ -32,7 +32,7 @@ double between(std::mt19937_64 &random, double low, double high) {
 
 }  // namespace
 
-// Truth: the C library's functions of long double, 11 bits finer than a double.
+// Ground truth: the C library's functions of long double, 11 bits finer than a double.
 static_assert(std::numeric_limits<long double>::digits >= 64, "the oracle needs x87 long double");
 
 TEST_CASE("sine and cosine are right to 4e-16 up to a million radians") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table engine of commands: what is taken, what is refused, and with which sentence.
+// The command parser: what is accepted, what is rejected, and with which key words.
 #include "console/command.h"
 
 #include <doctest/doctest.h>
@@ -67,7 +67,7 @@ Parsed parse(const std::string &line) {
     return parsed;
 }
 
-/// Each of the key words is in the message.
+/// Checks that the message contains each of the key words.
 void refused(const std::string &line, int error, std::initializer_list<const char *> words) {
     const Parsed parsed = parse(line);
     CAPTURE(line);
@@ -127,7 +127,7 @@ TEST_CASE("an optional text may be left out in front of a choice that ends the l
     refused("keep still x", ERROR_ARGUMENT, {"unknown CHECK \"x\"", "still or twice"});
 }
 
-TEST_CASE("nothing is no command") {
+TEST_CASE("an empty line is not a command") {
     for (const char *line : {"", "   ", "\t", "# a comment", "  #x"}) {
         const Parsed parsed = parse(line);
         CHECK(parsed.error == 0);

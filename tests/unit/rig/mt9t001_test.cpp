@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What follows from the sensor's settings: times against the datasheet's table and measurements
-// that others published, gain codes against all codes that there are.
+// Calculations from the sensor's settings: times compared with the datasheet's table and with
+// published measurements, gain codes compared with all existing codes.
 #include "device/mt9t001.h"
 
 #include <doctest/doctest.h>
@@ -40,8 +40,8 @@ double frames_per_s(uint16_t width_px, uint16_t height_px, uint16_t hblank_clock
 }  // namespace
 
 TEST_CASE("frame rates are those of the datasheet's table") {
-    // It does not say with which blanking: a reset's for the full window, the least columns for the
-    // others come nearest.
+    // The table does not state the blanking: that of a reset for the full window, and the least
+    // columns for the others, come closest.
     CHECK(frames_per_s(2048, 1536, 142, 25) == doctest::Approx(12).epsilon(0.002));
     CHECK(frames_per_s(1600, 1200, 21, 25) == doctest::Approx(20).epsilon(0.02));
     CHECK(frames_per_s(1280, 1024, 21, 25) == doctest::Approx(27).epsilon(0.02));
@@ -101,14 +101,14 @@ TEST_CASE("rows for a time are the nearest, and never none") {
         } else {
             CHECK(double(wanted_us) >= real_us - row_us / 2 - 2);
         }
-        // And back.
+        // And the inverse.
         CHECK(mt9t001_rows_for(&timing, uint64_t(real_us)) == rows);
     }
 }
 
 TEST_CASE("gain codes are the best of all that the sensor's fields can hold") {
-    // First stage 8 .. 32 eighths, doubled by bit 6, times 1 + digital / 8. Light that analog
-    // stages multiply has less noise, so digital steps come only on top of both.
+    // First stage 8 .. 32 eighths, doubled by bit 6, times 1 + digital / 8. Analogue gain adds less
+    // noise, so digital steps are only used above both stages.
     struct Code {
         unsigned real_q3;
         uint16_t code;
@@ -137,7 +137,7 @@ TEST_CASE("gain codes are the best of all that the sensor's fields can hold") {
     }
 }
 
-TEST_CASE("gains that the sensor lacks are refused") {
+TEST_CASE("gains that the sensor does not have are rejected") {
     uint16_t code = 1, real_q3 = 2;
     CHECK(mt9t001_gain_code(7, &code, &real_q3) == ERROR_RANGE);
     CHECK(mt9t001_gain_code(1025, &code, &real_q3) == ERROR_RANGE);

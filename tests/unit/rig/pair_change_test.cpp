@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What counts as change between two pictures of one camera: not noise, but what moved.
+// What counts as a change between two pictures of one camera: motion, but not noise.
 #include "rig/pair_change.h"
 
 #include <doctest/doctest.h>
@@ -31,7 +31,8 @@ Picture stripes(double period, double low, double high, double shift = 0) {
     return light;
 }
 
-// As a sensor with a well of 8500 electrons and 8 of noise gives it, at this gain and depth.
+// As delivered by a sensor with a well of 8500 electrons and a read noise of 8, at this gain and
+// depth.
 std::vector<uint16_t> exposed(const Picture &light, double gain, unsigned bits,
                               std::mt19937_64 &random) {
     std::vector<uint16_t> values;
@@ -54,7 +55,7 @@ uint32_t change(const std::vector<uint16_t> &before, const std::vector<uint16_t>
 
 }  // namespace
 
-TEST_CASE("noise is no change, at any light, gain and depth") {
+TEST_CASE("noise does not count as change, at any light, gain and depth") {
     const uint64_t seed = synthetic::test_seed();
     CAPTURE(seed);
     std::mt19937_64 random(seed);
@@ -80,7 +81,7 @@ TEST_CASE("what moves by a pixel is found where there is contrast") {
     const auto before = exposed(stripes(24, 0.1, 0.7), 1, 10, random);
     const auto after = exposed(stripes(24, 0.1, 0.7, 1.0), 1, 10, random);
     CHECK(change(before, after, 10, 1) > 300);
-    // Of a tenth of the picture, a tenth of that.
+    // A tenth of a tenth of the picture.
     auto some = before;
     std::copy(after.begin(), after.begin() + kWidth * (kHeight / 10), some.begin());
     const uint32_t part = change(before, some, 10, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs of two cameras that wait for one trigger line.
+// Pairs of two cameras with one trigger line.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,18 +18,18 @@
 namespace {
 
 constexpr uint32_t kWidth = 640, kHeight = 480;
-constexpr uint64_t kLimitUs = 2000000;  // until a failure is told
+constexpr uint64_t kLimitUs = 2000000;  // until a failure is reported
 
 struct World;
 
-// Gives a frame after each pulse that it sees; grey.
+// Delivers a grey frame after each pulse that it sees.
 struct Camera {
     World *world;
     const char *name;
     uint16_t level;
     uint64_t delay_us = 0;  // from the pulse to the first pixel
     uint64_t readout_us = 20000;
-    uint64_t stamp_us = 0;  // stamps of the first pixel are so much too early
+    uint64_t stamp_us = 0;  // stamps of the first pixel are this much too early
     bool wired = true, gone = false, started = false;
     int lent = 0;
     unsigned pulses = 0, lose = 0, tear = 0;  // 1: the next frame, 2: that after it, ...
@@ -94,7 +94,7 @@ void Camera::pulse() {
     }
     pulses++;
     const uint64_t begin_us = world->time_us + delay_us;
-    // Still busy with the last one: it does not see the pulse.
+    // Still busy with the last frame: it misses the pulse.
     if (!held.empty() && held.back().end_us > world->time_us) {
         FAIL("a pulse while the camera reads out");
     }
@@ -187,7 +187,7 @@ struct Triggered {
         return pair_capture(&rig, &options, memory.data(), memory.size(), &pair);
     }
     std::string text() const { return rig.trouble.text; }
-    // Nothing is left as it should not be.
+    // The line is inactive and no frame is left on loan.
     void check_rest() {
         CHECK(!world.active);
         CHECK(left.lent == 0);
@@ -204,14 +204,14 @@ TEST_CASE("one pulse is one pair, whose frames begin with it") {
     for (int i = 0; i < 20; i++) {
         const auto trigger_us = uint32_t(100 + random() % 30000);
         Triggered two(trigger_us);
-        // Drivers that stamp the last pixel say of the first that it was sooner.
+        // Drivers that stamp the last pixel may compute a first one that is too early.
         two.left.stamp_us = two.right.stamp_us = i % 2 == 0 ? 0 : random() % 40000;
         two.left.readout_us = 1 + random() % 150000;
         two.right.readout_us = 1 + random() % 150000;
         two.right.delay_us = random() % 1000;
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         for (int k = 0; k < 3; k++) {
-            two.world.time_us += random() % 10000000;  // a long rest is no failure
+            two.world.time_us += random() % 10000000;  // a long idle time is not a failure
             const unsigned pulses = two.left.pulses;
             two.world.longest_us = 0;
             ::pair pair{};
@@ -233,7 +233,7 @@ TEST_CASE("one pulse is one pair, whose frames begin with it") {
 TEST_CASE("what the cameras hold of before is none of the pair") {
     Triggered two;
     REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
-    // Somebody else's pulses fill the drivers' buffers: what comes later would be lost.
+    // Pulses of another program fill the drivers' buffers: later frames would be lost.
     for (int i = 0; i < 6; i++) {
         two.left.pulse();
         two.right.pulse();
@@ -262,8 +262,7 @@ TEST_CASE("a frame that is lost or torn is taken again, of both with one pulse")
     }
 }
 
-TEST_CASE(
-    "without the pulse no frame comes: told within two seconds, with the camera and the line") {
+TEST_CASE("without the pulse no frame comes: reported within two seconds, with camera and line") {
     for (const unsigned side : {RIG_LEFT, RIG_RIGHT}) {
         Triggered two;
         two.world.cameras[side].wired = false;
@@ -301,7 +300,7 @@ TEST_CASE("frames that begin too far apart are refused") {
     two.check_rest();
 }
 
-TEST_CASE("a camera that runs freely is told at the bring-up") {
+TEST_CASE("a free-running camera is reported at the bring-up") {
     Triggered two;
     two.right.wired = false;
     two.world.go_on = [&two] {
@@ -350,7 +349,7 @@ TEST_CASE(
                 CHECK((for_ever || !two.world.active));
             }
         }
-        CHECK(calls == 5);  // at rest, and two pulses
+        CHECK(calls == 5);  // initial rest, and two pulses
     }
 }
 
@@ -386,7 +385,7 @@ TEST_CASE("cancelled at any moment the line is at rest, and the rig as ready as 
             return;
         }
         CHECK(result == ERROR_CANCELLED);
-        // The pulse that was cut short has left nothing behind.
+        // The interrupted pulse has left nothing behind.
         REQUIRE(two.capture(pair) == ERROR_OK);
         CHECK(pair.skew_us == 0);
     }

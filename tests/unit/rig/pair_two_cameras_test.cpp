@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs of two cameras that run freely, each on a port of its own.
+// Pairs of two free-running cameras with their own ports.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,24 +27,24 @@ struct Clock {
     }
 };
 
-// Frames every `period_us`, read out in half of it; colours. As behind a driver, four frames wait
-// to be taken, and those that come when there is no room are lost.
+// Frames every `period_us`, read out in half of it, in colour. Like a driver, it buffers four
+// frames, and drops later ones.
 struct Camera {
     Clock &clock;
     uint64_t period_us, phase_us;
     uint16_t level;
     bool gone = false, started = false;
     int lent = 0;
-    uint64_t lose_every = 0;  // n: of n frames one never comes
-    uint64_t next = 0;        // frame that has not ended yet, as far as was looked
+    uint64_t lose_every = 0;  // n: one of n frames never comes
+    uint64_t next = 0;        // frame that had not ended at the last check
     std::deque<uint64_t> waiting{};
     unsigned calls = 0, fails_from = UINT32_MAX, fails_to = 0;  // of start, stop and take, from 0
     int fails_with = ERROR_OK;
-    uint64_t failed_us = 0;  // when the first of them did
+    uint64_t failed_us = 0;  // time of the first failed call
     std::vector<uint16_t> values = std::vector<uint16_t>(size_t(3) * kWidth * kHeight, level);
 
     static Camera &of(void *self) { return *static_cast<Camera *>(self); }
-    // 0, or what this call is to return without being made.
+    // 0, or the result that this call returns without being made.
     int fault() {
         const unsigned call = calls++;
         if (call < fails_from || call > fails_to) {
@@ -114,7 +114,7 @@ struct Camera {
     static void give_back(void *self, const hal_camera_frame *) { of(self).lent--; }
 };
 
-// Where its controls stand after they were set, whatever was asked for.
+// The value that its controls have after they were set, whatever was requested.
 int32_t told_control = 0;
 
 int control(void *, hal_camera_control, int32_t, int32_t *applied) {
@@ -180,7 +180,7 @@ TEST_CASE("the two frames that are nearest to each other are the pair") {
     }
 }
 
-TEST_CASE("the skew is told, and refused beyond the limit") {
+TEST_CASE("the skew is reported, and rejected beyond the limit") {
     TwoCameras slow(150000, 70000);
     REQUIRE(rig_bringup(&slow.rig) == ERROR_OK);
     ::pair pair{};
@@ -222,7 +222,7 @@ TEST_CASE("a camera that is missing or goes is named, and the rig is safe") {
     CHECK(!two.right.started);
 }
 
-TEST_CASE("what two cameras lack is refused") {
+TEST_CASE("what two cameras do not have is rejected") {
     TwoCameras two(33333, 10000);
     REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
     CHECK(rig_window(&two.rig, 640, 480, 2) == ERROR_UNSUPPORTED);
@@ -267,10 +267,10 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     const int error = rig_bringup(&two.rig);
     INFO(two.rig.trouble.text);
     REQUIRE(error == ERROR_OK);
-    CHECK(two.rig.exposure_us[RIG_LEFT] == 0);  // nobody has set one
+    CHECK(two.rig.exposure_us[RIG_LEFT] == 0);  // not set by any program
     ::pair pair{};
     CHECK(two.capture(pair) == ERROR_OK);
-    // One that has failed is told after what the exposure explains, and not later.
+    // A failed camera is reported after the time that the exposure explains, and not later.
     two.right.fails_from = two.right.calls + 2;  // stop and start
     two.right.fails_to = UINT32_MAX;
     two.right.fails_with = ERROR_TIMEOUT;
@@ -279,7 +279,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
     CHECK(two.time.time_us - begin_us <= 2 * uint64_t(kExposureUs) + 2000000);
     CHECK(two.rig.state == RIG_SAFE);
-    // What cannot be is not believed.
+    // Impossible values are not accepted.
     for (const int32_t value : {INT32_MIN, -1, 0, INT32_MAX}) {
         told_control = value;
         two.right.calls = 0;
@@ -292,7 +292,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     told_control = 0;
 }
 
-TEST_CASE("a camera that tells impossible values of its controls is named") {
+TEST_CASE("a camera that reports impossible values of its controls is named") {
     uint32_t exposure_us = 7;
     uint16_t gain_q3 = 7;
     for (const int32_t told : {INT32_MIN, -1, 1001, INT32_MAX}) {
@@ -313,7 +313,8 @@ TEST_CASE("a camera that tells impossible values of its controls is named") {
     CHECK(gain_q3 == 7);
 }
 
-// A bring-up and a pair with these calls of one or both cameras failing. The calls of each.
+// A bring-up and a pair, with these calls of one or both cameras failing. Returns the number of
+// calls of each.
 static unsigned run_with(unsigned sides, unsigned from, unsigned to, int error) {
     constexpr uint64_t kLimitUs = 2000000;
     TwoCameras two(33333, 10000);
@@ -349,7 +350,8 @@ static unsigned run_with(unsigned sides, unsigned from, unsigned to, int error) 
     return std::max(two.left.calls, two.right.calls);
 }
 
-TEST_CASE("every call of a camera or of both fails, once and for ever: told in time, and safe") {
+TEST_CASE(
+    "every call of a camera or of both fails, once and permanently: reported in time, and safe") {
     const unsigned calls = run_with(0, UINT32_MAX, 0, ERROR_OK);
     REQUIRE(calls > 4);
     for (const int error : {ERROR_TIMEOUT, ERROR_DEVICE, ERROR_IO}) {

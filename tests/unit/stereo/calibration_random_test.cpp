@@ -37,9 +37,9 @@ lens random_lens(Random &random) {
     result.fy_px = result.fx_px * uniform(random, 0.9, 1.1);
     result.cx_px = result.width_px * uniform(random, -0.1, 1.1);
     result.cy_px = result.height_px * uniform(random, -0.1, 1.1);
-    // Radius of the farthest corner; distortion of some percent there.
+    // Radius of the farthest corner; distortion of a few percent there.
     const double r2 = std::pow(2.0 * widest / std::min(result.fx_px, result.fy_px), 2);
-    if (whole(random, 0, 7) == 0) {  // seldom: checking one takes long
+    if (whole(random, 0, 7) == 0) {  // rarely: checking one takes long
         result.k1 = uniform(random, -0.05, 0.1) / r2;
         result.k2 = uniform(random, -0.01, 0.02) / (r2 * r2);
         result.k3 = uniform(random, -0.005, 0.01) / (r2 * r2 * r2);

@@ -38,7 +38,7 @@ struct Mosaic {
     }
 };
 
-// The method written down plainly: one pixel at a time, every neighbour looked up.
+// A plain implementation of the method: one pixel at a time, every neighbour looked up.
 class Slow {
   public:
     explicit Slow(Mosaic &mosaic) : mosaic_(mosaic) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// White stays white under coloured light, and what is matched stays as it was.
+// White stays white under coloured light, and the grey image for matching does not change.
 #include "stereo/develop.h"
 
 #include <doctest/doctest.h>
@@ -25,7 +25,7 @@ struct Developed {
     std::vector<uint8_t> colour = std::vector<uint8_t>(3 * kWidth * kHeight);
 };
 
-// Grey patches of 0.1 to 0.6 of the largest value, some of a colour of their own, in this light.
+// Grey patches of 0.1 to 0.6 of the largest value, and some coloured ones, in this light.
 std::vector<uint16_t> mosaic(const Colour &light, const Colour &thing, uint64_t seed) {
     std::mt19937_64 random(seed);
     std::vector<uint16_t> values(kWidth * kHeight);
@@ -61,7 +61,7 @@ Developed develop(const reconstruct_image &raw, const develop_balance &balance) 
     return out;
 }
 
-// Greatest difference of two channels within the grey part, away from its patches' edges.
+// Largest difference between channels within the grey part, away from the patches' edges.
 int cast_of(const Developed &developed) {
     int worst = 0;
     for (int y = 4; y < kHeight; y += 8) {
@@ -94,7 +94,7 @@ TEST_CASE("a quarter of the picture of one colour changes little") {
     CAPTURE(seed);
     const std::vector<uint16_t> values = mosaic({0.6, 1, 0.7}, {1, 0.2, 0.1}, seed);
     const reconstruct_image raw = image_of(values, PIXEL_BAYER_GRBG);
-    // The grey world, which takes plain means, is off by some 20 here.
+    // Grey world, which uses plain means, is off by about 20 here.
     CHECK(cast_of(develop(raw, develop_balance_of(&raw))) <= 16);
 }
 

@@ -29,7 +29,7 @@ lens plain_lens() {
 }  // namespace
 
 TEST_CASE("each coefficient moves a point as the published equations say") {
-    // x = 0.3, y = -0.4: r^2 = 0.25. The numbers are worked out by hand.
+    // x = 0.3, y = -0.4: r^2 = 0.25. The numbers were calculated by hand.
     const double ideal[2] = {0.3, -0.4};
     struct {
         double lens::*coefficient;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the matcher keeps the rest of its contract: sizes, strides, ranges, spans, memory, threads,
-// progress, errors, and that the same pair gives the same bytes.
+// The rest of the matcher's contract: sizes, strides, ranges, spans, memory, threads, progress,
+// errors, and identical results for identical pairs.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ std::vector<uint8_t> random_image(int width, int height, Random &random) {
     return image;
 }
 
-// What holds for every answer, whatever the images.
+// Properties of every result, for any images.
 void check_sane(const Matched &matched, const match_options &options) {
     int wrong = 0;
     for (size_t i = 0; i < matched.reason.size(); i++) {
@@ -92,9 +92,9 @@ TEST_CASE("neither strides nor what lies between the rows matter") {
 }
 
 TEST_CASE("shifting the right image shifts the disparities and nothing else") {
-    // Exact wherever neither answer feels a border of the images and nothing is searched at half
-    // the size, where an odd shift is half a pixel: the search leaves both alone. The image's
-    // middle is far from those, and messages fade on their way there.
+    // Exact where neither result is influenced by the image border, and nothing is searched at half
+    // the size, where an odd shift is half a pixel (the search excludes both). The image's middle
+    // is far from the borders, and path costs fade on the way.
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const int width = 220;
@@ -106,7 +106,7 @@ TEST_CASE("shifting the right image shifts the disparities and nothing else") {
     REQUIRE(still.status == ERROR_OK);
     for (const int shift : {-37, -8, 1, 20}) {
         CAPTURE(shift);
-        // Content moves left by `shift`, so disparities grow by it; what comes in is mirrored.
+        // Content moves left by `shift`, so disparities grow by it; the new part is mirrored.
         std::vector<uint8_t> moved(right.size());
         for (int y = 0; y < height; y++) {
             for (int x = 0; x < width; x++) {
@@ -147,8 +147,8 @@ TEST_CASE("memory is what was promised, and does not depend on the height") {
         first_peak = first_peak == 0 ? matched.peak_bytes : first_peak;
         CHECK(matched.peak_bytes == first_peak);
     }
-    // O(width x disparities): twice the width or twice the disparities, at most twice the memory
-    // and a little; and no more than what a full cost volume of 40 rows would take.
+    // O(width x disparities): twice the width or twice the disparities need at most a little more
+    // than twice the memory, and not more than a full cost volume of 40 rows.
     const auto need = [](int width, int count) {
         const match_options asked = match_default_options(0, count);
         return static_cast<double>(match_need_bytes(width, &asked, 1));
@@ -340,7 +340,7 @@ TEST_CASE("progress counts up to all rows, and false stops the work") {
         }
     }
     CHECK(differing == 0);
-    CHECK(stopped.disparity_q8.back() == INT32_MIN);  // as it was lent
+    CHECK(stopped.disparity_q8.back() == INT32_MIN);  // as it was before
 }
 
 TEST_CASE("what is out of range is refused with its code, and nothing is written") {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every processor level gives the bytes of plain C: on noise (where every branch is taken), on
-// smooth images and on pairs that have something to do with each other, for all counts of
-// disparities, with every preset and any number of threads. What the levels' operations do one by
-// one is compared in tests/portable.
+// Every processor level gives the results of plain C: on noise (which takes every branch), on
+// smooth images and on related pairs, for all counts of disparities, with every preset and any
+// number of threads. The single operations of the levels are compared in tests/portable.
 #include "stereo/match/match_kernels.h"
 
 #include <doctest/doctest.h>
@@ -114,8 +113,8 @@ Images random_images(Random &random, Size size, const match_options &options) {
     return images;
 }
 
-// What the memory and the outputs hold before is different each time: a result that depends on it
-// would show.
+// The initial contents of memory and outputs differ each time: a result that depends on them would
+// show.
 Planes match(Images &images, match_options options, const match_kernels *kernels,
              const struct parallel *parallel) {
     static uint8_t fill = 0x5a;
@@ -215,7 +214,7 @@ TEST_CASE("every level gives the bytes of plain C for every count of disparities
     const auto seed = static_cast<uint32_t>(synthetic::test_seed());
     INFO("VERGENCE_SEED=", seed);
     Random random(seed);
-    // Every third of them has all remainders of the vectors' widths, too.
+    // Every third of them also has all remainders of the vectors' widths.
     for (int count = 1; count <= 70; count += synthetic::rounds(1, 3)) {
         compare_levels(random, random_size(random), count);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The greedy-path baseline: what it answers on synthetic pairs, and how it keeps its contract. What
-// it computes bit by bit is in the oracle test.
+// The greedy-path baseline: results on synthetic pairs, and its contract. The oracle test compares
+// its results bit by bit.
 #include "stereo/match/match_paper.h"
 
 #include <doctest/doctest.h>
@@ -99,7 +99,7 @@ Pair noisy_pair(const Scene &scene, const Rig &rig, uint64_t seed) {
     return render(scene, rig, options);
 }
 
-// Left pixel x shows what the right one at x - shift shows; what has no partner is noise.
+// Left pixel x shows what the right one at x - shift shows; pixels without a partner are noise.
 struct Shifted {
     Grey left, right;
 };
@@ -114,7 +114,7 @@ Shifted shifted_noise(int width, int height, int shift, Random &random) {
     return pair;
 }
 
-// What holds for every answer, whatever the images.
+// Properties of every result, for any images.
 void check_sane(const Answer &answer, const match_options &options, const Setting &setting = {}) {
     const Matched &m = answer.matched;
     int wrong = 0;
@@ -164,7 +164,7 @@ TEST_CASE("a constant shift of noise is matched nearly everywhere, to either sid
                 wrong += valid && !(fits && partner);
             }
         }
-        // Further away than one jump it is a matter of luck when the path gets there.
+        // Beyond a single jump, the path gets there only by luck.
         CHECK(right > (std::abs(shift) > 32 ? 0.85 : 0.94) * partners);
         CHECK(wrong < 0.02 * partners);
     }
@@ -286,7 +286,7 @@ TEST_CASE("the work per pixel does not grow with the range of disparities") {
         check_sane(answer, options);
         return answer.evaluations_per_px();
     };
-    // Images without relation keep the path lost, which is the most work there is.
+    // Unrelated images keep the path lost, which is the maximum of work.
     for (const Shifted *pair : {&related, &unrelated}) {
         const double narrow = evaluations(*pair, 64);
         const double wide = evaluations(*pair, MATCH_MAX_DISPARITIES);
@@ -323,7 +323,7 @@ TEST_CASE("memory is a few bytes a column, whatever the height and the dispariti
             CHECK(peak == first_peak);
         }
     }
-    // Vetting can ask for more than matching does; with less than either, it is refused.
+    // Validation can need more memory than matching; with less than either, it is rejected.
     for (const int speckle_px : {60, 5000}) {
         match_options options = match_default_options(0, 16);
         options.speckle_px = speckle_px;
@@ -440,7 +440,7 @@ TEST_CASE("progress counts up to all rows, and false stops the work") {
     const auto done = static_cast<std::ptrdiff_t>(whole.index(0, stop_at));
     CHECK(std::equal(whole.disparity_q8.begin(), whole.disparity_q8.begin() + done,
                      stopped.disparity_q8.begin()));
-    CHECK(stopped.disparity_q8[whole.index(0, stop_at)] == INT32_MIN);  // as it was lent
+    CHECK(stopped.disparity_q8[whole.index(0, stop_at)] == INT32_MIN);  // as it was before
 }
 
 TEST_CASE("what is out of range is refused with its code, and nothing is written") {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tap shows every row of every level once an event, shows what the winners were chosen from,
-// and changes nothing.
+// The probe reports every row of every level once per event, reports the inputs of the choice of
+// winners, and changes nothing.
 #include "stereo/match/match_tap.h"
 
 #include <doctest/doctest.h>
@@ -34,7 +34,7 @@ const Pair &pair_of_test() {
     return pair;
 }
 
-/// What one run showed; rows come from several threads.
+/// The events of one run; rows come from several threads.
 struct Seen {
     std::mutex mutex;
     std::map<std::tuple<int, int, int>, int> times;        // by event, level and row

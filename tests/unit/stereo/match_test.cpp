@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the matcher answers on synthetic pairs, against their exact truth. How it keeps its
-// contract otherwise (sizes, memory, threads, errors) is in match_contract_test.cpp.
+// Results of the matcher on synthetic pairs, compared with their exact ground truth. The rest of
+// its contract (sizes, memory, threads, errors) is in match_contract_test.cpp.
 #include "stereo/match/match.h"
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ using namespace synthetic;
 
 namespace {
 
-// Nothing nearer than the census window and one pixel of doubt at a surface's edge.
+// No edge nearer than the census window and one pixel of uncertainty at a surface's edge.
 constexpr int kEdge = 3;
 constexpr int kBorder = 4;
 
@@ -74,7 +74,7 @@ TEST_CASE("walls of any slant are found to a fraction of a pixel") {
             CAPTURE(result.rms_px);
             CHECK(result.valid_share() > 0.95);
             CHECK(result.bad_1px_share() < 0.01);
-            // A guess of whole disparities alone has an rms of 0.29.
+            // Whole disparities alone have an rms error of 0.29.
             CHECK(result.rms_px < 0.25);
         }
     }
@@ -155,7 +155,7 @@ TEST_CASE("bars of a few pixels stand out from the wall") {
     const int widths[] = {5, 6, 8, 12};
     for (int i = 0; i < 4; i++) {
         const double disparity = 17 + 2.5 * i;
-        // Narrower than the five pixels of the census window they are lost, as they are to others
+        // Bars narrower than the five pixels of the census window are lost, as with other matchers
         // (see the oracle test).
         scene.surfaces.push_back(builder.piece(disparity, 50 + 50 * i, 20, widths[i], 120,
                                                builder.noise(disparity, 2.5, 0.15)));
@@ -164,7 +164,7 @@ TEST_CASE("bars of a few pixels stand out from the wall") {
     const Matched matched = run_match(pair, match_default_options(0, 32));
     REQUIRE(matched.status == ERROR_OK);
     for (int i = 0; i < 4; i++) {
-        // The whole bar counts but the columns that mix bar and wall.
+        // The whole bar counts, except the columns that mix bar and wall.
         const Comparison bar = compare(matched, pair.left_truth, [&](int x, int y) {
             return pair.left_truth.surface[pair.index(x, y)] == i + 1 && y >= 24 && y < 136;
         });
@@ -192,11 +192,11 @@ TEST_CASE("pixels that one camera cannot see are not called valid") {
         CAPTURE(outside.valid_share());
         REQUIRE(hidden.pixels > 500);
         REQUIRE(outside.pixels > 1000);
-        // A window of five pixels cannot tell the first two columns beside an edge from the
-        // surface that they touch: 2 of `jump` columns.
+        // A window of five pixels cannot distinguish the first two columns next to an edge from the
+        // adjacent surface: 2 of `jump` columns.
         CHECK(hidden.valid_share() < 0.05 + 2 / jump);
         CHECK(outside.valid_share() < 0.15);
-        // Among what is called occluded, most is.
+        // Most of the pixels reported as occluded are occluded.
         int called = 0, right = 0;
         for (size_t i = 0; i < matched.reason.size(); i++) {
             if (matched.reason[i] == REASON_OCCLUDED) {
@@ -236,9 +236,8 @@ TEST_CASE("nearer things have larger disparities, at the same place in the image
 }
 
 TEST_CASE("seen in a mirror the surface is the same") {
-    // Not by construction: costs are aggregated along the left image's edges and consistency is
-    // asked of the left image's winners. So the two answers are compared where both stand by
-    // theirs.
+    // Not by construction: costs are aggregated along the left image's edges, and consistency is
+    // checked for the left image's winners. So the two results are compared where both are valid.
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(320, 240, 800, 100);
@@ -270,7 +269,7 @@ TEST_CASE("seen in a mirror the surface is the same") {
     CAPTURE(differing);
     CHECK(both > 0.9 * visible);
     CHECK(differing < 0.01 * compared);
-    // The mirror's own truth is met as well as the straight one's.
+    // The mirrored result meets its own ground truth as well as the original one.
     const Comparison mirror_truth = compare_clear(reversed, mirrored(pair));
     CHECK(mirror_truth.valid_share() > 0.97);
     CHECK(mirror_truth.bad_1px_share() < 0.01);
@@ -301,7 +300,7 @@ TEST_CASE("a textureless window in a textured wall is left empty") {
     const Pair pair = render(scene, rig, noisy(1, seed));
     const Matched matched = run_match(pair, match_default_options(0, 32));
     REQUIRE(matched.status == ERROR_OK);
-    // Further from its rim than the texture is looked for, nothing may be claimed wrongly.
+    // Farther from its rim than the texture window, nothing may be wrongly accepted.
     int pixels = 0, wrong = 0;
     for (int y = 60; y < 100; y++) {
         for (int x = 110; x < 170; x++, pixels++) {
@@ -322,13 +321,13 @@ TEST_CASE("repeated stripes are called ambiguous") {
         Scene scene;
         scene.surfaces.push_back(builder.plane(20, 0, 0, builder.stripes(20, period, 0.25)));
         const Pair pair = render(scene, rig, noisy(1, seed));
-        // Near a coarser surface, most other places that fit are never looked at.
+        // Near a coarser surface, most other good matches are never searched.
         match_options options = match_default_options(0, 64);
         options.preset = MATCH_PRESET_BEST;
         const Matched matched = run_match(pair, options);
         REQUIRE(matched.status == ERROR_OK);
-        // Further from the left border than the disparities reach, so that all of them are there to
-        // choose from.
+        // Farther from the left border than the disparities reach, so that all of them can be
+        // chosen.
         std::array<int, REASON_COUNT> count{};
         for (int y = 0; y < pair.height; y++) {
             for (int x = 64; x < pair.width; x++) {
@@ -341,8 +340,8 @@ TEST_CASE("repeated stripes are called ambiguous") {
         CAPTURE(count[REASON_AMBIGUOUS]);
         CAPTURE(count[REASON_OCCLUDED]);
         CAPTURE(count[REASON_SPECKLE]);
-        // Where five and more disparities fit alike, a claim is a guess. Winners that jump from
-        // period to period also fail the left-right check, which then names the reason.
+        // Where five or more disparities fit equally well, a result is a guess. Winners that jump
+        // from period to period also fail the left-right check, which is then the reported reason.
         CHECK(count[REASON_VALID] < 0.25 * pixels);
         CHECK(count[REASON_AMBIGUOUS] > 0.25 * pixels);
     }
@@ -356,7 +355,7 @@ TEST_CASE("images that have nothing to do with each other give next to nothing")
     const Pair other = render(wall(rig, 20, 0, 0, {3, 0.15}, seed + 1), rig, noisy(1, seed + 1));
     Pair unrelated = one;
     unrelated.right = other.right;
-    // Pure noise, and the pair the wrong way round with the true disparities out of reach.
+    // Pure noise, and the swapped pair with the true disparities out of reach.
     Pair noise = one;
     Random random(seed);
     for (auto *image : {&noise.left, &noise.right}) {
@@ -371,7 +370,7 @@ TEST_CASE("images that have nothing to do with each other give next to nothing")
         REQUIRE(matched.status == ERROR_OK);
         CAPTURE(pair == &unrelated);
         CAPTURE(pair == &noise);
-        // Chance: 48 candidates a pixel and a smooth path through them. Three-way SGBM claims
+        // Chance: 48 candidates per pixel and a smooth path through them. Three-way SGBM accepts
         // three quarters of such a pair (see the oracle test).
         CHECK(matched.share(REASON_VALID) < 0.12);
     }

@@ -17,7 +17,7 @@ namespace {
 using random_rig::Random;
 using random_rig::uniform;
 
-// A field of vertices over an image and the mesh that joins them.
+// A field of vertices over an image, and the mesh that joins them.
 struct Field {
     int width, height;
     std::vector<int32_t> disparity_q8;
@@ -116,7 +116,7 @@ TEST_CASE("a full flat field is covered once, counter-clockwise seen from the ca
         const double ax = field.x_of(t[0]), ay = field.y_of(t[0]);
         const double ux = field.x_of(t[1]) - ax, uy = field.y_of(t[1]) - ay;
         const double vx = field.x_of(t[2]) - ax, vy = field.y_of(t[2]) - ay;
-        // With y downwards, counter-clockwise to the eye is a negative cross product.
+        // With y downwards, counter-clockwise as seen is a negative cross product.
         REQUIRE(ux * vy - uy * vx == -1);
         area += 0.5;
     }
@@ -145,7 +145,7 @@ TEST_CASE("no triangle bridges a gap, and none is left out") {
             }
             REQUIRE(seen.insert(t).second);
         }
-        // Cell by cell: the number of triangles that the smaller diagonal allows.
+        // Cell by cell: the number of triangles allowed by the smaller diagonal.
         size_t expected = 0;
         for (int y = 1; y < field.height; y++) {
             for (int x = 1; x < field.width; x++) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a picture's four numbers say: of light, and of sharpness whatever the light.
+// The four numbers of a picture: light, and sharpness independent of light.
 #include "stereo/image/picture_stats.h"
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ constexpr int kWidth = 256, kHeight = 96;
 
 using Picture = std::vector<double>;  // light, 0 .. 1
 
-// Bars of random widths and shades, as things have them.
+// Bars of random widths and shades, like real objects.
 Picture bars(std::mt19937_64 &random) {
     std::uniform_real_distribution<double> shade(0.1, 0.9);
     std::uniform_int_distribution<int> bar(2, 24);
@@ -90,7 +90,8 @@ TEST_CASE("light is counted in parts of a thousand of all values") {
     CHECK(judged(values, kGrey8).black_permille == 0);
     CHECK(judged(values, kGrey8).saturated_permille == 1000);
     CHECK(judged(values, kGrey8).sharpness_permille == 0);
-    // A quarter at the last value that is black, a quarter at the first that is saturated.
+    // A quarter at the last value that counts as black, a quarter at the first that counts as
+    // saturated.
     for (size_t i = 0; i < values.size(); i++) {
         values[i] = i % 4 == 0 ? 3 : i % 4 == 1 ? 252 : i % 4 == 2 ? 4 : 251;
     }
@@ -119,7 +120,7 @@ TEST_CASE("sharpness is the largest step's part of the contrast") {
         values[size_t(x)] = uint16_t(6 * (x % 32));  // 15 equal steps
     }
     CHECK(judged(values, kGrey8).sharpness_permille == 67);
-    // Weak edges beside strong ones do not count: 100 of 100 against 2 of 30 steps.
+    // Weak edges next to strong ones hardly count: 100 of 100 against 2 of 30 steps.
     for (int x = 0; x < kWidth; x++) {
         values[size_t(x)] = uint16_t(x < kWidth / 2 ? (x % 32 < 16 ? 0 : 100) : x % 32 / 16);
     }

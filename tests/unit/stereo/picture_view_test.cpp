@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two pictures laid over each other: the same scene, shifted, turned, or another one.
+// Two pictures compared at every shift: the same scene, shifted, turned, or another one.
 #include "stereo/image/picture_view.h"
 
 #include <doctest/doctest.h>
@@ -68,7 +68,7 @@ TEST_CASE("the same scene is found at its shift, whatever light, depth and layou
         CHECK(same.dx == 0);
         CHECK(same.dy == 0);
         CHECK(same.overlap_permille == 1000);
-        // What the first has at x, the second has 12 cells further left.
+        // Column x of the first is 12 cells further left in the second.
         const picture_overlay moved = compared(left, seen(scene, kWidth + 12 * kCell, 1, form));
         CHECK(moved.score_permille > 800);
         CHECK(moved.dx == 12);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The depths that are asked for: what lies outside is no part of the surface.
+// The requested depths: objects outside are not part of the surface.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace synthetic;
 
 namespace {
 
-// An object of 90 x 110 px before a wall; depths in mm.
+// An object of 90 x 110 px in front of a wall; depths in mm.
 Verged object_before_wall(double object_mm, double wall_mm, uint64_t seed) {
     constexpr double kFocalPx = 700, kBaselineMm = 120;
     Verged setup;
@@ -37,8 +37,8 @@ Verged object_before_wall(double object_mm, double wall_mm, uint64_t seed) {
     return setup;
 }
 
-// Of all points, those whose pixel shows something else than `surface`; of the pixels of that
-// surface that both cameras see, those that have a point.
+// The share of points whose pixel shows something other than `surface`; and of the pixels of that
+// surface seen by both cameras, the share with a point.
 struct Shares {
     double ghosts, found;
 };
@@ -65,7 +65,7 @@ constexpr match_preset kPresets[] = {MATCH_PRESET_FAST, MATCH_PRESET_STANDARD, M
 
 }  // namespace
 
-TEST_CASE("what stands behind the depths asked for, or before them, leaves no ghosts within") {
+TEST_CASE("objects outside the requested depths leave no ghosts inside") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Verged setup = object_before_wall(1350, 2400, seed);
@@ -101,7 +101,7 @@ TEST_CASE("no point lies outside the depths asked for, and none within them is l
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Verged setup = make_verged(seed);
-    // Between two disparities that are searched anyhow: the cut is the points' own.
+    // Between two disparities that are searched in any case: the points themselves are cut.
     constexpr double kNearMm = 900, kFarMm = 1003.5;
     VergedSetting asked;
     asked.options.rectify.depth_near_mm = kNearMm;
@@ -127,7 +127,7 @@ TEST_CASE("no point lies outside the depths asked for, and none within them is l
     CHECK(least_mm < kNearMm);
     CHECK(most_mm > kFarMm);
 
-    // The same search, asked for as disparities: what lies within is what was kept.
+    // The same search, stated as disparities: its interior equals the points kept.
     VergedSetting searched = asked;
     searched.options.keep_all = false;
     searched.options.rectify.disparity_min = done.result.plan.disparity_min;
@@ -143,10 +143,10 @@ TEST_CASE("no point lies outside the depths asked for, and none within them is l
     CHECK(wide.result.vertex_count > done.result.vertex_count);
 }
 
-TEST_CASE("depths without anything in them are no surface") {
+TEST_CASE("empty depths give no surface") {
     const Verged setup = make_verged(5);
     VergedSetting asked;
-    // One disparity is 39 mm there, and the search goes beyond what was asked for by one or more.
+    // One disparity is 39 mm there, and the search exceeds the request by one or more.
     asked.options.rectify.depth_near_mm = 1399;
     asked.options.rectify.depth_far_mm = 1399.01;
     const VergedRun done = run_verged(setup, asked);

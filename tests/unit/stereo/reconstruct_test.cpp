@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole path from two raw images of verged, distorted cameras to a surface in millimetres,
-// against the scene itself: every point is compared with where its own ray meets the truth.
+// compared with the scene itself: every point is compared with the intersection of its ray and the
+// scene.
 #include "stereo/reconstruct.h"
 
 #include <doctest/doctest.h>
@@ -117,10 +118,10 @@ TEST_CASE("the points of a verged, distorted pair lie on the scene, within their
     for (const int seen : on_surface) {
         CHECK(seen > 1000);
     }
-    // A tenth of a pixel; the median tells of a wrong frame or scale, a hundredth of a pixel.
+    // A tenth of a pixel; the median reveals a wrong frame or scale of a hundredth of a pixel.
     CHECK(quantile(sizes_mm, 0.68) < 2);
     CHECK(std::abs(quantile(errors_mm, 0.5)) < 0.4);
-    // The rays miss each other by what the vertical residue leaves: hundredths of a pixel of 2 mm.
+    // The rays miss each other by the vertical residual: hundredths of a pixel of 2 mm.
     CHECK(quantile(misses_mm, 0.5) < 0.1);
     CHECK(std::sqrt(squares / count) > 0.7);
     CHECK(std::sqrt(squares / count) < 1.35);
@@ -160,7 +161,7 @@ TEST_CASE("no triangle bridges a step") {
                 surface_of_most = truth.surface;
             }
         }
-        // What the span in depth is in pixels of disparity: steps of the scene have ten and more.
+        // The depth range of a span in pixels of disparity: steps of the scene have ten and more.
         const double span_px = kVergedFocalPx * kVergedBaselineMm * (1 / least - 1 / most);
         widest_px = std::max(widest_px, span_px);
         bridges += span_px > 3 || (surface_of_least != surface_of_most && !edge);
@@ -202,7 +203,7 @@ TEST_CASE("normals have unit length, look at the camera and follow the surfaces"
     CHECK(wrong == 0);
     // The plane is normal . p = 1: its normal points away from the camera.
     CHECK(-dot(mean, wall) / (norm(mean) * norm(wall)) > std::cos(0.03));
-    // One cell is 2 mm wide and its depth known to about as much, so single normals tumble.
+    // One cell is 2 mm wide and its depth has about the same accuracy, so single normals are noisy.
     CHECK(ball_cosine / ball_points > 0.5);
 }
 
@@ -327,7 +328,7 @@ TEST_CASE("vertical misalignment that the calibration does not know is measured"
     setup.right = render_view(setup.scene, bumped.right, sensor, 3, seed + 1);
     const VergedRun done = run_verged(setup);
     REQUIRE(done.status == ERROR_OK);
-    // The rectified image is about as fine as the raw one.
+    // The rectified image has about the resolution of the raw one.
     CHECK(done.result.vertical.offset_px == doctest::Approx(0.7).epsilon(0.1));
     CHECK(done.result.vertical.median_px == doctest::Approx(0.7).epsilon(0.15));
 }

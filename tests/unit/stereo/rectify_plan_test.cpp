@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames, windows and disparities are chosen, and which pairs are refused.
+// The frames, windows and disparities that are chosen, and the pairs that are rejected.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -62,8 +62,8 @@ TEST_CASE("a verged pair searches around its vergence point, with negative dispa
     CHECK(plan.depth_near_mm < verged_mm / 1.4);
     CHECK(plan.depth_far_mm > verged_mm * 1.8);
     CHECK(plan.depth_far_mm < verged_mm * 3);
-    // The vergence point stands at about the same column in both images: what matters is that both
-    // show all that both see.
+    // The vergence point is at about the same column in both images: both must show everything that
+    // both see.
     CHECK(std::fabs(disparity_of(plan, verged_mm)) < 40);
     CHECK(plan.disparity_count % 16 == 0);
 }
@@ -117,7 +117,7 @@ TEST_CASE("stated disparities override the depths") {
     CHECK(plan.depth_near_mm == doctest::Approx(600 * 100 / 42.0));
 }
 
-TEST_CASE("a published rectified pair counts from disparity 0 where nobody says more") {
+TEST_CASE("a published rectified pair starts at disparity 0 by default") {
     calibration rig = plain_rig();
     rig.rectified = true;
     rig.right.cx_px = 350.5;
@@ -235,7 +235,7 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     large.left.width_px = large.right.width_px = 2000;
     CHECK(refused(large, options) == ERROR_TOO_LARGE);
 
-    // A camera may be larger than what can be matched; only its shrunk images are rectified.
+    // A camera may be larger than what can be matched; only its scaled-down images are rectified.
     for (bool is_left : {true, false}) {
         for (bool is_width : {true, false}) {
             calibration wide = rig;
@@ -253,7 +253,7 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     }
     options = as_it_is;
     options.disparity_count = 16;
-    options.disparity_min = -16;  // all of it behind infinity
+    options.disparity_min = -16;  // all of it beyond infinity
     CHECK(refused(rig, options) == ERROR_DISPARITY_RANGE);
     options.disparity_min = MATCH_DISPARITY_LIMIT;
     CHECK(refused(rig, options) == ERROR_DISPARITY_RANGE);
@@ -286,7 +286,7 @@ TEST_CASE("what cannot be rectified is refused, with the output untouched") {
     CHECK(refused(tiny, as_it_is) != ERROR_OK);
 }
 
-TEST_CASE("depths that have one parallax in double arithmetic are no range") {
+TEST_CASE("depths with equal parallax in double arithmetic are rejected") {
     const calibration rig = plain_rig();
     int refused = 0;
     for (double near_mm = 700; near_mm < 800; near_mm += 1.25) {

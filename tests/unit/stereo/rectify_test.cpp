@@ -123,7 +123,7 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
         rectify_plan plan;
         REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
         const Table left(plan, rig, RECTIFY_LEFT), right(plan, rig, RECTIFY_RIGHT);
-        // Every side of the left window is touched by what both see.
+        // The shared view touches every side of the left window.
         std::vector<int32_t> x(static_cast<size_t>(plan.width_px)), y(x);
         int inside = 0, low = plan.width_px, high = -1, top = plan.height_px, bottom = -1;
         const auto shared = [&](int column, int row) {
@@ -163,7 +163,7 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
         CHECK(bottom >= plan.height_px - 1 - margin_px);
         least_filled =
             std::min(least_filled, static_cast<double>(inside) / plan.width_px / plan.height_px);
-        // A pixel at the centre is as large as a raw pixel (mean of both cameras, 5 %).
+        // A pixel at the centre has the size of a raw pixel (mean of both cameras, 5 %).
         const double cx = plan.width_px / 2, cy = plan.height_px / 2;
         double area = 0;
         for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
@@ -231,7 +231,7 @@ double bilinear(const std::vector<Pixel> &raw, int width, int channels, int chan
            (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
 }
 
-// Longest run of columns whose four pixels lie inside, column by column.
+// Longest run of columns whose four pixels are inside, column by column.
 rectify_span slow_span(const rectify_table &table, int row, const std::vector<int32_t> &x,
                        const std::vector<int32_t> &y) {
     int best_begin = 0, best_end = 0, begin = 0;

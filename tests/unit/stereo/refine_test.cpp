@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sub-pixel refinement, the sigma that it predicts and the residual vertical disparity, on
-// synthetic pairs with exact truth.
+// Sub-pixel refinement, its predicted sigma, and the residual vertical disparity, on synthetic
+// pairs with exact ground truth.
 #include "stereo/refine.h"
 
 #include <doctest/doctest.h>
@@ -48,8 +48,8 @@ Refined refine(Matched matched, const parallel *parallel = &parallel_serial,
     return result;
 }
 
-// Errors over sigma, of pixels further from an edge than all windows reach and not grossly wrong
-// (that is the matcher's affair).
+// Errors over sigma, of pixels farther from an edge than all windows reach and without gross errors
+// (which are the matcher's).
 struct Scores {
     double squares = 0;
     int count = 0, beyond_three = 0;
@@ -297,7 +297,7 @@ TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
         CAPTURE(worst);
         CHECK(worst < 0.05);
         CHECK(vertical.rms_px < 0.1);
-        // What is far off at the edges shows there, whatever the middle says.
+        // Large errors at the edges show there, even if the middle is good.
         const double most = std::abs(shift.offset_px) + std::abs(shift.slope_x) * 128 +
                             std::abs(shift.slope_y) * 96;
         CHECK(vertical.trend_px <= most + 0.05);
@@ -307,7 +307,7 @@ TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
 }
 
 TEST_CASE("a good calibration looks good also on slanted surfaces and behind steps") {
-    // The health number must not rise because the scene is steep.
+    // The calibration's quality number must not increase because the scene is steep.
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(256, 192, 800, 100, -60);
@@ -362,7 +362,7 @@ TEST_CASE("without texture the vertical disparity is called unmeasured") {
     CHECK(vertical.median_px == 0);
 }
 
-TEST_CASE("stripes along x tell nothing about the rows") {
+TEST_CASE("stripes along x contain no information about the rows") {
     const Rig rig = rectified_rig(160, 120, 800, 100);
     Builder builder(rig, 1);
     Scene scene;

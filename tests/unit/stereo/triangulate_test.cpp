@@ -131,8 +131,8 @@ TEST_CASE("fixed point agrees with double precision over all rigs") {
             geometry_midpoint truth;
             const double vertical_px = has_vertical ? residual_px(plan, vertical, x, y) : 0;
             REQUIRE(slow_midpoint(plan, x, y, disparity_q8 / 256.0, vertical_px, &truth));
-            // One micrometre of rounding; the principal points' distance is kept to 2^-17 px; the
-            // rest to some 2^-26 of the plain distance.
+            // One micrometre of rounding; the distance of the principal points is kept to 2^-17 px;
+            // the rest to about 2^-26 of the plain distance.
             const double parallax = disparity_q8 / 256.0 - plan.cx_left_px + plan.cx_right_px;
             const double plain_um = 1e3 * plan.f_px * plan.baseline_mm / parallax;
             const double wide =
@@ -150,7 +150,7 @@ TEST_CASE("fixed point agrees with double precision over all rigs") {
     CHECK(most_miss <= 1);
 }
 
-// The rays through the raw pixels, by way of the coordinates that rectification uses.
+// The rays through the raw pixels, using the coordinates of rectification.
 TEST_CASE("points agree with the rays of the raw pixels") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
@@ -287,7 +287,8 @@ TEST_CASE("a scatter of the vertical residual counts off the axes, and only ther
                 1e3 * (more.point_mm[2] - less.point_mm[2]) / (2 * step_px) * 0.5 * ray;
             CAPTURE(x);
             CAPTURE(y);
-            // The left ray's x stands for the mean of both: some percent where D is not small.
+            // The left ray's x is used for the mean of both: an error of a few percent where D is
+            // not small.
             CHECK(point.sigma_um == doctest::Approx(std::hypot(along_um, across_um)).epsilon(0.04));
             CHECK((std::fabs(across_um) > 1000) == (x != 320 && y != 240));
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small islands against a plain flood fill, with any number of threads.
+// Small islands compared with a plain flood fill, with any number of threads.
 #include "stereo/match/vet.h"
 
 #include <doctest/doctest.h>
@@ -45,7 +45,7 @@ struct Map {
     }
 };
 
-// Patches of disparities and holes. `patch` is about as large as an island gets.
+// Patches of disparities and holes. `patch` is about the maximum size of an island.
 Map random_map(Random &random, int width, int height, int patch) {
     Map map{width, height, {}, {}};
     const auto pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
@@ -106,7 +106,7 @@ std::vector<uint8_t> flooded(const Map &map, int limit) {
 
 }  // namespace
 
-TEST_CASE("islands are as large as a flood fill says, whoever looks at which rows") {
+TEST_CASE("islands have the size of a flood fill, for any distribution of rows") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     Random random(seed);
