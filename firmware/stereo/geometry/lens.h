@@ -12,9 +12,7 @@ extern "C" {
 
 // Legal values, see `lens_validate`. For long focal lengths k2 and k3 are large numbers: they
 // multiply the fourth and sixth power of a small radius.
-#define LENS_SIDE_MAX_PX \
-    32768  // larger than what can be matched, see image.h: such images are
-           // scaled down
+#define LENS_SIDE_MAX_PX 32768  // above the limit of image.h, larger images are scaled down
 #define LENS_FOCAL_MIN_PX 1.0
 #define LENS_FOCAL_MAX_PX 1e6
 #define LENS_CENTRE_MAX_PX 1e6
