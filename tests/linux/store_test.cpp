@@ -222,7 +222,7 @@ TEST_CASE("killed at each system call in turn: the complete old or new record") 
             CHECK((now == before(what) || now == after(what)));
             CHECK(load(place.path, "other") == "untouched");
             for (const std::string &name : listing(place.path)) {
-                CHECK(name[0] != '.');  // the next start has cleaned up
+                CHECK(name[0] != '.');  // the next start has removed leftovers
             }
             // The store works normally afterwards.
             CHECK(Store(place.path).save("limits", "again") == ERROR_OK);
@@ -235,7 +235,7 @@ TEST_CASE("killed at each system call in turn: the complete old or new record") 
     }
 }
 
-TEST_CASE("killed in the middle of a write") {
+TEST_CASE("a kill in the middle of a write leaves a whole record") {
     for (unsigned write = 1; write <= 2; write++) {
         const Place place;
         const int status = in_child([&] {
@@ -319,7 +319,7 @@ TEST_CASE("each system call of a load fails in turn: an error, never a partial r
     }
 }
 
-TEST_CASE("signals and short reads and writes change nothing") {
+TEST_CASE("signals, short reads and short writes have no effect") {
     for (const char *call : {" open", " write", " read ", " fsync", " close"}) {
         CAPTURE(call);
         const Place place;
