@@ -193,7 +193,7 @@ class Debug(pairs.Workshop):
                          "--debug-row", HEIGHT)
         self.assertEqual(done.returncode, 3)
         self.assertEqual(done.stderr.count("\n"), 1)
-        self.assertIn(f"rows 0 to {HEIGHT - 1}", done.stderr)
+        self.assertIn(f"0 to {HEIGHT - 1}", done.stderr)
         self.assertFalse((self.directory / "none").exists())
 
     def test_into_the_directory_of_results(self):
