@@ -44,10 +44,6 @@ void connection_destroy(struct connection *self) {
     output_close(&self->output);
 }
 
-bool connection_is_edited(const struct connection *self) {
-    return self->kind == CONNECTION_TERMINAL && !self->program;
-}
-
 void connection_begin(struct connection *self, enum connection_kind kind, int in_fd, int out_fd,
                       const char *name) {
     INVARIANT(!self->used && atomic_load(&self->job.state) == JOB_FREE);
@@ -90,10 +86,6 @@ void connection_await_greeting(struct connection *self, const char *token, uint6
     self->begun_us = now_us;
 }
 
-bool connection_is_busy(const struct connection *self) {
-    return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
-}
-
 /// Shows the next prompt, unless pasted input that is being dropped is still arriving.
 static void begin_editing(struct connection *self) {
     if (connection_is_edited(self) && !self->ended && !self->overflowed) {
@@ -112,16 +104,6 @@ static void step_overflow(struct connection *self) {
                                        : "vergence: too much typed ahead: input dropped\r\n");
     connection_input_end_overflow(self);
     begin_editing(self);
-}
-
-void connection_gone(struct connection *self) {
-    self->gone = true;
-    self->ended = true;
-    output_reset(&self->output, true);
-    connection_input_cancel(self);
-    if (atomic_load(&self->job.state) == JOB_FREE) {
-        self->job.watch.on = false;
-    }
 }
 
 /// Checks whether a well-formed line is allowed now. 0, or an error with a message.

@@ -11,6 +11,14 @@
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 
+bool connection_is_edited(const struct connection *self) {
+    return self->kind == CONNECTION_TERMINAL && !self->program;
+}
+
+bool connection_is_busy(const struct connection *self) {
+    return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
+}
+
 enum {
     CTRL_C = 3,
     BELL = 7,
@@ -193,5 +201,15 @@ void connection_input_take(struct connection *self, short input, uint64_t now_us
         connection_gone(self);
     } else {
         connection_input_receive(self, NULL, 0, true);
+    }
+}
+
+void connection_gone(struct connection *self) {
+    self->gone = true;
+    self->ended = true;
+    output_reset(&self->output, true);
+    connection_input_cancel(self);
+    if (atomic_load(&self->job.state) == JOB_FREE) {
+        self->job.watch.on = false;
     }
 }

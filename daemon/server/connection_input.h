@@ -5,7 +5,7 @@
 #ifndef VERGENCE_DAEMON_SERVER_CONNECTION_INPUT_H
 #define VERGENCE_DAEMON_SERVER_CONNECTION_INPUT_H
 
-#include "daemon/server/connection.h"
+#include "daemon/server/connection_state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -37,6 +37,8 @@ void connection_input_forget(struct connection *self, size_t bytes);
 void connection_input_take(struct connection *self, short input, uint64_t now_us);
 /// Whether the byte ends a line: CR or LF.
 bool connection_input_is_line_end(char byte);
+/// The client has disconnected: cancels what runs or waits.
+void connection_gone(struct connection *self);
 
 #ifdef __cplusplus
 }

@@ -3,7 +3,7 @@
 #ifndef VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_CALLS_H
 #define VERGENCE_DAEMON_BACKENDS_REPLAY_REPLAY_CALLS_H
 
-#include "daemon/backends/replay/replay.h"
+#include "daemon/backends/replay/replay_camera.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,12 +17,6 @@ bool replay_calls_take_mark(struct replay *self, void (*print)(char *text));
 
 /// Reads all pairs of the session and sets up two cameras and a clock.
 int replay_pairs_open(struct replay *self, struct message *message);
-
-/// Lends a frame with the pixels of `frame`. 0, ERROR_MEMORY (two are lent already, or out of
-/// memory) or an error of session_reader_frame, with `trouble` set.
-int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
-                       struct hal_camera_frame *frame);
-void replay_camera_take_back(struct replay_camera *camera, const struct hal_camera_frame *frame);
 
 #ifdef __cplusplus
 }
