@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Numbers with the units in which a setting is written ("-30 deg", "3.3 ms", "0x2c"), and the
+/// integers in which the firmware keeps them. Integer arithmetic only.
+#ifndef VERGENCE_DAEMON_SETTINGS_QUANTITY_H
+#define VERGENCE_DAEMON_SETTINGS_QUANTITY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A unit as written, and the unit of the integer behind it.
+enum quantity {
+    QUANTITY_NUMBER,        ///< no unit; decimal, or hexadecimal with 0x
+    QUANTITY_ADDRESS,       ///< no unit; printed as 0x2c
+    QUANTITY_PX,            ///< px
+    QUANTITY_COUNTS,        ///< counts
+    QUANTITY_COUNTS_PER_S,  ///< counts/s
+    QUANTITY_S,             ///< s
+    QUANTITY_MS,            ///< ms
+    QUANTITY_US,            ///< us
+    QUANTITY_MS_IN_US,      ///< ms; us
+    QUANTITY_PULSE,         ///< us; 1/16 us
+    QUANTITY_MHZ,           ///< MHz; Hz
+    QUANTITY_ANGLE,         ///< deg; urad
+    QUANTITY_TURN_RATE,     ///< deg/s; urad/s
+    QUANTITY_SERVO_SCALE,   ///< us/deg; 1/16 us per rad
+    QUANTITY_PERCENT,       ///< %; 1e-6
+    QUANTITY_GAIN,          ///< x; 1/8
+    QUANTITIES
+};
+
+enum {
+    QUANTITY_BYTES = 48,         ///< of a number with its unit, with its end
+    QUANTITY_RANGE_BYTES = 128,  ///< of a range
+    QUANTITY_DECIMALS = 6,       ///< at most
+};
+
+enum quantity_result {
+    QUANTITY_GOOD,
+    QUANTITY_NOT_A_NUMBER,  ///< or one with more than QUANTITY_DECIMALS decimals
+    QUANTITY_UNIT_MISSING,
+    QUANTITY_UNIT_UNKNOWN,
+    QUANTITY_OUT_OF_RANGE,
+    QUANTITY_NOT_A_STEP  ///< the integer cannot express it; angles are rounded instead
+};
+
+/// Reads all of `text`: a number, then the unit, with or without a blank between. Besides the
+/// quantity's own unit, times may be in us, ms or s and frequencies in Hz, kHz or MHz. `value`
+/// changes only when the result is QUANTITY_GOOD. min <= max, and both fit 64 bits in millionths of
+/// each of these units.
+enum quantity_result quantity_parse(enum quantity quantity, const char *text, int64_t min,
+                                    int64_t max, int64_t *value);
+
+/// Prints the shortest number that quantity_parse reads as `value`, and the unit. `value` fits 32
+/// bits with a sign. Returns the length.
+size_t quantity_print(enum quantity quantity, int64_t value, char text[QUANTITY_BYTES]);
+
+/// Prints "-90 to 90 deg".
+void quantity_print_range(enum quantity quantity, int64_t min, int64_t max,
+                          char text[QUANTITY_RANGE_BYTES]);
+
+/// The unit; "" for a number without. Static storage.
+const char *quantity_unit(enum quantity quantity);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
