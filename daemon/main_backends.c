@@ -87,7 +87,7 @@ static int open_replay(struct main_backends *self, struct config *config, struct
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: pairs without recorded calls replay as two "
                            "cameras only (set profile = two-cameras, rig.trigger = no, and "
-                           "rig.width_px and rig.height_px to the size of its frames)",
+                           "rig.width and rig.height to the size of its frames)",
                            config->backend_place);
     }
     return 0;

@@ -37,6 +37,7 @@ enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 /// All parts of the daemon.
 struct daemon {
     struct config config;
+    struct config_old_lines old_lines;
     struct logbook logbook;
     struct hal_log log;
     struct store store;
@@ -73,7 +74,7 @@ static const struct option options[] = {
      .offset = offsetof(struct arguments, check),
      .value_name = "FILE",
      .help = "Check a settings file and the profile that it names, or a profile (a name ending in "
-             ".profile), and exit."},
+             ".profile), and exit. Shows how to write keys that are in an old notation."},
     {.name = "help-config",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, help_config),
@@ -267,6 +268,11 @@ static int open_parts(struct daemon *self, struct rig_ports *ports, struct messa
                            strerror(number));
     }
     self->log = logbook_log(&self->logbook);
+    if (self->old_lines.count > 0) {
+        logbook_print(&self->logbook, HAL_LOG_WARNING,
+                      "settings in an old notation: %u (vergenced --check FILE shows the new one)",
+                      self->old_lines.count);
+    }
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
     if (error == 0) {
@@ -387,22 +393,6 @@ static int serve(struct daemon *self) {
     return code;
 }
 
-/// Loads the settings of a file and the command line; with `check` the file may also be a profile,
-/// which is then checked with default settings. 0, or an error with a message.
-static int load_config(struct config *config, const char *path, bool check,
-                       const char *words[SETTINGS_MAX + 1], int count, struct message *message) {
-    static const char key[] = "profile=";
-    char profile[sizeof key + CONFIG_TEXT_BYTES];
-    if (!check || !config_profile_has_ending(path)) {
-        return config_load(config, path, words, count, message);
-    }
-    if ((size_t)snprintf(profile, sizeof profile, "%s%s", key, path) >= sizeof profile) {
-        return message_set(message, ERROR_RANGE, "%s: the name is too long", path);
-    }
-    words[count] = profile;
-    return config_load(config, NULL, words, count + 1, message);
-}
-
 /// Prints a page instead of serving, if requested. Returns the exit code, or OPTIONS_CONTINUE.
 static int print_page(const struct arguments *arguments, const char *const *settings, int count) {
     const char *option = arguments->help_config            ? "--help-config"
@@ -465,7 +455,7 @@ static int print_manual(struct daemon *self, const char *argument) {
 static int run(int argc, char **argv) {
     static struct daemon daemon;
     struct arguments arguments = {0};
-    const char *settings[SETTINGS_MAX + 1];
+    const char *settings[SETTINGS_MAX];
     int setting_count = 0;
     int code = argc == 2 ? print_manual(&daemon, argv[1]) : OPTIONS_CONTINUE;
     if (code != OPTIONS_CONTINUE) {
@@ -483,11 +473,13 @@ static int run(int argc, char **argv) {
     if (path == NULL && access(places.config, F_OK) == 0) {
         path = places.config;
     }
-    if (load_config(&daemon.config, path, arguments.check != NULL, settings, setting_count,
-                    &message) != 0) {
+    const bool check = arguments.check != NULL;
+    daemon.old_lines.report = check ? stderr : NULL;
+    if ((check ? config_load_to_check : config_load)(&daemon.config, path, settings, setting_count,
+                                                     &daemon.old_lines, &message) != 0) {
         return fail(&message);
     }
-    if (arguments.check != NULL) {
+    if (check) {
         printf("%s: good\n", arguments.check);
         return CLIENT_OK;
     }

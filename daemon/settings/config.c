@@ -20,7 +20,7 @@ static int set_built_in(struct config *config, const char *name) {
     return error;
 }
 
-/// A place that is too long for its setting stays "", and is reported as missing.
+/// A path that is too long for its setting stays "", and is reported as missing.
 static void take_place(char *setting, size_t bytes, const char *place) {
     if (strlen(place) < bytes) {
         memcpy(setting, place, strlen(place) + 1);
@@ -94,29 +94,52 @@ static void store(struct config *config, const struct config_key *key, int64_t n
            key->bytes);
 }
 
-/// The least number that a value may be: where there is a word for none, the number that means it
-/// is none of them.
-static double least_number(const struct config_key *key) {
-    return key->none != NULL ? key->least + 1 : key->least;
+/// The smallest number of a key; `min` itself has a word where there is one.
+static int64_t min_number(const struct config_key *key) {
+    return key->none != NULL ? key->min + 1 : key->min;
+}
+
+/// Why a number was rejected, and what is expected.
+static int reject_number(const struct config_key *key, enum quantity quantity, const char *called,
+                         const char *value, enum quantity_result result, struct message *message) {
+    const char *unit = quantity_unit(quantity);
+    const char *or_word = key->none != NULL ? ", or " : "";
+    const char *word = key->none != NULL ? key->none : "";
+    char range[QUANTITY_RANGE_BYTES], step[QUANTITY_BYTES];
+    quantity_print_range(quantity, min_number(key), key->max, range);
+    quantity_print(quantity, 1, step);
+    switch (result) {
+        case QUANTITY_UNIT_MISSING:
+            return message_set(message, ERROR_SYNTAX, "%s = %s: unit missing (expected %s)", called,
+                               value, unit);
+        case QUANTITY_UNIT_UNKNOWN:
+            return message_set(message, ERROR_SYNTAX, "%s = %s: unknown unit (expected %s)", called,
+                               value, unit);
+        case QUANTITY_OUT_OF_RANGE:
+            return message_set(message, ERROR_RANGE, "%s = %s: out of range (expected %s%s%s)",
+                               called, value, range, or_word, word);
+        case QUANTITY_NOT_A_STEP:
+            return message_set(message, ERROR_RANGE, "%s = %s: not a multiple of %s", called, value,
+                               step);
+        case QUANTITY_GOOD:
+        case QUANTITY_NOT_A_NUMBER:
+            break;
+    }
+    return message_set(message, ERROR_SYNTAX, "%s = %s: not %s (expected %s%s%s)", called, value,
+                       *unit != '\0' ? "a number of up to 6 decimals" : "an integer", range,
+                       or_word, word);
 }
 
 static int set_number(struct config *config, const struct config_key *key, const char *called,
-                      const char *value, struct message *message) {
-    int64_t number = 0;
-    const bool none = key->none != NULL && strcmp(value, key->none) == 0;
-    const char *unit = key->unit != NULL ? key->unit : "";
-    const char *blank = key->unit != NULL ? " " : "";
-    const char *or_word = key->none != NULL ? ", or " : "";
-    const char *word = key->none != NULL ? key->none : "";
-    if (none) {
-        number = (int64_t)key->least;
-    } else if (!command_words_integer(value, &number)) {
-        return message_set(message, ERROR_SYNTAX,
-                           "%s \"%s\" is no whole number: expected is %.0f to %.0f%s%s%s%s", called,
-                           value, least_number(key), key->most, blank, unit, or_word, word);
-    } else if ((double)number < least_number(key) || (double)number > key->most) {
-        return message_set(message, ERROR_RANGE, "%s %s is out of range: from %.0f to %.0f%s%s%s%s",
-                           called, value, least_number(key), key->most, blank, unit, or_word, word);
+                      const char *value, bool old, struct message *message) {
+    const enum quantity quantity = old ? QUANTITY_NUMBER : key->quantity;
+    int64_t number = key->min;
+    if (key->none == NULL || strcmp(value, key->none) != 0) {
+        const enum quantity_result result =
+            quantity_parse(quantity, value, min_number(key), key->max, &number);
+        if (result != QUANTITY_GOOD) {
+            return reject_number(key, quantity, called, value, result, message);
+        }
     }
     store(config, key, number);
     return 0;
@@ -126,8 +149,8 @@ static int set_text(struct config *config, const struct config_key *key, const c
                     struct message *message) {
     const char *text = strcmp(value, key->none) == 0 ? "" : value;
     if (strlen(text) >= key->bytes) {
-        return message_set(message, ERROR_RANGE, "%s is too long: at most %zu characters",
-                           key->name, key->bytes - 1);
+        return message_set(message, ERROR_RANGE, "%s: too long (at most %zu characters)", key->name,
+                           key->bytes - 1);
     }
     memcpy((char *)config + key->offset, text, strlen(text) + 1);
     return 0;
@@ -167,8 +190,8 @@ static int set_backend(struct config *config, const char *value, struct message 
         return 0;
     }
     return message_set(message, ERROR_ARGUMENT,
-                       "backend \"%s\": expected is linux, sim unix:PATH, sim tcp:HOST:PORT or "
-                       "replay DIRECTORY",
+                       "unknown backend \"%s\" (expected linux, sim unix:PATH, sim tcp:HOST:PORT "
+                       "or replay DIRECTORY)",
                        value);
 }
 
@@ -176,10 +199,10 @@ static int set_choice(struct config *config, const struct config_key *key, const
                       const char *value, struct message *message) {
     const int place = command_words_choice(value, key->choices);
     if (place < 0) {
-        return message_set(message, ERROR_ARGUMENT, "%s \"%s\": expected is one of: %s", called,
-                           value, key->choices);
+        return message_set(message, ERROR_ARGUMENT, "unknown %s \"%s\" (expected one of: %s)",
+                           called, value, key->choices);
     }
-    store(config, key, place + (int64_t)key->least);
+    store(config, key, place + key->min);
     return 0;
 }
 
@@ -190,65 +213,28 @@ static int set_name(struct config *config, const struct config_key *key, const c
     const size_t length = strlen(value);
     if (length >= key->bytes || strspn(value, characters) != length ||
         strchr("-_.", value[0]) != NULL) {
-        return message_set(
-            message, ERROR_ARGUMENT,
-            "%s \"%s\": expected are 1 to %zu letters, digits, - _ and ., a letter or "
-            "a digit first",
-            called, value, key->bytes - 1);
+        return message_set(message, ERROR_ARGUMENT,
+                           "invalid %s \"%s\" (expected 1 to %zu letters, digits, - _ and ., "
+                           "starting with a letter or a digit)",
+                           called, value, key->bytes - 1);
     }
     memcpy((char *)config + key->offset, value, length + 1);
     return 0;
 }
 
-const char *config_key_called(const struct config_key *key, bool in_profile) {
-    return !in_profile                   ? key->name
-           : key->kind == CONFIG_PROFILE ? CONFIG_LIKE
-                                         : key->name + strlen(CONFIG_RIG);
-}
-
-/// Whether lines of this kind may have the key.
-static bool belongs(const struct config_key *key, bool in_profile) {
-    size_t count = 0;
-    return !in_profile || key->kind == CONFIG_PROFILE ||
-           config_key_is_of_rig((size_t)(key - config_keys(&count)));
-}
-
-const struct config_key *config_key_find(const char *called, bool in_profile,
-                                         const char **nearest) {
-    size_t count = 0;
-    const struct config_key *keys = config_keys(&count);
-    int least = COMMAND_SLIPS_MAX + 1;
-    *nearest = NULL;
-    for (size_t i = 0; i < count; i++) {
-        if (!belongs(&keys[i], in_profile)) {
-            continue;
-        }
-        const char *name = config_key_called(&keys[i], in_profile);
-        if (strcmp(name, called) == 0) {
-            return &keys[i];
-        }
-        const int distance = command_words_distance(called, name);
-        if (distance < least) {
-            least = distance;
-            *nearest = name;
-        }
-    }
-    return NULL;
-}
-
 int config_key_set(struct config *config, const struct config_key *key, const char *called,
-                   const char *value, struct message *message) {
+                   const char *value, bool old, struct message *message) {
     int error = 0;
     switch (key->kind) {
         case CONFIG_PROFILE:
             error = set_built_in(config, value);
             return error == 0 ? 0
                               : message_set(message, ERROR_ARGUMENT,
-                                            "%s \"%s\": expected is one of: rig two-cameras "
-                                            "two-cameras-lens%s",
+                                            "unknown %s \"%s\" (expected one of: rig two-cameras "
+                                            "two-cameras-lens%s)",
                                             called, value,
                                             strcmp(called, key->name) == 0
-                                                ? ", or the name of a file that ends in .profile"
+                                                ? ", or the path of a .profile file"
                                                 : "");
         case CONFIG_NAME:
             return set_name(config, key, called, value, message);
@@ -266,17 +252,19 @@ int config_key_set(struct config *config, const struct config_key *key, const ch
         case CONFIG_NUMBER:
             break;
     }
-    return set_number(config, key, called, value, message);
+    return set_number(config, key, called, value, old, message);
 }
 
 int config_set(struct config *config, const char *name, const char *value,
                struct message *message) {
+    bool old = false;
     const char *nearest = NULL;
-    const struct config_key *key = config_key_find(name, false, &nearest);
+    const struct config_key *key = config_key_find(name, false, &old, &nearest);
     if (key == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"", name);
+        return message_set(message, ERROR_ARGUMENT, "unknown key \"%s\"", name);
     }
-    return config_key_set(config, key, name, value, message);
+    old = config_key_is_old(key, old, value);
+    return config_key_set(config, key, name, value, old, message);
 }
 
 size_t config_key_count(void) {
@@ -294,6 +282,17 @@ const char *config_key_name(size_t index) {
 
 bool config_key_is_of_rig(size_t index) {
     return strncmp(config_key_name(index), CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
+}
+
+static void print_number(const struct config *config, const struct config_key *key, char *text,
+                         size_t bytes) {
+    char number[QUANTITY_BYTES];
+    const int64_t value = load(config, key);
+    const bool none = key->none != NULL && value == key->min;
+    if (!none) {
+        quantity_print(key->quantity, value, number);
+    }
+    snprintf(text, bytes, "%s", none ? key->none : number);
 }
 
 void config_key_print(const struct config *config, size_t index, char *text, size_t bytes) {
@@ -321,16 +320,11 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
             break;
         case CONFIG_LENSES:
         case CONFIG_CHOICE:
-            command_words_choice_at(key->choices, (int)(load(config, key) - (int64_t)key->least),
-                                    word);
+            command_words_choice_at(key->choices, (int)(load(config, key) - key->min), word);
             snprintf(text, bytes, "%s", word);
             break;
         case CONFIG_NUMBER:
-            if (key->none != NULL && load(config, key) == (int64_t)key->least) {
-                snprintf(text, bytes, "%s", key->none);
-            } else {
-                snprintf(text, bytes, "%lld", (long long)load(config, key));
-            }
+            print_number(config, key, text, bytes);
             break;
     }
 }
@@ -354,10 +348,10 @@ void config_key_describe(const struct config_key *key, char *text, size_t bytes)
     INVARIANT(length < bytes);
     if (key->kind == CONFIG_NUMBER) {
         const bool off = key->none != NULL;
-        length +=
-            (size_t)snprintf(text + length, bytes - length, " (%s%s%.0f to %.0f%s%s)",
-                             off ? key->none : "", off ? ", " : "", least_number(key), key->most,
-                             key->unit != NULL ? " " : "", key->unit != NULL ? key->unit : "");
+        char range[QUANTITY_RANGE_BYTES];
+        quantity_print_range(key->quantity, min_number(key), key->max, range);
+        length += (size_t)snprintf(text + length, bytes - length, " (%s%s%s)", off ? key->none : "",
+                                   off ? ", or " : "", range);
     } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
         length += (size_t)snprintf(text + length, bytes - length, " (%s)", key->choices);
     }
@@ -377,13 +371,13 @@ void config_key_explain(FILE *file, const struct config *config, const struct co
 }
 
 const char config_summary[] =
-    "Settings of vergenced, with their defaults. A line is `key = value`; # begins a comment. "
-    "Check "
-    "a file with: vergenced --check FILE";
+    "Settings of vergenced, with their defaults. A line is `key = value`; # starts a comment. "
+    "Numbers have the unit that is shown; times may be in us, ms or s, frequencies in Hz, kHz or "
+    "MHz. Check a file with: vergenced --check FILE";
 
 const char config_rig_summary[] =
-    "The profile has set what follows; the numbers are those of rig. A line without its # changes "
-    "one of it.";
+    "The profile sets the keys below; the values are those of the profile rig. Remove the # of a "
+    "line to override the profile.";
 
 void config_help_print(FILE *file) {
     struct config defaults;

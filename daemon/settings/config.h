@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The daemon's settings: lines `key = value`, `#` begins a comment. One table has all keys with
-/// types, ranges, units, defaults and help; the reader, `--help-config` and the example file derive
-/// from it.
+/// The daemon's settings: lines `key = value`, where `#` starts a comment. One table holds all keys
+/// with their types, ranges, units and help; the reader, `--help-config` and the example file
+/// derive from it. Keys and values in the notation of older versions are read as well.
 #ifndef VERGENCE_DAEMON_SETTINGS_CONFIG_H
 #define VERGENCE_DAEMON_SETTINGS_CONFIG_H
 
@@ -22,20 +22,21 @@ enum {
     CONFIG_NO_LINE = -1,
     CONFIG_SOCKET_BYTES = 104,  ///< of a socket's path, with its end; Linux takes 108, less ".new"
     CONFIG_CLIENTS_MAX = 32,
-    CONFIG_QUEUE_MAX = 64,  ///< commands that wait
-    /// The system's watchdog is fed each second, and not while the instrument is made safe at the
-    /// end, which takes up to two.
+    CONFIG_QUEUE_MAX = 64,  ///< waiting commands
+    /// The system's watchdog is fed every second, but not while the instrument goes to its safe
+    /// state at the end, which takes up to two.
     CONFIG_WATCHDOG_LEAST_S = 4
 };
 
 enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_REPLAY };
 
-/// Texts are "" where there is none.
+/// A text that is not set is "".
 struct config {
     struct rig_profile profile;
-    struct rig_profile base;  ///< as `profile` set it, before keys of its own changed it
-    char like[sizeof((struct rig_profile *)0)->name];  ///< the built-in one that it began with
-    char profile_file[CONFIG_TEXT_BYTES];              ///< where `base` stands; "": it is built in
+    struct rig_profile base;  ///< as the key `profile` set it, before rig. keys changed it
+    char
+        like[sizeof((struct rig_profile *)0)->name];  ///< the built-in profile that it started from
+    char profile_file[CONFIG_TEXT_BYTES];             ///< file of `base`; "": built in
 
     enum config_backend backend;
     char backend_place[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
@@ -47,7 +48,7 @@ struct config {
     bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
     char socket[CONFIG_SOCKET_BYTES];
-    uint16_t tcp_port;                  ///< 0: none
+    uint16_t tcp_port;                  ///< 0: off
     char tcp_token[CONFIG_TEXT_BYTES];  ///< file; "": the default one of daemon/files/token.h
     char console[CONFIG_TEXT_BYTES];    ///< a terminal's device, or "stdio"
     uint32_t console_baud;
@@ -65,45 +66,56 @@ struct config {
     char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h
 };
 
-/// What every key has before a file says otherwise.
+/// Lines in the notation of older versions.
+struct config_old_lines {
+    FILE *report;  ///< gets a line for each, with the current notation; NULL: none
+    unsigned count;
+};
+
+/// Sets every key to its default.
 void config_defaults(struct config *config);
 
-/// Sets all keys anew from a file (NULL: none is read) and from `count` words KEY=VALUE of a
-/// command line. A word stands for the file's line with its key, or for one more: whatever else the
-/// file sets stays, also what a profile would set. Among themselves the words follow the rules of
-/// lines. 0; ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING, ERROR_DUPLICATE or ERROR_ARGUMENT
-/// with a message, which begins with FILE:LINE where a line is wrong.
+/// Sets all keys: from the defaults, a file (NULL: none) and `count` arguments KEY=VALUE of a
+/// command line. An argument replaces the file's line of the same key and leaves all other lines in
+/// force, also those that a profile would set. Among themselves the arguments follow the rules of
+/// lines. Lines in the notation of older versions are added to `old`. 0; ERROR_IO, ERROR_SYNTAX,
+/// ERROR_RANGE, ERROR_MISSING, ERROR_DUPLICATE or ERROR_ARGUMENT with a message, which starts with
+/// FILE:LINE where a line is wrong.
 int config_load(struct config *config, const char *path, const char *const *words, int count,
-                struct message *message);
+                struct config_old_lines *old, struct message *message);
 
-/// Reads the `length` bytes of a file's text over what is there; `name` stands for it in messages,
-/// which are as of config_load. Opens no file: `profile` is a built-in one here.
+/// As config_load; but a `path` that ends in .profile is a profile, of otherwise default settings.
+int config_load_to_check(struct config *config, const char *path, const char *const *words,
+                         int count, struct config_old_lines *old, struct message *message);
+
+/// Reads the `length` bytes of a file's text into settings that already have values; `name` is the
+/// file's name in messages, which are those of config_load. Opens no file: `profile` must be a
+/// built-in one.
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message);
 
-/// Sets one key as a line `key = value` of a file does, but opens none: `profile` is a built-in one
-/// here. 0, or an error with a message that does not say where the line was.
+/// Sets one key as a line `key = value` of a file does, but opens no file: `profile` must be a
+/// built-in one. 0, or an error with a message without the line.
 int config_set(struct config *config, const char *key, const char *value, struct message *message);
 
-/// Takes over the profile that another one was set to by `profile`, without what its own keys
-/// changed.
+/// Copies the profile that the key `profile` set in `from`, without what rig. keys changed.
 void config_take_profile(struct config *config, const struct config *from);
 
-/// Whether what is set makes sense together: a profile, and the devices that it needs. 0, or an
-/// error with a message that names the key.
+/// Whether the settings are consistent: the profile, and the devices that it needs. 0, or an error
+/// with a message that names the key.
 int config_check(const struct config *config, struct message *message);
 
-/// The key whose value is a profile; it sets all of the instrument.
+/// The key that selects a profile; it sets all keys of the instrument.
 #define CONFIG_PROFILE_KEY "profile"
 
-/// Number of keys; name of one; whether it is of the instrument, and a profile sets it; its value
-/// as the file would say it, in `text` (CONFIG_TEXT_BYTES + 16).
+/// Number of keys; name of a key; whether a profile sets it; its value as a file has it, in `text`
+/// (CONFIG_TEXT_BYTES + 16 bytes).
 size_t config_key_count(void);
 const char *config_key_name(size_t index);
 bool config_key_is_of_rig(size_t index);
 void config_key_print(const struct config *config, size_t index, char *text, size_t bytes);
 
-/// What `--help-config` prints, which is also a file of all defaults, each explained.
+/// Prints the page of `--help-config`, which is a file of all defaults with comments.
 void config_help_print(FILE *file);
 
 #ifdef __cplusplus

@@ -22,10 +22,10 @@ struct check {
     const int *lines;
     int *line;
     struct message *message;
-    bool in_profile;  ///< keys are called as a profile's file calls them
+    bool in_profile;  ///< keys have the names of a profile
 };
 
-/// The key of this name behind a prefix; there is one.
+/// Index of an existing key, prefix and name.
 static size_t key_of(const char *prefix, const char *name) {
     size_t count = 0;
     const struct config_key *keys = config_keys(&count);
@@ -39,16 +39,16 @@ static size_t key_of(const char *prefix, const char *name) {
     return i;
 }
 
-/// "rig.width_px 4000".
+/// "rig.width = 4000 px".
 static void print_setting(const struct check *self, size_t key, char text[SETTING_BYTES]) {
     char value[VALUE_BYTES];
     size_t count = 0;
     config_key_print(self->config, key, value, sizeof value);
-    snprintf(text, SETTING_BYTES, "%s %s",
+    snprintf(text, SETTING_BYTES, "%s = %s",
              config_key_called(&config_keys(&count)[key], self->in_profile), value);
 }
 
-/// The message begins with this key.
+/// Takes the line of this key, with which the message starts.
 static void blame(const struct check *self, size_t key) {
     if (self->lines[key] != 0) {
         *self->line = self->lines[key];
@@ -57,31 +57,33 @@ static void blame(const struct check *self, size_t key) {
 
 // ---- the profile
 
-/// "an even number from 16 to 2048 px", "no".
+/// "an even number, 16 to 2048 px", "no".
 static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYTES]) {
     size_t count = 0;
     const struct config_key *key = &config_keys(&count)[key_of(CONFIG_RIG, flaw->field)];
-    const char *unit = key->unit != NULL ? key->unit : "";
-    const char *blank = key->unit != NULL ? " " : "";
     char word[COMMAND_CHOICE_MAX];
+    char range[QUANTITY_RANGE_BYTES];
     if (key->choices != NULL) {
         const bool found = command_words_choice_at(key->choices, flaw->least, word);
         INVARIANT(found);
         snprintf(text, RANGE_BYTES, "%s", word);
     } else if (flaw->least == flaw->most) {
-        snprintf(text, RANGE_BYTES, "%d%s%s", (int)flaw->least, blank, unit);
+        quantity_print(key->quantity, flaw->least, range);
+        snprintf(text, RANGE_BYTES, "%s", range);
     } else {
-        snprintf(text, RANGE_BYTES, "%s from %d to %d%s%s",
-                 flaw->other  ? "another one"
-                 : flaw->even ? "an even number"
-                              : "a number",
-                 (int)flaw->least, (int)flaw->most, blank, unit);
+        quantity_print_range(key->quantity, flaw->least, flaw->most, range);
+        snprintf(text, RANGE_BYTES, "%s%s",
+                 flaw->other  ? "a different one, "
+                 : flaw->even ? "an even number, "
+                              : "",
+                 range);
     }
 }
 
-/// The field, or where no line has set it, a cause that a line has set.
+/// Starts with the field or, where no line has set it, with a cause that a line has set.
 static int tell_flaw(const struct check *self, const struct rig_profile_flaw *flaw) {
     const size_t field = key_of(CONFIG_RIG, flaw->field);
+    size_t count = 0;
     char range[RANGE_BYTES];
     char setting[SETTING_BYTES];
     char causes[RIG_PROFILE_CAUSES * SETTING_BYTES] = "";
@@ -94,54 +96,72 @@ static int tell_flaw(const struct check *self, const struct rig_profile_flaw *fl
             blame(self, cause);
             print_setting(self, field, setting);
             return message_set(self->message, ERROR_RANGE,
-                               "%s does not go with %s, which must be %s", other, setting, range);
+                               "%s conflicts with %s (expected %s for %s)", other, setting, range,
+                               config_key_called(&config_keys(&count)[field], self->in_profile));
         }
         const size_t used = strlen(causes);
         snprintf(causes + used, sizeof causes - used, "%s%s", i == 0 ? "" : " and ", other);
     }
     blame(self, field);
     print_setting(self, field, setting);
-    return message_set(self->message, ERROR_RANGE, "%s %s%s: it must be %s", setting,
-                       causes[0] != '\0' ? "does not go with " : "is wrong", causes, range);
+    return causes[0] != '\0'
+               ? message_set(self->message, ERROR_RANGE, "%s conflicts with %s (expected %s)",
+                             setting, causes, range)
+               : message_set(self->message, ERROR_RANGE, "%s: out of range (expected %s)", setting,
+                             range);
 }
 
-// ---- what the instrument hangs on
+// ---- devices of the instrument
 
-/// What two devices or lines have in common.
+/// A device or a GPIO line.
 struct place {
     bool needed;
     const char *key;
-    enum { BY_LINE, BY_PROFILE, BY_TRIGGER } by;  ///< who asks for it
+    enum { BY_LINE, BY_PROFILE, BY_TRIGGER } by;  ///< what needs it
 };
+
+/// Whether a needed device is set.
+static int check_given(const struct check *self, const struct place *place) {
+    static const char *const what[] = {"a GPIO line", "the profile ", "rig.trigger = yes"};
+    char value[VALUE_BYTES];
+    const size_t key = key_of("", place->key);
+    config_key_print(self->config, key, value, sizeof value);
+    if (strcmp(value, "none") != 0) {
+        return 0;
+    }
+    // Where no line sets it to "none", the message is about the line that needs it.
+    const bool by_trigger = place->by == BY_TRIGGER && self->lines[key] == 0;
+    blame(self, by_trigger ? key_of(CONFIG_RIG, "trigger") : key);
+    return message_set(self->message, ERROR_MISSING,
+                       "%s%s requires \"%s\" to be set with backend = linux", what[place->by],
+                       place->by == BY_PROFILE ? self->config->profile.name : "", place->key);
+}
+
+/// Whether two needed devices differ.
+static int check_different(const struct check *self, const struct place *place,
+                           const struct place *before) {
+    char value[VALUE_BYTES], other[VALUE_BYTES];
+    const size_t key = key_of("", place->key), key_before = key_of("", before->key);
+    config_key_print(self->config, key, value, sizeof value);
+    config_key_print(self->config, key_before, other, sizeof other);
+    if (strcmp(value, other) != 0) {
+        return 0;
+    }
+    // Where a line has set only one of them, the message starts with that one.
+    const bool swap = self->lines[key] == 0 && self->lines[key_before] != 0;
+    blame(self, swap ? key_before : key);
+    return message_set(self->message, ERROR_DUPLICATE, "%s = %s: already used by %s",
+                       swap ? before->key : place->key, value, swap ? place->key : before->key);
+}
 
 static int check_places(const struct check *self, const struct place *places, size_t count) {
     for (size_t i = 0; i < count; i++) {
-        char value[VALUE_BYTES];
-        const size_t key = key_of("", places[i].key);
-        config_key_print(self->config, key, value, sizeof value);
-        if (places[i].needed && strcmp(value, "none") == 0) {
-            // Where no line says "none", what asks for it is the one.
-            const bool by_trigger = places[i].by == BY_TRIGGER && self->lines[key] == 0;
-            blame(self, by_trigger ? key_of(CONFIG_RIG, "trigger") : key);
-            static const char *const who[] = {"a line of GPIO", "the profile ", "rig.trigger yes"};
-            return message_set(self->message, ERROR_MISSING,
-                               "%s is none, but %s%s needs it with backend = linux", places[i].key,
-                               who[places[i].by],
-                               places[i].by == BY_PROFILE ? self->config->profile.name : "");
+        int error = places[i].needed ? check_given(self, &places[i]) : 0;
+        for (size_t k = 0; k < i && places[i].needed && error == 0; k++) {
+            error = places[k].needed ? check_different(self, &places[i], &places[k]) : 0;
         }
-        for (size_t k = 0; k < i && places[i].needed; k++) {
-            char other[VALUE_BYTES];
-            const size_t before = key_of("", places[k].key);
-            config_key_print(self->config, before, other, sizeof other);
-            if (!places[k].needed || strcmp(value, other) != 0) {
-                continue;
-            }
-            // Where a line has set one of them alone, it is the one.
-            const bool swap = self->lines[key] == 0 && self->lines[before] != 0;
-            blame(self, swap ? before : key);
-            return message_set(self->message, ERROR_DUPLICATE,
-                               "%s %s is also %s: each needs one of its own",
-                               places[swap ? k : i].key, value, places[swap ? i : k].key);
+        if (error != 0) {
+            return error;
         }
     }
     return 0;
@@ -173,7 +193,7 @@ static int check_devices(const struct check *self) {
 
 // ---- all
 
-/// A part that the settings do without: its faults would never be seen.
+/// Faults of a part that the settings do not use would never occur.
 static int check_parts(const struct check *self, const struct fault_plan *plan) {
     const struct config *config = self->config;
     const struct rig_profile *profile = &config->profile;
@@ -185,19 +205,18 @@ static int check_parts(const struct check *self, const struct fault_plan *plan) 
         bool there;
         const char *why;
     } parts[] = {
-        {"i2c", profile->bridge, "rig.bridge no"},
-        {"right", !profile->bridge, "rig.bridge yes, behind which both cameras are \"left\""},
-        {"gpio", config->backend != CONFIG_BACKEND_LINUX || lines, "no line of GPIO"},
-        {"uart", profile->lenses != RIG_LENSES_FIXED, "rig.lenses fixed"},
-        {"store", config->store[0] != '\0', "store none"},
-        {"watchdog", config->watchdog[0] != '\0', "watchdog none"},
+        {"i2c", profile->bridge, "rig.bridge = no"},
+        {"right", !profile->bridge, "rig.bridge = yes, where both cameras are \"left\""},
+        {"gpio", config->backend != CONFIG_BACKEND_LINUX || lines, "no GPIO line set"},
+        {"uart", profile->lenses != RIG_LENSES_FIXED, "rig.lenses = fixed"},
+        {"store", config->store[0] != '\0', "store = none"},
+        {"watchdog", config->watchdog[0] != '\0', "watchdog = none"},
     };
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (!parts[i].there && fault_plan_names(plan, parts[i].name)) {
             blame(self, key_of("", "faults"));
-            return message_set(self->message, ERROR_MISSING,
-                               "faults: there is no part \"%s\" with %s", parts[i].name,
-                               parts[i].why);
+            return message_set(self->message, ERROR_MISSING, "faults: no part \"%s\" (%s)",
+                               parts[i].name, parts[i].why);
         }
     }
     return 0;
@@ -220,13 +239,13 @@ static int check_speed(const struct check *self) {
         return 0;
     }
     blame(self, key_of("", "console_baud"));
-    return message_set(
-        self->message, ERROR_ARGUMENT,
-        "console_baud %u is no speed of a serial line: there are " SERIAL_DEVICE_SPEEDS,
-        (unsigned)baud);
+    return message_set(self->message, ERROR_ARGUMENT,
+                       "console_baud = %u: not a serial baud rate (expected " SERIAL_DEVICE_SPEEDS
+                       ")",
+                       (unsigned)baud);
 }
 
-/// Somebody must be able to give a command.
+/// There must be a way to give a command.
 static int check_ways_in(const struct check *self) {
     const struct config *config = self->config;
     if (config->socket[0] != '\0' || config->tcp_port != 0 || config->console[0] != '\0') {
@@ -234,10 +253,10 @@ static int check_ways_in(const struct check *self) {
     }
     blame(self, key_of("", "socket"));
     return message_set(self->message, ERROR_MISSING,
-                       "socket, tcp_port and console are none: nobody could give a command");
+                       "no way to give commands: set socket, tcp_port or console");
 }
 
-/// What is to be restored is kept in the store.
+/// Settings are restored from the store.
 static int check_store(const struct check *self) {
     const struct config *config = self->config;
     if (!config->restore || config->store[0] != '\0') {
@@ -245,12 +264,10 @@ static int check_store(const struct check *self) {
     }
     const size_t restore = key_of("", "restore");
     blame(self, self->lines[restore] != 0 ? restore : key_of("", "store"));
-    return message_set(self->message, ERROR_MISSING,
-                       "restore yes needs a store, which is none: there is nothing to restore");
+    return message_set(self->message, ERROR_MISSING, "restore = yes requires \"store\" to be set");
 }
 
-/// Where a path leads: without links and dots. What does not exist yet stands there as it is
-/// written.
+/// Resolves links and dots of a path. A part that does not exist yet stays unresolved.
 static void resolve(const char *path, char resolved[PATH_MAX]) {
     char next[PATH_MAX + CONFIG_TEXT_BYTES];
     if (path[0] == '/' || getcwd(resolved, PATH_MAX) == NULL || strcmp(resolved, "/") == 0) {
@@ -271,8 +288,8 @@ static void resolve(const char *path, char resolved[PATH_MAX]) {
     }
 }
 
-/// Clients may read and replace what is in "files": nothing else may be there, and not that in
-/// turn.
+/// Clients may read and replace everything in "files": "store" and the token must be outside of it,
+/// and "files" outside of "store".
 static int check_apart(const struct check *self) {
     const struct config *config = self->config;
     const struct {
@@ -294,15 +311,15 @@ static int check_apart(const struct check *self) {
             blame(self, self->lines[key] != 0 ? key : key_of("", pairs[i].outer_key));
             return message_set(
                 self->message, ERROR_ARGUMENT,
-                "%s = %s is inside %s = %s: clients can replace what is in \"files\": "
-                "give them separate directories",
+                "%s = %s is inside %s = %s: use separate directories, because clients can replace "
+                "anything in \"files\"",
                 pairs[i].key, pairs[i].path, pairs[i].outer_key, pairs[i].outer);
         }
     }
     return 0;
 }
 
-/// Whoever plays a recording finds a built-in profile by its name.
+/// Replay finds a built-in profile by its name.
 static int check_name(const struct check *self) {
     const struct config *config = self->config;
     const size_t key = key_of(CONFIG_RIG, "name");
@@ -315,8 +332,7 @@ static int check_name(const struct check *self) {
     blame(self, key);
     print_setting(self, key, setting);
     return message_set(self->message, ERROR_ARGUMENT,
-                       "%s: that is another profile, and this one is like %s: give it a name of "
-                       "its own",
+                       "%s: name of another profile (this one is like %s: give it another name)",
                        setting, config->like);
 }
 
@@ -344,7 +360,7 @@ int config_check_profile(const struct config *config, const int *lines, int *lin
                          struct message *message) {
     const struct check self = {config, lines, line, message, true};
     const int error = check_rig(&self);
-    // What is built in is good, so a line has done it.
+    // Built-in profiles are valid, so a line is the cause.
     INVARIANT(error == 0 || *line != 0);
     return error;
 }

@@ -1,168 +1,279 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/settings/config_keys.h"
 
+#include <string.h>
+
+#include "console/command_words.h"
+
 #define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
-#define TEXT(key, field, says) \
-    { .name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (says) }
-#define NUMBER(key, field, low, high, of, says)                                          \
-    {                                                                                    \
-        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = (low), .most = (high), \
-        .unit = (of), .help = (says)                                                     \
+#define TEXT(key, field, meaning) \
+    { .name = (key), .kind = CONFIG_TEXT, AT(field), .none = "none", .help = (meaning) }
+#define NUMBER(key, field, low, high, unit, meaning)                                  \
+    {                                                                                 \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .min = (low), .max = (high), \
+        .quantity = QUANTITY_##unit, .help = (meaning)                                \
     }
-#define LINE(key, field, says)                                                                  \
-    {                                                                                           \
-        .name = (key), .kind = CONFIG_NUMBER, AT(field), .least = CONFIG_NO_LINE, .most = 1023, \
-        .none = "none", .help = (says)                                                          \
+#define WAS_BARE(key, field, low, high, unit, meaning)                                \
+    {                                                                                 \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .min = (low), .max = (high), \
+        .quantity = QUANTITY_##unit, .was_bare = true, .help = (meaning)              \
     }
-#define YES(key, field, says) \
-    { .name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (says) }
-#define RIG(field, low, high, of, says) \
-    NUMBER(CONFIG_RIG #field, profile.field, low, high, of, says)
-#define RIG_YES(field, says) YES(CONFIG_RIG #field, profile.field, says)
-#define SERVO(side, at, field, low, high, of, says) \
-    NUMBER(CONFIG_RIG "servo_" side "_" #field, profile.servo[at].field, low, high, of, says)
-#define SERVOS(side, at)                                                                       \
-    SERVO(side, at, centre_q4, 0, 65535, "us/16", "pulse in the " side " servo's middle"),     \
-        SERVO(side, at, least_q4, 0, 65535, "us/16", "shortest pulse that it may get"),        \
-        SERVO(side, at, most_q4, 0, 65535, "us/16", "longest pulse that it may get"),          \
-        SERVO(side, at, q4_per_rad, 0, 1000000, "us/16 a radian", "how far a pulse turns it"), \
-        SERVO(side, at, urad_per_s, 0, 100000000, "urad/s", "its speed at the lowest supply"), \
-        SERVO(side, at, settle_us, 0, 10000000, "us", "until it rests after a motion")
+#define LINE(key, field, meaning)                                                            \
+    {                                                                                        \
+        .name = (key), .kind = CONFIG_NUMBER, AT(field), .min = CONFIG_NO_LINE, .max = 1023, \
+        .none = "none", .help = (meaning)                                                    \
+    }
+#define YES(key, field, meaning) \
+    { .name = (key), .kind = CONFIG_CHOICE, AT(field), .choices = "no yes", .help = (meaning) }
+#define RIG(key, field, low, high, unit, meaning) \
+    NUMBER(CONFIG_RIG key, profile.field, low, high, unit, meaning)
+#define RIG_ADDRESS(key, field, meaning) \
+    WAS_BARE(CONFIG_RIG key, profile.field, 0, 0x77, ADDRESS, meaning)
+#define RIG_YES(key, field, meaning) YES(CONFIG_RIG key, profile.field, meaning)
+#define SERVO(side, at, key, field, high, unit, meaning) \
+    RIG("servo_" side "_" key, servo[at].field, 0, high, unit, meaning)
+#define SERVOS(side, at)                                                                        \
+    SERVO(side, at, "centre", centre_q4, 65535, PULSE,                                          \
+          "pulse at the centre of the " side " servo"),                                         \
+        SERVO(side, at, "min", least_q4, 65535, PULSE, "shortest pulse of the " side " servo"), \
+        SERVO(side, at, "max", most_q4, 65535, PULSE, "longest pulse of the " side " servo"),   \
+        SERVO(side, at, "scale", q4_per_rad, 1000000, SERVO_SCALE,                              \
+              "change of the pulse that turns the " side " servo by one degree"),               \
+        SERVO(side, at, "speed", urad_per_s, 100000000, TURN_RATE,                              \
+              "speed of the " side " servo at the lowest supply voltage"),                      \
+        SERVO(side, at, "settle", settle_us, 10000000, MS_IN_US,                                \
+              "time until the " side " servo is at rest after a motion")
 
 static const struct config_key keys[] = {
     {.name = CONFIG_PROFILE_KEY,
      .kind = CONFIG_PROFILE,
      .sets = CONFIG_RIG,
      .help =
-         "which instrument this is: rig (FPGA, two sensors, servos, lenses), two-cameras, "
-         "two-cameras-lens, or a file: a name that ends in .profile, or has a / in it; where it "
-         "does not begin with one, seen from the folder of this file. Sets every rig. key, "
-         "which may be changed in lines below it"},
+         "the instrument: rig (FPGA, two sensors, servos, lenses), two-cameras, two-cameras-lens, "
+         "or the path of a profile: a name that ends in .profile or contains a /; a relative path "
+         "starts at the directory of this file. Sets all rig. keys; lines below it may change "
+         "them"},
     {.name = "backend",
      .kind = CONFIG_BACKEND,
-     .help =
-         "what the instrument hangs on: linux (the devices below), sim unix:PATH or sim "
-         "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session; of a recording "
-         "of all calls the profile is its own, and its commands alone, in their order, are "
-         "answered)"},
+     .help = "what drives the instrument: linux (the devices below), sim unix:PATH or sim "
+             "tcp:HOST:PORT (a simulated rig), replay DIRECTORY (a recorded session; a recording "
+             "of all calls brings its own profile and answers only its own commands, in their "
+             "order)"},
     TEXT("i2c", i2c, "I2C bus of the FPGA bridge and of the sensors behind it"),
     TEXT("left_camera", camera[RIG_LEFT],
-         "V4L2 device of the left camera; behind a bridge that of the port for both"),
+         "V4L2 device of the left camera; with a bridge, the port of both sensors"),
     TEXT("right_camera", camera[RIG_RIGHT], "V4L2 device of the right camera"),
-    TEXT("lens_uart", lens_uart, "serial line of the lens controller"),
-    TEXT("gpio_chip", gpio_chip, "GPIO chip with the lines below"),
-    LINE("reset_line", reset_line, "its line to the bridge's reset"),
-    YES("reset_active_low", reset_active_low, "whether that line resets when it is low"),
-    LINE("irq_line", irq_line, "its line from the bridge's interrupt"),
-    YES("irq_active_low", irq_active_low, "whether that line is active when it is low"),
-    LINE("lens_power_line", lens_power_line, "its line that switches the lens controller"),
-    YES("lens_power_active_low", lens_power_active_low, "whether low switches it on"),
-    LINE("trigger_line", trigger_line, "its line to the trigger inputs of both cameras"),
-    YES("trigger_active_low", trigger_active_low, "whether low triggers them"),
+    TEXT("lens_uart", lens_uart, "serial port of the lens controller"),
+    TEXT("gpio_chip", gpio_chip, "GPIO chip of the lines below"),
+    LINE("reset_line", reset_line, "GPIO line to the reset input of the bridge"),
+    YES("reset_active_low", reset_active_low, "whether reset_line is active low"),
+    LINE("irq_line", irq_line, "GPIO line from the interrupt output of the bridge"),
+    YES("irq_active_low", irq_active_low, "whether irq_line is active low"),
+    LINE("lens_power_line", lens_power_line, "GPIO line that powers the lens controller"),
+    YES("lens_power_active_low", lens_power_active_low, "whether lens_power_line is active low"),
+    LINE("trigger_line", trigger_line, "GPIO line to the trigger inputs of both cameras"),
+    YES("trigger_active_low", trigger_active_low, "whether trigger_line is active low"),
 
-    TEXT("socket", socket, "Unix socket for clients, for the daemon's user and group"),
+    TEXT("socket", socket, "Unix socket for clients of the daemon's user and group"),
     {.name = "tcp_port",
      .kind = CONFIG_NUMBER,
      AT(tcp_port),
-     .least = 0,
-     .most = 65535,
+     .min = 0,
+     .max = 65535,
      .none = "off",
-     .help = "TCP port for clients on this machine (127.0.0.1) that give the token"},
+     .help = "TCP port on 127.0.0.1 for clients on this machine that present the token"},
     {.name = "tcp_token",
      .kind = CONFIG_TEXT,
      AT(tcp_token),
      .none = "default",
-     .help = "file with the token of clients over TCP, which the daemon makes where there is none "
-             "and only its user may read; default: vergence/tcp_token in XDG_STATE_HOME where that "
-             "is set, else in /var/lib for users who can write there, else in ~/.local/state"},
+     .help = "file with the token of TCP clients; the daemon creates it, readable only by its own "
+             "user. default: vergence/tcp_token in XDG_STATE_HOME where that is set, else in "
+             "/var/lib for users who can write there, else in ~/.local/state"},
     TEXT("console", console, "terminal: a serial device, or stdio"),
-    NUMBER("console_baud", console_baud, 9600, 921600, "baud", "speed of that device"),
-    NUMBER("clients", clients, 1, CONFIG_CLIENTS_MAX, NULL, "most clients at a time"),
-    NUMBER("queue", queue, 1, CONFIG_QUEUE_MAX, NULL,
-           "commands that may wait; one more is answered ERR BUSY"),
-    NUMBER("reader_timeout", reader_timeout_s, 1, 3600, "s",
-           "a client that has not read for so long is dropped"),
+    NUMBER("console_baud", console_baud, 9600, 921600, NUMBER, "baud rate of the console"),
+    NUMBER("clients", clients, 1, CONFIG_CLIENTS_MAX, NUMBER, "maximum number of clients"),
+    NUMBER("queue", queue, 1, CONFIG_QUEUE_MAX, NUMBER,
+           "maximum number of waiting commands; one more is answered ERR BUSY"),
+    WAS_BARE("reader_timeout", reader_timeout_s, 1, 3600, S,
+             "a client that reads nothing for this long is disconnected"),
 
     TEXT("watchdog", watchdog,
-         "watchdog device, such as /dev/watchdog: the system restarts when the daemon has ended "
-         "out of order, or the instrument's thread is stuck"),
-    NUMBER("watchdog_period", watchdog_s, CONFIG_WATCHDOG_LEAST_S, 3600, "s",
-           "of that device, or what it can do next to it; more than ending takes, so that a device "
-           "which can do less than 4 is refused"),
-    NUMBER("stuck_after", stuck_s, 1, 3600, "s",
-           "the instrument's thread is taken for stuck when it has not gone on for so long: "
-           "watchdogs are not fed any more. A simulated rig, which renders its frames meanwhile, "
-           "has at least 150"),
+         "watchdog device, such as /dev/watchdog: restarts the system when the daemon ends "
+         "unexpectedly or the instrument's thread is stuck"),
+    WAS_BARE("watchdog_period", watchdog_s, CONFIG_WATCHDOG_LEAST_S, 3600, S,
+             "timeout of the watchdog device, or the nearest one that the device supports. A "
+             "device that supports less than 4 s only is rejected: stopping the daemon may take "
+             "as long"),
+    WAS_BARE("stuck_after", stuck_s, 1, 3600, S,
+             "the instrument's thread counts as stuck after this long without progress: watchdogs "
+             "are no longer fed. At least 150 s are used with a simulated rig, which has frames "
+             "to render"),
 
-    TEXT("files", files, "directory of sessions and results, which clients can fetch"),
-    TEXT("store", store, "directory of what outlives a restart: settings, the calibration"),
+    TEXT("files", files, "directory of sessions and results; clients can fetch them"),
+    TEXT("store", store, "directory of saved settings and the calibration"),
     YES("restore", restore,
-        "whether bringup sets exposure, gain and window as \"settings save\" has kept them; the "
-        "command \"settings restore\" does, and moves the axes, too"),
-    TEXT("log", log_file, "file of the log; none: standard error"),
+        "whether bringup restores exposure, gain and window from \"settings save\"; the command "
+        "\"settings restore\" also moves the axes"),
+    TEXT("log", log_file, "log file; none: standard error"),
     {.name = "log_level",
      .kind = CONFIG_CHOICE,
      AT(log_level),
-     .least = 3,
+     .min = 3,
      .choices = "error warning notice info debug",
-     .help = "the least important lines that are kept"},
+     .help = "lowest level that is logged"},
     TEXT("faults", faults,
          "for tests: which calls of which part fail, such as i2c.transfer@5=i2c_nack"),
-    YES("confine", confine, "give up, after the start, all system calls that are not needed"),
+    YES("confine", confine, "whether to give up, after the start, all unneeded system calls"),
 
     {.name = CONFIG_RIG "name",
      .kind = CONFIG_NAME,
      AT(profile.name),
-     .help = "what the instrument is called in its status and its sessions: letters, digits, - _ "
-             "and ."},
-    // Of parts that the profile lacks the numbers are 0; rig_profile_check looks at the others.
-    RIG_YES(bridge, "whether there is an FPGA bridge, and both sensors behind it"),
-    RIG(bridge_address, 0, 0x77, NULL, "I2C address of the bridge"),
-    NUMBER(CONFIG_RIG "sensor_address_left", profile.sensor_address[RIG_LEFT], 0, 0x77, NULL,
-           "I2C address of the left sensor"),
-    NUMBER(CONFIG_RIG "sensor_address_right", profile.sensor_address[RIG_RIGHT], 0, 0x77, NULL,
-           "I2C address of the right sensor"),
-    RIG(sensor_clock_hz, 0, 48000000, "Hz", "clock that the sensors get"),
-    RIG_YES(servos, "whether servos turn the cameras"),
+     .help = "name of the instrument in its status and its sessions: letters, digits, - _ and ."},
+    // Numbers of parts that the profile does not have are 0; rig_profile_check checks the others.
+    RIG_YES("bridge", bridge, "whether there is an FPGA bridge, with both sensors behind it"),
+    RIG_ADDRESS("bridge_address", bridge_address, "I2C address of the bridge"),
+    RIG_ADDRESS("sensor_address_left", sensor_address[RIG_LEFT], "I2C address of the left sensor"),
+    RIG_ADDRESS("sensor_address_right", sensor_address[RIG_RIGHT],
+                "I2C address of the right sensor"),
+    RIG("sensor_clock", sensor_clock_hz, 0, 48000000, MHZ, "clock of the sensors"),
+    RIG_YES("servos", servos, "whether servos pan the cameras"),
     SERVOS("left", RIG_LEFT),
     SERVOS("right", RIG_RIGHT),
-    RIG(servo_slew_q4, 0, 2047, "us/16 a pulse", "greatest change from pulse to pulse"),
-    RIG(watchdog_ms, 0, 1500, "ms", "silence after which the bridge lets the servos rest"),
-    RIG(pan_least_urad, -1570796, 1570796, "urad", "farthest turn to the left"),
-    RIG(pan_most_urad, -1570796, 1570796, "urad", "farthest turn to the right"),
-    RIG(pan_repeatability_urad, 0, 174533, "urad",
-        "standard deviation of an angle approached again; a calibration made further away than "
-        "this "
-        "is refused"),
+    RIG("servo_slew", servo_slew_q4, 0, 2047, PULSE, "largest change from one pulse to the next"),
+    RIG("servo_watchdog", watchdog_ms, 0, 1500, MS,
+        "the bridge brings the servos to rest after this long without I2C traffic"),
+    RIG("pan_min", pan_least_urad, -1570796, 1570796, ANGLE, "leftmost pan angle"),
+    RIG("pan_max", pan_most_urad, -1570796, 1570796, ANGLE, "rightmost pan angle"),
+    RIG("pan_repeatability", pan_repeatability_urad, 0, 174533, ANGLE,
+        "standard deviation of a pan angle that is approached again; a calibration made further "
+        "away than this is rejected"),
     {.name = CONFIG_RIG "lenses",
      .kind = CONFIG_LENSES,
      AT(profile.lenses),
      .sets = CONFIG_RIG "lens_",
      .choices = "fixed v3lc v1lc",
-     .help = "fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets the lens_ keys, "
-             "which may be changed in lines below it"},
-    NUMBER(CONFIG_RIG "lens_counts_per_s_zoom", profile.lens_counts_per_s[0], 0, 100000, "counts/s",
-           "a slower zoom motor is taken for jammed"),
-    NUMBER(CONFIG_RIG "lens_counts_per_s_focus", profile.lens_counts_per_s[1], 0, 100000,
-           "counts/s", "a slower focus motor is taken for jammed"),
-    NUMBER(CONFIG_RIG "lens_counts_per_s_iris", profile.lens_counts_per_s[2], 0, 100000, "counts/s",
-           "a slower iris motor is taken for jammed"),
-    RIG(lens_backlash_counts, 0, 100, "counts", "moves end from below, after so far past"),
-    RIG(lens_tolerance_counts, 0, 100, "counts", "a move has arrived within this"),
-    RIG(lens_repeatability_counts, 0, 100, "counts",
-        "a calibration made further away than this in zoom, focus or iris is refused"),
-    RIG(lens_zoom_ppm, 0, 100000, "ppm a count", "change of the focal length by one count of zoom"),
-    RIG(width_px, 16, 16384, "px", "width of full frames"),
-    RIG(height_px, 16, 16384, "px", "height of full frames"),
-    RIG(frame_us, 1000, 60000000, "us", "longest time between frames where no sensor tells"),
-    RIG(skew_limit_us, 1, 60000000, "us", "longest time between the frames of a pair"),
-    RIG_YES(trigger,
-            "whether both cameras, on ports of their own and set to external trigger, take each "
-            "pair with a pulse of trigger_line; those behind a bridge run freely"),
-    RIG(trigger_us, 0, 1000000, "us", "length of that pulse, 100 at least"),
+     .help = "fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the "
+             "lens_ keys; lines below it may change them"},
+    RIG("lens_zoom_speed_min", lens_counts_per_s[0], 0, 100000, COUNTS_PER_S,
+        "a slower zoom motor counts as jammed"),
+    RIG("lens_focus_speed_min", lens_counts_per_s[1], 0, 100000, COUNTS_PER_S,
+        "a slower focus motor counts as jammed"),
+    RIG("lens_iris_speed_min", lens_counts_per_s[2], 0, 100000, COUNTS_PER_S,
+        "a slower iris motor counts as jammed"),
+    RIG("lens_backlash", lens_backlash_counts, 0, 100, COUNTS,
+        "a move overshoots downwards by this much, so that each ends from below"),
+    RIG("lens_tolerance", lens_tolerance_counts, 0, 100, COUNTS,
+        "a move is complete within this distance of its target"),
+    RIG("lens_repeatability", lens_repeatability_counts, 0, 100, COUNTS,
+        "a calibration made further away than this in zoom, focus or iris is rejected"),
+    RIG("lens_zoom_step", lens_zoom_ppm, 0, 100000, PERCENT,
+        "change of the focal length by one count of zoom"),
+    RIG("width", width_px, 16, 16384, PX, "width of full frames"),
+    RIG("height", height_px, 16, 16384, PX, "height of full frames"),
+    RIG("frame_interval", frame_us, 1000, 60000000, MS_IN_US,
+        "longest time between frames of cameras that do not report it"),
+    RIG("skew_limit", skew_limit_us, 1, 60000000, MS_IN_US,
+        "longest time between the two frames of a pair"),
+    RIG_YES("trigger", trigger,
+            "whether a pulse of trigger_line triggers each pair; both cameras have ports of their "
+            "own and are set to external trigger. Not with a bridge, whose sensors run freely"),
+    RIG("trigger_pulse", trigger_us, 0, 1000000, MS_IN_US, "length of that pulse, at least 0.1 ms"),
+};
+
+/// Names of versions that wrote the firmware's integers, in decimal and without a unit. These
+/// names occur in files: they never change.
+static const struct {
+    const char *name, *now;
+} old_names[] = {
+    {"sensor_clock_hz", "sensor_clock"},
+    {"servo_left_centre_q4", "servo_left_centre"},
+    {"servo_left_least_q4", "servo_left_min"},
+    {"servo_left_most_q4", "servo_left_max"},
+    {"servo_left_q4_per_rad", "servo_left_scale"},
+    {"servo_left_urad_per_s", "servo_left_speed"},
+    {"servo_left_settle_us", "servo_left_settle"},
+    {"servo_right_centre_q4", "servo_right_centre"},
+    {"servo_right_least_q4", "servo_right_min"},
+    {"servo_right_most_q4", "servo_right_max"},
+    {"servo_right_q4_per_rad", "servo_right_scale"},
+    {"servo_right_urad_per_s", "servo_right_speed"},
+    {"servo_right_settle_us", "servo_right_settle"},
+    {"servo_slew_q4", "servo_slew"},
+    {"watchdog_ms", "servo_watchdog"},
+    {"pan_least_urad", "pan_min"},
+    {"pan_most_urad", "pan_max"},
+    {"pan_repeatability_urad", "pan_repeatability"},
+    {"lens_counts_per_s_zoom", "lens_zoom_speed_min"},
+    {"lens_counts_per_s_focus", "lens_focus_speed_min"},
+    {"lens_counts_per_s_iris", "lens_iris_speed_min"},
+    {"lens_backlash_counts", "lens_backlash"},
+    {"lens_tolerance_counts", "lens_tolerance"},
+    {"lens_repeatability_counts", "lens_repeatability"},
+    {"lens_zoom_ppm", "lens_zoom_step"},
+    {"width_px", "width"},
+    {"height_px", "height"},
+    {"frame_us", "frame_interval"},
+    {"skew_limit_us", "skew_limit"},
+    {"trigger_us", "trigger_pulse"},
 };
 
 const struct config_key *config_keys(size_t *count) {
     *count = sizeof keys / sizeof keys[0];
     return keys;
+}
+
+const char *config_key_called(const struct config_key *key, bool in_profile) {
+    return !in_profile                   ? key->name
+           : key->kind == CONFIG_PROFILE ? CONFIG_LIKE
+                                         : key->name + strlen(CONFIG_RIG);
+}
+
+static bool is_of_rig(const struct config_key *key) {
+    return strncmp(key->name, CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
+}
+
+/// The key of this name, or a similar name.
+static const struct config_key *find(const char *called, bool in_profile, const char **nearest) {
+    int least = COMMAND_SLIPS_MAX + 1;
+    *nearest = NULL;
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        if (in_profile && keys[i].kind != CONFIG_PROFILE && !is_of_rig(&keys[i])) {
+            continue;
+        }
+        const char *name = config_key_called(&keys[i], in_profile);
+        if (strcmp(name, called) == 0) {
+            return &keys[i];
+        }
+        const int distance = command_words_distance(called, name);
+        if (distance < least) {
+            least = distance;
+            *nearest = name;
+        }
+    }
+    return NULL;
+}
+
+/// The name that an old one, without CONFIG_RIG, has now; NULL: not an old name.
+static const char *name_now(const char *name) {
+    for (size_t i = 0; i < sizeof old_names / sizeof old_names[0]; i++) {
+        if (strcmp(old_names[i].name, name) == 0) {
+            return old_names[i].now;
+        }
+    }
+    return NULL;
+}
+
+const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
+                                         const char **nearest) {
+    const struct config_key *key = find(called, in_profile, nearest);
+    const size_t prefix = in_profile ? 0 : strlen(CONFIG_RIG);
+    const char *now = strncmp(called, CONFIG_RIG, prefix) == 0 ? name_now(called + prefix) : NULL;
+    const char *other = NULL;
+    *old = key == NULL && now != NULL;
+    return *old ? find(now, true, &other) : key;
+}
+
+bool config_key_is_old(const struct config_key *key, bool old_name, const char *value) {
+    return old_name ||
+           (key->was_bare && *value != '\0' && value[strspn(value, "0123456789")] == '\0');
 }

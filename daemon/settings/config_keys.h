@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "daemon/settings/config.h"
+#include "daemon/settings/quantity.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,19 +18,19 @@ enum {
     CONFIG_HELP_BYTES = 1024
 };
 
-/// How the keys begin that a profile sets. A profile's file has them without it.
+/// Prefix of the keys that a profile sets. A profile file has them without it.
 #define CONFIG_RIG "rig."
-/// The key `profile`, as a profile's file has it.
+/// The name of the key `profile` in a profile file.
 #define CONFIG_LIKE "like"
 
 enum config_kind {
     CONFIG_PROFILE,  ///< a name of rig_profile_named, or a file; sets all keys of CONFIG_RIG
     CONFIG_NAME,     ///< of an instrument: up to `bytes` - 1 letters, digits, - _ and .
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"
-    CONFIG_TEXT,     ///< `bytes` of it, CONFIG_TEXT_BYTES at most; "none" is ""
+    CONFIG_TEXT,     ///< up to `bytes` - 1 characters, CONFIG_TEXT_BYTES - 1 at most; "none" is ""
     CONFIG_LENSES,   ///< a word of `choices`, in the order of enum rig_profile_lenses
-    CONFIG_CHOICE,   ///< a word of `choices`; its place into an int, or as `bytes` says
-    CONFIG_NUMBER,   ///< a whole number of `bytes` bytes; signed when `least` < 0
+    CONFIG_CHOICE,   ///< a word of `choices`; stores its index, plus `min`
+    CONFIG_NUMBER,   ///< a `quantity`; an integer of `bytes` bytes, signed when `min` < 0
 };
 
 struct config_key {
@@ -37,39 +38,45 @@ struct config_key {
     enum config_kind kind;
     size_t offset;  ///< in struct config
     size_t bytes;
-    double least, most;
-    const char *unit;
+    int64_t min, max;  ///< of the integer
+    enum quantity quantity;
+    bool was_bare;  ///< older versions wrote the integer, in decimal and without a unit
     const char *choices;
-    const char *none;  ///< the word for `least`, such as "off"; NULL: none
-    const char *sets;  ///< keys that begin so get new values with this one; NULL: none
+    const char *none;  ///< the word for `min`, such as "off"; NULL if there is no such word
+    const char *sets;  ///< prefix of the keys that this key sets as well; NULL if it sets no others
     const char *help;
 };
 
-/// All keys, in the order in which people read them; `*count` of them.
+/// All keys, in the order of the documentation; `*count` of them.
 const struct config_key *config_keys(size_t *count);
 
-/// A key as a line calls it: of a profile's file or of settings. Static storage.
+/// The name of a key in a profile file or in settings. Static storage.
 const char *config_key_called(const struct config_key *key, bool in_profile);
 
-/// The key that a line calls so; NULL, and in `*nearest` what may be meant, or NULL.
-const struct config_key *config_key_find(const char *called, bool in_profile, const char **nearest);
+/// The key of this name; `*old`: under a name of an older version. NULL if not found: then
+/// `*nearest` is a similar name, or NULL.
+const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
+                                         const char **nearest);
 
-/// As config_set, with a name for the key in messages.
+/// Whether a value is in the notation of older versions: it has an old name, or no unit.
+bool config_key_is_old(const struct config_key *key, bool old_name, const char *value);
+
+/// As config_set, with the name of the key in messages. `old` is what config_key_is_old says.
 int config_key_set(struct config *config, const struct config_key *key, const char *called,
-                   const char *value, struct message *message);
+                   const char *value, bool old, struct message *message);
 
-/// What a key means, and its limits or its choices. `text` has CONFIG_HELP_BYTES.
+/// The help of a key, with its range or choices. `text` has CONFIG_HELP_BYTES.
 void config_key_describe(const struct config_key *key, char *text, size_t bytes);
 
-/// What stands at the head of all settings, and before those of the instrument.
+/// Introductions: to all settings, and to those of the instrument.
 extern const char config_summary[], config_rig_summary[];
 
-/// A key with its help, as a comment, and what it is set to; `in_profile` as above, `line_begins`
-/// before the key.
+/// Prints a key with its value, and its help as a comment; `in_profile` as above, `line_begins`
+/// goes before the key.
 void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
                         bool in_profile, const char *line_begins);
 
-/// A comment, wrapped.
+/// Prints a comment, wrapped.
 void config_comment_print(FILE *file, const char *text);
 
 #ifdef __cplusplus

@@ -11,7 +11,7 @@
 
 enum { FILE_BYTES_MAX = 65536, LINE_BYTES = 512 };
 
-/// What some editors put in front of UTF-8, where nobody sees it.
+/// Some editors start a UTF-8 file with it, invisibly.
 static const char byte_order_mark[] = "\xef\xbb\xbf";
 
 /// Cuts blanks off both ends.
@@ -35,17 +35,17 @@ static char *trimmed(char *line) {
     return stripped(line);
 }
 
-/// "above rig.width_px (line 3)"; on a command line everybody sees where it stands.
+/// A key that sets others comes after one of them.
 static int refuse_order(const struct config_lines *self, const char *called, size_t undone,
                         struct message *message) {
     size_t count = 0;
     const char *other = config_key_called(&config_keys(&count)[undone], self->in_profile);
     return self->file != NULL
                ? message_set(message, ERROR_ARGUMENT,
-                             "%s must stand above %s (line %d), which it would undo", called, other,
-                             self->places[undone])
+                             "%s must come before %s (line %d), which it would override", called,
+                             other, self->places[undone])
                : message_set(message, ERROR_ARGUMENT,
-                             "%s must stand before %s, which it would undo", called, other);
+                             "%s must come before %s, which it would override", called, other);
 }
 
 /// Whether this key may be set here. 0, or an error.
@@ -57,9 +57,9 @@ static int take_place(struct config_lines *self, const struct config_key *key, c
     INVARIANT(count <= CONFIG_KEYS_MAX && i < count);
     if (self->places[i] != 0) {
         return self->file != NULL
-                   ? message_set(message, ERROR_DUPLICATE, "%s was set in line %d already", called,
-                                 self->places[i])
-                   : message_set(message, ERROR_DUPLICATE, "%s is given twice", called);
+                   ? message_set(message, ERROR_DUPLICATE, "duplicate key %s (first in line %d)",
+                                 called, self->places[i])
+                   : message_set(message, ERROR_DUPLICATE, "duplicate key %s", called);
     }
     const char *sets = key->sets;
     for (size_t k = 0; sets != NULL && k < count; k++) {
@@ -74,49 +74,80 @@ static int take_place(struct config_lines *self, const struct config_key *key, c
 static int refuse_key(const struct config_lines *self, const char *called, const char *nearest,
                       struct message *message) {
     const char *see =
-        self->in_profile ? "; see vergenced --help-profile rig" : "; see vergenced --help-config";
-    return message_set(message, ERROR_ARGUMENT, "there is no key \"%s\"%s%s%s", called,
-                       nearest != NULL ? "; did you mean \"" : see, nearest != NULL ? nearest : "",
+        self->in_profile ? "see vergenced --help-profile rig" : "see vergenced --help-config";
+    return message_set(message, ERROR_ARGUMENT, "unknown key \"%s\" (%s%s%s)", called,
+                       nearest != NULL ? "did you mean \"" : see, nearest != NULL ? nearest : "",
                        nearest != NULL ? "\"?" : "");
+}
+
+/// Counts a line in the notation of older versions and reports the current notation.
+static void add_old_line(const struct config_lines *self, const struct config_key *key,
+                         const char *called, const char *value, int place) {
+    size_t count = 0;
+    char now[CONFIG_TEXT_BYTES + 16];
+    if (self->old == NULL) {
+        return;
+    }
+    self->old->count++;
+    FILE *report = self->old->report;
+    if (report == NULL) {
+        return;
+    }
+    const char *name = config_key_called(key, self->in_profile);
+    config_key_print(self->config, (size_t)(key - config_keys(&count)), now, sizeof now);
+    if (self->file != NULL) {
+        fprintf(report, "%s:%d: ", self->file, place);
+    }
+    if (strcmp(name, called) == 0) {
+        fprintf(report, "%s = %s is an old notation: write %s = %s\n", called, value, name, now);
+    } else {
+        fprintf(report, "%s is now \"%s\": write %s = %s\n", called, name, name, now);
+    }
 }
 
 static int set_key(struct config_lines *self, const char *called, const char *value, int place,
                    struct message *message) {
+    bool old = false;
     const char *nearest = NULL;
-    const struct config_key *key = config_key_find(called, self->in_profile, &nearest);
+    const struct config_key *key = config_key_find(called, self->in_profile, &old, &nearest);
     if (key == NULL) {
         return refuse_key(self, called, nearest, message);
     }
-    const int error = take_place(self, key, called, place, message);
+    int error = take_place(self, key, called, place, message);
     if (error != 0) {
         return error;
     }
     const struct config_lines_profiles *profiles =
         key->kind == CONFIG_PROFILE ? self->profiles : NULL;
-    return profiles != NULL && profiles->is_file(value)
-               ? profiles->load(self->config, self->file, value, message)
-               : config_key_set(self->config, key, called, value, message);
+    if (profiles != NULL && profiles->is_file(value)) {
+        return profiles->load(self->config, self->file, value, self->old, message);
+    }
+    old = config_key_is_old(key, old, value);
+    error = config_key_set(self->config, key, called, value, old, message);
+    if (error == 0 && old) {
+        add_old_line(self, key, called, value, place);
+    }
+    return error;
 }
 
-/// One line or word without blanks at its ends.
+/// One line or argument, without blanks at its ends.
 static int set_one(struct config_lines *self, char *setting, int place, struct message *message) {
     char *equals = strchr(setting, '=');
     if (equals == NULL) {
         return message_set(message, self->file != NULL ? ERROR_SYNTAX : ERROR_ARGUMENT,
-                           "\"%s\": expected is %s", setting,
+                           "invalid setting \"%s\" (expected %s)", setting,
                            self->file != NULL ? "key = value" : "KEY=VALUE");
     }
     if (equals == setting) {
-        return message_set(message, ERROR_MISSING, "\"%s\": the name of the key is missing",
-                           setting);
+        return message_set(message, ERROR_MISSING, "\"%s\": key missing", setting);
     }
     *equals = '\0';
     const char *name = stripped(setting);
     const char *value = stripped(equals + 1);
-    // Behind a blank it would have been cut off as a comment.
+    // After a blank it would have been removed as a comment.
     const bool is_comment = self->file != NULL && *value == '#';
     if (*value == '\0' || is_comment) {
-        return message_set(message, ERROR_MISSING, "%s: the value is missing", name);
+        return message_set(message, ERROR_MISSING, "%s: value missing", name);
     }
     return set_key(self, name, value, place, message);
 }
@@ -137,7 +168,7 @@ int config_lines_set(struct config_lines *self, const char *text, size_t length,
         char line[LINE_BYTES];
         number++;
         if (bytes >= sizeof line || memchr(text + at, '\0', bytes) != NULL) {
-            message_set(message, 0, "the line is too long, or this is no text file");
+            message_set(message, 0, "line too long, or not a text file");
             return config_lines_at(self->file, number, ERROR_SYNTAX, message);
         }
         memcpy(line, text + at, bytes);
@@ -157,8 +188,9 @@ int config_lines_words(struct config_lines *self, const char *const *words, int 
     for (int i = 0; i < count; i++) {
         char word[LINE_BYTES];
         if (strlen(words[i]) >= sizeof word) {
-            return message_set(message, ERROR_RANGE, "\"%.40s...\" is longer than %d characters",
-                               words[i], LINE_BYTES - 1);
+            return message_set(message, ERROR_RANGE,
+                               "\"%.40s...\": too long (at most %d characters)", words[i],
+                               LINE_BYTES - 1);
         }
         memcpy(word, words[i], strlen(words[i]) + 1);
         const int error = set_one(self, stripped(word), i + 1, message);
@@ -172,7 +204,7 @@ int config_lines_words(struct config_lines *self, const char *const *words, int 
 int config_lines_read(struct config_lines *self, FILE *file, struct message *message) {
     char *text = malloc(FILE_BYTES_MAX);
     if (text == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: there is no memory", self->file);
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->file);
     }
     errno = 0;
     const size_t length = fread(text, 1, FILE_BYTES_MAX, file);
@@ -181,8 +213,9 @@ int config_lines_read(struct config_lines *self, FILE *file, struct message *mes
     if (ferror(file) != 0) {
         error = message_set(message, ERROR_IO, "%s: %s", self->file, strerror(number));
     } else if (length == FILE_BYTES_MAX) {
-        error = message_set(message, ERROR_SYNTAX, "%s: is no file of settings: longer than %d",
-                            self->file, FILE_BYTES_MAX);
+        error = message_set(message, ERROR_SYNTAX,
+                            "%s: too large for a settings file (at most %d bytes)", self->file,
+                            FILE_BYTES_MAX - 1);
     } else {
         error = config_lines_set(self, text, length, message);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lines `key = value` of settings or of a profile's file, and words of a command line, which
-/// follow the same rules. For the readers of settings alone; others ask config.h.
+/// Lines `key = value` of settings or of a profile, and arguments of a command line, which follow
+/// the same rules. Only for the readers of settings; others use config.h.
 #ifndef VERGENCE_DAEMON_SETTINGS_CONFIG_LINES_H
 #define VERGENCE_DAEMON_SETTINGS_CONFIG_LINES_H
 
@@ -14,31 +14,32 @@
 extern "C" {
 #endif
 
-/// How the value of `profile` may be a file of its own, which is read, too.
+/// Reads a profile where the value of the key `profile` is a file.
 struct config_lines_profiles {
     bool (*is_file)(const char *value);
-    /// Sets what the file `name`, as seen from `beside`, says. 0, or an error with a message.
-    int (*load)(struct config *config, const char *beside, const char *name,
-                struct message *message);
+    /// Reads the file `name`, relative to the file `relative_to`. 0, or an error with a message.
+    int (*load)(struct config *config, const char *relative_to, const char *name,
+                struct config_old_lines *old, struct message *message);
 };
 
-/// What is read, and how far that is.
+/// A reader, and what it has read so far.
 struct config_lines {
     struct config *config;
     const char *file;  ///< its name in messages; NULL: a command line
-    bool in_profile;   ///< a profile's file: `like`, and the keys of CONFIG_RIG without that
+    bool in_profile;   ///< a profile: `like`, and the keys of CONFIG_RIG without that prefix
     const struct config_lines_profiles *profiles;  ///< NULL: only built-in ones are known
-    int places[CONFIG_KEYS_MAX];  ///< for each key the line or word that set it, from 1; 0: none
+    struct config_old_lines *old;                  ///< NULL: not counted
+    int places[CONFIG_KEYS_MAX];  ///< line or argument that set each key, from 1; 0: none did
 };
 
-/// Sets what `length` bytes of text say. 0, or an error with a message that begins with FILE:LINE.
+/// Reads `length` bytes of text. 0, or an error with a message that starts with FILE:LINE.
 int config_lines_set(struct config_lines *self, const char *text, size_t length,
                      struct message *message);
 
-/// Likewise all that an open file has.
+/// Likewise, reads all of an open file.
 int config_lines_read(struct config_lines *self, FILE *file, struct message *message);
 
-/// Sets what words of a command line say. 0, or an error with a message.
+/// Reads `count` arguments of a command line. 0, or an error with a message.
 int config_lines_words(struct config_lines *self, const char *const *words, int count,
                        struct message *message);
 

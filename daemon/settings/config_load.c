@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where settings come from: a file's lines, and the words of a command line over them.
+// Settings from the lines of a file and the arguments of a command line, which override them.
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,8 +12,8 @@
 #include "daemon/settings/config_lines.h"
 #include "daemon/settings/config_profile.h"
 
-/// Everything once more, in the order of the table, where a key that sets others stands before
-/// them: so a word with such a key undoes no line.
+/// Sets everything again, in the order of the table, where a key that sets others comes before
+/// them: so an argument with such a key overrides no line.
 static void join(struct config *config, const struct config_lines *lines,
                  const struct config_lines *words) {
     config_defaults(config);
@@ -35,7 +35,7 @@ static void join(struct config *config, const struct config_lines *lines,
     }
 }
 
-/// Whether all goes together; what a word has set stands in no line.
+/// Whether all settings are consistent. What an argument has set is in no line.
 static int check_together(const struct config *config, const struct config_lines *lines,
                           const struct config_lines *words, struct message *message) {
     enum { BY_A_WORD = -1 };
@@ -78,20 +78,43 @@ static int read_lines(struct config_lines *self, struct message *message) {
     return error;
 }
 
-int config_load(struct config *config, const char *path, const char *const *words, int count,
-                struct message *message) {
+/// As config_load, with one more argument unless it is NULL.
+static int load(struct config *config, const char *path, const char *const *words, int count,
+                const char *last_word, struct config_old_lines *old, struct message *message) {
     static const struct config_lines_profiles profiles = {config_profile_is_file,
                                                           config_profile_load};
     struct config by_lines, by_words;
-    struct config_lines lines = {.config = &by_lines, .file = path, .profiles = &profiles};
-    struct config_lines given = {.config = &by_words, .profiles = &profiles};
+    struct config_lines lines = {
+        .config = &by_lines, .file = path, .profiles = &profiles, .old = old};
+    struct config_lines given = {.config = &by_words, .profiles = &profiles, .old = old};
     config_defaults(&by_lines);
     config_defaults(&by_words);
     int error = path != NULL ? read_lines(&lines, message) : 0;
     error = error != 0 ? error : config_lines_words(&given, words, count, message);
+    if (error == 0 && last_word != NULL) {
+        error = config_lines_words(&given, &last_word, 1, message);
+    }
     if (error != 0) {
         return error;
     }
     join(config, &lines, &given);
     return check_together(config, &lines, &given, message);
+}
+
+int config_load(struct config *config, const char *path, const char *const *words, int count,
+                struct config_old_lines *old, struct message *message) {
+    return load(config, path, words, count, NULL, old, message);
+}
+
+int config_load_to_check(struct config *config, const char *path, const char *const *words,
+                         int count, struct config_old_lines *old, struct message *message) {
+    static const char key[] = CONFIG_PROFILE_KEY "=";
+    char profile[sizeof key + CONFIG_TEXT_BYTES];
+    if (!config_profile_has_ending(path)) {
+        return config_load(config, path, words, count, old, message);
+    }
+    if ((size_t)snprintf(profile, sizeof profile, "%s%s", key, path) >= sizeof profile) {
+        return message_set(message, ERROR_RANGE, "%s: path too long", path);
+    }
+    return load(config, NULL, words, count, profile, old, message);
 }

@@ -23,7 +23,7 @@ static const struct command_argument pan_arguments[] = {
     SIDE_ARGUMENT,
     ANGLE_ARGUMENT("ANGLE",
                    "angle from the middle, positive to the right, within the settings "
-                   "rig.pan_least_urad and rig.pan_most_urad; without it the angle is shown"),
+                   "rig.pan_min and rig.pan_max; without it the angle is shown"),
     ANGLE_ARGUMENT("RIGHT_ANGLE", "angle of the right camera (default: that of the left)"),
 };
 

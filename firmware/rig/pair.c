@@ -342,7 +342,7 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
                                (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
     return watch_trouble(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
                          "its frame began # ms from the left one (allowed: # ms; use a shorter "
-                         "exposure, or raise rig.skew_limit_us)",
+                         "exposure, or raise rig.skew_limit)",
                          numbers);
 }
 

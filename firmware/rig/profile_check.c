@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the numbers of a profile make sense together: each has a range, and other fields say
-// whether it counts, or how far it goes.
+// Consistency of a profile: each number has a range, and other fields decide whether it is used and
+// how far it extends.
 #include <stddef.h>
 
 #include "bridge_registers.h"
@@ -13,14 +13,14 @@
 
 enum {
     SENSOR_CLOCK_LEAST_HZ = 1000000,
-    // What I2C keeps for itself lies outside.
+    // I2C reserves the addresses outside.
     ADDRESS_LEAST = 0x08,
     ADDRESS_MOST = 0x77,
     Q4_PER_RAD_MOST = 1000000,
     URAD_PER_S_MOST = 100000000,
-    // Less would fire while a transfer is tried again.
+    // A shorter one would fire while a transfer is repeated.
     WATCHDOG_LEAST_MS = 400,
-    // More would leave the servos alone for too long.
+    // A longer one would leave the servos uncontrolled for too long.
     WATCHDOG_MOST_MS = 1500,
     LENS_COUNTS_PER_S_MOST = 100000,
     LENS_COUNTS_MOST = 100,
@@ -30,12 +30,12 @@ enum {
     SIZE_MOST_PX = 16384,
     FRAME_LEAST_US = 1000,
     FRAME_MOST_US = 60000000,
-    // What the inputs of such cameras see for sure.
+    // The trigger inputs of such cameras detect this reliably.
     TRIGGER_LEAST_US = 100,
     TRIGGER_MOST_US = 1000000,
 };
 
-/// A field's value, and what it would have to be.
+/// A field's value, and its range.
 struct limit {
     int64_t value;
     struct rig_profile_flaw range;
@@ -57,21 +57,20 @@ static int check_all(const struct limit *limits, size_t count, struct rig_profil
 #define CHECK(limits, flaw) check_all(limits, sizeof(limits) / sizeof(limits)[0], flaw)
 
 static int check_frames(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
-    // Of cameras with a port of their own the system says what they can.
+    // The system reports what cameras with ports of their own support.
     const char *cause = profile->bridge ? "bridge" : NULL;
     const int32_t width_px = profile->bridge ? MT9T001_WIDTH_PX : SIZE_MOST_PX;
     const int32_t height_px = profile->bridge ? MT9T001_HEIGHT_PX : SIZE_MOST_PX;
     const struct limit limits[] = {
-        {profile->width_px, {"width_px", SIZE_LEAST_PX, width_px, .causes = {cause}, .even = true}},
-        {profile->height_px,
-         {"height_px", SIZE_LEAST_PX, height_px, .causes = {cause}, .even = true}},
-        {profile->frame_us, {"frame_us", FRAME_LEAST_US, FRAME_MOST_US, .causes = {NULL}}},
-        {profile->skew_limit_us, {"skew_limit_us", 1, FRAME_MOST_US, .causes = {NULL}}},
+        {profile->width_px, {"width", SIZE_LEAST_PX, width_px, .causes = {cause}, .even = true}},
+        {profile->height_px, {"height", SIZE_LEAST_PX, height_px, .causes = {cause}, .even = true}},
+        {profile->frame_us, {"frame_interval", FRAME_LEAST_US, FRAME_MOST_US, .causes = {NULL}}},
+        {profile->skew_limit_us, {"skew_limit", 1, FRAME_MOST_US, .causes = {NULL}}},
     };
     return CHECK(limits, flaw);
 }
 
-/// Whether a device on I2C has an address of its own.
+/// Whether an I2C address differs from another one.
 static int check_address(uint8_t address, uint8_t taken, const char *field, const char *other,
                          struct rig_profile_flaw *flaw) {
     if (address != taken) {
@@ -92,10 +91,10 @@ static int check_bridge(const struct rig_profile *profile, struct rig_profile_fl
         {address[RIG_LEFT], {left, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
         {address[RIG_RIGHT], {right, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
         {profile->sensor_clock_hz,
-         {"sensor_clock_hz", SENSOR_CLOCK_LEAST_HZ, RIG_PROFILE_SENSOR_CLOCK_HZ,
+         {"sensor_clock", SENSOR_CLOCK_LEAST_HZ, RIG_PROFILE_SENSOR_CLOCK_HZ,
           .causes = {"bridge"}}},
         {profile->watchdog_ms,
-         {"watchdog_ms", WATCHDOG_LEAST_MS, WATCHDOG_MOST_MS, .causes = {"bridge"}}},
+         {"servo_watchdog", WATCHDOG_LEAST_MS, WATCHDOG_MOST_MS, .causes = {"bridge"}}},
     };
     int error = CHECK(limits, flaw);
     if (error == ERROR_OK) {
@@ -109,19 +108,19 @@ static int check_bridge(const struct rig_profile *profile, struct rig_profile_fl
                : error;
 }
 
-/// The fields of a servo.
+/// Names of the fields of a servo.
 struct servo_fields {
     const char *centre, *least, *most, *q4_per_rad, *urad_per_s;
 };
 
 static const struct servo_fields servo_fields[RIG_SIDES] = {
-    {"servo_left_centre_q4", "servo_left_least_q4", "servo_left_most_q4", "servo_left_q4_per_rad",
-     "servo_left_urad_per_s"},
-    {"servo_right_centre_q4", "servo_right_least_q4", "servo_right_most_q4",
-     "servo_right_q4_per_rad", "servo_right_urad_per_s"},
+    {"servo_left_centre", "servo_left_min", "servo_left_max", "servo_left_scale",
+     "servo_left_speed"},
+    {"servo_right_centre", "servo_right_min", "servo_right_max", "servo_right_scale",
+     "servo_right_speed"},
 };
 
-/// Pulses as the bridge sends them: it keeps limits of its own.
+/// Within the bridge's own limits of a pulse.
 static int check_servo(const struct rig_profile *profile, unsigned side,
                        struct rig_profile_flaw *flaw) {
     const struct servo_model *servo = &profile->servo[side];
@@ -149,7 +148,7 @@ static int check_servo(const struct rig_profile *profile, unsigned side,
     return CHECK(limits, flaw);
 }
 
-/// How far both servos turn.
+/// Within the range of both servos.
 static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     int32_t least_urad = INT32_MIN, most_urad = INT32_MAX;
     const struct servo_fields *left_most = NULL, *right_most = NULL;
@@ -166,20 +165,20 @@ static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw 
             right_most = &servo_fields[side];
         }
     }
-    // Least and most of each servo lie on both sides of its middle.
+    // The limits of each servo are on both sides of its centre.
     INVARIANT(least_urad < 0 && most_urad > 0);
     const struct limit limits[] = {
         {profile->pan_most_urad,
-         {"pan_most_urad", least_urad + 1, most_urad,
+         {"pan_max", least_urad + 1, most_urad,
           .causes = {right_most->most, right_most->centre, right_most->q4_per_rad}}},
         {profile->pan_least_urad,
-         {"pan_least_urad", least_urad, profile->pan_most_urad - 1,
+         {"pan_min", least_urad, profile->pan_most_urad - 1,
           .causes = {left_most->least, left_most->centre, left_most->q4_per_rad}}},
     };
     const int error = CHECK(limits, flaw);
     if (error != ERROR_OK && profile->pan_least_urad >= profile->pan_most_urad &&
         flaw->field == limits[1].range.field) {
-        flaw->causes[0] = "pan_most_urad";
+        flaw->causes[0] = "pan_max";
         flaw->causes[1] = NULL;
     }
     return error;
@@ -188,11 +187,11 @@ static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw 
 static int check_servos(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     const struct bridge_register *slew = fpga_bridge_register(BRIDGE_SERVO0_SLEW_Q4);
     const struct limit limits[] = {
-        // Without it nothing makes pulses.
+        // The bridge generates the pulses.
         {!profile->bridge, {"servos", 0, 0, .causes = {"bridge"}}},
-        {profile->servo_slew_q4, {"servo_slew_q4", 1, slew->max, .causes = {"servos"}}},
+        {profile->servo_slew_q4, {"servo_slew", 1, slew->max, .causes = {"servos"}}},
         {profile->pan_repeatability_urad,
-         {"pan_repeatability_urad", 0, PAN_REPEATABILITY_MAX_URAD, .causes = {"servos"}}},
+         {"pan_repeatability", 0, PAN_REPEATABILITY_MAX_URAD, .causes = {"servos"}}},
     };
     int error = CHECK(limits, flaw);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
@@ -203,9 +202,9 @@ static int check_servos(const struct rig_profile *profile, struct rig_profile_fl
 
 static int check_lenses(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     static const char *const speeds[LENS_AXES] = {
-        [LENS_ZOOM] = "lens_counts_per_s_zoom",
-        [LENS_FOCUS] = "lens_counts_per_s_focus",
-        [LENS_IRIS] = "lens_counts_per_s_iris",
+        [LENS_ZOOM] = "lens_zoom_speed_min",
+        [LENS_FOCUS] = "lens_focus_speed_min",
+        [LENS_IRIS] = "lens_iris_speed_min",
     };
     int error = ERROR_OK;
     for (int axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
@@ -216,22 +215,22 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
     }
     const struct limit limits[] = {
         {profile->lens_backlash_counts,
-         {"lens_backlash_counts", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+         {"lens_backlash", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
         {profile->lens_tolerance_counts,
-         {"lens_tolerance_counts", 1, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+         {"lens_tolerance", 1, LENS_COUNTS_MOST, .causes = {"lenses"}}},
         {profile->lens_repeatability_counts,
-         {"lens_repeatability_counts", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
-        {profile->lens_zoom_ppm, {"lens_zoom_ppm", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
+         {"lens_repeatability", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+        {profile->lens_zoom_ppm, {"lens_zoom_step", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
     };
     return error == ERROR_OK ? CHECK(limits, flaw) : error;
 }
 
 static int check_trigger(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     const struct limit limits[] = {
-        // The sensors behind it run freely.
+        // The sensors behind the bridge run freely.
         {profile->bridge, {"trigger", 0, 0, .causes = {"bridge"}}},
         {profile->trigger_us,
-         {"trigger_us", TRIGGER_LEAST_US, TRIGGER_MOST_US, .causes = {"trigger"}}},
+         {"trigger_pulse", TRIGGER_LEAST_US, TRIGGER_MOST_US, .causes = {"trigger"}}},
     };
     return CHECK(limits, flaw);
 }

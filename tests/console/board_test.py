@@ -69,8 +69,8 @@ class Board(DeviceTest):
         script = [f"rig {self.simulate('board.sock')}", "rig i2c /dev/i2c-1",
                   "rig video /dev/video0", "rig serial /dev/ttyS1",
                   f"rig gpio /dev/gpiochip0 {RESET_LINE} {IRQ_LINE}", *lines]
-        self.serve("\n".join(script) + "\n", "profile=rig", "rig.width_px=160",
-                   "rig.height_px=120", f"reset_line={RESET_LINE}", f"irq_line={IRQ_LINE}")
+        self.serve("\n".join(script) + "\n", "profile=rig", "rig.width=160px",
+                   "rig.height=120px", f"reset_line={RESET_LINE}", f"irq_line={IRQ_LINE}")
 
     def calls(self, name):
         """The recorded calls, with the rig's own times."""

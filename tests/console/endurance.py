@@ -86,7 +86,7 @@ class Endurance:
         self.daemon = subprocess.Popen(
             [VERGENCED, f"backend=sim unix:{rig_path}", f"socket={self.path}",
              f"files={self.files}", f"store={os.path.join(self.folder, 'store')}",
-             "reader_timeout=1", f"log={os.path.join(self.folder, 'log')}"],
+             "reader_timeout=1s", f"log={os.path.join(self.folder, 'log')}"],
             stdin=subprocess.DEVNULL, env={**os.environ, "ASAN_OPTIONS": quiet})
         self.await_path(self.path, self.daemon)
         self.desk = RigClient(f"unix:{rig_path}", CONTROLLER)

@@ -33,8 +33,8 @@ def write_index(folder, lines):
 
 class PlayedPairs(DaemonTest):
     """A daemon with two cameras that replay recorded pairs, with the same scene repeated."""
-    settings = ("profile=two-cameras", "rig.width_px=672", "rig.height_px=400",
-                "rig.skew_limit_us=5000000")
+    settings = ("profile=two-cameras", "rig.width=672px", "rig.height=400px",
+                "rig.skew_limit=5s")
 
     @classmethod
     def setUpClass(cls):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Profile files: the shipped ones equal the built-in ones; errors are reported with their line;
-recordings of a custom instrument replay without its file."""
+"""Profiles as files: the shipped ones equal the built-in ones; errors name their line; a recording of
+an instrument with its own profile plays without the file."""
 import json
 import os
 import shutil
@@ -37,11 +37,15 @@ class Files(unittest.TestCase):
         code, said = run("--check", path, *words, **options)
         return code, said.replace(self.folder + "/", "").strip()
 
-    def refused(self, profile, sentence):
+    def refused(self, profile, begin, *parts):
         """Checks the settings that name it, and the profile alone."""
         self.put("own.profile", profile)
-        self.assertEqual(self.check(self.config), (3, f"vergenced: v.conf:1: {sentence}"))
-        self.assertEqual(self.check(self.profile), (3, f"vergenced: {sentence}"))
+        for path, prefix in ((self.config, "vergenced: v.conf:1: "), (self.profile, "vergenced: ")):
+            code, said = self.check(path)
+            said = said.splitlines()[-1]
+            self.assertEqual((code, said[:len(prefix + begin)]), (3, prefix + begin))
+            for part in parts:
+                self.assertIn(part, said)
 
     def test_the_shipped_ones_are_those_that_are_built_in(self):
         self.assertEqual(sorted(os.listdir(SHIPPED)), sorted(f"{name}.profile" for name in NAMES))
@@ -49,65 +53,50 @@ class Files(unittest.TestCase):
             path = os.path.join(SHIPPED, f"{name}.profile")
             with open(path, encoding="utf-8") as file:
                 self.assertEqual(file.read(), run("--help-profile", name)[1],
-                                 f"make it anew: vergenced --help-profile {name} > {path}")
+                                 f"regenerate it: vergenced --help-profile {name} > {path}")
             self.assertEqual(run("--check", path), (0, f"{path}: good\n"))
-        self.assertEqual(run("--help-profile", "dome"), (
-            3, 'vergenced: --help-profile "dome": expected is one of: rig two-cameras '
-            "two-cameras-lens\n"))
+        code, said = run("--help-profile", "dome")
+        self.assertEqual((code, said.count("\n")), (3, 1))
+        self.assertIn('"dome" (expected one of: rig two-cameras two-cameras-lens)', said)
 
-    def test_errors_are_reported_with_their_line(self):
-        for text, sentence in (
-                ("like = rig\nwidth_px = 99999\n",
-                 "own.profile:2: width_px 99999 is out of range: from 16 to 16384 px"),
-                ("# x\nlike = rig\nwidht_px = 640\n",
-                 'own.profile:3: there is no key "widht_px"; did you mean "width_px"?'),
-                ("lik = rig\n", 'own.profile:1: there is no key "lik"; did you mean "like"?'),
-                ("like = rig\nrig.width_px = 640\n",
-                 'own.profile:2: there is no key "rig.width_px"; see vergenced --help-profile rig'),
-                ("like = rig\nsocket = none\n",
-                 'own.profile:2: there is no key "socket"; see vergenced --help-profile rig'),
-                ("like = rig\nprofile = rig\n",
-                 'own.profile:2: there is no key "profile"; see vergenced --help-profile rig'),
-                ("like = dome\n", 'own.profile:1: like "dome": expected is one of: rig two-cameras '
-                 "two-cameras-lens"),
-                ("like = own.profile\n", 'own.profile:1: like "own.profile": expected is one of: '
-                 "rig two-cameras two-cameras-lens"),
-                ("", "own.profile: like is missing; its first line is: like = rig, two-cameras or "
-                 "two-cameras-lens, which it begins with"),
-                ("width_px = 640\n", "own.profile: like is missing; its first line is: like = rig, "
-                 "two-cameras or two-cameras-lens, which it begins with"),
-                ("width_px = 640\nlike = rig\n",
-                 "own.profile:2: like must stand above width_px (line 1), which it would undo"),
-                ("like = rig\nlens_backlash_counts = 5\nlenses = v1lc\n",
-                 "own.profile:3: lenses must stand above lens_backlash_counts (line 2), which it "
-                 "would undo"),
-                ("like = rig\nlike = rig\n", "own.profile:2: like was set in line 1 already"),
-                ("like = rig\nservos\n", 'own.profile:2: "servos": expected is key = value'),
-                ("like = rig\nservos = perhaps\n",
-                 'own.profile:2: servos "perhaps": expected is one of: no yes'),
-                ("like = rig\nwidth_px = 4000\n",
-                 "own.profile:2: width_px 4000 does not go with bridge yes: it must be an even "
-                 "number from 16 to 2048 px"),
-                ("like = rig\nname = two-cameras\n",
-                 "own.profile:2: name two-cameras: that is another profile, and this one is like "
-                 "rig: give it a name of its own"),
-                ("like = rig\nname = " + 32 * "x", f'own.profile:2: name "{32 * "x"}": expected '
-                 "are 1 to 31 letters, digits, - _ and ., a letter or a digit first"),
-                ("like = rig\nname = a/b", 'own.profile:2: name "a/b": expected are 1 to 31 '
-                 "letters, digits, - _ and ., a letter or a digit first"),
-                ("like = rig\nname = .b", 'own.profile:2: name ".b": expected are 1 to 31 letters, '
-                 "digits, - _ and ., a letter or a digit first"),
-                ("like = rig\nname = \u00e4", 'own.profile:2: name "\u00e4": expected are 1 to 31 '
-                 "letters, digits, - _ and ., a letter or a digit first"),
-                ("like = rig\n" + 600 * "#",
-                 "own.profile:2: the line is too long, or this is no text file"),
-                ("like = rig\nname = a\0b\n",
-                 "own.profile:2: the line is too long, or this is no text file"),
-                (b"\x7fELF\x02\x01\x01\0\0\0",
-                 "own.profile:1: the line is too long, or this is no text file"),
-                (1000000 * "#\n", "own.profile: is no file of settings: longer than 65536")):
+    def test_errors_name_their_line(self):
+        bad_name = "1 to 31 letters, digits, - _ and ."
+        for text, *parts in (
+                ("like = rig\nwidth = 99999 px\n", "own.profile:2: width = 99999 px",
+                 "16 to 16384 px"),
+                ("like = rig\nwidth = 640\n", "own.profile:2: width = 640: unit missing", "px"),
+                ("# x\nlike = rig\nwidht = 640 px\n", 'own.profile:3: unknown key "widht"', '"width"'),
+                ("lik = rig\n", 'own.profile:1: unknown key "lik"', '"like"'),
+                ("like = rig\nrig.width = 640 px\n", 'own.profile:2: unknown key "rig.width"',
+                 "--help-profile rig"),
+                ("like = rig\nsocket = none\n", 'own.profile:2: unknown key "socket"',
+                 "--help-profile rig"),
+                ("like = rig\nprofile = rig\n", 'own.profile:2: unknown key "profile"',
+                 "--help-profile rig"),
+                ("like = dome\n", "own.profile:1: ", 'like "dome"', "two-cameras-lens)"),
+                ("like = own.profile\n", "own.profile:1: ", 'like "own.profile"',
+                 "two-cameras-lens)"),
+                ("", "own.profile: like missing", "two-cameras-lens"),
+                ("width = 640 px\n", "own.profile: like missing", "two-cameras-lens"),
+                ("width = 640 px\nlike = rig\n", "own.profile:2: like ", "before width (line 1)"),
+                ("like = rig\nlens_backlash = 5 counts\nlenses = v1lc\n", "own.profile:3: lenses ",
+                 "before lens_backlash (line 2)"),
+                ("like = rig\nlike = rig\n", "own.profile:2: duplicate key like", "line 1"),
+                ("like = rig\nservos\n", "own.profile:2: ", '"servos"', "key = value"),
+                ("like = rig\nservos = perhaps\n", "own.profile:2: ", 'servos "perhaps"', "no yes"),
+                ("like = rig\nwidth = 4000 px\n", "own.profile:2: width = 4000 px ", "bridge = yes",
+                 "an even number, 16 to 2048 px"),
+                ("like = rig\nname = two-cameras\n", "own.profile:2: name = two-cameras", "like rig"),
+                ("like = rig\nname = " + 32 * "x", "own.profile:2: ", 32 * "x", bad_name),
+                ("like = rig\nname = a/b", "own.profile:2: ", '"a/b"', bad_name),
+                ("like = rig\nname = .b", "own.profile:2: ", '".b"', bad_name),
+                ("like = rig\nname = \u00e4", "own.profile:2: ", '"\u00e4"', bad_name),
+                ("like = rig\n" + 600 * "#", "own.profile:2: line too long"),
+                ("like = rig\nname = a\0b\n", "own.profile:2: ", "not a text file"),
+                (b"\x7fELF\x02\x01\x01\0\0\0", "own.profile:1: ", "not a text file"),
+                (1000000 * "#\n", "own.profile: too large", "65535")):
             with self.subTest(text[:60]):
-                self.refused(text, sentence)
+                self.refused(text, *parts)
 
     def test_a_path_that_is_not_a_file(self):
         os.unlink(self.profile)
@@ -126,8 +115,8 @@ class Files(unittest.TestCase):
     def test_valid_profiles(self):
         for text in ("like = rig",
                      "\ufeff# one\r\n like=two-cameras-lens # begins\r\nname = bench-2.b\r\n",
-                     "like = two-cameras\nname = wide\nwidth_px = 4000\nheight_px = 3000\n",
-                     "like = two-cameras\nlenses = v1lc\nlens_backlash_counts = 5\n",
+                     "like = two-cameras\nname = wide\nwidth = 4000 px\nheight = 3000px\n",
+                     "like = two-cameras\nlenses = v1lc\nlens_backlash = 5 counts\n",
                      "like = rig\nname = rig\nservos = no\n"):
             self.put("own.profile", text)
             self.assertEqual(self.check(self.config), (0, "v.conf: good"))
@@ -149,20 +138,42 @@ class Files(unittest.TestCase):
         self.assertEqual(self.check(self.config), (0, "v.conf: good"))
 
     def test_settings_change_it(self):
-        self.put("own.profile", "like = two-cameras\nwidth_px = 4000\n")
+        self.put("own.profile", "like = two-cameras\nwidth = 4000 px\n")
         self.put("v.conf", "profile = own.profile\nrig.bridge = yes\n")
-        self.assertEqual(self.check(self.config), (
-            3, "vergenced: v.conf:2: rig.bridge yes does not go with rig.width_px 4000, which must "
-            "be an even number from 16 to 2048 px"))
-        self.put("v.conf", "rig.width_px = 640\nprofile = own.profile\n")
-        self.assertEqual(self.check(self.config), (
-            3, "vergenced: v.conf:2: profile must stand above rig.width_px (line 1), which it "
-            "would undo"))
-        self.put("v.conf", "profile = own.profile\nrig.width_px = 8000\nrig.name = wide\n")
+        code, said = self.check(self.config)
+        self.assertEqual(code, 3)
+        self.assertRegex(said, "v.conf:2: rig.bridge = yes .*rig.width = 4000 px .*even number, 16 to "
+                         "2048 px")
+        self.put("v.conf", "rig.width = 640 px\nprofile = own.profile\n")
+        code, said = self.check(self.config)
+        self.assertEqual(code, 3)
+        self.assertRegex(said, r"v.conf:2: profile .*rig.width \(line 1\)")
+        self.put("v.conf", "profile = own.profile\nrig.width = 8000 px\nrig.name = wide\n")
         self.assertEqual(self.check(self.config), (0, "v.conf: good"))
-        # An argument replaces the line, so the file that the line names is not read.
-        self.assertEqual(self.check(self.config, "profile=rig", "rig.width_px=640"),
+        # An argument replaces the line; the file that the line names is not used.
+        self.assertEqual(self.check(self.config, "profile=rig", "rig.width=640px"),
                          (0, "v.conf: good"))
+
+    def test_profiles_of_older_versions_are_read(self):
+        self.put("own.profile", "like = rig\nname = old\nbridge_address = 44\npan_least_urad = -100000\n"
+                 "servo_left_least_q4 = 12000\nlens_zoom_ppm = 4000\nwidth_px = 0x280\n")
+        now = {"bridge_address": "0x2c", "pan_min": "-5.7296 deg", "servo_left_min": "750 us",
+               "lens_zoom_step": "0.4 %", "width": "640 px"}
+        for path, last in ((self.profile, "own.profile: good"), (self.config, "v.conf: good")):
+            code, said = self.check(path)
+            lines = said.splitlines()
+            self.assertEqual((code, len(lines)), (0, 1 + len(now)), said)
+            self.assertIn(last, lines)
+            for key, value in now.items():
+                self.assertEqual(len([line for line in lines if line.startswith("own.profile:")
+                                      and line.endswith(f": write {key} = {value}")]), 1, said)
+        # What the lines say now means the same.
+        self.put("own.profile", "like = rig\nname = old\n" +
+                 "".join(f"{key} = {value}\n" for key, value in now.items()))
+        self.assertEqual(self.check(self.profile), (0, "own.profile: good"))
+        # An old name and the current one are one key.
+        self.refused("like = rig\nwidth_px = 640\nwidth = 640 px\n", "own.profile:3: ", "width",
+                     "line 2")
 
 
 class OwnInstrument(PlayedPairs):
@@ -172,8 +183,8 @@ class OwnInstrument(PlayedPairs):
     def arguments(cls):
         cls.profile = os.path.join(cls.folder, "own.profile")
         with open(cls.profile, "w", encoding="ascii") as file:
-            file.write("like = two-cameras\nname = bench-2\nwidth_px = 672\nheight_px = 400\n")
-        cls.settings = (f"profile={cls.profile}", "rig.skew_limit_us=5000000")
+            file.write("like = two-cameras\nname = bench-2\nwidth = 672 px\nheight = 400 px\n")
+        cls.settings = (f"profile={cls.profile}", "rig.skew_limit=5s")
         return super().arguments()
 
     @classmethod
@@ -184,8 +195,8 @@ class OwnInstrument(PlayedPairs):
     def test_its_name_and_what_it_is(self):
         self.assertEqual(self.first.ask("status")[1], "profile: bench-2")
         shown = self.first.ask("config")
-        for line in (f"profile: {self.profile}", "rig.name: bench-2", "rig.width_px: 672",
-                     "rig.skew_limit_us: 5000000"):
+        for line in (f"profile: {self.profile}", "rig.name: bench-2", "rig.width: 672 px",
+                     "rig.skew_limit: 5000 ms"):
             self.assertIn(line, shown)
 
     def test_what_it_records_plays_without_its_file(self):
@@ -196,8 +207,8 @@ class OwnInstrument(PlayedPairs):
         self.assertIn("profile=bench-2", lines[0].split())
         self.assertEqual([line[len("setting text="):].replace("%20", " ") for line in lines
                           if line.startswith("setting ")],
-                         ["profile = two-cameras", "rig.name = bench-2", "rig.width_px = 672",
-                          "rig.height_px = 400", "rig.skew_limit_us = 5000000"])
+                         ["profile = two-cameras", "rig.name = bench-2", "rig.width = 672 px",
+                          "rig.height = 400 px", "rig.skew_limit = 5000 ms"])
         answer = self.first.ask_json("replay own")
         self.assertTrue(answer["ok"], answer)
         self.assertEqual((answer["result"]["commands"], answer["result"]["pairs"]), (4, 1))
@@ -205,8 +216,8 @@ class OwnInstrument(PlayedPairs):
                               text=True, timeout=PATIENCE_S)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(json.loads(done.stdout)["same"])
-        # A daemon that replays it is that instrument, whatever its settings say.
-        for words in ((), ("profile=rig",), ("profile=two-cameras", "rig.width_px=64")):
+        # A daemon that plays it is that instrument, whatever its settings say.
+        for words in ((), ("profile=rig",), ("profile=two-cameras", "rig.width=64px")):
             done = subprocess.run(
                 [VERGENCED, f"backend=replay {folder}", "socket=none", "console=stdio",
                  f"files={self.files}", "store=none", *words],
@@ -216,6 +227,17 @@ class OwnInstrument(PlayedPairs):
             ends = [line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
             self.assertEqual(ends, 5 * ["OK"], done.stdout + done.stderr)
             shutil.rmtree(os.path.join(self.files, "again"))
+        # A session of version 2, whose settings had no units, plays as well.
+        self.assertIn("version=3", lines[0].split())
+        old = [line.replace("version=3", "version=2").replace("rig.width%20=%20672%20px",
+                                                             "rig.width_px%20=%20672")
+               .replace("rig.height%20=%20400%20px", "rig.height_px%20=%20400")
+               .replace("rig.skew_limit%20=%205000%20ms", "rig.skew_limit_us%20=%205000000")
+               for line in lines]
+        self.assertEqual(sum(a != b for a, b in zip(old, lines)), 4)
+        write_index(folder, old)
+        answer = self.first.ask_json("replay own")
+        self.assertTrue(answer["ok"], answer)
 
     def test_a_recording_opens_no_file(self):
         """Replaying another user's session opens no file that it names."""
@@ -226,7 +248,7 @@ class OwnInstrument(PlayedPairs):
         with open(secret, "w", encoding="ascii") as file:
             file.write("like = two-cameras\nname = bench-2\n")
         for text, said in (
-                (f"profile%20=%20{secret}", "expected is one of: rig two-cameras"),
+                (f"profile%20=%20{secret}", "expected one of: rig two-cameras"),
                 (f"files%20=%20{secret}", '"files" is not an instrument setting'),
                 ("profile%20=%20rig", "an I2C bus, which was not recorded")):
             write_index(folder, [line.replace("profile%20=%20two-cameras", text) for line in lines])

@@ -69,7 +69,7 @@ class Replay(PlayedPairs):
 
     def test_a_recording_replays_identically(self):
         self.assertEqual(self.commands_of("whole"), COMMANDS)
-        self.assertIn("setting text=rig.skew_limit_us%20=%205000000", lines_of(self.recorded))
+        self.assertIn("setting text=rig.skew_limit%20=%205000%20ms", lines_of(self.recorded))
         answer = self.played("whole")
         self.assertTrue(answer["ok"], answer)
         result = answer["result"]
@@ -138,7 +138,7 @@ class Replay(PlayedPairs):
         lines = lines_of(folder)
         place = next(i for i, line in enumerate(lines) if line.startswith("setting "))
         for setting, word in (("rig.lenses%20=%20v3lc", "lens controller"),
-                              ("rig.skew_limit_us%20=%201", None),
+                              ("rig.skew_limit%20=%200.001%20ms", None),
                               ("rig.bridge%20=%20yes", "")):
             write_index(folder, [*lines[:place], f"setting text={setting}", *lines[place:]])
             answer = self.played("settings")
@@ -237,8 +237,8 @@ class Replay(PlayedPairs):
         self.assertRegex(self.played("less")["message"], "the last \\d+ recorded calls ")
         write_index(folder, [line.replace("health", "dance") for line in lines])
         self.assertIn("cannot replay the command \"dance\"", self.played("less")["message"])
-        write_index(folder, [line.replace("5000000", "none") for line in lines])
-        self.assertIn("rig.skew_limit_us", self.played("less")["message"])
+        write_index(folder, [line.replace("5000%20ms", "none") for line in lines])
+        self.assertIn("rig.skew_limit", self.played("less")["message"])
 
     def test_a_session_that_is_not_a_recording(self):
         silent = os.path.join(self.files, "silent")

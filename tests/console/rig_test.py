@@ -50,7 +50,7 @@ class Rig(RigTest):
         for angle in (45, -91):
             self.assertRegex(self.first.ask(f"pan {angle}")[-1],
                              f"^ERR RANGE pan: ANGLE {angle} .*-30 to 30 deg")
-        self.assertIn("rig.pan_most_urad", self.asked("help pan")["ANGLE"]["meaning"])
+        self.assertIn("rig.pan_max", self.asked("help pan")["ANGLE"]["meaning"])
         self.assertRegex(self.first.ask("pan left 1 2")[-1], "^ERR ARGUMENT pan: .*ANGLE.*both")
 
     def test_lenses(self):
@@ -223,7 +223,7 @@ class Rig(RigTest):
 
 
 class Troubles(RigTest):
-    settings = ("rig.skew_limit_us=1000", "rig.width_px=128", "rig.height_px=96")
+    settings = ("rig.skew_limit=1ms", "rig.width=128px", "rig.height=96px")
 
     def test_a_past_fault_does_not_cause_a_safe_state(self):
         refusal = self.first.ask("capture")[-1]
@@ -248,7 +248,7 @@ class Troubles(RigTest):
 
 class RigsThatGo(DaemonTest):
     """The simulated rig ends, and returns or not."""
-    settings = ("rig.width_px=128", "rig.height_px=96")
+    settings = ("rig.width=128px", "rig.height=96px")
 
     def test_it_is_named_and_looked_for_again(self):
         first = self.client()

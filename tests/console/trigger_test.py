@@ -118,7 +118,7 @@ class Trigger(DeviceTest):
                       "cameras' trigger: No such file", self.first.ask("bringup")[-1])
 
     def test_cancelled_and_ended_it_is_at_rest(self):
-        self.serve(self.triggered(), *SETTINGS, "rig.trigger_us=1000000")
+        self.serve(self.triggered(), *SETTINGS, "rig.trigger_pulse=1s")
         self.first.send("bringup\n")
         end = time.monotonic() + 20
         while self.levels()[-1:] != ["1"] and time.monotonic() < end:

@@ -1,124 +1,124 @@
 # SPDX-License-Identifier: Apache-2.0
-# A profile of vergenced: which cameras, FPGA, servos and lenses an instrument has. For one of
-# your own copy this, change what differs and leave out what does not, give it a name of its own,
-# and name the file in the settings: profile = FILE. Check it with: vergenced --check FILE
+# A profile of vergenced: the cameras, FPGA, servos and lenses of an instrument. For an instrument
+# of your own, copy this file, change what differs, delete the other lines, give it another name,
+# and set profile = FILE in the settings. Check it with: vergenced --check FILE
 
-# the built-in profile that it begins with (rig two-cameras two-cameras-lens)
+# the built-in profile that it starts from (rig two-cameras two-cameras-lens)
 like = two-cameras-lens
 
-# what the instrument is called in its status and its sessions: letters, digits, - _ and .
+# name of the instrument in its status and its sessions: letters, digits, - _ and .
 name = two-cameras-lens
 
-# whether there is an FPGA bridge, and both sensors behind it (no yes)
+# whether there is an FPGA bridge, with both sensors behind it (no yes)
 bridge = no
 
-# I2C address of the bridge (0 to 119)
-bridge_address = 0
+# I2C address of the bridge (0x00 to 0x77)
+bridge_address = 0x00
 
-# I2C address of the left sensor (0 to 119)
-sensor_address_left = 0
+# I2C address of the left sensor (0x00 to 0x77)
+sensor_address_left = 0x00
 
-# I2C address of the right sensor (0 to 119)
-sensor_address_right = 0
+# I2C address of the right sensor (0x00 to 0x77)
+sensor_address_right = 0x00
 
-# clock that the sensors get (0 to 48000000 Hz)
-sensor_clock_hz = 0
+# clock of the sensors (0 to 48 MHz)
+sensor_clock = 0 MHz
 
-# whether servos turn the cameras (no yes)
+# whether servos pan the cameras (no yes)
 servos = no
 
-# pulse in the left servo's middle (0 to 65535 us/16)
-servo_left_centre_q4 = 0
+# pulse at the centre of the left servo (0 to 4095.9375 us)
+servo_left_centre = 0 us
 
-# shortest pulse that it may get (0 to 65535 us/16)
-servo_left_least_q4 = 0
+# shortest pulse of the left servo (0 to 4095.9375 us)
+servo_left_min = 0 us
 
-# longest pulse that it may get (0 to 65535 us/16)
-servo_left_most_q4 = 0
+# longest pulse of the left servo (0 to 4095.9375 us)
+servo_left_max = 0 us
 
-# how far a pulse turns it (0 to 1000000 us/16 a radian)
-servo_left_q4_per_rad = 0
+# change of the pulse that turns the left servo by one degree (0 to 1090.831 us/deg)
+servo_left_scale = 0 us/deg
 
-# its speed at the lowest supply (0 to 100000000 urad/s)
-servo_left_urad_per_s = 0
+# speed of the left servo at the lowest supply voltage (0 to 5729.57796 deg/s)
+servo_left_speed = 0 deg/s
 
-# until it rests after a motion (0 to 10000000 us)
-servo_left_settle_us = 0
+# time until the left servo is at rest after a motion (0 to 10000 ms)
+servo_left_settle = 0 ms
 
-# pulse in the right servo's middle (0 to 65535 us/16)
-servo_right_centre_q4 = 0
+# pulse at the centre of the right servo (0 to 4095.9375 us)
+servo_right_centre = 0 us
 
-# shortest pulse that it may get (0 to 65535 us/16)
-servo_right_least_q4 = 0
+# shortest pulse of the right servo (0 to 4095.9375 us)
+servo_right_min = 0 us
 
-# longest pulse that it may get (0 to 65535 us/16)
-servo_right_most_q4 = 0
+# longest pulse of the right servo (0 to 4095.9375 us)
+servo_right_max = 0 us
 
-# how far a pulse turns it (0 to 1000000 us/16 a radian)
-servo_right_q4_per_rad = 0
+# change of the pulse that turns the right servo by one degree (0 to 1090.831 us/deg)
+servo_right_scale = 0 us/deg
 
-# its speed at the lowest supply (0 to 100000000 urad/s)
-servo_right_urad_per_s = 0
+# speed of the right servo at the lowest supply voltage (0 to 5729.57796 deg/s)
+servo_right_speed = 0 deg/s
 
-# until it rests after a motion (0 to 10000000 us)
-servo_right_settle_us = 0
+# time until the right servo is at rest after a motion (0 to 10000 ms)
+servo_right_settle = 0 ms
 
-# greatest change from pulse to pulse (0 to 2047 us/16 a pulse)
-servo_slew_q4 = 0
+# largest change from one pulse to the next (0 to 127.9375 us)
+servo_slew = 0 us
 
-# silence after which the bridge lets the servos rest (0 to 1500 ms)
-watchdog_ms = 0
+# the bridge brings the servos to rest after this long without I2C traffic (0 to 1500 ms)
+servo_watchdog = 0 ms
 
-# farthest turn to the left (-1570796 to 1570796 urad)
-pan_least_urad = 0
+# leftmost pan angle (-90 to 90 deg)
+pan_min = 0 deg
 
-# farthest turn to the right (-1570796 to 1570796 urad)
-pan_most_urad = 0
+# rightmost pan angle (-90 to 90 deg)
+pan_max = 0 deg
 
-# standard deviation of an angle approached again; a calibration made further away than this is
-# refused (0 to 174533 urad)
-pan_repeatability_urad = 0
+# standard deviation of a pan angle that is approached again; a calibration made further away than
+# this is rejected (0 to 10 deg)
+pan_repeatability = 0 deg
 
-# fixed; two motorized ones on a V3LC; the left one on a V1LC. Sets the lens_ keys, which may be
-# changed in lines below it (fixed v3lc v1lc)
+# fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the lens_ keys;
+# lines below it may change them (fixed v3lc v1lc)
 lenses = v3lc
 
-# a slower zoom motor is taken for jammed (0 to 100000 counts/s)
-lens_counts_per_s_zoom = 80
+# a slower zoom motor counts as jammed (0 to 100000 counts/s)
+lens_zoom_speed_min = 80 counts/s
 
-# a slower focus motor is taken for jammed (0 to 100000 counts/s)
-lens_counts_per_s_focus = 80
+# a slower focus motor counts as jammed (0 to 100000 counts/s)
+lens_focus_speed_min = 80 counts/s
 
-# a slower iris motor is taken for jammed (0 to 100000 counts/s)
-lens_counts_per_s_iris = 80
+# a slower iris motor counts as jammed (0 to 100000 counts/s)
+lens_iris_speed_min = 80 counts/s
 
-# moves end from below, after so far past (0 to 100 counts)
-lens_backlash_counts = 10
+# a move overshoots downwards by this much, so that each ends from below (0 to 100 counts)
+lens_backlash = 10 counts
 
-# a move has arrived within this (0 to 100 counts)
-lens_tolerance_counts = 4
+# a move is complete within this distance of its target (0 to 100 counts)
+lens_tolerance = 4 counts
 
-# a calibration made further away than this in zoom, focus or iris is refused (0 to 100 counts)
-lens_repeatability_counts = 4
+# a calibration made further away than this in zoom, focus or iris is rejected (0 to 100 counts)
+lens_repeatability = 4 counts
 
-# change of the focal length by one count of zoom (0 to 100000 ppm a count)
-lens_zoom_ppm = 4187
+# change of the focal length by one count of zoom (0 to 10 %)
+lens_zoom_step = 0.4187 %
 
 # width of full frames (16 to 16384 px)
-width_px = 640
+width = 640 px
 
 # height of full frames (16 to 16384 px)
-height_px = 480
+height = 480 px
 
-# longest time between frames where no sensor tells (1000 to 60000000 us)
-frame_us = 200000
+# longest time between frames of cameras that do not report it (1 to 60000 ms)
+frame_interval = 200 ms
 
-# longest time between the frames of a pair (1 to 60000000 us)
-skew_limit_us = 50000
+# longest time between the two frames of a pair (0.001 to 60000 ms)
+skew_limit = 50 ms
 
-# whether both cameras, on ports of their own and set to external trigger, take each pair with a
-# pulse of trigger_line; those behind a bridge run freely (no yes)
+# whether a pulse of trigger_line triggers each pair; both cameras have ports of their own and are
+# set to external trigger. Not with a bridge, whose sensors run freely (no yes)
 trigger = no
 
-# length of that pulse, 100 at least (0 to 1000000 us)
-trigger_us = 1000
+# length of that pulse, at least 0.1 ms (0 to 1000 ms)
+trigger_pulse = 1 ms

@@ -16,7 +16,7 @@ from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, 
 
 
 class Clients(DaemonTest):
-    settings = ("clients=6", "queue=2", "reader_timeout=1")
+    settings = ("clients=6", "queue=2", "reader_timeout=1s")
 
     def setUp(self):
         self.first = self.seated()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Settings: what is wrong in a file is said with its line; the example in the tree has all keys."""
+"""Settings: errors name their line; units; the notation of older versions; the example in the tree has
+all keys."""
 import os
 import subprocess
 import tempfile
@@ -23,141 +24,186 @@ class Config(unittest.TestCase):
             done = run("--check", file.name, *words)
             return done.returncode, (done.stdout + done.stderr).replace(file.name, "FILE")
 
-    def refused(self, text, sentence, *words):
+    def refused(self, text, begin, *parts, words=()):
+        """One line, which starts with `begin` and has all of `parts`."""
         code, said = self.check(text, *words)
-        self.assertEqual((code, said), (3, f"vergenced: {sentence}\n"))
+        self.assertEqual((code, said.count("\n")), (3, 1), said)
+        self.assertEqual(said[:len("vergenced: " + begin)], "vergenced: " + begin)
+        for part in parts:
+            self.assertIn(part, said)
 
     def test_the_example_is_what_the_program_prints_and_is_good(self):
         with open(EXAMPLE, encoding="utf-8") as file:
             self.assertEqual(file.read(), run("--help-config").stdout,
-                             "make it anew: vergenced --help-config > daemon/vergenced.conf")
+                             "regenerate it: vergenced --help-config > daemon/vergenced.conf")
         done = run("--check", EXAMPLE)
         self.assertEqual((done.returncode, done.stdout), (0, f"{EXAMPLE}: good\n"), done.stderr)
 
-    def test_errors_are_reported_with_their_line(self):
-        self.refused("\n# x\nprofil = rig\n",
-                     'FILE:3: there is no key "profil"; did you mean "profile"?')
-        self.refused("profile = dome\n", 'FILE:1: profile "dome": expected is one of: rig '
-                     "two-cameras two-cameras-lens, or the name of a file that ends in .profile")
-        self.refused("socket\n", 'FILE:1: "socket": expected is key = value')
-        self.refused("socket =   # none\n", "FILE:1: socket: the value is missing")
-        self.refused("socket =#none\n", "FILE:1: socket: the value is missing")
-        self.refused("clients = 0\n", "FILE:1: clients 0 is out of range: from 1 to 32")
-        self.refused("clients = many\n",
-                     'FILE:1: clients "many" is no whole number: expected is 1 to 32')
-        self.refused("rig.width_px = 99999", "FILE:1: rig.width_px 99999 is out of range: from 16 "
-                     "to 16384 px")
-        self.refused("queue = 3\nqueue = 4\n", "FILE:2: queue was set in line 1 already")
-        self.refused("confine = maybe\n", 'FILE:1: confine "maybe": expected is one of: no yes')
-        self.refused("backend = simulator\n",
-                     'FILE:1: backend "simulator": expected is linux, sim unix:PATH, sim '
-                     "tcp:HOST:PORT or replay DIRECTORY")
-        self.refused("rig.frame_us = 5000\nprofile = rig\n",
-                     "FILE:2: profile must stand above rig.frame_us (line 1), which it would undo")
-        self.refused("rig.lens_backlash_counts = 5\nrig.lenses = v1lc\n",
-                     "FILE:2: rig.lenses must stand above rig.lens_backlash_counts (line 1), which "
-                     "it would undo")
-        self.refused("i2c = none\n", "FILE:1: i2c is none, but the profile rig needs it with "
-                     "backend = linux")
-        self.refused("files = " + 300 * "x", "FILE:1: files is too long: at most 255 characters")
-        # The system's limit for sockets, less the four letters of the name before it listens.
-        self.refused("socket = /" + 103 * "x", "FILE:1: socket is too long: at most 103 characters")
-        self.refused(600 * "x", "FILE:1: the line is too long, or this is no text file")
-        self.refused("\n = 3 # x\n", 'FILE:2: "= 3": the name of the key is missing')
-        # A byte order mark is skipped at the beginning and does not change line numbers.
-        self.refused("\ufeffprofile = rig\nclients = 0\n",
-                     "FILE:2: clients 0 is out of range: from 1 to 32")
+    def test_errors_name_their_line(self):
+        for text, *parts in (
+                ("\n# x\nprofil = rig\n", 'FILE:3: unknown key "profil"', '"profile"'),
+                ("profile = dome\n", "FILE:1: ", 'profile "dome"', "rig two-cameras two-cameras-lens",
+                 ".profile"),
+                ("socket\n", "FILE:1: ", '"socket"', "key = value"),
+                ("socket =   # none\n", "FILE:1: socket: value missing"),
+                ("socket =#none\n", "FILE:1: socket: value missing"),
+                ("clients = 0\n", "FILE:1: clients = 0: out of range", "1 to 32)"),
+                ("clients = many\n", "FILE:1: clients = many: not an integer", "1 to 32)"),
+                ("rig.width = 99999 px", "FILE:1: rig.width = 99999 px: out of range",
+                 "16 to 16384 px)"),
+                ("queue = 3\nqueue = 4\n", "FILE:2: duplicate key queue", "line 1"),
+                ("confine = maybe\n", "FILE:1: ", 'confine "maybe"', "no yes"),
+                ("backend = simulator\n", "FILE:1: ", 'backend "simulator"', "sim unix:PATH"),
+                ("rig.frame_interval = 5 ms\nprofile = rig\n", "FILE:2: profile ",
+                 "before rig.frame_interval (line 1)"),
+                ("rig.lens_backlash = 5 counts\nrig.lenses = v1lc\n", "FILE:2: rig.lenses ",
+                 "before rig.lens_backlash (line 1)"),
+                ("i2c = none\n", "FILE:1: ", "profile rig", '"i2c"', "backend = linux"),
+                ("files = " + 300 * "x", "FILE:1: files: too long", "255"),
+                # The longest path of a socket, less the four letters that it has until it listens.
+                ("socket = /" + 103 * "x", "FILE:1: socket: too long", "103"),
+                (600 * "x", "FILE:1: line too long"),
+                ("\n = 3 # x\n", 'FILE:2: "= 3": key missing'),
+                # A byte order mark at the start is skipped, and adds no line.
+                ("\ufeffprofile = rig\nclients = 0\n", "FILE:2: clients = 0: out of range")):
+            with self.subTest(text[:60]):
+                self.refused(text, *parts)
 
-    def test_inconsistent_values_are_reported_with_their_range(self):
-        for text, sentence in (
-                ("rig.pan_least_urad = 10\nrig.pan_most_urad = 5\n",
-                 "FILE:1: rig.pan_least_urad 10 does not go with rig.pan_most_urad 5: it must be a "
-                 "number from -1525101 to 4 urad"),
-                ("\nrig.pan_most_urad = -600000\n",
-                 "FILE:2: rig.pan_most_urad -600000 does not go with rig.pan_least_urad -523599, "
-                 "which must be a number from -1525101 to -600001 urad"),
-                ("rig.lens_counts_per_s_focus = 0\n",
-                 "FILE:1: rig.lens_counts_per_s_focus 0 does not go with rig.lenses v3lc: it must "
-                 "be a number from 1 to 100000 counts/s"),
-                ("rig.servo_right_least_q4 = 30000\n",
-                 "FILE:1: rig.servo_right_least_q4 30000 does not go with "
-                 "rig.servo_right_centre_q4 24000 and rig.servos yes: it must be a number from "
-                 "9600 to 23999 us/16"),
-                ("profile = two-cameras\nrig.bridge = yes\n",
-                 "FILE:2: rig.bridge yes does not go with rig.bridge_address 0, which must be 44"),
-                ("profile = two-cameras\nrig.servos = yes\n",
-                 "FILE:2: rig.servos yes does not go with rig.bridge no: it must be no"),
-                ("rig.bridge = no\n",
-                 "FILE:1: rig.bridge no does not go with rig.servos yes, which must be no"),
-                ("rig.width_px = 4000\n",
-                 "FILE:1: rig.width_px 4000 does not go with rig.bridge yes: it must be an even "
-                 "number from 16 to 2048 px"),
-                ("profile = two-cameras\nrig.height_px = 481\n",
-                 "FILE:2: rig.height_px 481 is wrong: it must be an even number from 16 to 16384 "
-                 "px"),
-                ("rig.watchdog_ms = 10\n",
-                 "FILE:1: rig.watchdog_ms 10 does not go with rig.bridge yes: it must be a number "
-                 "from 400 to 1500 ms"),
-                ("rig.sensor_address_left = 94\n",
-                 "FILE:1: rig.sensor_address_left 94 does not go with rig.sensor_address_right "
-                 "94, which must be another one from 8 to 119"),
-                ("faults = i2c.*@z\n",
-                 'FILE:1: faults: fault "i2c.*@z": @ requires a number of calls'),
-                ("faults = i2c.read@1=io\n",
-                 'FILE:1: faults: fault "i2c.read@1=io": i2c: unknown operation "read" (expected '
-                 "transfer, lines or *)"),
-                ("faults = stor.save@1=io\n",
-                 'FILE:1: faults: fault "stor.save@1=io": unknown part "stor" (expected i2c, left, '
-                 "right, gpio, uart, store, watchdog or *)"),
-                # Nor is one that the other settings leave out: its faults would never be seen.
-                ("faults = watchdog.feed@1=io\n",
-                 'FILE:1: faults: there is no part "watchdog" with watchdog none'),
-                ("store = none\nfaults = left.take@1=io, store.save@1=full\n",
-                 'FILE:2: faults: there is no part "store" with store none'),
-                ("faults = right.take@1=io\n",
-                 'FILE:1: faults: there is no part "right" with rig.bridge yes, behind which both '
-                 'cameras are "left"'),
-                ("faults = gpio.get@1=io\n",
-                 'FILE:1: faults: there is no part "gpio" with no line of GPIO'),
-                ("profile = two-cameras\nfaults = uart.read@1=io\n",
-                 'FILE:2: faults: there is no part "uart" with rig.lenses fixed'),
-                ("profile = two-cameras\nfaults = i2c.transfer@1=io\n",
-                 'FILE:2: faults: there is no part "i2c" with rig.bridge no'),
-                ("console_baud = 12345\n",
-                 "FILE:1: console_baud 12345 is no speed of a serial line: there are 9600, 19200, "
-                 "38400, 57600, 115200, 230400, 460800 and 921600 baud"),
-                ("profile = two-cameras\nleft_camera = /dev/video0\nright_camera = /dev/video0\n",
-                 "FILE:3: right_camera /dev/video0 is also left_camera: each needs one of its own"),
-                ("left_camera = /dev/video1\nprofile = two-cameras\n",
-                 "FILE:1: left_camera /dev/video1 is also right_camera: each needs one of its own"),
-                ("reset_line = 4\nirq_line = 4\n",
-                 "FILE:2: irq_line 4 is also reset_line: each needs one of its own"),
-                ("irq_line = 4\ngpio_chip = none\n",
-                 "FILE:2: gpio_chip is none, but a line of GPIO needs it with backend = linux"),
-                ("profile = two-cameras\nrig.trigger = yes\n",
-                 "FILE:2: trigger_line is none, but rig.trigger yes needs it with backend = linux"),
-                ("rig.trigger = yes\ntrigger_line = 4\n",
-                 "FILE:1: rig.trigger yes does not go with rig.bridge yes: it must be no"),
-                ("trigger_line = 4\nreset_line = 4\n",
-                 "FILE:1: trigger_line 4 is also reset_line: each needs one of its own"),
-                ("profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\nrig.trigger_us = 99\n",
-                 "FILE:4: rig.trigger_us 99 does not go with rig.trigger yes: it must be a number "
-                 "from 100 to 1000000 us"),
-                ("console = /dev/ttyS1\n",
-                 "FILE:1: console /dev/ttyS1 is also lens_uart: each needs one of its own"),
-                ("tcp_port = 0\n",
-                 "FILE:1: tcp_port 0 is out of range: from 1 to 65535, or off"),
-                ("irq_line = -1\n",
-                 "FILE:1: irq_line -1 is out of range: from 0 to 1023, or none"),
-                ("clients = 3\nsocket = none\n",
-                 "FILE:2: socket, tcp_port and console are none: nobody could give a command"),
-                ("store = none\nrestore = yes\n",
-                 "FILE:2: restore yes needs a store, which is none: there is nothing to restore"),
-                ("backend = sim unix\n",
-                 'FILE:1: backend "sim unix": expected is linux, sim unix:PATH, sim tcp:HOST:PORT '
-                 "or replay DIRECTORY")):
+    def test_numbers_have_the_units_that_are_expected(self):
+        for text, *parts in (
+                ("rig.pan_min = -30\n", "FILE:1: rig.pan_min = -30: unit missing (expected deg)"),
+                ("rig.pan_min = -30 us\n", "FILE:1: rig.pan_min = -30 us: unknown unit",
+                 "expected deg"),
+                ("rig.pan_min = -95 deg\n", "FILE:1: rig.pan_min = -95 deg: out of range",
+                 "-90 to 90 deg"),
+                ("rig.pan_min = left deg\n", "FILE:1: rig.pan_min = left deg: not a number",
+                 "-90 to 90 deg"),
+                ("rig.pan_min = 1.1234567 deg\n", "FILE:1: rig.pan_min = 1.1234567 deg: not a number",
+                 "6 decimals"),
+                ("rig.width = 640.5 px\n", "FILE:1: rig.width = 640.5 px: not a multiple of 1 px"),
+                ("rig.servo_left_min = 700.03 us\n", "FILE:1: rig.servo_left_min = 700.03 us: ",
+                 "multiple of 0.0625 us"),
+                ("reader_timeout = 500 ms\n", "FILE:1: reader_timeout = 500 ms: ",
+                 "multiple of 1 s"),
+                ("rig.bridge_address = 2c\n", "FILE:1: rig.bridge_address = 2c: not an integer",
+                 "0x00 to 0x77"),
+                ("rig.bridge_address = 0x99\n", "FILE:1: rig.bridge_address = 0x99: out of range",
+                 "0x00 to 0x77"),
+                ("clients = 3 s\n", "FILE:1: clients = 3 s: not an integer")):
             with self.subTest(text):
-                self.refused(text, sentence)
+                self.refused(text, *parts)
+        for text in ("rig.pan_min = -30 deg\nrig.pan_max = 29.5deg\n", "reader_timeout = 2000 ms\n",
+                     "rig.sensor_clock = 24000 kHz\n", "rig.skew_limit = 0.5 s\n",
+                     "rig.bridge_address = 0x2c\n", "rig.servo_left_centre = 1500.0625 us\n",
+                     "rig.servo_left_scale = 10.25 us/deg\n", "rig.lens_zoom_step = 0.42 %\n"):
+            self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
+
+    def test_the_notation_of_older_versions_is_read(self):
+        text = ("profile = rig\n\nrig.pan_least_urad = -500000\nrig.pan_most_urad = 400000 # x\n"
+                "rig.width_px = 0x500\nreader_timeout = 7\nrig.sensor_address_left = 92\n"
+                "rig.frame_us = 3300\n")
+        now = (("3: rig.pan_least_urad", "rig.pan_min = -28.6479 deg"),
+               ("4: rig.pan_most_urad", "rig.pan_max = 22.9183 deg"),
+               ("5: rig.width_px", "rig.width = 1280 px"),
+               ("6: reader_timeout", "reader_timeout = 7 s"),
+               ("7: rig.sensor_address_left", "rig.sensor_address_left = 0x5c"),
+               ("8: rig.frame_us", "rig.frame_interval = 3.3 ms"))
+        code, said = self.check(text)
+        lines = said.splitlines()
+        self.assertEqual((code, len(lines)), (0, 1 + len(now)), said)
+        self.assertIn("FILE: good", lines)
+        for begin, write in now:
+            self.assertEqual(len([line for line in lines if line.startswith(f"FILE:{begin} ")
+                                  and line.endswith(f": write {write}")]), 1, said)
+        self.assertEqual(self.check("profile = rig\n" + "".join(f"{line}\n" for _, line in now)),
+                         (0, "FILE: good\n"))
+        code, said = self.check("", "rig.width_px=640", "stuck_after=30")
+        self.assertEqual((code, said.count(": write ")), (0, 2), said)
+        # It follows the same rules.
+        for text, *parts in (
+                ("rig.width_px = 99999\n", "FILE:1: rig.width_px = 99999: out of range"),
+                ("rig.width_px = 640 px\n", "FILE:1: rig.width_px = 640 px: not an integer"),
+                ("rig.width_px = 640\nprofile = rig\n", "FILE:2: profile ",
+                 "before rig.width (line 1)"),
+                ("rig.width_px = 640\nrig.width = 640 px\n", "FILE:2: duplicate key rig.width", "line 1"),
+                ("width_px = 640\n", 'FILE:1: unknown key "width_px"')):
+            with self.subTest(text):
+                code, said = self.check(text)
+                self.assertEqual(code, 3)
+                for part in parts:
+                    self.assertIn(part, said.splitlines()[-1])
+
+    def test_conflicts_name_the_expected_range(self):
+        for text, *parts in (
+                ("rig.pan_min = 10 deg\nrig.pan_max = 5 deg\n",
+                 "FILE:1: rig.pan_min = 10 deg conflicts with rig.pan_max = 5 deg ", "-87.38185 to 4.99"),
+                ("\nrig.pan_max = -40 deg\n",
+                 "FILE:2: rig.pan_max = -40 deg conflicts with rig.pan_min = -30 deg ",
+                 "for rig.pan_min)"),
+                ("rig.lens_focus_speed_min = 0 counts/s\n",
+                 "FILE:1: rig.lens_focus_speed_min = 0 counts/s conflicts with rig.lenses = v3lc ",
+                 "1 to 100000 counts/s)"),
+                ("rig.servo_right_min = 1875 us\n",
+                 "FILE:1: rig.servo_right_min = 1875 us conflicts with rig.servo_right_centre = 1500 us "
+                 "and rig.servos = yes ", "600 to 1499.9375 us)"),
+                ("profile = two-cameras\nrig.bridge = yes\n",
+                 "FILE:2: rig.bridge = yes conflicts with rig.bridge_address = 0x00 ",
+                 "0x2c for rig.bridge_address)"),
+                ("profile = two-cameras\nrig.servos = yes\n",
+                 "FILE:2: rig.servos = yes conflicts with rig.bridge = no ", "(expected no)"),
+                ("rig.bridge = no\n", "FILE:1: rig.bridge = no conflicts with rig.servos = yes ",
+                 "(expected no for rig.servos)"),
+                ("rig.width = 4000 px\n",
+                 "FILE:1: rig.width = 4000 px conflicts with rig.bridge = yes ",
+                 "an even number, 16 to 2048 px)"),
+                ("profile = two-cameras\nrig.height = 481 px\n", "FILE:2: rig.height = 481 px: ",
+                 "an even number, 16 to 16384 px)"),
+                ("rig.servo_watchdog = 10 ms\n",
+                 "FILE:1: rig.servo_watchdog = 10 ms conflicts with rig.bridge = yes ",
+                 "400 to 1500 ms)"),
+                ("rig.sensor_address_left = 0x5e\n", "FILE:1: rig.sensor_address_left = 0x5e conflicts "
+                 "with rig.sensor_address_right = 0x5e ", "0x08 to 0x77"),
+                ("faults = i2c.*@z\n", "FILE:1: faults: ", '"i2c.*@z"'),
+                ("faults = i2c.read@1=io\n", "FILE:1: faults: ", '"i2c.read@1=io"', '"read"',
+                 "transfer"),
+                ("faults = stor.save@1=io\n", "FILE:1: faults: ", '"stor"', "watchdog"),
+                # A part that the settings do not use, whose faults would never occur.
+                ("faults = watchdog.feed@1=io\n", 'FILE:1: faults: no part "watchdog"',
+                 "watchdog = none"),
+                ("store = none\nfaults = left.take@1=io, store.save@1=full\n",
+                 'FILE:2: faults: no part "store"', "store = none"),
+                ("faults = right.take@1=io\n", 'FILE:1: faults: no part "right"', "rig.bridge = yes",
+                 '"left"'),
+                ("faults = gpio.get@1=io\n", 'FILE:1: faults: no part "gpio"'),
+                ("profile = two-cameras\nfaults = uart.read@1=io\n",
+                 'FILE:2: faults: no part "uart"', "rig.lenses = fixed"),
+                ("profile = two-cameras\nfaults = i2c.transfer@1=io\n",
+                 'FILE:2: faults: no part "i2c"', "rig.bridge = no"),
+                ("console_baud = 12345\n", "FILE:1: console_baud = 12345: ", "115200"),
+                ("profile = two-cameras\nleft_camera = /dev/video0\nright_camera = /dev/video0\n",
+                 "FILE:3: right_camera = /dev/video0: already used by left_camera"),
+                ("left_camera = /dev/video1\nprofile = two-cameras\n",
+                 "FILE:1: left_camera = /dev/video1: already used by right_camera"),
+                ("reset_line = 4\nirq_line = 4\n", "FILE:2: irq_line = 4: already used by reset_line"),
+                ("irq_line = 4\ngpio_chip = none\n", "FILE:2: ", "GPIO line", '"gpio_chip"'),
+                ("profile = two-cameras\nrig.trigger = yes\n", "FILE:2: ", "rig.trigger = yes",
+                 '"trigger_line"'),
+                ("rig.trigger = yes\ntrigger_line = 4\n",
+                 "FILE:1: rig.trigger = yes conflicts with rig.bridge = yes ", "(expected no)"),
+                ("trigger_line = 4\nreset_line = 4\n",
+                 "FILE:1: trigger_line = 4: already used by reset_line"),
+                ("profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\n"
+                 "rig.trigger_pulse = 0.099 ms\n",
+                 "FILE:4: rig.trigger_pulse = 0.099 ms conflicts with rig.trigger = yes ",
+                 "0.1 to 1000 ms)"),
+                ("console = /dev/ttyS1\n", "FILE:1: console = /dev/ttyS1: already used by lens_uart"),
+                ("tcp_port = 0\n", "FILE:1: tcp_port = 0: out of range", "1 to 65535, or off)"),
+                ("irq_line = -1\n", "FILE:1: irq_line = -1: out of range", "0 to 1023, or none)"),
+                ("clients = 3\nsocket = none\n", "FILE:2: ", "socket, tcp_port or console"),
+                ("store = none\nrestore = yes\n", "FILE:2: restore = yes ", '"store"'),
+                ("backend = sim unix\n", "FILE:1: ", '"sim unix"', "sim unix:PATH")):
+            with self.subTest(text):
+                self.refused(text, *parts)
 
     def test_what_clients_may_replace_is_apart(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -183,7 +229,7 @@ class Config(unittest.TestCase):
 
     def test_valid_settings(self):
         for text in ("", "# nothing\n\n", "  clients=2 # two\r\ntcp_port = off\n",
-                     "profile = two-cameras\nrig.width_px = 1280\nrig.height_px = 720\n",
+                     "profile = two-cameras\nrig.width = 1280 px\nrig.height = 720 px\n",
                      "backend = sim unix:/run/x.sock\nsocket = none\nconsole = stdio\nlog_level = debug",
                      "socket = none\ntcp_port = 1\n",
                      "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
@@ -216,53 +262,52 @@ class Config(unittest.TestCase):
 
     def test_the_command_line_changes_a_setting(self):
         done = run("clients=99")
-        self.assertEqual((done.returncode, done.stderr),
-                         (3, "vergenced: clients 99 is out of range: from 1 to 32\n"))
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
+        self.assertIn("clients = 99: out of range", done.stderr)
         done = run("clients")
-        self.assertEqual((done.returncode, done.stderr),
-                         (3, 'vergenced: "clients": expected is KEY=VALUE\n'))
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
+        self.assertIn("KEY=VALUE", done.stderr)
         self.assertEqual(self.check("clients = 3\n", "clients=4"), (0, "FILE: good\n"))
 
     def test_a_command_line_follows_the_rules_of_a_file(self):
-        for words, sentence in (
-                (("queue=3", "queue=3"), "queue is given twice"),
-                (("rig.width_px=640", "profile=rig"),
-                 "profile must stand before rig.width_px, which it would undo"),
-                (("rig.lens_backlash_counts=5", "rig.lenses=v1lc"),
-                 "rig.lenses must stand before rig.lens_backlash_counts, which it would undo"),
-                (("files=",), "files: the value is missing"),
-                (("socket= ",), "socket: the value is missing"),
-                (("=3",), '"=3": the name of the key is missing'),
-                (("log=" + 600 * "x",), f'"log={36 * "x"}..." is longer than 511 characters'),
-                (("log=" + 300 * "x",), "log is too long: at most 255 characters")):
+        for words, *parts in (
+                (("queue=3", "queue=3"), "duplicate key queue"),
+                (("rig.width=640px", "profile=rig"), "profile ", "before rig.width"),
+                (("rig.lens_backlash=5 counts", "rig.lenses=v1lc"), "rig.lenses ",
+                 "before rig.lens_backlash"),
+                (("files=",), "files: value missing"),
+                (("socket= ",), "socket: value missing"),
+                (("=3",), '"=3": key missing'),
+                (("log=" + 600 * "x",), f'"log={36 * "x"}..."', "511"),
+                (("log=" + 300 * "x",), "log: too long", "255")):
             with self.subTest(words):
-                self.refused("", sentence, *words)
-        self.assertEqual(self.check("", "profile=rig", "rig.width_px=640", " socket = none ",
+                self.refused("", *parts, words=words)
+        self.assertEqual(self.check("", "profile=rig", "rig.width=640px", " socket = none ",
                                     "console=stdio"), (0, "FILE: good\n"))
 
     def test_a_profile_of_the_command_line_undoes_nothing_in_the_file(self):
-        # No bridge supports frames this wide; the file's settings still apply.
-        text = "profile = two-cameras\nrig.width_px = 4000\n"
+        # The width of the file stays in force, and is too large with a bridge.
+        text = "profile = two-cameras\nrig.width = 4000 px\n"
         self.assertEqual(self.check(text), (0, "FILE: good\n"))
-        self.refused(text, "FILE:2: rig.width_px 4000 does not go with rig.bridge yes: it must be "
-                     "an even number from 16 to 2048 px", "profile=rig")
-        self.assertEqual(self.check(text, "profile=rig", "rig.width_px=640"), (0, "FILE: good\n"))
-        # The same for lenses; and a line is not wrong because of what is replaced.
-        text = "rig.lens_backlash_counts = 5\n"
+        self.refused(text, "FILE:2: rig.width = 4000 px conflicts with rig.bridge = yes ",
+                     "an even number, 16 to 2048 px)", words=("profile=rig",))
+        self.assertEqual(self.check(text, "profile=rig", "rig.width=640px"), (0, "FILE: good\n"))
+        # So does the backlash with lenses; a line is checked with what replaces other lines.
+        text = "rig.lens_backlash = 5 counts\n"
         self.assertEqual(self.check(text, "rig.lenses=v1lc"), (0, "FILE: good\n"))
-        self.assertEqual(self.check("rig.width_px = 4000\n", "profile=two-cameras"),
+        self.assertEqual(self.check("rig.width = 4000 px\n", "profile=two-cameras"),
                          (0, "FILE: good\n"))
 
     def test_file_and_command_line_are_checked_together(self):
         # A profile on the command line applies to the whole file.
         text = "right_camera = /dev/video0\n"
         self.assertEqual(self.check(text), (0, "FILE: good\n"))
-        self.refused(text, "FILE:1: right_camera /dev/video0 is also left_camera: each needs one "
-                     "of its own", "profile=two-cameras")
+        self.refused(text, "FILE:1: right_camera = /dev/video0: already used by left_camera",
+                     words=("profile=two-cameras",))
         text = "i2c = none\n"
         self.assertEqual(self.check(text, "profile=two-cameras"), (0, "FILE: good\n"))
-        self.refused("reset_line = 4\n", "irq_line 4 is also reset_line: each needs one of its own",
-                     "irq_line=4")
+        self.refused("reset_line = 4\n", "irq_line = 4: already used by reset_line",
+                     words=("irq_line=4",))
 
     def test_an_output_that_cannot_be_written(self):
         for words in (("--version",), ("--help",), ("--help-config",), ("--check", EXAMPLE)):

@@ -34,7 +34,7 @@ class Durable(Calls):
     def setUp(self):
         super().setUp()
         self.serve(f"{self.cameras()}watch {self.files}\nrecord {self.record}\n",
-                   "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
+                   "profile=two-cameras", f"rig.width={WIDTH}px", f"rig.height={HEIGHT}px")
 
     def test_names_are_synced_before_they_are_reported(self):
         self.in_order("files mkdir", ".. fsync")
@@ -50,7 +50,7 @@ class Durable(Calls):
         self.end(self.daemon)
         # The first is the sync of the parent directory at the start.
         self.serve(f"{self.cameras()}watch {self.files}\nfail 2 2 EIO . fsync\n",
-                   "profile=two-cameras", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}")
+                   "profile=two-cameras", f"rig.width={WIDTH}px", f"rig.height={HEIGHT}px")
         self.assertRegex(self.first.ask("bugreport")[-1],
                          r"^ERR IO bugreport-[-0-9a-zA-Z.]*: Input/output error$")
         self.refused("record start r",
@@ -66,8 +66,8 @@ class Fetched(Calls):
         super().setUp()
         self.here = self.place("here")
         os.mkdir(self.here)
-        self.serve(self.cameras(), "profile=two-cameras", f"rig.width_px={WIDTH}",
-                   f"rig.height_px={HEIGHT}")
+        self.serve(self.cameras(), "profile=two-cameras", f"rig.width={WIDTH}px",
+                   f"rig.height={HEIGHT}px")
         os.mkdir(os.path.join(self.files, "s"))
         for name in ("one", "s/two"):
             with open(os.path.join(self.files, name), "wb") as file:

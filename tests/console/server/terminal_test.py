@@ -73,7 +73,7 @@ class Console(DaemonTest):
         self.assertIn("show set forget", [line.strip() for line in self.terminal.screen.lines])
         self.typed("\x15help ver\t", "help version")
         self.typed("\x15registers left chip_v\t", "registers left chip_version")
-        self.typed("\x15config rig.wid\t", "config rig.width_px")
+        self.typed("\x15config rig.wid\t", "config rig.width")
         bells = self.terminal.screen.bells
         self.typed("\x15registers bri\tchip_v\t", "registers bridge chip_v")
         self.typed("\x15qqq\t", "qqq")

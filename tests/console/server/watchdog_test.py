@@ -17,9 +17,9 @@ WIDTH, HEIGHT = 32, 24
 
 class Watchdog(DaemonTest):
     settings = ("profile=two-cameras", "backend=linux", "left_camera=/dev/video0",
-                "right_camera=/dev/video2", f"rig.width_px={WIDTH}", f"rig.height_px={HEIGHT}",
+                "right_camera=/dev/video2", f"rig.width={WIDTH}px", f"rig.height={HEIGHT}px",
                 "store=none", "watchdog=/dev/watchdog",
-                "watchdog_period=15", f"stuck_after={STUCK_S}")
+                "watchdog_period=15s", f"stuck_after={STUCK_S}s")
 
     @classmethod
     def setUpClass(cls):
@@ -155,7 +155,7 @@ class Watchdog(DaemonTest):
         self.tearDown()
         os.unlink(self.record)
         self.assertIn("/dev/none", self.refused("watchdog=/dev/none"))
-        self.assertIn("watchdog_period", self.refused("watchdog_period=1"))
+        self.assertIn("watchdog_period", self.refused("watchdog_period=1s"))
         # A start that fails later leaves no armed watchdog behind.
         self.assertIn("/no/such", self.refused("socket=/no/such/place.sock"))
         self.assertEqual(self.lines()[-2:], ["watchdog write 1", "watchdog close"])
