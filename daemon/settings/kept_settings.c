@@ -8,11 +8,14 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/settings/quantity.h"
 #include "device/mt9t001.h"
 
-#define FIRST_LINE "vergence settings 1"
+#define FIRST_LINE "vergence settings "
 
 enum {
+    VERSION_BARE = 1,  // integers of the firmware, without units
+    VERSION = 2,
     NOT_KEPT = INT32_MIN,
     SIZE_LEAST_PX = 16,
     SIZE_MOST_PX = 16384,
@@ -23,36 +26,45 @@ enum {
 
 static const char *const side_names[RIG_SIDES] = {"left", "right"};
 
-/// What a value is called, and between what it must lie.
 static const struct {
     const char *name;
+    enum quantity quantity;
+    const char *bare_name;  ///< in VERSION_BARE
     int32_t least, most;
 } values[KEPT_VALUES] = {
-    [KEPT_EXPOSURE_US] = {"exposure_us", 1, RIG_EXPOSURE_MOST_US},
-    [KEPT_GAIN_Q3] = {"gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
-    [KEPT_PAN_URAD] = {"pan_urad", -PAN_MOST_URAD, PAN_MOST_URAD},
-    [KEPT_ZOOM] = {"zoom", 0, POSITION_MOST},
-    [KEPT_FOCUS] = {"focus", 0, POSITION_MOST},
-    [KEPT_IRIS] = {"iris", 0, POSITION_MOST},
+    [KEPT_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MOST_US},
+    [KEPT_GAIN_Q3] = {"gain", QUANTITY_GAIN, "gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
+    [KEPT_PAN_URAD] = {"pan", QUANTITY_ANGLE, "pan_urad", -PAN_MOST_URAD, PAN_MOST_URAD},
+    [KEPT_ZOOM] = {"zoom", QUANTITY_COUNTS, "zoom", 0, POSITION_MOST},
+    [KEPT_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MOST},
+    [KEPT_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MOST},
 };
+
+static const char *name_of(int value, int version) {
+    return version == VERSION_BARE ? values[value].bare_name : values[value].name;
+}
+
+static enum quantity quantity_of(int value, int version) {
+    return version == VERSION_BARE ? QUANTITY_NUMBER : values[value].quantity;
+}
 
 static int32_t within(int64_t value, int32_t least, int32_t most) {
     return (int32_t)(value < least ? least : value > most ? most : value);
 }
 
-// ---- what is in force
+// ---- values in force
 
 static void take_side(const struct rig *rig, unsigned side, int32_t *kept) {
     const struct rig_profile *profile = &rig->profile;
     if (rig->exposure_us[side] != 0) {
-        // Rounded to rows it may lie beyond the longest that can be asked for.
+        // Rounded to rows, it may exceed the longest exposure that can be requested.
         kept[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MOST_US);
     }
     if (rig->gain_q3[side] != 0) {
         kept[KEPT_GAIN_Q3] = rig->gain_q3[side];
     }
     if (profile->servos && rig->pan_q4[side] != 0) {
-        // A turn that was broken off may have ended where its approach goes, and nothing else.
+        // A cancelled turn may have ended outside the range, where its approach goes.
         kept[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
                                      profile->pan_least_urad, profile->pan_most_urad);
     }
@@ -84,8 +96,9 @@ void kept_settings_take(const struct rig *rig, struct kept_settings *kept) {
 
 // ---- the text
 
-size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]) {
-    int length = snprintf(text, KEPT_SETTINGS_BYTES, FIRST_LINE "\nprofile %s\n", kept->profile);
+static size_t print(const struct kept_settings *kept, int version, char text[KEPT_SETTINGS_BYTES]) {
+    int length =
+        snprintf(text, KEPT_SETTINGS_BYTES, FIRST_LINE "%d\nprofile %s\n", version, kept->profile);
     if (kept->width_px != 0) {
         length +=
             snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length, "window %u %u %u\n",
@@ -93,15 +106,21 @@ size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETT
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (int i = 0; i < KEPT_VALUES; i++) {
-            if (kept->values[side][i] != NOT_KEPT) {
-                length += snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length,
-                                   "%s_%s %" PRId32 "\n", side_names[side], values[i].name,
-                                   kept->values[side][i]);
+            char value[QUANTITY_BYTES];
+            if (kept->values[side][i] == NOT_KEPT) {
+                continue;
             }
+            quantity_print(quantity_of(i, version), kept->values[side][i], value);
+            length += snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length, "%s_%s %s\n",
+                               side_names[side], name_of(i, version), value);
         }
     }
     INVARIANT(length > 0 && length < KEPT_SETTINGS_BYTES);
     return (size_t)length;
+}
+
+size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]) {
+    return print(kept, VERSION, text);
 }
 
 static bool is_name(const char *name) {
@@ -112,33 +131,20 @@ static bool is_name(const char *name) {
            strspn(name, characters) == length;
 }
 
-/// Numbers with a blank between; false when there are others, or more.
-static bool read_numbers(const char *text, int32_t *numbers, int count) {
-    for (int i = 0; i < count; i++) {
-        const bool negative = *text == '-';
-        int64_t number = 0;
-        text += negative;
-        const size_t digits = strspn(text, "0123456789");
-        if (digits == 0 || digits > 9) {
+/// Width, height and skip, each followed by a blank or the end.
+static bool read_window(char *text, struct kept_settings *kept) {
+    static const int64_t least[] = {SIZE_LEAST_PX, SIZE_LEAST_PX, 1};
+    static const int64_t most[] = {SIZE_MOST_PX, SIZE_MOST_PX, SKIP_MOST};
+    int64_t numbers[3];
+    for (int i = 0; i < 3; i++) {
+        char *end = text + strcspn(text, " ");
+        const bool last = *end == '\0';
+        *end = '\0';
+        if (last != (i == 2) || quantity_parse(QUANTITY_NUMBER, text, least[i], most[i],
+                                               &numbers[i]) != QUANTITY_GOOD) {
             return false;
         }
-        for (const char *end = text + digits; text < end; text++) {
-            number = 10 * number + (*text - '0');
-        }
-        numbers[i] = (int32_t)(negative ? -number : number);
-        if (*text++ != (i + 1 < count ? ' ' : '\0')) {
-            return false;
-        }
-    }
-    return true;
-}
-
-static bool read_window(const char *text, struct kept_settings *kept) {
-    int32_t numbers[3];
-    if (!read_numbers(text, numbers, 3) || numbers[0] < SIZE_LEAST_PX ||
-        numbers[0] > SIZE_MOST_PX || numbers[1] < SIZE_LEAST_PX || numbers[1] > SIZE_MOST_PX ||
-        numbers[2] < 1 || numbers[2] > SKIP_MOST) {
-        return false;
+        text = end + 1;
     }
     kept->width_px = (uint16_t)numbers[0];
     kept->height_px = (uint16_t)numbers[1];
@@ -146,29 +152,34 @@ static bool read_window(const char *text, struct kept_settings *kept) {
     return true;
 }
 
-static bool read_value(const char *key, const char *text, struct kept_settings *kept) {
+static bool read_value(const char *key, const char *text, int version, struct kept_settings *kept) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(side_names[side]);
         for (int i = 0; i < KEPT_VALUES; i++) {
-            if (strncmp(key, side_names[side], bytes) == 0 && key[bytes] == '_' &&
-                strcmp(key + bytes + 1, values[i].name) == 0) {
-                int32_t *value = &kept->values[side][i];
-                return read_numbers(text, value, 1) && *value >= values[i].least &&
-                       *value <= values[i].most;
+            int64_t value = 0;
+            if (strncmp(key, side_names[side], bytes) != 0 || key[bytes] != '_' ||
+                strcmp(key + bytes + 1, name_of(i, version)) != 0) {
+                continue;
             }
+            if (quantity_parse(quantity_of(i, version), text, values[i].least, values[i].most,
+                               &value) != QUANTITY_GOOD) {
+                return false;
+            }
+            kept->values[side][i] = (int32_t)value;
+            return true;
         }
     }
     return false;
 }
 
-/// A line behind the first; false: it is none.
-static bool read_line(char *line, struct kept_settings *kept) {
+/// Any line but the first; false: not valid.
+static bool read_line(char *line, int version, struct kept_settings *kept) {
     char *blank = strchr(line, ' ');
     if (blank == NULL) {
         return false;
     }
     *blank = '\0';
-    const char *value = blank + 1;
+    char *value = blank + 1;
     if (strcmp(line, "profile") == 0) {
         if (!is_name(value)) {
             return false;
@@ -176,7 +187,31 @@ static bool read_line(char *line, struct kept_settings *kept) {
         strcpy(kept->profile, value);
         return true;
     }
-    return strcmp(line, "window") == 0 ? read_window(value, kept) : read_value(line, value, kept);
+    return strcmp(line, "window") == 0 ? read_window(value, kept)
+                                       : read_value(line, value, version, kept);
+}
+
+/// The version that the first line names; 0: not one that is known.
+static int read_version(const char *line) {
+    const size_t bytes = sizeof FIRST_LINE - 1;
+    const bool known = strncmp(line, FIRST_LINE, bytes) == 0 && line[bytes] >= '0' + VERSION_BARE &&
+                       line[bytes] <= '0' + VERSION && line[bytes + 1] == '\0';
+    return known ? line[bytes] - '0' : 0;
+}
+
+/// Copies the next line without its end, and moves `*at` behind it; false: not a whole line.
+static bool next_line(const char *text, size_t length, size_t *at,
+                      char line[KEPT_SETTINGS_LINE_BYTES]) {
+    const char *end = memchr(text + *at, '\n', length - *at);
+    const size_t bytes = end != NULL ? (size_t)(end - text) - *at : 0;
+    if (end == NULL || bytes >= KEPT_SETTINGS_LINE_BYTES ||
+        memchr(text + *at, '\0', bytes) != NULL) {
+        return false;
+    }
+    memcpy(line, text + *at, bytes);
+    line[bytes] = '\0';
+    *at += bytes + 1;
+    return true;
 }
 
 int kept_settings_parse(const char *text, size_t length, struct kept_settings *kept,
@@ -188,32 +223,30 @@ int kept_settings_parse(const char *text, size_t length, struct kept_settings *k
             kept->values[side][i] = NOT_KEPT;
         }
     }
-    int number = 0;
+    int number = 0, version = 0;
     for (size_t at = 0; at < length;) {
-        const char *end = memchr(text + at, '\n', length - at);
-        const size_t bytes = end != NULL ? (size_t)(end - text) - at : length - at;
         char line[KEPT_SETTINGS_LINE_BYTES];
+        bool valid = next_line(text, length, &at, line);
         number++;
-        const bool fits =
-            end != NULL && bytes < sizeof line && memchr(text + at, '\0', bytes) == NULL;
-        memcpy(line, text + at, fits ? bytes : 0);
-        line[fits ? bytes : 0] = '\0';
-        if (!fits || !(number == 1 ? strcmp(line, FIRST_LINE) == 0 : read_line(line, kept))) {
-            return message_set(message, ERROR_SYNTAX,
-                               "line %d is none that this version keeps settings in", number);
+        if (valid && number == 1) {
+            version = read_version(line);
+            valid = version != 0;
+        } else if (valid) {
+            valid = read_line(line, version, kept);
         }
-        at += bytes + 1;
+        if (!valid) {
+            return message_set(message, ERROR_SYNTAX, "line %d is not valid", number);
+        }
     }
-    // The order, each line once, no zeros in front: as they are printed.
-    if (kept->profile[0] == '\0' || kept_settings_print(kept, again) != length ||
+    // The order, each line once, no leading zeros: as printed.
+    if (kept->profile[0] == '\0' || print(kept, version, again) != length ||
         memcmp(text, again, length) != 0) {
-        return message_set(message, ERROR_SYNTAX,
-                           "the lines are not those that settings are kept in");
+        return message_set(message, ERROR_SYNTAX, "not in the canonical form");
     }
     return 0;
 }
 
-// ---- whether an instrument can be set so
+// ---- whether an instrument can take the values
 
 static int refuse(struct message *message, int error, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -224,8 +257,8 @@ static int refuse(struct message *message, int error, const char *format, ...) {
     vsnprintf(why, sizeof why, format, arguments);
     va_end(arguments);
     return message_set(message, error,
-                       "what is kept is not for this instrument: %s; set it as "
-                       "wanted, then \"settings save\"",
+                       "saved settings do not fit this instrument: %s (set it up, then use "
+                       "\"settings save\")",
                        why);
 }
 
@@ -237,7 +270,7 @@ static int check_window(const struct kept_settings *kept, const struct rig *rig,
                                                                     kept->skip, 1, &window) == 0;
     return kept->width_px == 0 || good
                ? 0
-               : refuse(message, ERROR_RANGE, "its cameras have no window of %u x %u px, skip %u",
+               : refuse(message, ERROR_RANGE, "no window of %u x %u px, skip %u",
                         (unsigned)kept->width_px, (unsigned)kept->height_px, (unsigned)kept->skip);
 }
 
@@ -249,14 +282,15 @@ static int check_pan(const struct kept_settings *kept, const struct rig *rig, un
         return 0;
     }
     if (!profile->servos) {
-        return refuse(message, ERROR_NOT_CONNECTED, "it has no pan servos");
+        return refuse(message, ERROR_NOT_CONNECTED, "no pan servos");
     }
     uint16_t width_q4 = 0;
+    char angle[QUANTITY_BYTES];
+    quantity_print(QUANTITY_ANGLE, pan_urad, angle);
     const bool good = pan_urad >= profile->pan_least_urad && pan_urad <= profile->pan_most_urad &&
                       servo_width_q4(&profile->servo[side], pan_urad, &width_q4) == 0;
     return good ? 0
-                : refuse(message, ERROR_RANGE, "its %s camera does not turn to %" PRId32 " urad",
-                         side_names[side], pan_urad);
+                : refuse(message, ERROR_RANGE, "%s pan %s out of range", side_names[side], angle);
 }
 
 static bool has_axis(const struct rig *rig, unsigned side, int axis) {
@@ -276,14 +310,12 @@ static int check_lens(const struct kept_settings *kept, struct rig *rig, unsigne
         }
         if (!has_axis(rig, side, axis) ||
             rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) != 0) {
-            return refuse(message, ERROR_NOT_CONNECTED, "its %s lens has no motor for the %s",
-                          side_names[side], name);
+            return refuse(message, ERROR_NOT_CONNECTED, "no %s %s motor", side_names[side], name);
         }
         if (position < limits.least || position > limits.most) {
             return refuse(message, ERROR_RANGE,
-                          "the %s of its %s lens goes from %" PRId32 " to %" PRId32
-                          ", not to %" PRId32,
-                          name, side_names[side], limits.least, limits.most, position);
+                          "%s %s %" PRId32 " out of range (%" PRId32 " to %" PRId32 " counts)",
+                          side_names[side], name, position, limits.least, limits.most);
         }
     }
     return 0;
@@ -293,7 +325,7 @@ int kept_settings_check(const struct kept_settings *kept, struct rig *rig,
                         struct message *message) {
     INVARIANT(rig->state == RIG_READY);
     if (strcmp(kept->profile, rig->profile.name) != 0) {
-        return refuse(message, ERROR_ARGUMENT, "they are of the profile %s, and this is %s",
+        return refuse(message, ERROR_ARGUMENT, "saved with the profile %s, this one is %s",
                       kept->profile, rig->profile.name);
     }
     int error = check_window(kept, rig, message);
@@ -322,7 +354,7 @@ static void add(struct list *list, const char *format, ...) {
     INVARIANT(length > 0 && length < KEPT_SETTINGS_LINE_BYTES);
 }
 
-/// A number of `parts` to one, with `decimals` of them; `parts` is 10 to the power of that.
+/// `number` / `parts` with `decimals` decimals; `parts` is 10 to that power.
 static const char *decimal(int64_t number, int64_t parts, int decimals, char text[32]) {
     const int64_t size = number < 0 ? -number : number;
     snprintf(text, 32, "%s%" PRId64 ".%0*" PRId64, number < 0 ? "-" : "", size / parts, decimals,
@@ -330,7 +362,7 @@ static const char *decimal(int64_t number, int64_t parts, int decimals, char tex
     return text;
 }
 
-/// So many decimals that the angle is the same again in urad.
+/// With enough decimals to give the same angle in urad.
 static const char *degrees(int32_t urad, char text[32]) {
     enum { DECIMALS = 6, PARTS = 1000000 };
     const double parts = urad * 180.0 / 3.14159265358979323846;
@@ -342,7 +374,7 @@ static void add_cameras(const struct kept_settings *kept, const struct rig *rig,
     enum { GAIN_PARTS = 8, THOUSANDTHS = 1000 };
     struct kept_settings now;
     kept_settings_take(rig, &now);
-    // Frames that are so large already need no new beginning.
+    // An unchanged window does not restart the cameras.
     const bool same = kept->width_px == now.width_px && kept->height_px == now.height_px &&
                       kept->skip == now.skip;
     if (kept->width_px != 0 && !same) {

@@ -1,7 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What somebody has set the instrument to, as it is kept in the store: exposure, gain and window,
-/// and where the axes were sent. A canonical text of lines `KEY VALUE`: printing what was read
-/// gives the same bytes. What an instrument does not have, or nobody has set, is not in it.
+/// Saved settings of the instrument, kept in the store: exposure, gain, window and the positions
+/// that the axes were sent to. A canonical text of lines `KEY VALUE`: printing what was read gives
+/// the same bytes. Values that the instrument does not have, or that were never set, are absent.
+///
+///     vergence settings 2
+///     profile rig
+///     window 640 480 2
+///     left_exposure 7000 us
+///     left_gain 2.5 x
+///     left_pan 3.97 deg
+///     left_zoom 420 counts
+///
+/// Version 1, which is still read, had left_exposure_us 7000, left_gain_q3 20 (1/8), left_pan_urad
+/// 69290 and left_zoom 420.
 #ifndef VERGENCE_DAEMON_SETTINGS_KEPT_SETTINGS_H
 #define VERGENCE_DAEMON_SETTINGS_KEPT_SETTINGS_H
 
@@ -19,7 +30,7 @@ extern "C" {
 /// The record's name in the store.
 #define KEPT_SETTINGS_RECORD "settings"
 enum {
-    KEPT_SETTINGS_BYTES = 1024,  ///< of the text, with its end, at most
+    KEPT_SETTINGS_BYTES = 1024,  ///< largest text, with its end
     KEPT_SETTINGS_LINE_BYTES = 96,
     KEPT_SETTINGS_LINES = 16,
 };
@@ -36,28 +47,28 @@ enum kept_value {
 
 struct kept_settings {
     char profile[sizeof((struct rig_profile *)0)->name];
-    uint16_t width_px, height_px;           ///< of the sensors' part that frames show; 0: not kept
-    uint8_t skip;                           ///< every so many pixels of it
-    int32_t values[RIG_SIDES][KEPT_VALUES]; /**< INT32_MIN: not kept */
+    uint16_t width_px, height_px;           ///< window of the sensors; 0: not saved
+    uint8_t skip;                           ///< one pixel in this many is read
+    int32_t values[RIG_SIDES][KEPT_VALUES]; /**< INT32_MIN: not saved */
 };
 
-/// What is in force now. The rig must be RIG_READY.
+/// Takes the values in force. The rig must be RIG_READY.
 void kept_settings_take(const struct rig *rig, struct kept_settings *kept);
 
-/// Prints all of it, with an end. Returns the length.
+/// Prints the text, zero-terminated. Returns its length.
 size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]);
 
-/// Reads what `kept_settings_print` prints, `length` bytes. ERROR_SYNTAX or ERROR_RANGE with a
-/// message that says which line; `kept` is undefined then.
+/// Reads `length` bytes of what `kept_settings_print` prints, or printed in version 1. ERROR_SYNTAX
+/// with a message that names the line; `kept` is undefined then.
 int kept_settings_parse(const char *text, size_t length, struct kept_settings *kept,
                         struct message *message);
 
-/// Whether this instrument can be set so, all of it. 0; ERROR_ARGUMENT (they are another
-/// profile's), ERROR_NOT_CONNECTED, ERROR_RANGE, with a message. The rig must be RIG_READY.
+/// Whether this instrument can take all of these values. 0; ERROR_ARGUMENT (saved with another
+/// profile), ERROR_NOT_CONNECTED or ERROR_RANGE with a message. The rig must be RIG_READY.
 int kept_settings_check(const struct kept_settings *kept, struct rig *rig, struct message *message);
 
-/// The commands that set the instrument so, in the order in which they are to be given: first those
-/// of the cameras (`*of_cameras` of them), then those that move axes. Returns their number.
+/// The commands that restore these values, in order: first those of the cameras (`*of_cameras` of
+/// them), then those that move axes. Returns their number.
 size_t kept_settings_commands(const struct kept_settings *kept, const struct rig *rig,
                               char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES],
                               size_t *of_cameras);

@@ -63,12 +63,17 @@ TEST_CASE("what is in force, as text and back") {
     kept_settings_take(&up, &kept);
     const std::string text = printed(kept);
     CHECK(text ==
-          "vergence settings 1\nprofile rig\nwindow 1024 768 2\nleft_exposure_us 7001\n"
-          "left_pan_urad 69265\nright_gain_q3 20\nright_iris 400\n");
+          "vergence settings 2\nprofile rig\nwindow 1024 768 2\nleft_exposure 7001 us\n"
+          "left_pan 3.9686 deg\nright_gain 2.5 x\nright_iris 400 counts\n");
     REQUIRE(parse(text, read) == ERROR_OK);
     CHECK(printed(read) == text);
     CHECK(commands(read, up) == std::vector<std::string>{"exposure left 7001", "gain right 2.500",
                                                          "pan left 3.968592", "iris right 400"});
+    // The same in the first version, which had no units.
+    REQUIRE(parse("vergence settings 1\nprofile rig\nwindow 1024 768 2\nleft_exposure_us 7001\n"
+                  "left_pan_urad 69265\nright_gain_q3 20\nright_iris 400\n",
+                  read) == ERROR_OK);
+    CHECK(printed(read) == text);
 }
 
 TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit") {
@@ -83,7 +88,8 @@ TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit
 
 TEST_CASE("any other text is refused") {
     kept_settings kept{};
-    const std::string good = "vergence settings 1\nprofile x\nwindow 640 480 1\nleft_zoom 40\n";
+    const std::string good =
+        "vergence settings 2\nprofile x\nwindow 640 480 1\nleft_zoom 40 counts\n";
     REQUIRE(parse(good, kept) == ERROR_OK);
     for (size_t i = 0; i < good.size(); i++) {
         CAPTURE(i);
@@ -95,7 +101,22 @@ TEST_CASE("any other text is refused") {
             CHECK((bad == good || parse(bad, kept) != ERROR_OK));
         }
     }
-    const std::string head = "vergence settings 1\nprofile x\n";
+    const std::string head = "\nprofile x\n";
+    const std::string versions[] = {"vergence settings 1", "vergence settings 2"};
+    for (const char *line :
+         {"left_exposure_us 7", "left_gain_q3 8", "left_pan_urad 9", "left_zoom 7"}) {
+        CHECK(parse(versions[0] + head + line + "\n", kept) == ERROR_OK);
+        CHECK(parse(versions[1] + head + line + "\n", kept) == ERROR_SYNTAX);
+    }
+    for (const char *line :
+         {"left_exposure 7 us", "left_gain 1 x", "left_pan 9 deg", "left_zoom 7 counts"}) {
+        CHECK(parse(versions[0] + head + line + "\n", kept) == ERROR_SYNTAX);
+        CHECK(parse(versions[1] + head + line + "\n", kept) == ERROR_OK);
+    }
+    for (const char *first : {"vergence settings", "vergence settings ", "vergence settings 0",
+                              "vergence settings 3", "vergence settings 11", "settings 1"}) {
+        CHECK(parse(first + head, kept) == ERROR_SYNTAX);
+    }
     for (const char *line : {"window 8 480 1",
                              "window 640 480 9",
                              "window 640 480",
@@ -111,15 +132,31 @@ TEST_CASE("any other text is refused") {
                              "left_zoom 99999999999999999999",
                              "left_zoom 007",
                              "left_zoom 7 ",
+                             "left_exposure 0 us",
+                             "left_exposure 7.0 us",
+                             "left_exposure 7 ms",
+                             "left_exposure 7us",
+                             "left_gain 0.875 x",
+                             "left_gain 2.30 x",
+                             "left_gain 2.3 x",
+                             "left_pan 90.001 deg",
+                             "left_pan -0 deg",
+                             "left_zoom 65536 counts",
+                             "left_zoom 07 counts",
+                             "left_zoom 0x7 counts",
                              "left_speed 7",
                              "up_zoom 7",
                              "profile y",
                              "profile",
                              " ",
                              "left_zoom 7\nleft_zoom 7",
-                             "right_zoom 7\nleft_zoom 7"}) {
+                             "right_zoom 7\nleft_zoom 7",
+                             "left_zoom 7 counts\nleft_zoom 7 counts",
+                             "right_zoom 7 counts\nleft_zoom 7 counts"}) {
         CAPTURE(line);
-        CHECK(parse(head + line + "\n", kept) == ERROR_SYNTAX);
+        for (const std::string &version : versions) {
+            CHECK(parse(version + head + line + "\n", kept) == ERROR_SYNTAX);
+        }
     }
 }
 
