@@ -13,27 +13,27 @@ enum {
     // Behind the bridge's router; see fpga/README.md.
     LEFT_SENSOR_ADDRESS = 0x5C,
     RIGHT_SENSOR_ADDRESS = 0x5E,
-    PAN_LIMIT_URAD = 523599,        // 30 degrees: far more than it takes to look at one thing
+    PAN_LIMIT_URAD = 523599,        // 30 degrees: far more than one object needs
     PAN_REPEATABILITY_URAD = 5236,  // 0.3 degrees: see rig_pan
-    SLEW_Q4 = 480,                  // 2.9 degrees in a pulse
+    SLEW_Q4 = 480,                  // 2.9 degrees a pulse
     WATCHDOG_MS = 1000,
-    // Of a V3LC, whose lenses have 550 counts.
+    // V3LC, whose lenses have 550 counts.
     LENS_COUNTS_PER_S = 80,  // assumed: 7 s from end to end
     LENS_BACKLASH_COUNTS = 10,
     LENS_TOLERANCE_COUNTS = 4,
     LENS_REPEATABILITY_COUNTS = 4,
     LENS_ZOOM_PPM = 4187,  // 10x in 550 counts: ln(10) / 550
-    // The same of a V1LC, whose lens has 136: 7 s, and as large a part of the way, rounded up.
+    // V1LC, whose lens has 136 counts: also 7 s, and the same shares of the travel, rounded up.
     LENS_V1LC_COUNTS_PER_S = 19,
     LENS_V1LC_BACKLASH_COUNTS = 3,
     LENS_V1LC_TOLERANCE_COUNTS = 2,
     LENS_V1LC_REPEATABILITY_COUNTS = 1,
     LENS_V1LC_ZOOM_PPM = 16931,
-    // What every USB camera can do, in dim light too.
+    // Every USB camera supports this, in dim light too.
     WEBCAM_WIDTH_PX = 640,
     WEBCAM_HEIGHT_PX = 480,
     WEBCAM_FRAME_US = 200000,
-    // In turn through one port; and both at once, where less than a frame lies between.
+    // One after the other through one port; both at once, less than a frame apart.
     SKEW_IN_TURN_US = 1000000,
     SKEW_AT_ONCE_US = 50000,
     TRIGGER_US = 1000,
