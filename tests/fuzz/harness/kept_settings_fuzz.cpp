@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         FUZZ_CHECK(kept_settings_parse(text, length, &again, &said) == 0);
         FUZZ_CHECK(std::memcmp(again.values, kept.values, sizeof kept.values) == 0);
     }
-    static rig down;  // of its profile nothing is asked but whether there is a bridge
+    static rig down;  // of its profile only the presence of a bridge is used
     char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
     std::size_t of_cameras = 0;
     down.state = RIG_READY;
