@@ -72,7 +72,6 @@ uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis ax
     return LENS_MOVE_STALL_US + travel_us(profile, axis, 2 * LENS_MOVE_STEP_COUNTS);
 }
 
-// Longest leg.
 static uint64_t leg_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
     return travel_us(profile, axis, counts) + 3 * lens_move_stall_us(profile, axis);
 }

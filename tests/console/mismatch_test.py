@@ -223,7 +223,7 @@ class Pairs(Surfaces):
         self.assertAlmostEqual(figures["deviation_common"], common_mm, delta=0.01 * common_mm)
         report = open(os.path.join(out, "report.html"), encoding="utf-8").read()
         self.assertIn("common deviation", report)
-        self.assertRegex(report, r"all points share ± [0-9.]+ mm more")
+        self.assertRegex(report, r"common to all points ± [0-9.]+ mm")
 
 
 if __name__ == "__main__":

@@ -39,8 +39,9 @@ class Clients(DaemonTest):
     def test_answers_as_text(self):
         lines = self.first.ask("version")
         self.assertEqual([line.split(":")[0] for line in lines], ["version", "build", "OK"])
-        self.assertEqual(self.first.ask("zoom"), [
-            'ERR NOT_READY zoom: the instrument is down; "bringup" first'])
+        answer = self.first.ask("zoom")
+        self.assertEqual(len(answer), 1)
+        self.assertRegex(answer[0], "^ERR NOT_READY zoom: .*bringup")
         self.first.send("\n   \n# a comment\nquit\n")
         self.assertEqual(self.first.line(), "OK")
         self.assertIsNone(self.first.line())
