@@ -14,7 +14,7 @@ static uint32_t hash_of(const char *text) {
     return hash;
 }
 
-/// The place of this kind; a new one takes that of the kind that was not seen for longest.
+/// The entry of this kind; a new kind replaces the one that was seen least recently.
 static struct flood_kind *find(struct flood *self, uint32_t hash, uint64_t now_us) {
     struct flood_kind *oldest = &self->kinds[0];
     for (size_t i = 0; i < FLOOD_KINDS; i++) {

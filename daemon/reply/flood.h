@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Holds back lines of a log that come again and again: a script that repeats what fails would fill
-/// the disk and push out all else. Lines are of one kind when they differ in their digits alone. Of
-/// a kind eight are told at once, then one in ten minutes, with the number of those held back.
+/// Rate limit of the log: a script that repeats a failing command would fill the disk and push out
+/// all other lines. Lines that differ only in digits are of one kind. Eight lines of a kind pass at
+/// once, then one in ten minutes, with the number of those suppressed.
 ///
-/// No lock of its own: the caller's.
+/// Not thread-safe: the caller locks.
 #ifndef VERGENCE_DAEMON_REPLY_FLOOD_H
 #define VERGENCE_DAEMON_REPLY_FLOOD_H
 
@@ -18,25 +18,25 @@ enum { FLOOD_KINDS = 64, FLOOD_AT_ONCE = 8, FLOOD_REFILL_US = 600 * 1000000 };
 
 struct flood_kind {
     uint32_t hash;
-    unsigned left;         ///< that may be told at once
+    unsigned left;         ///< lines that may pass now
     uint64_t refilled_us;  ///< when `left` last grew
-    uint64_t last_us;      ///< when one came last; 0: the place is free
-    uint64_t held;         ///< back, since one was told
+    uint64_t last_us;      ///< when the last one came; 0: the entry is free
+    uint64_t held;         ///< suppressed since the last one that passed
 };
 
-/// Zeroed at the beginning.
+/// The caller zeroes it before the first use.
 struct flood {
     struct flood_kind kinds[FLOOD_KINDS];
 };
 
 enum flood_answer {
-    FLOOD_HOLD,  ///< it is not to be told
+    FLOOD_HOLD,  ///< suppress the line
     FLOOD_TELL,
-    FLOOD_TELL_LAST,  ///< and no more of its kind for a while
+    FLOOD_TELL_LAST,  ///< pass it; the next ones of its kind are suppressed
 };
 
-/// What is to become of a line that comes now; `now_us` is of a clock that only goes forward, and
-/// not 0. `*held` receives how many of its kind were held back before one that is told.
+/// Decides about a line that comes now. `now_us`: monotonic clock, not 0. For a line that passes,
+/// `*held` receives the number of its kind that were suppressed before it; else it is unchanged.
 enum flood_answer flood_ask(struct flood *self, const char *text, uint64_t now_us, uint64_t *held);
 
 #ifdef __cplusplus

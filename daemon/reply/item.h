@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Items of an answer.
+/// Adds items to the answer of a command: see struct command_reply_operations.
 #ifndef VERGENCE_DAEMON_REPLY_ITEM_H
 #define VERGENCE_DAEMON_REPLY_ITEM_H
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A command of a client on its way: parsed by the event loop, carried out by a crew. Each
-/// connection has one, so a client's commands run one after the other.
+/// A client's command: parsed by the event loop, run by a worker. Each connection has one job, so
+/// a client's commands run one after the other.
 #ifndef VERGENCE_DAEMON_REPLY_JOB_H
 #define VERGENCE_DAEMON_REPLY_JOB_H
 
@@ -14,20 +14,20 @@
 
 enum { JOB_MESSAGE_BYTES = 1024, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
 
-/// The client of a job has not been told that it waits.
+/// Value of `ahead_shown`: the client has not been informed that its job waits.
 #define JOB_NOT_SHOWN UINT32_MAX
 
 enum job_state {
-    JOB_FREE,     ///< the event loop's
-    JOB_WAITING,  ///< in a crew's queue, or under way; the crew's
-    JOB_DONE,     ///< the event loop's again: the answer is in the output
+    JOB_FREE,     ///< owned by the event loop
+    JOB_WAITING,  ///< queued or running; owned by the worker
+    JOB_DONE,     ///< the answer is in the output; owned by the event loop
 };
 
-/// A command that is repeated.
+/// A command repeated by `watch`.
 struct job_watch {
     bool on;
     uint64_t interval_us;
-    uint32_t rounds_left;  ///< 0: until it is cancelled
+    uint32_t rounds_left;  ///< 0: until cancelled
     char line[COMMAND_LINE_MAX + 1];
 };
 
@@ -38,18 +38,18 @@ struct job {
     bool terminal;
     struct request request;
     const struct command *command;
-    char line[COMMAND_LINE_MAX + 1];  ///< as it was given
+    char line[COMMAND_LINE_MAX + 1];  ///< as entered
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     struct job_watch watch;
-    bool round;  ///< this is a round of `watch`: no answer unless it fails or is the last
-    bool quit;   ///< the connection is to end
+    bool round;  ///< a round of `watch`: answered only if it fails or is the last
+    bool quit;   ///< close the connection
 
-    // While it waits for others'; both threads', under the lock of the crew.
-    uint64_t queued_us;    ///< monotonic; since when
-    uint32_t ahead;        ///< commands that stood before it then
-    uint32_t ahead_shown;  ///< of them, when its client was told last; JOB_NOT_SHOWN
-    bool bar_shown;        ///< on its terminal, which the answer is to wipe
+    // While it is queued. Used by both threads, under the worker's lock.
+    uint64_t queued_us;    ///< monotonic time at which it was queued
+    uint32_t ahead;        ///< commands before it at that time
+    uint32_t ahead_shown;  ///< last number shown to the client, or JOB_NOT_SHOWN
+    bool bar_shown;        ///< a bar is on its terminal, to be erased by the answer
 };
 
 #endif

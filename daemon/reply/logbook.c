@@ -47,8 +47,8 @@ void logbook_reopen(struct logbook *self) {
     }
     const int fd = open_file(self->path);
     if (fd < 0) {
-        logbook_print(self, HAL_LOG_ERROR, "%s: %s; the log goes on where it was", self->path,
-                      strerror(errno));
+        logbook_print(self, HAL_LOG_ERROR, "%s: %s; the log stays in the file that is open",
+                      self->path, strerror(errno));
         return;
     }
     if (self->fd >= 0) {
@@ -83,9 +83,10 @@ static void write_line(void *cookie, enum hal_log_level level, const char *text)
         return;
     }
     if (held > 0) {
-        snprintf(before, sizeof before, "(after %llu more such lines) ", (unsigned long long)held);
+        snprintf(before, sizeof before, "(%llu similar lines suppressed) ",
+                 (unsigned long long)held);
     } else if (answer == FLOOD_TELL_LAST) {
-        strcpy(before, "(and no more such lines for a while) ");
+        strcpy(before, "(similar lines are suppressed from now on) ");
     }
     struct logbook_line *line = &self->lines[self->written % LOGBOOK_LINES];
     line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
@@ -120,13 +121,13 @@ void logbook_time_text(int64_t time_us, char *text) {
     snprintf(text + length, 32 - length, ".%03d", (int)(time_us / 1000 % 1000));
 }
 
-/// Sends one line; false: not now.
+/// Sends one line. False: try again later.
 static bool send_line(struct logbook *self, const struct logbook_line *line, uint64_t lost) {
     char when[32];
     char text[LOGBOOK_LINE_BYTES + 128];
     char gap[64] = "";
     if (lost > 0) {
-        snprintf(gap, sizeof gap, "(%llu lines are missing here) ", (unsigned long long)lost);
+        snprintf(gap, sizeof gap, "(%llu lines lost) ", (unsigned long long)lost);
     }
     logbook_time_text(line->time_us, when);
     const int length =
@@ -134,14 +135,14 @@ static bool send_line(struct logbook *self, const struct logbook_line *line, uin
                       : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
                                  logbook_level_name(line->level), gap, line->text);
     INVARIANT(length > 0 && (size_t)length < sizeof text);
-    // A pipe that can take something takes a line of this length, so nothing waits here.
+    // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once.
     struct pollfd room = {.fd = self->fd, .events = POLLOUT};
     if (poll(&room, 1, 0) <= 0) {
         return false;
     }
     const ssize_t sent = write(self->fd, text, (size_t)length);
     self->failed_number = sent == length ? 0 : sent < 0 ? errno : ENOSPC;
-    // Half a line is no line: it is sent again, behind an end for the half.
+    // A partly written line is ended here and sent again as a whole.
     if (sent > 0 && sent < length && write(self->fd, "\n", 1) < 0) {
         self->failed_number = errno;
     }

@@ -31,7 +31,7 @@ void output_reset(struct output *self, bool closed) {
     pthread_mutex_unlock(&self->lock);
 }
 
-/// Copies to the end; there is room.
+/// Copies to the end. The bytes must fit.
 static void append(struct output *self, const char *data, size_t bytes) {
     INVARIANT(self->length + bytes <= OUTPUT_BYTES);
     const size_t tail = (self->head + self->length) % OUTPUT_BYTES;
@@ -55,8 +55,8 @@ void output_put(struct output *self, const void *data, size_t bytes) {
     pthread_mutex_unlock(&self->lock);
     if (wake) {
         const uint64_t one = 1;
-        const ssize_t told = write(self->wake_fd, &one, sizeof one);
-        (void)told;  // it cannot fail but for being told often enough already
+        const ssize_t written = write(self->wake_fd, &one, sizeof one);
+        (void)written;  // fails only if the counter is at its maximum, which wakes the loop too
     }
 }
 
@@ -97,7 +97,7 @@ size_t output_peek(struct output *self, void *data, size_t capacity) {
 
 void output_take(struct output *self, size_t bytes) {
     pthread_mutex_lock(&self->lock);
-    // A reset between peek and take leaves less.
+    // A reset between peek and take may have emptied it.
     const size_t taken = bytes < self->length ? bytes : self->length;
     self->head = (self->head + taken) % OUTPUT_BYTES;
     self->length -= taken;

@@ -9,9 +9,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // of the bar, and of what stands before it
+enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // characters, of the bar and of the text before it
 
-/// Bytes on their way to the client. Terminals want CR LF.
+/// Passes bytes of the stream to the output. Terminals need CR LF.
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
     struct reply *self = cookie;
     self->crc = crc_update(self->crc, data, bytes);
@@ -41,7 +41,7 @@ static void wipe_bar(struct reply *self) {
     }
 }
 
-/// Opens the line and the result of an answer in JSON.
+/// Opens a line of JSON; `event` is NULL in an answer.
 static void begin_json(struct reply *self, const char *event) {
     self->crc = 0;
     json_begin_line(&self->json, self->stream);
@@ -84,11 +84,11 @@ static bool has_unit(const struct reply *self, const char *path) {
     return false;
 }
 
-/// Notes the unit under the path of the number within its groups; once for all members of a list,
-/// whose numbers have no names (NULL) where the list is of numbers.
+/// Saves the unit under the number's path within its groups, once for all members of a list. `key`
+/// is NULL for members of a list of numbers.
 static void note_unit(struct reply *self, const char *key, const char *unit) {
     const size_t group = self->path_end[self->depth];
-    // A list's path ends in the dot for its members.
+    // A list's path ends in a dot, which only named members need.
     const size_t kept = key != NULL || group == 0 ? group : group - 1;
     const size_t name = key != NULL ? strlen(key) : 0;
     const size_t bytes = kept + name + 1 + strlen(unit) + 1;
@@ -105,8 +105,8 @@ static void note_unit(struct reply *self, const char *key, const char *unit) {
     }
 }
 
-/// What stands before an item of text; a group's items follow on lines of their own, or on this
-/// one.
+/// Writes what precedes an item of text: indentation or comma, and the key. A group's items follow
+/// on separate lines, or on the same line inside a list.
 static void lead(struct reply *self, const char *key, bool group) {
     const bool in_line = self->in_line[self->depth];
     if (in_line) {
@@ -154,12 +154,12 @@ static void put_text(void *cookie, const char *key, const char *value) {
     fputs(self->in_line[self->depth] ? "" : "\n", self->stream);
 }
 
-/// Adds a group or list to the path that ends at `end`; the bytes that this takes.
+/// Adds a group or list to the path that ends at `end`. Returns the number of bytes added.
 static size_t extend_path(struct reply *self, size_t end, const char *key, bool array) {
     char step[REPLY_PATH_BYTES];
     const int bytes =
         snprintf(step, sizeof step, "%s%s.", key != NULL ? key : "", array ? "[]" : "");
-    // A member of a list has its path.
+    // A group in a list has the path of the list.
     if ((key == NULL && !array) || bytes < 0 || end + (size_t)bytes >= sizeof self->path) {
         return 0;
     }
@@ -280,7 +280,7 @@ static void put_units(struct reply *self) {
     json_close_object(&self->json);
 }
 
-/// Closes the groups that a failed command has left open.
+/// Closes the groups that a failed command left open, and the result.
 static void close_groups(struct reply *self) {
     begin_result(self);
     while (self->depth > 0) {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Answers as text for people or as JSON for programs.
 ///
-/// Text: `key: value unit` a line, what belongs together indented; then `OK`, or `ERR NAME text`
-/// with a name of core/error.h, or between the rounds of a watch an empty line. Where the request
-/// was sealed a blank, #, its id and a comma if it had one, and eight digits follow: the CRC-32 of
-/// the answer, or of the round, before them. Where progress was asked for, lines
-/// `... what done/total` come first, and have no seal. JSON, one object a line:
+/// Text: one `key: value unit` a line, groups indented; then `OK`, or `ERR NAME text` with a name
+/// of core/error.h; after a round of `watch` an empty line. If the request had a CRC, the last line
+/// ends with a blank, `#`, the request's id and a comma if it had one, and eight hexadecimal
+/// digits: the CRC-32 of the answer, or of the round, before them. If progress was requested, lines
+/// `... what done/total` come first, without a CRC. JSON, one object a line:
 ///
 ///   {"result": {...}, "ok": true, "error": "OK", "code": 0, "message": ""}
 ///
-/// with "id" first where the request had one, "event" instead of "result" for what comes before the
-/// answer ("progress", "watch"), and "crc" last where the request was sealed: eight digits, the
-/// CRC-32 of the line before `, "crc"`. Units of the result's numbers are in "units" behind it, by
-/// the names of the items, those of groups with dots between; of a list's members once for all of
-/// them: "parts[].last".
+/// with "id" first if the request had one. Lines before the answer have an "event": "progress", or
+/// "watch" after a "result". If the request had a CRC, "crc" comes last: eight hexadecimal digits,
+/// the CRC-32 of the line up to `, "crc"`. "units" after the result has the units of its numbers by
+/// their names, with dots between the names of groups; once for all members of a list:
+/// "parts[].last".
 #ifndef VERGENCE_DAEMON_REPLY_REPLY_H
 #define VERGENCE_DAEMON_REPLY_REPLY_H
 
@@ -31,40 +31,41 @@ extern "C" {
 
 enum { REPLY_DEPTH_MAX = 8, REPLY_UNITS_BYTES = 2048, REPLY_PATH_BYTES = 160 };
 
-/// One at a time for each thread that answers; used again for each answer.
+/// Each thread that answers has one and uses it for one answer after the other.
 struct reply {
-    struct command_reply items;  ///< what commands write to
-    FILE *stream;                ///< into `output`
+    struct command_reply items;  ///< for commands, which write to it
+    FILE *stream;                ///< writes to `output`
     struct output *output;
     struct request request;
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
-    bool begun;      ///< the result
-    bool keeps;      ///< what is written is to be had again
-    bool bar_shown;  ///< a bar is to be wiped
-    uint32_t crc;    ///< of the line so far
+    bool begun;      ///< the result was begun
+    bool keeps;      ///< save the answer for repetition
+    bool bar_shown;  ///< a bar is on the terminal, to be erased
+    uint32_t crc;    ///< of the line (text: of the answer) so far
     int depth;
-    bool array[REPLY_DEPTH_MAX + 1];    ///< this group is one
-    bool in_line[REPLY_DEPTH_MAX + 1];  ///< its items stand on one line of text
+    bool array[REPLY_DEPTH_MAX + 1];    ///< the group is an array
+    bool in_line[REPLY_DEPTH_MAX + 1];  ///< the group's items share one line of text
     bool first[REPLY_DEPTH_MAX + 1];
     size_t path_end[REPLY_DEPTH_MAX + 1];
     char path[REPLY_PATH_BYTES];
-    char units[REPLY_UNITS_BYTES];  ///< "path\0unit\0" in a row
+    char units[REPLY_UNITS_BYTES];  ///< sequence of "path\0unit\0"
     size_t units_length;
 };
 
-/// False: no memory.
+/// False: out of memory.
 bool reply_open(struct reply *self);
 void reply_close(struct reply *self);
 
-/// Begins an answer.
+/// Begins an answer, which goes to `output`. `request` is copied.
 void reply_begin(struct reply *self, struct output *output, const struct request *request,
                  bool terminal);
-/// How far a command is; only before its first item, as a bar or as an event.
+/// Reports progress of a command as a bar, a line or an event; ignored after the first item and if
+/// `total` is 0.
 void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_t total);
-/// Ends it; `message` for people in case of an error.
+/// Ends the answer, with a human-readable `message` if `error` is not 0.
 void reply_end(struct reply *self, int error, const char *message);
-/// Ends one round of a command that is repeated; `reply_begin` begins the next.
+/// Ends one round of `watch`; `reply_begin` begins the next.
 void reply_end_round(struct reply *self);
 
 #ifdef __cplusplus

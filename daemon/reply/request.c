@@ -34,7 +34,7 @@ static bool parse_id(const char *text, int32_t *id) {
     return true;
 }
 
-/// One word of the prefix but crc; false: there is no such word.
+/// Takes an option other than crc. False: unknown or invalid option.
 static bool take_word(const char *word, struct request *request) {
     if (strcmp(word, "json") == 0) {
         request->json = true;
@@ -52,18 +52,58 @@ static bool take_word(const char *word, struct request *request) {
     return true;
 }
 
-/// What is not carried out is not repeated either.
-static int refuse(struct request *request, const char *why, const char *word, char *message,
-                  size_t bytes, int error) {
-    struct command_text sentence = command_text_begin(message, bytes);
+/// Clears `once`: a command that was not run has no answer to repeat.
+static int refuse(struct request *request, const char *text, char *message, size_t message_bytes,
+                  int error) {
+    struct command_text sentence = command_text_begin(message, message_bytes);
     request->once = false;
-    command_text_add(&sentence, why);
-    if (word != NULL) {
-        command_text_add(&sentence, " \"");
-        command_text_add_typed(&sentence, word);
-        command_text_add(&sentence, "\"");
-    }
+    command_text_add(&sentence, text);
     return error;
+}
+
+static int refuse_option(struct request *request, const char *word, char *message,
+                         size_t message_bytes) {
+    struct command_text sentence = command_text_begin(message, message_bytes);
+    request->once = false;
+    command_text_add(&sentence, "invalid option \"");
+    command_text_add_typed(&sentence, word);
+    command_text_add(&sentence,
+                     "\" after @ (expected json, text, progress, once, id=N, or as the "
+                     "last one crc=HEX)");
+    return ERROR_SYNTAX;
+}
+
+/// CRC-32 of a line: as given, and computed.
+struct line_crc {
+    uint32_t given, computed;
+};
+
+/// Takes an option, which begins at `at`. False: unknown or invalid option.
+static bool take_option(const char *line, const char *at, const char *word, bool last,
+                        struct request *request, struct line_crc *crc) {
+    if (last && strncmp(word, "crc=", 4) == 0 && parse_hex8(word + 4, &crc->given)) {
+        request->sealed = true;
+        crc->computed = crc_update(0, line, (size_t)(at - line));
+        return true;
+    }
+    return take_word(word, request);
+}
+
+/// Takes the options after @, up to `end`. False: `word` has the beginning of an invalid one.
+static bool take_options(const char *line, const char *end, struct request *request,
+                         struct line_crc *crc, char word[WORD_MAX]) {
+    for (const char *at = line + 1; at <= end;) {
+        const char *comma = memchr(at, ',', (size_t)(end - at));
+        const size_t bytes = (size_t)((comma != NULL ? comma : end) - at);
+        const bool fits = bytes < WORD_MAX;
+        memset(word, 0, WORD_MAX);
+        memcpy(word, at, fits ? bytes : WORD_MAX - 1);
+        if (!fits || !take_option(line, at, word, comma == NULL, request, crc)) {
+            return false;
+        }
+        at += bytes + 1;
+    }
+    return true;
 }
 
 int request_parse(const char *line, struct request *request, char *message, size_t message_bytes) {
@@ -75,40 +115,21 @@ int request_parse(const char *line, struct request *request, char *message, size
     if (*line != '@') {
         return 0;
     }
-    const char *at = line + 1;
-    const size_t prefix = strcspn(at, " \t");
-    request->command = at + prefix + (at[prefix] != '\0');
-    const char *const end = at + prefix;
-    uint32_t crc = 0;
-    uint32_t right_crc = 0;
-    while (at <= end) {
-        size_t bytes = (size_t)(end - at);
-        const char *comma = memchr(at, ',', bytes);
-        bytes = comma != NULL ? (size_t)(comma - at) : bytes;
-        char word[WORD_MAX] = "";
-        const bool fits = bytes < sizeof word;
-        memcpy(word, at, fits ? bytes : sizeof word - 1);
-        if (fits && comma == NULL && strncmp(word, "crc=", 4) == 0 && parse_hex8(word + 4, &crc)) {
-            request->sealed = true;
-            right_crc = crc_update(0, line, (size_t)(at - line));
-        } else if (!fits || !take_word(word, request)) {
-            return refuse(
-                request,
-                "what stands behind @ must be json, text, progress, once, id=N, or at the "
-                "end crc=HEX, not",
-                word, message, message_bytes, ERROR_SYNTAX);
-        }
-        at += bytes + 1;
+    const char *const end = line + strcspn(line, " \t");
+    request->command = end + (*end != '\0');
+    char word[WORD_MAX];
+    struct line_crc crc = {0, 0};
+    if (!take_options(line, end, request, &crc, word)) {
+        return refuse_option(request, word, message, message_bytes);
     }
-    INVARIANT(request->command >= line);
-    right_crc = crc_update(right_crc, request->command, strlen(request->command));
-    if (request->sealed && crc != right_crc) {
-        request->id = REQUEST_ID_NONE;  // it may have been another one
-        return refuse(request, "the line was damaged on its way: send it again", NULL, message,
-                      message_bytes, ERROR_CRC);
+    crc.computed = crc_update(crc.computed, request->command, strlen(request->command));
+    if (request->sealed && crc.given != crc.computed) {
+        request->id = REQUEST_ID_NONE;  // possibly damaged
+        return refuse(request, "wrong CRC-32 of the line: send it again", message, message_bytes,
+                      ERROR_CRC);
     }
     if (request->once && (!request->sealed || request->id == REQUEST_ID_NONE)) {
-        return refuse(request, "once needs id=N and crc=HEX", NULL, message, message_bytes,
+        return refuse(request, "once requires id=N and crc=HEX", message, message_bytes,
                       ERROR_SYNTAX);
     }
     return 0;
