@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A report for whoever mends the instrument: what the commands that look at it say, in one file.
+// Bug report: the output of the commands that show the instrument's state, in one file.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,7 +24,7 @@ static const char *const sections[] = {
 
 enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512 };
 
-/// The answer to one command, as a person at a terminal would see it.
+/// Adds the answer to one command, as text.
 static void add_section(const struct command_call *call, const char *line, struct reply *reply,
                         struct output *output) {
     const struct surroundings *around = surroundings_of(call);
@@ -50,7 +50,7 @@ static void add_section(const struct command_call *call, const char *line, struc
     output_put_text(output, "\n");
 }
 
-/// The report, as the scribe is told.
+/// The report as a job for the disk writer.
 struct report {
     const struct command_call *call;
     char name[FILES_NAME_MAX + 1];
@@ -95,7 +95,7 @@ static int run_bugreport(const struct command_call *call) {
         error = reply_open(reply) ? 0 : ERROR_MEMORY;
         for (int i = 0; error == 0 && i < SECTIONS; i++) {
             add_section(call, sections[i], reply, &output);
-            around->progress(around->self, "looking", (uint32_t)i + 1, SECTIONS);
+            around->progress(around->self, "reading", (uint32_t)i + 1, SECTIONS);
             error = around->go_on(around->self) ? 0 : ERROR_CANCELLED;
         }
         if (error == 0) {
@@ -113,10 +113,9 @@ static int run_bugreport(const struct command_call *call) {
 
 static const struct command commands[] = {
     {.name = "bugreport",
-     .summary = "write all that tells of the instrument's state into one file",
-     .help = "Version, date and system, settings, state, health, registers and the log, to be "
-             "fetched and sent to "
-             "whoever mends the instrument.",
+     .summary = "write the complete state of the instrument to one file",
+     .help = "Version, date, system, configuration, state, health, calibration, saved settings, "
+             "files, registers and the log. Fetch it and send it with a request for support.",
      .flags = COMMAND_LONG | COMMAND_UNRECORDED,
      .run = run_bugreport},
 };

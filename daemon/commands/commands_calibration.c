@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calibration that the instrument keeps: shown, set from a file, forgotten.
+// The saved calibration of the instrument: show, set from a file, forget.
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -21,14 +21,14 @@
 
 enum { SHOW, SET, FORGET };
 enum { WHAT, FILE_NAME, ACCEPT, ALSO, ARGUMENTS };
-/// What ACCEPT and ALSO may hold, in this order.
+/// Values of ACCEPT and ALSO, in the order of ACCEPT_WORDS.
 enum { ACCEPT_MISMATCH, ACCEPT_MM };
 #define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
 
 _Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
-               "whoever loads the record has room for it");
+               "buffers for the record hold the longest calibration");
 
-/// Where the axes stood when it was made; what is not known is left out.
+/// Reports cameras and axis positions with which it was made; unknown ones are omitted.
 static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
     if (origin->instrument[0] != '\0') {
         item_text(call, "instrument", origin->instrument);
@@ -82,24 +82,24 @@ static int parse(const struct command_call *call, const char *name, const char *
                                fault.reason[0] != '\0' ? ": " : "", fault.reason);
 }
 
-static int refuse_store(const struct command_call *call, const char *what, int error) {
-    return surroundings_refuse_store(call, error, "calibration: it", what);
+static int refuse_store(const struct command_call *call, const char *action, int error) {
+    return surroundings_refuse_store(call, error, "calibration", action);
 }
 
 // ---- the record
 
-/// What the disk's thread is to do, while the rig is looked after.
+/// An access to a file or to the record, for the disk writer; the rig is serviced meanwhile.
 struct record_job {
     const struct command_call *call;
     const struct hal_store *store;
     int what;
-    const char *name;                           // SET: of the file
-    char text[CALIBRATION_TEXT_MAX_BYTES + 1];  // one byte more shows that a file is longer
+    const char *name;                           // SET: name of the file
+    char text[CALIBRATION_TEXT_MAX_BYTES + 1];  // one more byte detects a longer file
     size_t length;
     int error;
 };
 
-/// The file's text into the job.
+/// Reads the file's text into the job.
 static int read_file(struct record_job *self) {
     const int fd = files_open(self->call, self->name);
     if (fd < 0) {
@@ -108,8 +108,8 @@ static int read_file(struct record_job *self) {
     const ssize_t length = read(fd, self->text, sizeof self->text);
     close(fd);
     if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
-        return surroundings_refuse(self->call, ERROR_SYNTAX, "%s: is no calibration of Vergence",
-                                   self->name);
+        return surroundings_refuse(self->call, ERROR_SYNTAX,
+                                   "%s: not a calibration file of Vergence", self->name);
     }
     self->length = (size_t)length;
     return 0;
@@ -148,7 +148,7 @@ static int do_record(const struct command_call *call, int what, struct record_jo
     return job->error;
 }
 
-// ---- compared with the instrument
+// ---- match with the instrument
 
 int commands_calibration_match(const struct command_call *call,
                                const struct calibration_match_state *state, const char *accept,
@@ -160,11 +160,11 @@ int commands_calibration_match(const struct command_call *call,
         return 0;
     }
     if (job.error != 0) {
-        return message_set(message, job.error, "the kept calibration cannot be read: %s",
+        return message_set(message, job.error, "the saved calibration cannot be read: %s",
                            error_text(job.error));
     }
     const int error = calibration_parse(job.text, job.length, &calibration, NULL);
-    return error != 0 ? message_set(message, error, "the kept calibration cannot be read: %s",
+    return error != 0 ? message_set(message, error, "the saved calibration cannot be read: %s",
                                     error_text(error))
                       : calibration_match(&calibration, state, accept, message);
 }
@@ -183,7 +183,7 @@ void commands_calibration_instrument(const struct command_call *call,
     }
 }
 
-/// As a pair that were taken now would say it, as far as it was read.
+/// The state as a pair taken now would have it, with the positions last read.
 static void state_now(const struct command_call *call, struct calibration_match_state *state) {
     const struct rig *rig = call->rig;
     struct session_instrument instrument;
@@ -205,8 +205,8 @@ static void state_now(const struct command_call *call, struct calibration_match_
     calibration_match_pair(rig->profile.name, &instrument, &pair, state);
 }
 
-/// Reads the lenses, which a command may have left anywhere; not into a recording, which knows no
-/// such command.
+/// Reads the lens positions, which may have changed since they were last read. Not while recording:
+/// these calls belong to a command that a recording does not contain.
 static int read_lenses(const struct command_call *call) {
     int error = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
@@ -226,7 +226,7 @@ int commands_calibration_put_state(const struct command_call *call) {
     struct message message;
     if (surroundings_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
         calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
-        return 0;  // "calibration" says why
+        return 0;  // the command "calibration" reports it
     }
     item_begin(call, "calibration", false);
     item_text(call, "id", calibration.id);
@@ -251,10 +251,10 @@ static int run_show(const struct command_call *call) {
     int error = do_record(call, SHOW, &job);
     if (error == ERROR_MISSING) {
         return surroundings_refuse(call, error,
-                                   "there is no calibration: \"calibration set FILE\" first");
+                                   "calibration: none saved (\"calibration set FILE\" first)");
     }
     if (error != 0) {
-        return refuse_store(call, "read", error);
+        return refuse_store(call, "read from", error);
     }
     error = parse(call, SURROUNDINGS_CALIBRATION, job.text, job.length, &calibration);
     if (error == 0) {
@@ -269,7 +269,7 @@ static bool accepts(const struct command_call *call, int what) {
            (values[ALSO].given && values[ALSO].choice == what);
 }
 
-/// Refuses one of another instrument, or of axes that stand elsewhere.
+/// Rejects a calibration of another instrument or of other axis positions, unless accepted.
 static int check_match(const struct command_call *call, const struct calibration *calibration) {
     struct calibration_match_state state;
     struct message message;
@@ -303,12 +303,12 @@ static int run_set(const struct command_call *call) {
     struct message message;
     if (!accepts(call, ACCEPT_MM) &&
         length_check_baseline(calibration_baseline_mm(&calibration), job.name,
-                              "\"calibration set FILE mm\" takes it", &message) != 0) {
+                              "\"calibration set FILE mm\" accepts it", &message) != 0) {
         return surroundings_refuse(call, ERROR_BASELINE, "%s", message.text);
     }
     error = do_record(call, SET, &job);
     if (error != 0) {
-        return refuse_store(call, "kept", error);
+        return refuse_store(call, "save to", error);
     }
     show(call, &calibration);
     return 0;
@@ -318,9 +318,9 @@ static int run_forget(const struct command_call *call) {
     struct record_job job;
     const int error = do_record(call, FORGET, &job);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error, "calibration forget: none is kept");
+        return surroundings_refuse(call, error, "calibration: none saved");
     }
-    return error == 0 ? 0 : refuse_store(call, "removed", error);
+    return error == 0 ? 0 : refuse_store(call, "remove from", error);
 }
 
 static int run_calibration(const struct command_call *call) {
@@ -328,17 +328,16 @@ static int run_calibration(const struct command_call *call) {
     const int what = call->values[WHAT].given ? call->values[WHAT].choice : SHOW;
     if (store == NULL) {
         return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "calibration: nothing is kept: the setting \"store\" is none");
+                                   "calibration: saving is disabled: \"store\" is not set");
     }
     if (what == SET && !call->values[FILE_NAME].given) {
         return surroundings_refuse(call, ERROR_MISSING,
-                                   "calibration: FILE is missing: expected is one of \"files\"");
+                                   "calibration: set requires FILE (\"files\" lists them)");
     }
     if (what != SET && call->values[FILE_NAME].given) {
-        return surroundings_refuse(
-            call, ERROR_ARGUMENT,
-            "calibration: FILE \"%s\" is too much; it goes with \"set\" alone",
-            call->values[FILE_NAME].text);
+        return surroundings_refuse(call, ERROR_ARGUMENT,
+                                   "calibration: unexpected FILE \"%s\" (only \"set\" has one)",
+                                   call->values[FILE_NAME].text);
     }
     return what == SET ? run_set(call) : what == FORGET ? run_forget(call) : run_show(call);
 }
@@ -348,34 +347,33 @@ static const struct command_argument arguments[] = {
      .kind = COMMAND_CHOICE,
      .choices = "show set forget",
      .optional = true,
-     .help = "what to do; show when left out"},
+     .help = "what to do; default: show"},
     {.name = "FILE",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "the calibration to be set, one of the instrument's files",
+     .help = "calibration to set, one of the instrument's files",
      .candidates = files_candidates_file},
     {.name = "ACCEPT",
      .kind = COMMAND_CHOICE,
      .choices = ACCEPT_WORDS,
      .optional = true,
      .help =
-         CAPTURE_ACCEPT_WORD ": set it although it was made with other axes, cameras or windows; "
-                             "mm: although its baseline is below 5 mm"},
+         CAPTURE_ACCEPT_WORD ": accept one made with other axes, cameras or windows; mm: accept a "
+                             "baseline below 5 mm"},
     {.name = "ALSO",
      .kind = COMMAND_CHOICE,
      .choices = ACCEPT_WORDS,
      .optional = true,
-     .help = "the other one of these"},
+     .help = "the other of these"},
 };
 
 static const struct command commands[] = {
     {.name = "calibration",
-     .summary = "show, set or forget the calibration that the instrument keeps",
-     .help =
-         "It outlives restarts. What is set is checked first, and refused when the instrument is "
-         "up and was calibrated with other axes, cameras or windows.",
+     .summary = "show, set or forget the saved calibration",
+     .help = "It is saved across restarts. \"set\" rejects an invalid calibration, and, after a "
+             "bring-up, one made with other axes, cameras or windows.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
      .flags = COMMAND_UNRECORDED,

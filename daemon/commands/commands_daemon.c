@@ -56,7 +56,7 @@ static int run_help(const struct command_call *call) {
     const struct command *command = command_find(around->table, around->table_count, name);
     if (command == NULL) {
         const char *nearest = command_nearest(around->table, around->table_count, name);
-        return surroundings_refuse(call, ERROR_ARGUMENT, "there is no command \"%s\"%s%s%s", name,
+        return surroundings_refuse(call, ERROR_ARGUMENT, "unknown command \"%s\"%s%s%s", name,
                                    nearest != NULL ? "; did you mean \"" : "",
                                    nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
     }
@@ -93,7 +93,7 @@ static int run_config(const struct command_call *call) {
     }
     return found ? 0
                  : surroundings_refuse(call, ERROR_ARGUMENT,
-                                       "config: there is no key \"%.60s\"; \"config\" shows all",
+                                       "config: unknown key \"%.60s\" (\"config\" lists all)",
                                        call->values[0].text);
 }
 
@@ -119,7 +119,7 @@ static int run_log(const struct command_call *call) {
     return 0;
 }
 
-/// What is repeated is checked once, here.
+/// Checks the command to repeat, so that its rounds need not.
 static int run_watch(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
     struct job_watch *watch = &around->job->watch;
@@ -133,8 +133,9 @@ static int run_watch(const struct command_call *call) {
         return error;
     }
     if (command == NULL || command->run == run_watch || strcmp(command->name, "quit") == 0) {
-        return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "watch: COMMAND must be one to be repeated, such as \"status\"");
+        return surroundings_refuse(
+            call, ERROR_ARGUMENT,
+            "watch: COMMAND cannot be repeated (expected one such as \"status\")");
     }
     INVARIANT(strlen(line) < sizeof watch->line);
     strcpy(watch->line, line);
@@ -176,7 +177,7 @@ static const struct command_argument complete_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 0,
      .most = 400,
-     .help = "what was typed of a line, in quotes"},
+     .help = "the line as typed so far, in quotes"},
 };
 
 static const struct command_argument help_arguments[] = {
@@ -185,7 +186,7 @@ static const struct command_argument help_arguments[] = {
      .least = 1,
      .most = 32,
      .optional = true,
-     .help = "one of them; all are listed when left out",
+     .help = "the command to explain; default: list all",
      .candidates = add_commands},
 };
 
@@ -195,7 +196,7 @@ static const struct command_argument config_arguments[] = {
      .least = 1,
      .most = 60,
      .optional = true,
-     .help = "one setting; all are shown when left out",
+     .help = "one setting; default: all",
      .candidates = add_keys},
 };
 
@@ -206,7 +207,7 @@ static const struct command_argument log_arguments[] = {
      .least = 1,
      .most = LOGBOOK_LINES,
      .optional = true,
-     .help = "how many of the last lines; 20 when left out"},
+     .help = "how many of the last lines; default: 20"},
 };
 
 static const struct command_argument watch_arguments[] = {
@@ -220,42 +221,42 @@ static const struct command_argument watch_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 400,
-     .help = "what is repeated; in quotes when it has arguments",
+     .help = "the command to repeat, in quotes if it has arguments",
      .candidates = add_commands},
     {.name = "COUNT",
      .kind = COMMAND_INTEGER,
      .least = 1,
      .most = 1000000,
      .optional = true,
-     .help = "rounds; without it until Ctrl-C"},
+     .help = "rounds; default: until Ctrl-C"},
 };
 
 static const struct command commands[] = {
     {.name = "help",
      .summary = "list the commands, or explain one",
-     .help = "Arguments in brackets may be left out. Answers end in OK or in ERR, a name and a "
-             "sentence. Ctrl-C cancels what runs.",
+     .help = "Arguments in brackets are optional. An answer ends with OK, or with ERR, an error "
+             "code and a message. Ctrl-C cancels the running command.",
      .arguments = help_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
      .run = run_help},
     {.name = "complete",
-     .summary = "list the words with which a line may go on, as Tab does",
-     .help = "For terminals. Words that end in / go on.",
+     .summary = "list possible continuations of a line, as Tab does",
+     .help = "For terminals. A word that ends in / is incomplete.",
      .arguments = complete_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
      .run = run_complete},
     {.name = "version",
-     .summary = "which version and build of the daemon this is",
-     .help = "The build is what git describe said.",
+     .summary = "show the version and build of the daemon",
+     .help = "The build is the output of git describe.",
      .flags = COMMAND_NO_RIG,
      .run = run_version},
     {.name = "config",
      .summary = "show the settings of the daemon",
      .help =
-         "They come from its file of settings; see vergenced --help-config. What the instrument "
-         "is set to is kept by \"settings\".",
+         "They come from its configuration file; see vergenced --help-config. \"settings\" saves "
+         "the state of the instrument.",
      .arguments = config_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
@@ -269,16 +270,16 @@ static const struct command commands[] = {
      .run = run_log},
     {.name = "watch",
      .summary = "repeat a command at an interval",
-     .help = "watch 2 \"pan left\" 10. Rounds that would come too early for the instrument or for "
-             "the reader are left out. Ends at once when the command fails.",
+     .help = "Example: watch 2 \"pan left\" 10. Rounds are skipped while the instrument or the "
+             "reader is not ready for them. Ends when the command fails.",
      .arguments = watch_arguments,
      .argument_count = 3,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,
      .run = run_watch},
     {.name = "quit",
-     .summary = "end this connection",
-     .help = "On a serial console the next one begins at once; on standard input the daemon ends. "
-             "Lines behind it are not carried out.",
+     .summary = "close this connection",
+     .help = "On a serial console a new one begins at once; on standard input the daemon ends. "
+             "Lines after it are not run.",
      .flags = COMMAND_NO_RIG,
      .run = run_quit},
 };

@@ -24,35 +24,34 @@ const struct command *commands_snapshot_table(size_t *count);
 const struct command *commands_settings_table(size_t *count);
 const struct command *commands_system_table(size_t *count);
 
-/// Once `bringup` has worked: sets the cameras as the kept settings say, if the daemon's settings
-/// want that, and tells in the answer whether it did. 0, also when the instrument was left as it
-/// is; else the error, with the call's message, of an instrument that is not ready any more, or
-/// ERROR_CANCELLED.
+/// After a successful `bringup`: sets the cameras to the saved settings if the configuration has
+/// restore = yes, and reports the outcome in the answer. 0, even if nothing was restored;
+/// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
 int commands_settings_after_bringup(const struct command_call *call);
 
-/// The session that a pair went into last. False: there was none yet. Any thread.
+/// Copies the name of the session that received the last pair. False: no pair yet. Any thread.
 bool commands_session_last(char *name, size_t bytes);
 
-/// What `status` is to say of the recording that is under way, if one is. The rig's thread only.
+/// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
 
-/// What the instrument takes pairs with. The rig's thread only.
+/// Describes the instrument that takes the pairs. The rig's thread only.
 struct session_instrument;
 void commands_calibration_instrument(const struct command_call *call,
                                      struct session_instrument *instrument);
 
-/// Compares the kept calibration with `state`: 0 when none is kept, or it fits; ERROR_MISMATCH with
-/// `message`, `accept` as for `calibration_match`; errors of the store. The rig's thread only.
+/// Compares the saved calibration with `state`: 0 if none is saved or it matches; ERROR_MISMATCH
+/// with `message`, `accept` as for `calibration_match`; errors of the store. The rig's thread only.
 struct calibration_match_state;
 struct message;
 int commands_calibration_match(const struct command_call *call,
                                const struct calibration_match_state *state, const char *accept,
                                struct message *message);
-/// What `status` is to say of the kept calibration: which, and whether it fits the instrument as it
-/// stands. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
+/// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
+/// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
 int commands_calibration_put_state(const struct command_call *call);
 
-/// Ends a recording that is under way, in good order, when nobody has the rig any more.
+/// Ends the current recording, if there is one, in good order. Only after the rig's thread ended.
 struct hal_log;
 struct record;
 void commands_session_end(struct record *record, const struct hal_log *log);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instrument's files for clients: listed, and fetched block by block. A block carries its
-// offset, its length and its CRC-32, so that a client on a bad line asks again for what did not
-// come, and goes on where a broken line left it.
+// Lists the instrument's files and transfers them to clients in blocks. A block has an offset, a
+// length and a CRC-32, so that a client on a bad line can request it again, and can resume after a
+// broken connection.
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -67,8 +67,7 @@ static int run_files(const struct command_call *call) {
     close(fd);
     if (listed > FILES_LISTED_MOST) {
         item_text(call, "more",
-                  "the directory holds more: \"files DIRECTORY LAST\" lists those "
-                  "behind the last one");
+                  "the list is incomplete: \"files DIRECTORY LAST\" continues after the last name");
     }
     return 0;
 }
@@ -79,7 +78,7 @@ static void put_crc(const struct command_call *call, uint32_t crc) {
     item_text(call, "crc", text);
 }
 
-/// Length and CRC-32 of the whole file.
+/// Reports length and CRC-32 of the whole file.
 static int describe(const struct command_call *call, int fd) {
     static _Thread_local char data[READ_BYTES];
     const struct surroundings *around = surroundings_of(call);
@@ -139,14 +138,14 @@ static const struct command_argument files_arguments[] = {
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "one of those that are listed without it",
+     .help = "a directory in \"files\"; default: \"files\" itself",
      .candidates = files_candidates_directory},
     {.name = "AFTER",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "only names behind this one"},
+     .help = "list only names after this one"},
 };
 
 static const struct command_argument fetch_arguments[] = {
@@ -154,7 +153,7 @@ static const struct command_argument fetch_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = FILES_NAME_MAX,
-     .help = "of a file, with its directories",
+     .help = "path of the file below \"files\"",
      .candidates = files_candidates_file},
     {.name = "OFFSET",
      .kind = COMMAND_INTEGER,
@@ -162,28 +161,29 @@ static const struct command_argument fetch_arguments[] = {
      .least = 0,
      .most = 1e15,
      .optional = true,
-     .help = "where the block begins; without it length and CRC-32 of the whole file come"},
+     .help = "start of the block; default: report length and CRC-32 of the whole file"},
     {.name = "BYTES",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
      .least = 1,
      .most = FILES_BLOCK_MOST,
      .optional = true,
-     .help = "of the block, at most; 3072 when left out"},
+     .help = "maximum size of the block; default: 3072"},
 };
 
 static const struct command commands[] = {
     {.name = "files",
      .summary = "list the files that can be fetched",
-     .help = "Sessions and other results, as they stand in the setting \"files\", in the order of "
-             "their names, at most 500.",
+     .help =
+         "Sessions and other results in the directory \"files\", in the order of names, at most "
+         "500.",
      .arguments = files_arguments,
      .argument_count = 2,
      .flags = COMMAND_NO_RIG,
      .run = run_files},
     {.name = "fetch",
-     .summary = "read a block of a file; vergence --connect fetches whole files",
-     .help = "The data is in Base64, with its CRC-32 (that of zlib).",
+     .summary = "read a block of a file (vergence --connect fetches whole files)",
+     .help = "The data is in Base64, with its CRC-32 (as in zlib).",
      .arguments = fetch_arguments,
      .argument_count = 3,
      .flags = COMMAND_NO_RIG,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A surface from a recorded pair, into a directory of the instrument's files. It needs no rig: the
-// pair may be of last year, and the next one can be aimed at meanwhile.
+// Reconstructs a surface from a recorded pair into a directory of the instrument's files. It does
+// not use the rig, so the next pair can be aimed meanwhile.
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -33,7 +33,7 @@ static const struct reconstruct_words words = {.scale = "SCALE",
                                                .search = "NEAR and FAR",
                                                .accept = CAPTURE_ACCEPT_WORD};
 
-/// One call. Large: allocated.
+/// One call. Allocated, as it is large.
 struct surface {
     const struct command_call *call;
     char session[FILES_NAME_MAX + 1];
@@ -46,8 +46,8 @@ struct surface {
     struct reconstruct_job job;
 };
 
-/// Whether it is known that there is no pair in a session: a capture was killed, or nothing was
-/// captured yet. One that is damaged has to say so itself.
+/// Whether a session can be read and has no pair: a capture was killed, or nothing was captured
+/// yet. False for a damaged session, whose reader then reports the damage.
 static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
     struct session_reader reader;
     struct message message;
@@ -60,7 +60,7 @@ static bool is_empty(int root, const char *name, struct session_pairs *pairs) {
     return empty;
 }
 
-/// The directory whose index was written last, of those with a pair.
+/// Finds the session whose index was written last, of those with a pair. False: none.
 static bool find_newest(int root, char *name, struct session_pairs *pairs) {
     DIR *directory = files_list_below(root, "");
     struct timespec newest = {0, 0};
@@ -104,13 +104,13 @@ static int choose_session(struct surface *self) {
         snprintf(self->session, sizeof self->session, "%s", value->text);
     } else if (!commands_session_last(self->session, sizeof self->session) &&
                !find_newest(surroundings_of(call)->files_fd, self->session, &self->pairs)) {
-        error =
-            surroundings_refuse(call, ERROR_MISSING, "there is no session: \"capture\" takes one");
+        error = surroundings_refuse(call, ERROR_MISSING,
+                                    "reconstruct: no session with a pair (\"capture\" makes one)");
     }
     if (error != 0) {
         return error;
     }
-    // No links: what is read is below "files".
+    // Rejects links: only sessions in "files" are read.
     const int fd = files_open_directory(call, self->session);
     if (fd >= 0) {
         close(fd);
@@ -131,7 +131,7 @@ static void load_kept(struct surface *self) {
         self->source.kept_text = self->kept;
         self->source.kept_length = length;
     } else if (error != ERROR_MISSING) {
-        self->source.kept_error = error;  // for sessions that have their own it does not matter
+        self->source.kept_error = error;  // reported only if the session has no calibration
     }
 }
 
@@ -143,7 +143,7 @@ static int make_request(struct surface *self) {
         self->request.scale = values[SCALE].number;
     }
     if (values[NEAR].given && !values[FAR].given) {
-        return surroundings_refuse(self->call, ERROR_MISSING, "reconstruct: FAR goes with NEAR");
+        return surroundings_refuse(self->call, ERROR_MISSING, "reconstruct: NEAR requires FAR");
     }
     if (values[FAR].given && !(values[NEAR].number < values[FAR].number)) {
         return surroundings_refuse(self->call, ERROR_RANGE,
@@ -158,14 +158,14 @@ static int make_request(struct surface *self) {
     if (error != 0) {
         return surroundings_refuse(self->call, error, "%s", message.text);
     }
-    self->source.lack = ", and none is kept: \"calibration set FILE\" first";
+    self->source.lack = ", and none is saved (\"calibration set FILE\" first)";
     self->source.parent = around->files_fd;
     self->source.path = self->session;
     self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
     return 0;
 }
 
-/// Where the results go depends on which pair it is: known once the session was read.
+/// Reads the session and sets the path of the results, which depends on the pair found.
 static int read_session(void *cookie, const struct reconstruct_request *request,
                         struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                         struct message *message) {
@@ -177,11 +177,11 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     }
     struct stat about;
     snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
-    // No links here either: what is written is below "files".
+    // Rejects links: results are only written in "files".
     if (fstatat(surroundings_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) ==
             0 &&
         S_ISLNK(about.st_mode)) {
-        return message_set(message, ERROR_ARGUMENT, "%s: is a link; remove it", self->result);
+        return message_set(message, ERROR_ARGUMENT, "%s: is a link (remove it)", self->result);
     }
     const int length =
         snprintf(self->out_path, sizeof self->out_path, "%s/%s", files, self->result);
@@ -243,7 +243,7 @@ static void put_figures(const struct surface *self) {
     item_end(call);
 }
 
-/// What was doubtful before the work is a likely cause of its failure.
+/// Adds the warnings to the message, as they are likely causes of the failure.
 static int refuse_with_notes(const struct surface *self, int error) {
     const struct reconstruct_context *context = &self->job.context;
     char text[MESSAGE_BYTES];
@@ -253,7 +253,7 @@ static int refuse_with_notes(const struct surface *self, int error) {
         length += (size_t)snprintf(text + length, sizeof text - length, "; note: %s",
                                    context->warnings[i].text);
     }
-    // The job's buffer is the disk.
+    // In this job ERROR_BUFFER is a full disk.
     return surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
 }
 
@@ -282,7 +282,7 @@ static int compute(struct surface *self) {
 static int run_reconstruct(const struct command_call *call) {
     struct surface *self = calloc(1, sizeof *self);
     if (self == NULL) {
-        return surroundings_refuse(call, ERROR_MEMORY, "reconstruct: there is no memory");
+        return surroundings_refuse(call, ERROR_MEMORY, "reconstruct: out of memory");
     }
     self->call = call;
     int error = choose_session(self);
@@ -301,54 +301,53 @@ static const struct command_argument reconstruct_arguments[] = {
      .least = 1,
      .most = FILES_NAME_MAX,
      .optional = true,
-     .help = "of the pair; the last one captured when left out (or -), else the newest",
+     .help = "session of the pair; default (or -): the last one captured, else the newest",
      .candidates = files_candidates_session},
     {.name = "PAIR",
      .kind = COMMAND_INTEGER,
      .least = 0,
      .most = 1000000,
      .optional = true,
-     .help = "which pair of the session, from 1; the last when left out (or 0)"},
+     .help = "pair of the session, from 1; default (or 0): the last"},
     {.name = "SCALE",
      .kind = COMMAND_NUMBER,
      .least = 0.05,
      .most = 4,
      .optional = true,
-     .help = "of the rectified images against the frames; 1 when left out"},
+     .help = "size of the rectified images relative to the frames; default: 1"},
     {.name = "NEAR",
      .kind = COMMAND_NUMBER,
      .unit = "mm",
      .least = 1e-3,
      .most = 1e6,
      .optional = true,
-     .help =
-         "least depth to search, from the left camera; no point lies outside NEAR and FAR; what "
-         "the calibration says when left out"},
+     .help = "minimum depth to search, from the left camera; no point lies outside NEAR to FAR; "
+             "default: the range of the calibration"},
     {.name = "FAR",
      .kind = COMMAND_NUMBER,
      .unit = "mm",
      .least = 1e-3,
      .most = 1e6,
      .optional = true,
-     .help = "greatest depth to search"},
+     .help = "maximum depth to search"},
     {.name = "MISMATCH",
      .kind = COMMAND_CHOICE,
      .choices = CAPTURE_ACCEPT_WORD,
      .optional = true,
      .help = CAPTURE_ACCEPT_WORD
-     ": measure although the calibration was made with other axes, cameras or windows; lengths are "
-     "wrong then, and the results say so"},
+     ": accept a calibration made with other axes, cameras or windows; lengths are then wrong, and "
+     "the results say so"},
 };
 
 static const struct command commands[] = {
     {.name = "reconstruct",
      .summary = "measure a surface from a recorded pair",
      .help =
-         "Into the directory surface-SESSION-PAIR: mesh.ply, points.pcd, disparity.pfm, "
-         "reasons.pgm, result.json. It is there when all of it is written. The calibration is "
-         "the session's, else the kept one; one of the whole sensor is cut to the frames' "
-         "window. depth_near and depth_far: 1 % of the points are nearer, and 1 % farther. Less "
-         "SCALE costs less memory and time.",
+         "Writes mesh.ply, points.pcd, disparity.pfm, reasons.pgm and result.json to the directory "
+         "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
+         "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
+         "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower SCALE "
+         "takes less memory and time.",
      .arguments = reconstruct_arguments,
      .argument_count = ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,

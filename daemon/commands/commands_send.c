@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of a client, received block by block into the instrument's files. Each line says which
-// file it belongs to (name, length and CRC-32 of the whole), so nothing has to be remembered in
-// between: a client may lose its line, and the daemon may be killed. What has come stands in a
-// hidden file until it is whole and right; only then does it get its name, in one step.
+// Receives a client's file in blocks into the instrument's files. Each command identifies the file
+// (name, length and CRC-32 of the whole), so the daemon keeps no state in memory: the connection
+// may break, and the daemon may be killed. The data goes to a hidden file, which is renamed once it
+// is complete and its CRC-32 is correct.
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -24,13 +24,13 @@
 #include "daemon/files/sync_file.h"
 #include "daemon/reply/item.h"
 
-/// Of the hidden files, by which abandoned ones are found.
+/// Ending of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
 
 enum {
     NAME_MAX_CHARACTERS = 60,
     SEND_MOST = 16 * 1024 * 1024,
-    TEXT_MOST = 400,  ///< of a block, so that all of it fits into a line
+    TEXT_MOST = 400,  ///< length of a block's Base64, so that the command fits into a line
     CRC_DIGITS = 8,
     CHECK_BYTES = 16384,
     ABANDONED_AFTER_S = 24 * 3600,
@@ -38,7 +38,7 @@ enum {
 
 enum { NAME, SIZE, CRC, OFFSET, BLOCK_CRC, DATA };
 
-/// One command: what it says about the file, and how much of that is there.
+/// One command: the file that it identifies, and how much of that was received.
 struct receipt {
     const struct command_call *call;
     int root;
@@ -46,7 +46,7 @@ struct receipt {
     int64_t size;
     uint32_t crc;
     char part[NAME_MAX_CHARACTERS + 48];
-    int fd;  ///< of the part
+    int fd;  ///< of the hidden file
     int64_t have;
 };
 
@@ -67,13 +67,15 @@ static int take_arguments(struct receipt *self) {
         return error;
     }
     if (!parse_crc(values[CRC].text, &self->crc)) {
-        return surroundings_refuse(self->call, ERROR_SYNTAX, "send: CRC is not of eight digits");
+        return surroundings_refuse(self->call, ERROR_SYNTAX,
+                                   "send: CRC: not eight hexadecimal digits");
     }
     self->root = surroundings_of(self->call)->files_fd;
     if (fstatat(self->root, self->name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         !S_ISREG(about.st_mode)) {
         return surroundings_refuse(self->call, ERROR_ARGUMENT,
-                                   "%s: is no file here: send it under another name", self->name);
+                                   "%s: exists and is not a regular file: use another name",
+                                   self->name);
     }
     const int length = snprintf(self->part, sizeof self->part, ".%s.%" PRId64 "-%08" PRIX32 "%s",
                                 self->name, self->size, self->crc, PART_END);
@@ -81,7 +83,7 @@ static int take_arguments(struct receipt *self) {
     return 0;
 }
 
-/// Parts that nobody has gone on with for long.
+/// Removes hidden files that were not written to for ABANDONED_AFTER_S.
 static void remove_abandoned(int root) {
     DIR *directory = files_list_below(root, "");
     if (directory == NULL) {
@@ -101,7 +103,7 @@ static void remove_abandoned(int root) {
     closedir(directory);
 }
 
-/// Whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
+/// Sets `*same` to whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
 static int compare(const struct receipt *self, int fd, bool *same) {
     static _Thread_local char data[CHECK_BYTES];
     const struct surroundings *around = surroundings_of(self->call);
@@ -134,7 +136,7 @@ static int answer(const struct receipt *self, bool whole) {
     return 0;
 }
 
-/// Whether the very file came before, whoever sent it.
+/// Sets `*there` to whether the same file was received before. 0 or ERROR_CANCELLED.
 static int is_there(struct receipt *self, bool *there) {
     const int fd = openat(self->root, self->name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     *there = false;
@@ -147,7 +149,7 @@ static int is_there(struct receipt *self, bool *there) {
     return error;
 }
 
-/// All bytes have come: they must be the announced ones, and safe before they get their name.
+/// After the last byte: checks length and CRC-32, syncs the file and gives it its name.
 static int finish(struct receipt *self) {
     bool same = false;
     const int error = compare(self, self->fd, &same);
@@ -157,11 +159,11 @@ static int finish(struct receipt *self) {
     if (!same) {
         unlinkat(self->root, self->part, 0);
         return surroundings_refuse(self->call, ERROR_VERIFY,
-                                   "%s: what came is not what was announced: send it once more",
+                                   "%s: CRC-32 differs from the announced one: send the file again",
                                    self->name);
     }
     if (fsync(self->fd) != 0) {
-        // What is in memory would look right the next time, and not be on the disk.
+        // The cached data would pass the next check without being on the disk.
         const int number = errno;
         unlinkat(self->root, self->part, 0);
         return files_refuse(self->call, self->name, number);
@@ -173,7 +175,7 @@ static int finish(struct receipt *self) {
     return answer(self, true);
 }
 
-/// Without a block: how much is there already. The first time this makes the part.
+/// Command without a block: reports how much was received, and creates the hidden file.
 static int announce(struct receipt *self) {
     bool there = false;
     remove_abandoned(self->root);
@@ -190,7 +192,8 @@ static int announce(struct receipt *self) {
     return self->have >= self->size ? finish(self) : answer(self, false);
 }
 
-/// Puts a block where it belongs. A disk that takes a part of it is told of, and has none of it.
+/// Writes a block at its offset. If the disk takes only a part, truncates the file to the length
+/// before and reports the error.
 static int write_block(struct receipt *self, int64_t offset, const uint8_t *data, size_t bytes) {
     size_t done = 0;
     while (done < bytes) {
@@ -207,29 +210,43 @@ static int write_block(struct receipt *self, int64_t offset, const uint8_t *data
     return 0;
 }
 
-/// A block may come more than once: its sender cannot know which answers got lost.
-static int take_block(struct receipt *self) {
+/// Decodes the command's block. Its size, or ERROR_CRC with the call's message.
+static long decode_block(const struct receipt *self, uint8_t data[TEXT_MOST]) {
     const struct command_value *values = self->call->values;
-    const int64_t offset = values[OFFSET].integer;
-    uint8_t data[TEXT_MOST];
     uint32_t crc = 0;
-    struct stat about;
-    const long bytes = base64_decode(values[DATA].text, data, sizeof data);
+    const long bytes = base64_decode(values[DATA].text, data, TEXT_MOST);
     if (bytes < 0 || !parse_crc(values[BLOCK_CRC].text, &crc) ||
         crc_update(0, data, (size_t)bytes) != crc) {
         return surroundings_refuse(self->call, ERROR_CRC,
-                                   "the block was damaged on its way: send it again");
+                                   "wrong CRC-32 of the block: send it again");
+    }
+    return bytes;
+}
+
+/// Answers a block whose hidden file cannot be opened: the file is complete, or was not announced.
+/// `number`: errno of the attempt.
+static int answer_unannounced(struct receipt *self, int number) {
+    bool there = false;
+    const int error = number == ENOENT ? is_there(self, &there) : 0;
+    if (error != 0 || there) {
+        return error != 0 ? error : answer(self, true);
+    }
+    return surroundings_refuse(self->call, ERROR_MISSING,
+                               "%s: not announced (\"send NAME SIZE CRC\" first)", self->name);
+}
+
+/// A block may come more than once, as its sender cannot know which answers were lost.
+static int take_block(struct receipt *self) {
+    const int64_t offset = self->call->values[OFFSET].integer;
+    uint8_t data[TEXT_MOST];
+    struct stat about;
+    const long bytes = decode_block(self, data);
+    if (bytes < 0) {
+        return (int)bytes;
     }
     self->fd = openat(self->root, self->part, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
     if (self->fd < 0) {
-        bool there = false;
-        const int error = errno == ENOENT ? is_there(self, &there) : 0;
-        if (error != 0 || there) {
-            return error != 0 ? error : answer(self, true);
-        }
-        return surroundings_refuse(self->call, ERROR_MISSING,
-                                   "%s: was not announced: \"send NAME SIZE CRC\" first",
-                                   self->name);
+        return answer_unannounced(self, errno);
     }
     if (fstat(self->fd, &about) != 0) {
         return files_refuse(self->call, self->name, errno);
@@ -237,8 +254,8 @@ static int take_block(struct receipt *self) {
     self->have = about.st_size;
     if (offset > self->have || offset + bytes > self->size) {
         return surroundings_refuse(self->call, ERROR_RANGE,
-                                   "%s: bytes %" PRId64 " to %" PRId64 " do not follow: %" PRId64
-                                   " of %" PRId64 " are there",
+                                   "%s: invalid block: bytes %" PRId64 " to %" PRId64
+                                   " (received: %" PRId64 " of %" PRId64 ")",
                                    self->name, offset, offset + bytes, self->have, self->size);
     }
     const int error = write_block(self, offset, data, (size_t)bytes);
@@ -251,8 +268,7 @@ static int take_block(struct receipt *self) {
 static int run_send(const struct command_call *call) {
     struct receipt receipt = {.call = call, .root = -1, .fd = -1};
     if (call->values[OFFSET].given && !call->values[DATA].given) {
-        return surroundings_refuse(call, ERROR_MISSING,
-                                   "send: OFFSET goes with the block's CRC-32 and its DATA");
+        return surroundings_refuse(call, ERROR_MISSING, "send: OFFSET requires BLOCK_CRC and DATA");
     }
     int error = take_arguments(&receipt);
     if (error == 0) {
@@ -269,31 +285,31 @@ static const struct command_argument send_arguments[] = {
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = NAME_MAX_CHARACTERS,
-     .help = "of the file here, a plain one; a file of that name is replaced"},
+     .help = "name of the file on the instrument, without /; an existing file is replaced"},
     {.name = "SIZE",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
      .least = 0,
      .most = SEND_MOST,
-     .help = "of the whole file"},
+     .help = "size of the whole file"},
     {.name = "CRC",
      .kind = COMMAND_TEXT,
      .least = CRC_DIGITS,
      .most = CRC_DIGITS,
-     .help = "CRC-32 of the whole file in eight digits"},
+     .help = "CRC-32 of the whole file, eight hexadecimal digits"},
     {.name = "OFFSET",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
      .least = 0,
      .most = SEND_MOST,
      .optional = true,
-     .help = "where the block begins; how much is there already is shown when left out"},
+     .help = "start of the block; default: report how much was received"},
     {.name = "BLOCK_CRC",
      .kind = COMMAND_TEXT,
      .least = CRC_DIGITS,
      .most = CRC_DIGITS,
      .optional = true,
-     .help = "CRC-32 of the block in eight digits"},
+     .help = "CRC-32 of the block, eight hexadecimal digits"},
     {.name = "DATA",
      .kind = COMMAND_TEXT,
      .least = 4,
@@ -304,9 +320,9 @@ static const struct command_argument send_arguments[] = {
 
 static const struct command commands[] = {
     {.name = "send",
-     .summary = "take a block of a file; vergence --connect sends whole files",
-     .help = "The file appears when all of it has come and its CRC-32 (that of zlib) is right. "
-             "What came of others is kept for a day, to go on with.",
+     .summary = "receive a block of a file (vergence --connect sends whole files)",
+     .help = "The file appears once it is complete and its CRC-32 (as in zlib) is correct. An "
+             "incomplete one is kept for a day, to be continued.",
      .arguments = send_arguments,
      .argument_count = 6,
      .flags = COMMAND_NO_RIG,

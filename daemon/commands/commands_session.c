@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pairs taken and sessions recorded, into the instrument's files. All of it is for the thread that
-// has the rig; what goes to the disk is written by the scribe, for which it waits.
+// Captures pairs and records sessions into the instrument's files. Used by the rig's thread only,
+// which waits while the disk writer writes.
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,14 +28,14 @@ enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
 static const double permille_a_percent = 10;
 
-/// The session that is being written: a recording, or one pair.
+/// The session being written: a recording, or one pair.
 static struct {
     struct session_writer writer;
     bool recording;
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
 
-/// Where the last pair went, for other threads.
+/// The session of the last pair, for other threads.
 static struct {
     pthread_mutex_t lock;
     char name[FILES_NAME_MAX + 1];
@@ -54,12 +54,12 @@ bool commands_session_last(char *name, size_t bytes) {
     return name[0] != '\0';
 }
 
-/// "-" stands for a name that is not given, so that what follows it can be.
+/// "-" means no name, so that later arguments can be given.
 static bool is_name(const struct command_value *value) {
     return value->given && strcmp(value->text, "-") != 0;
 }
 
-/// The calibration that the instrument keeps, if it has one, is part of every session.
+/// Writes the saved calibration, if there is one: it is part of every session.
 static int write_calibration(const struct command_call *call, struct message *message) {
     const struct hal_store *store = surroundings_of(call)->store;
     char text[SURROUNDINGS_CALIBRATION_BYTES];
@@ -72,14 +72,14 @@ static int write_calibration(const struct command_call *call, struct message *me
     if (error != 0) {
         return error == ERROR_MISSING
                    ? 0
-                   : message_set(message, error, "the kept calibration cannot be read: %s",
+                   : message_set(message, error, "the saved calibration cannot be read: %s",
                                  error_text(error));
     }
     INVARIANT(length <= sizeof text);
     return session_writer_calibration(&session.writer, text, length, message);
 }
 
-/// A session that is to begin, as the scribe is told.
+/// Start of a session, as a job for the disk writer.
 struct beginning {
     const struct command_call *call;
     const struct command_value *name;
@@ -96,8 +96,7 @@ static void look_for_name(void *cookie) {
     self->error = error == 0 ? 0 : surroundings_refuse(self->call, error, "%s", message.text);
 }
 
-/// Whether a session of this name can be begun, as far as that is known before there is anything
-/// to be put into it.
+/// Checks, before there is any data, that a session of this name can be started.
 static int check_name(const struct command_call *call, const struct command_value *name) {
     struct beginning beginning = {.call = call, .name = name};
     int error = files_need_directory(call);
@@ -138,7 +137,7 @@ static void write_beginning(void *cookie) {
     self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
 }
 
-/// After `check_name`.
+/// Starts a session; only after `check_name`.
 static int begin_session(const struct command_call *call, const struct command_value *name,
                          const char *kind) {
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
@@ -158,7 +157,7 @@ static void put_picture(const struct command_call *call, const struct pair_frame
 
 static void put_pair(const struct command_call *call, const struct pair *pair) {
     item_text(call, "session", session.name);
-    // Its place in the session, as "reconstruct" counts; the rig's own count goes on.
+    // Its number in the session, as for "reconstruct", not the rig's count.
     item_number(call, "pair", session.writer.pairs, 0, NULL);
     item_number(call, "skew", (double)pair->skew_us, 0, "us");
     if (pair->checked) {
@@ -170,7 +169,7 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
         item_number(call, "width", frame->width_px, 0, "px");
         item_number(call, "height", frame->height_px, 0, "px");
         item_number(call, "sequence", frame->sequence, 0, NULL);
-        // 0: nobody has set it here, and the camera does as it likes.
+        // 0: not set since bring-up, so the camera decides.
         if (frame->exposure_us != 0) {
             item_number(call, "exposure", frame->exposure_us, 0, "us");
         }
@@ -182,7 +181,7 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
     }
 }
 
-/// What the scribe is to write into a session, and what became of it.
+/// A write to the session, as a job for the disk writer, and its outcome.
 struct writing {
     const struct pair *pair;
     const struct registers_all *registers;
@@ -192,7 +191,7 @@ struct writing {
     struct message message;
 };
 
-/// A pair, with the registers as they stood with it.
+/// Writes a pair with its register values.
 static int write_with_registers(struct writing *self) {
     int error = 0;
     for (size_t i = 0; error == 0 && i < self->registers->count; i++) {
@@ -203,7 +202,7 @@ static int write_with_registers(struct writing *self) {
     return error != 0 ? error : session_writer_pair(&session.writer, self->pair, &self->message);
 }
 
-/// A session of one pair, or none.
+/// Writes and ends a session of one pair; discards it on failure.
 static void write_whole(void *cookie) {
     struct writing *self = cookie;
     int error = session_writer_command(&session.writer, self->command, &self->message);
@@ -223,7 +222,7 @@ static void write_pair(void *cookie) {
     self->error = write_with_registers(self);
 }
 
-/// Writes a pair into its session; of a recording all calls that led to it go first.
+/// Writes a pair into its session; in a recording, after all calls that led to it.
 static int keep_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
     const struct surroundings *around = surroundings_of(call);
@@ -243,8 +242,8 @@ static int keep_pair(const struct command_call *call, const struct pair *pair,
                : surroundings_refuse(call, writing.error, "%s", writing.message.text);
 }
 
-/// What the kept calibration does not fit; in a recording, whose pairs must play, once the pair is
-/// written.
+/// Compares the pair with the saved calibration. 0 or, unless accepted, ERROR_MISMATCH with the
+/// call's message.
 static int match_calibration(const struct command_call *call, const struct pair *pair) {
     struct calibration_match_state state;
     struct session_instrument instrument;
@@ -292,9 +291,9 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
 static int run_capture(const struct command_call *call) {
     const struct pair_options options = capture_options(call->values);
     if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
-        return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "capture: pairs go into the recording %s: give no name (or -)",
-                                   session.name);
+        return surroundings_refuse(
+            call, ERROR_ARGUMENT,
+            "capture: NAME is not allowed while recording %s (omit it, or use -)", session.name);
     }
     const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
     if (refused != 0) {
@@ -303,7 +302,7 @@ static int run_capture(const struct command_call *call) {
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);
     if (memory == NULL) {
-        return surroundings_refuse(call, ERROR_MEMORY, "capture: there is no memory for %zu pixels",
+        return surroundings_refuse(call, ERROR_MEMORY, "capture: out of memory for %zu pixels",
                                    values);
     }
     const int error = take_pair(call, memory, values, &options);
@@ -311,14 +310,14 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
-/// "the recording r1 begins"
+/// Logs a state of the recording: "the recording r1 begins".
 static void tell(const struct hal_log *log, const char *what) {
     char text[FILES_NAME_MAX + 64];
     snprintf(text, sizeof text, "the recording %s %s", session.name, what);
     log->operations->write(log->self, HAL_LOG_NOTICE, text);
 }
 
-/// As after the daemon's start: what is to be played must begin where the player begins.
+/// Resets the rig to its state after the daemon's start, in which a replay starts too.
 static void begin_afresh(struct rig *rig) {
     const struct rig_profile profile = rig->profile;
     const struct rig_ports ports = rig->ports;
@@ -329,8 +328,8 @@ static void begin_afresh(struct rig *rig) {
     rig_init(rig, &profile, &ports, &observer);
 }
 
-/// In what the instrument differs from the profile of its name, or which one it is like: whoever
-/// plays this has no file of settings, and none of a profile.
+/// Writes the profile that the instrument is based on, if its name differs, and the settings that
+/// differ from that profile: a replay has neither the configuration nor the profile's file.
 static int write_settings(const struct command_call *call, struct message *message) {
     const struct config *config = surroundings_of(call)->config;
     const bool named = strcmp(config->profile.name, config->like) == 0;
@@ -348,7 +347,7 @@ static int write_settings(const struct command_call *call, struct message *messa
         config_key_print(&usual, i, before, sizeof before);
         if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
             error = session_writer_setting(&session.writer, config_key_name(i), value, message);
-            // Some set others, too: what remains to be said shows once they are set.
+            // A key may set others too, which then need not be written.
             error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);
         }
     }
@@ -358,8 +357,7 @@ static int write_settings(const struct command_call *call, struct message *messa
 static int start_recording(const struct command_call *call) {
     struct message message;
     if (session.recording) {
-        return surroundings_refuse(call, ERROR_BUSY, "record: %s is being recorded already",
-                                   session.name);
+        return surroundings_refuse(call, ERROR_BUSY, "record: already recording %s", session.name);
     }
     int error = check_name(call, &call->values[1]);
     error = error != 0 ? error : begin_session(call, &call->values[1], "record");
@@ -385,7 +383,7 @@ static void write_end(void *cookie) {
     self->error = session_writer_end(&session.writer, &self->message);
 }
 
-/// A recording of which something is missing gets no end, so that readers know.
+/// Ends a recording. An incomplete one gets no end record, so that readers detect it.
 static int stop_recording(struct record *record, const struct hal_log *log,
                           struct message *message) {
     struct writing end = {.error = 0};
@@ -429,11 +427,11 @@ static int run_record(const struct command_call *call) {
     }
     if (call->values[1].given) {
         return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "record: NAME \"%s\" is too much; it goes with \"start\" alone",
+                                   "record: unexpected NAME \"%s\" (only \"start\" has one)",
                                    call->values[1].text);
     }
     if (!session.recording) {
-        return surroundings_refuse(call, ERROR_ARGUMENT, "record: nothing is being recorded");
+        return surroundings_refuse(call, ERROR_ARGUMENT, "record: not recording");
     }
     item_text(call, "session", session.name);
     item_number(call, "pairs", session.writer.pairs, 0, NULL);
@@ -454,36 +452,35 @@ static const struct command_argument record_arguments[] = {
      .kind = COMMAND_CHOICE,
      .choices = "start stop",
      .optional = true,
-     .help = "what to do; what is being recorded is shown when left out"},
+     .help = "what to do; default: show the current recording"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
      .least = 1,
      .most = 60,
      .optional = true,
-     .help = "of the new session: letters, digits and - _ . + = , @; one that tells "
-             "the time when left out"},
+     .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
 };
 
 static const struct command commands[] = {
     {.name = "capture",
-     .summary = "take a pair of frames that belong together, into a session",
+     .summary = "capture a pair of frames into a session",
      .help =
-         "Into the recording that is under way, else into a session of its own, below \"files\". "
-         "Refused when something moved between the two frames, and when the kept calibration was "
-         "made with other axes, cameras or windows. Of each side's picture it reports brightness "
-         "(mean, of full scale), saturated and black shares, and sharpness (of edges as steep as "
-         "can be; blur lowers it, light does not).",
+         "Writes to the current recording, else to a new session in \"files\". Fails if something "
+         "moved between the two frames, or if the saved calibration was made with other axes, "
+         "cameras or windows. Reports for each side brightness (mean, of full scale), saturated "
+         "and black pixels, and sharpness (relative to the steepest possible edges; blur lowers "
+         "it, the amount of light does not).",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = run_capture},
     {.name = "record",
-     .summary = "record all that the instrument's parts do and say, to be replayed",
+     .summary = "record everything that the hardware does, for replay",
      .help =
-         "Every call of a bus, a line, a camera and the clock, and the pairs that are captured "
-         "meanwhile. The instrument is put down first: its bring-up is the beginning of what is "
-         "recorded, with every command. \"replay SESSION\" plays it. One that the disk had no room "
-         "for is cut off; this and \"status\" tell so.",
+         "Records every command, every call of a bus, a GPIO line, a camera and the clock, and "
+         "the pairs captured meanwhile. \"start\" takes the instrument down, so that a recording "
+         "begins with the bring-up. \"replay SESSION\" replays it. If the disk is full, the "
+         "recording is cut off, which \"record\" and \"status\" report.",
      .arguments = record_arguments,
      .argument_count = 2,
      .flags = COMMAND_MOVES | COMMAND_UNRECORDED,

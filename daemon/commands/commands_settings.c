@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the instrument is set to, kept in the store: shown, saved, given to the instrument again,
-// forgotten.
+// The saved settings of the instrument, in the store: show, save, restore, forget.
 #include <stdio.h>
 #include <string.h>
 
@@ -21,7 +20,7 @@ enum { SHOW, SAVE, RESTORE, FORGET };
 
 #define URAD_PER_DEGREE (1e6 * 3.14159265358979323846 / 180.0)
 
-// ---- what is told
+// ---- the answer
 
 static void put_side(const struct command_call *call, const struct kept_settings *kept,
                      unsigned side) {
@@ -64,7 +63,7 @@ static void put(const struct command_call *call, const struct kept_settings *kep
 
 // ---- the record
 
-/// What the scribe is to do with the record: the rig is looked after meanwhile.
+/// An access to the record, for the disk writer; the rig is serviced meanwhile.
 struct errand {
     const struct hal_store *store;
     int what;
@@ -92,8 +91,8 @@ static int do_errand(const struct command_call *call, struct errand *errand, int
     return errand->error;
 }
 
-static int refuse_store(const struct command_call *call, const char *what, int error) {
-    return surroundings_refuse_store(call, error, "settings: they", what);
+static int refuse_store(const struct command_call *call, const char *action, int error) {
+    return surroundings_refuse_store(call, error, "settings", action);
 }
 
 static int load(const struct command_call *call, struct kept_settings *kept) {
@@ -102,28 +101,28 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
     int error = do_errand(call, &errand, RESTORE);
     if (error == ERROR_MISSING) {
         return surroundings_refuse(call, error,
-                                   "settings: none are kept: \"settings save\" keeps those that "
-                                   "are in force");
+                                   "settings: none saved (\"settings save\" saves those in force)");
     }
     if (error == 0) {
         INVARIANT(errand.length <= sizeof errand.text);
         error = kept_settings_parse(errand.text, errand.length, kept, &why);
     }
-    // Longer than any that was saved.
+    // Longer than any saved record.
     error = error == ERROR_BUFFER ? ERROR_CRC : error;
     if (error == ERROR_CRC || error == ERROR_SYNTAX) {
-        return surroundings_refuse(call, error,
-                                   "settings: what the store %s keeps is damaged and is not used: "
-                                   "%s; \"settings forget\", or \"settings save\" anew",
-                                   surroundings_of(call)->config->store, why.text);
+        return surroundings_refuse(
+            call, error,
+            "settings: the record in the store %s is damaged and not used: %s "
+            "(\"settings forget\", or \"settings save\" again)",
+            surroundings_of(call)->config->store, why.text);
     }
-    return error == 0 ? 0 : refuse_store(call, "read", error);
+    return error == 0 ? 0 : refuse_store(call, "read from", error);
 }
 
 // ---- the commands
 
-/// One command of the instrument, as if somebody had given it: so a recording holds what was done,
-/// and needs no store to be played.
+/// Runs a command as if a user had entered it: so a recording contains it, and can be replayed
+/// without the store.
 static int give(const struct command_call *call, const char *line) {
     const struct surroundings *around = surroundings_of(call);
     char storage[COMMAND_LINE_MAX + 1];
@@ -144,7 +143,7 @@ static int give(const struct command_call *call, const char *line) {
     return error;
 }
 
-/// Gives the kept ones to the instrument, once all of them are known to be for it.
+/// Applies the saved settings to the instrument after checking all of them.
 static int restore(const struct command_call *call, bool axes, struct kept_settings *kept) {
     const struct surroundings *around = surroundings_of(call);
     char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
@@ -183,7 +182,7 @@ static int run_save(const struct command_call *call) {
     errand.length = kept_settings_print(&kept, errand.text);
     const int error = do_errand(call, &errand, SAVE);
     if (error != 0) {
-        return refuse_store(call, "kept", error);
+        return refuse_store(call, "save to", error);
     }
     put(call, &kept);
     return 0;
@@ -202,16 +201,16 @@ static int run_forget(const struct command_call *call) {
     struct errand errand;
     const int error = do_errand(call, &errand, FORGET);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error, "settings: none are kept");
+        return surroundings_refuse(call, error, "settings: none saved");
     }
-    return error == 0 ? 0 : refuse_store(call, "removed", error);
+    return error == 0 ? 0 : refuse_store(call, "remove from", error);
 }
 
 static int run_settings(const struct command_call *call) {
     const int what = call->values[0].given ? call->values[0].choice : SHOW;
     if (surroundings_of(call)->store == NULL) {
         return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "settings: nothing is kept: the setting \"store\" is none");
+                                   "settings: saving is disabled: \"store\" is not set");
     }
     if ((what == SAVE || what == RESTORE) && call->rig->state != RIG_READY) {
         return commands_not_ready(call, what == SAVE ? "settings save" : "settings restore");
@@ -226,7 +225,7 @@ int commands_settings_after_bringup(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
     const struct hal_log *log = around->log;
     struct kept_settings kept;
-    // What is played was restored by commands of its own, if it was.
+    // A recording contains the commands that restored the settings, if any did.
     if (!around->config->restore || around->store == NULL || around->idle_is_next != NULL) {
         return 0;
     }
@@ -235,12 +234,12 @@ int commands_settings_after_bringup(const struct command_call *call) {
         return error;
     }
     if (error != 0 && error != ERROR_MISSING) {
-        // The instrument works, but not as it was set: that is told, and no failure of it.
+        // The instrument works, with other settings: reported, but not a failure of the bring-up.
         log->operations->write(log->self, HAL_LOG_WARNING, call->message);
     }
     item_text(call, "settings",
               error == 0               ? "restored"
-              : error == ERROR_MISSING ? "none are kept"
+              : error == ERROR_MISSING ? "none saved"
                                        : call->message);
     call->message[0] = '\0';
     return 0;
@@ -251,18 +250,17 @@ static const struct command_argument arguments[] = {
      .kind = COMMAND_CHOICE,
      .choices = "show save restore forget",
      .optional = true,
-     .help = "what to do; show when left out"},
+     .help = "what to do; default: show"},
 };
 
 static const struct command commands[] = {
     {.name = "settings",
-     .summary = "keep what the instrument is set to, or set it so again",
-     .help =
-         "Exposure, gain and window, and where pan, zoom, focus and iris were sent. \"save\" keeps "
-         "what is in force in the store, where it outlives restarts; \"restore\" gives it to the "
-         "instrument after a bring-up, the cameras first, then the axes. Of another profile, or "
-         "beyond what this instrument can do, none of it is given. With the setting restore = yes "
-         "bringup itself sets the cameras so.",
+     .summary = "save the settings of the instrument, or restore them",
+     .help = "Exposure, gain, window, and the commanded positions of pan, zoom, focus and iris. "
+             "\"save\" stores those in force, across restarts; \"restore\" applies them after a "
+             "bring-up, to the cameras first, then to the axes. Nothing is applied if they are of "
+             "another profile or out of this instrument's range. With restore = yes in the "
+             "configuration, bringup restores the settings of the cameras.",
      .arguments = arguments,
      .argument_count = 1,
      .flags = COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED,

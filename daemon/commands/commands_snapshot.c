@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both cameras see now, side by side in one picture among the instrument's files.
+// One picture of both cameras side by side, written to the instrument's files.
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -15,7 +15,7 @@
 
 enum { SMALL_SIDE_MAX_PX = 640 };
 
-/// One call, and what the scribe is to make of it.
+/// One call, and its job for the disk writer.
 struct snapshot {
     const struct command_call *call;
     struct pair_frame frame[RIG_SIDES];
@@ -25,13 +25,13 @@ struct snapshot {
     int error;
 };
 
-/// By which whole number the frames are divided so that a side is no larger than this.
+/// Integer factor that reduces a frame to at most SMALL_SIDE_MAX_PX a side; 1 if `full`.
 static int shrink_of(const struct pair_frame *frame, bool full) {
     const int side_px = frame->width_px > frame->height_px ? frame->width_px : frame->height_px;
     return full ? 1 : (side_px + SMALL_SIDE_MAX_PX - 1) / SMALL_SIDE_MAX_PX;
 }
 
-/// The left picture, and the right one beside it, with the colours of the same white.
+/// Develops both frames side by side, with the white balance of the left one.
 static int develop(struct snapshot *self, int shrink) {
     const struct reconstruct_image left = picture_raw(&self->frame[RIG_LEFT]);
     const struct develop_balance balance = develop_balance_of(&left);
@@ -56,7 +56,7 @@ static int write_png(struct snapshot *self) {
     return error;
 }
 
-/// On the scribe's thread: all of it may take seconds, and the bridge wants to be fed.
+/// On the disk writer's thread: this may take seconds, in which the bridge's watchdog must be fed.
 static void make_file(void *cookie) {
     struct snapshot *self = cookie;
     const struct pair_frame *left = &self->frame[RIG_LEFT];
@@ -108,10 +108,10 @@ static int run_snapshot(const struct command_call *call) {
 
 static const struct command commands[] = {
     {.name = "snapshot",
-     .summary = "show what both cameras see now, in one picture",
-     .help = "The left picture and the right one beside it, as a PNG file below \"files\", to be "
-             "fetched; our own client fetches it. Nothing is compared, and things may move; "
-             "\"capture\" takes a pair to be measured.",
+     .summary = "write one picture of what both cameras see now",
+     .help = "Left and right image side by side, as a PNG file in \"files\"; vergence --connect "
+             "fetches it. No checks are made, and the scene may move; \"capture\" takes a pair to "
+             "measure.",
      .arguments = snapshot_arguments,
      .argument_count = SNAPSHOT_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon runs on: for whoever reads a bug report without having the machine.
+// What the daemon runs on, for readers of a bug report without access to the machine.
 #include <stdio.h>
 #include <sys/statfs.h>
 #include <sys/utsname.h>
@@ -24,7 +24,7 @@ static void put_date(const struct command_call *call) {
     item_number(call, "up", (double)(up_us / MONOTONIC_US_IN_S), 0, "s");
 }
 
-/// Not the machine's name on the network, which is nobody's business.
+/// Without the machine's network name, which is private.
 static void put_kernel(const struct command_call *call) {
     struct utsname names;
     if (uname(&names) == 0) {
@@ -61,8 +61,8 @@ static int run_system(const struct command_call *call) {
 static const struct command commands[] = {
     {.name = "system",
      .summary = "show what the daemon runs on: date, kernel, memory, disk, cameras",
-     .help = "The disk is that of \"files\". Cameras are those of V4L2, as their drivers tell of "
-             "them. Part of every bugreport.",
+     .help = "The disk is that of \"files\". Cameras are those of V4L2, as described by their "
+             "drivers. Part of every bugreport.",
      .flags = COMMAND_UNRECORDED,
      .run = run_system},
 };

@@ -7,7 +7,7 @@
 #include "console/command_text.h"
 #include "console/command_words.h"
 
-/// The list that is made.
+/// The list under construction; `begun`: the last word of the line.
 struct list {
     struct command_text text;
     const char *begun;

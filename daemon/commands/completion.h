@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What Tab may fill in: names of commands, choices of arguments, and what arguments name, as far
-/// as the table of commands knows.
+/// Tab completion: names of commands, choices of arguments, and other values (files, settings) for
+/// which the table of commands has a source.
 #ifndef VERGENCE_DAEMON_COMMANDS_COMPLETION_H
 #define VERGENCE_DAEMON_COMMANDS_COMPLETION_H
 
@@ -12,10 +12,9 @@
 extern "C" {
 #endif
 
-/// The words that may stand where `typed`, a line up to the cursor, ends: with blanks between, in
-/// `words`, as many as fit. Some may begin otherwise than the word that was begun. Words that would
-/// have to be quoted are left out. Of the surroundings the table, the settings and the files are
-/// used.
+/// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
+/// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
+/// quotes are omitted. Uses the table, the configuration and the files of `around`.
 void completion_words(const struct surroundings *around, const char *typed, char *words,
                       size_t bytes);
 

@@ -21,7 +21,7 @@ int files_refuse(const struct command_call *call, const char *name, int number) 
     return surroundings_refuse(call, file_error(number), "%s: %s", name, strerror(number));
 }
 
-/// Goes down one directory after the other, so that no link on the way is followed.
+/// Opens one directory after the other, so that no link in the path is followed.
 static int open_below(int root, const char *name, int flags) {
     int directory = openat(root, ".", O_PATH | O_DIRECTORY | O_CLOEXEC);
     while (directory >= 0) {
@@ -54,23 +54,22 @@ int files_need_directory(const struct command_call *call) {
     struct stat about;
     if (around->files_fd < 0) {
         return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "there is no place for files: the setting \"files\" is none");
+                                   "file transfer is disabled: \"files\" is not set");
     }
     if (fstat(around->files_fd, &about) == 0 && about.st_nlink > 0) {
         return 0;
     }
-    // One of the same name is another one.
+    // A new directory of the same name is not used.
     return surroundings_refuse(call, ERROR_DEVICE,
-                               "the directory of files, %s, was taken away while the daemon runs: "
-                               "start it again, which makes a new one",
+                               "the directory of files, %s, was removed while the daemon was "
+                               "running: restart the daemon, which creates it",
                                around->config->files);
 }
 
 int files_check_plain(const struct command_call *call, const char *name) {
     if (name[0] == '\0' || name[0] == '.' || strchr(name, '/') != NULL) {
         return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "NAME must be a plain name, without / and not beginning with a "
-                                   "dot");
+                                   "NAME: not a plain name (no /, no dot at the beginning)");
     }
     return 0;
 }
@@ -83,7 +82,7 @@ int files_check_new(const struct command_call *call, const char *name) {
         return error;
     }
     return surroundings_refuse(call, ERROR_ARGUMENT,
-                               "NAME may have letters (A-Z, a-z), digits and - _ . + = , @ alone");
+                               "NAME: invalid character (allowed: A-Z a-z 0-9 - _ . + = , @)");
 }
 
 void files_name_now(const struct command_call *call, const char *kind, const char *ending,
@@ -107,7 +106,7 @@ int files_open(const struct command_call *call, const char *name) {
     if (error != 0) {
         return error;
     }
-    // Not blocking: a named pipe must not hold up anybody.
+    // Not blocking: opening a named pipe must not stall the thread.
     const int fd = open_below(surroundings_of(call)->files_fd, name, O_RDONLY | O_NONBLOCK);
     struct stat about;
     if (fd < 0) {
@@ -115,7 +114,7 @@ int files_open(const struct command_call *call, const char *name) {
     }
     if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode)) {
         close(fd);
-        return surroundings_refuse(call, ERROR_ARGUMENT, "%s: is no file", name);
+        return surroundings_refuse(call, ERROR_ARGUMENT, "%s: not a regular file", name);
     }
     return fd;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The instrument's files: what clients may read. Names are relative to one directory and cannot
-/// leave it, by dots or by links.
+/// The instrument's files, for clients. Names are relative to the directory "files" and cannot
+/// leave it, neither by dots nor by links. "The call's message" is that of the struct command_call.
 #ifndef VERGENCE_DAEMON_COMMANDS_FILES_H
 #define VERGENCE_DAEMON_COMMANDS_FILES_H
 
@@ -15,50 +15,55 @@ extern "C" {
 
 enum { FILES_NAME_MAX = 200, FILES_BLOCK_MOST = 49152, FILES_BLOCK_USUAL = 3072 };
 
-/// Opens a regular file for reading. The descriptor, or an error with the call's message.
+/// Opens a regular file for reading. Returns its descriptor, which the caller closes, or an error
+/// with the call's message.
 int files_open(const struct command_call *call, const char *name);
 
-/// Opens a directory below another one, "" for that itself. The descriptor, or -1 and errno.
+/// Opens a directory below `root`; "": `root`. Returns its descriptor, which the caller closes, or
+/// -1 with errno.
 int files_open_below(int root, const char *name);
 
-/// The same, to read its entries. The caller closes it; NULL and errno.
+/// The same, for readdir(). The caller closes it. NULL with errno.
 DIR *files_list_below(int root, const char *name);
 
-/// What a directory holds, in the order of the names. How many; or -1 with errno. The caller frees
-/// each of `*entries`, and it.
+/// Lists a directory in the order of names. Returns the number of entries, or -1 with errno. The
+/// caller frees each of `*entries` and the array.
 int files_list_sorted(int directory, struct dirent ***entries);
 
-/// Opens a directory, "" for all files.
+/// Opens a directory of the instrument's files; "": the top one. Returns its descriptor, which the
+/// caller closes, or an error with the call's message.
 int files_open_directory(const struct command_call *call, const char *name);
 
-/// Writes a whole new file in one step: nobody ever sees half of it. 0: the disk has it and its
-/// name; or an error with the call's message: then there is none, or one that a power loss may take
-/// away.
+/// Writes a file atomically: no reader sees a part of it. `name` has no /. 0: file and name are on
+/// the disk. Else an error with the call's message: the file was not written, or a power loss may
+/// remove it.
 int files_write(const struct command_call *call, const char *name, const void *data, size_t bytes);
 
-/// A name for a new file or session that tells the time, "KIND-YYYYMMDD-HHMMSSENDING", and which of
-/// several in one second it is. `name` has FILES_NAME_MAX + 1 bytes. Only where there is a place
-/// for files, and nobody else makes such names meanwhile.
+/// Makes a name for a new file or session from the time (UTC), "KIND-YYYYMMDD-HHMMSSENDING", with a
+/// number before ENDING if the name is in use. `name` has FILES_NAME_MAX + 1 bytes. Requires
+/// "files" to be set, and that no other thread makes names of this kind at the same time.
 void files_name_now(const struct command_call *call, const char *kind, const char *ending,
                     char *name);
 
-/// What may be typed for a file, with its directories; for a directory; for a recorded session.
+/// Completions of an argument: files with their directories; directories; recorded sessions.
 void files_candidates_file(const struct command_candidates *to);
 void files_candidates_directory(const struct command_candidates *to);
 void files_candidates_session(const struct command_candidates *to);
 
-/// ERROR_UNSUPPORTED when there is no place for files, ERROR_DEVICE when somebody has taken it
-/// away. Else 0, and `files_fd` of the call's surroundings is one.
+/// 0 if `files_fd` of the call's surroundings is usable. ERROR_UNSUPPORTED if "files" is not set,
+/// ERROR_DEVICE if the directory was removed, with the call's message.
 int files_need_directory(const struct command_call *call);
 
-/// Refuses what is no plain name of a file or a session: one with / or that begins with a dot.
+/// Checks the name of a file or session: not empty, no /, no dot at the beginning. 0, or
+/// ERROR_ARGUMENT with the call's message.
 int files_check_plain(const struct command_call *call, const char *name);
 
-/// Likewise for one that is to be made, which has to be good for every line and every shell: of
-/// letters, digits and - _ . + = , @ alone.
+/// The same for a new name, which must need no quotes at the console or in a shell: also only
+/// letters, digits and - _ . + = , @.
 int files_check_new(const struct command_call *call, const char *name);
 
-/// The error of a system call that failed for a file, by its errno, with the call's message.
+/// Converts `number`, the errno of a system call on the file `name`, into an error with the call's
+/// message.
 int files_refuse(const struct command_call *call, const char *name, int number);
 
 #ifdef __cplusplus

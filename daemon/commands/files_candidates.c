@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be typed for a file of the instrument's.
+// Completions of arguments that name the instrument's files.
 #include <dirent.h>
 #include <fcntl.h>
 #include <stdbool.h>
@@ -32,31 +32,37 @@ static enum kind kind_of(int directory, const char *name) {
                                                                        : KIND_DIRECTORY;
 }
 
-/// The entries of the directory that the word begins with, in the order of `files`: those wanted,
-/// and where they are files, the directories that lead to some.
+/// Adds an entry of `directory` if it is of the wanted kind; if files are wanted, also a directory,
+/// with a / at its end. `prefix`: path of the directory, "" or with a / at its end.
+static void add_entry(const struct command_candidates *to, int directory, const char *prefix,
+                      const char *entry, enum kind wanted) {
+    const enum kind kind = kind_of(directory, entry);
+    const bool leads = wanted == KIND_FILE && kind > KIND_FILE;
+    if (kind != KIND_OTHER && (leads || kind >= wanted)) {
+        char name[NAME_BYTES];
+        snprintf(name, sizeof name, "%s%s%s", prefix, entry, leads ? "/" : "");
+        to->add(to->self, name);
+    }
+}
+
+/// Adds the wanted entries of the directory in which the typed word is, in the order of `files`.
 static void add_entries(const struct command_candidates *to, enum kind wanted) {
     const struct surroundings *around = to->surroundings;
     const char *slash = strrchr(to->begun, '/');
     const size_t bytes = slash == NULL ? 0 : (size_t)(slash - to->begun);
     char place[FILES_NAME_MAX + 1];
+    char prefix[FILES_NAME_MAX + 2];
     if (bytes > FILES_NAME_MAX || (slash != NULL && wanted == KIND_SESSION)) {
         return;
     }
     memcpy(place, to->begun, bytes);
     place[bytes] = '\0';
+    snprintf(prefix, sizeof prefix, "%s%s", place, slash != NULL ? "/" : "");
     const int directory = around->files_fd < 0 ? -1 : files_open_below(around->files_fd, place);
     struct dirent **entries = NULL;
     const int count = directory < 0 ? 0 : files_list_sorted(directory, &entries);
     for (int i = 0; i < count; i++) {
-        const char *entry = entries[i]->d_name;
-        const enum kind kind = kind_of(directory, entry);
-        const bool leads = wanted == KIND_FILE && kind > KIND_FILE;
-        if (kind != KIND_OTHER && (leads || kind >= wanted)) {
-            char name[NAME_BYTES];
-            snprintf(name, sizeof name, "%s%s%s%s", place, slash != NULL ? "/" : "", entry,
-                     leads ? "/" : "");
-            to->add(to->self, name);
-        }
+        add_entry(to, directory, prefix, entries[i]->d_name, wanted);
         free(entries[i]);
     }
     free(entries);

@@ -61,7 +61,7 @@ void manuals_print_console(FILE *file, const struct command *table, size_t count
     char usage[USAGE_BYTES];
     manual_begin(file, "vergence-console", 7, "commands of an instrument");
     manual_heading(file, "DESCRIPTION");
-    manual_text(file, "What \"help\" and \"help COMMAND\" tell at the console of vergenced.");
+    manual_text(file, "The output of \"help\" and \"help COMMAND\" at the console of vergenced.");
     manual_heading(file, "COMMANDS");
     for (size_t i = 0; i < count; i++) {
         const struct command *command = &table[i];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Manual pages of the daemon's settings and commands, and what a shell may fill in of them, from
-/// the tables that `--help-config` and `help` print.
+/// Manual pages and shell completion of the daemon's settings and commands, from the tables that
+/// `--help-config` and `help` print.
 #ifndef VERGENCE_DAEMON_COMMANDS_MANUALS_H
 #define VERGENCE_DAEMON_COMMANDS_MANUALS_H
 
@@ -16,10 +16,11 @@ extern "C" {
 /// vergenced.conf(5).
 void manuals_print_config(FILE *file);
 
-/// vergence-console(7): `count` commands.
+/// vergence-console(7), of `count` commands.
 void manuals_print_console(FILE *file, const struct command *table, size_t count);
 
-/// Settings behind `vergenced`, commands behind `vergence --connect WHERE` (shell_words.h).
+/// Words for the shell: settings after `vergenced`, commands after `vergence --connect WHERE`
+/// (shell_words.h).
 void manuals_print_words(FILE *file, const struct command *table, size_t count);
 
 #ifdef __cplusplus

@@ -21,15 +21,14 @@ int surroundings_refuse(const struct command_call *call, int error, const char *
 }
 
 int surroundings_refuse_store(const struct command_call *call, int error, const char *subject,
-                              const char *done) {
+                              const char *action) {
     const char *why = error_text(error);
     if (error == ERROR_REFUSED) {
-        why = "it may not be read or written; see who owns it, and whether its disk is read-only";
+        why = "permission denied: check its owner, and whether its disk is read-only";
     } else if (error == ERROR_IO) {
         why =
-            "its disk has failed, or the directory was taken away; mend it and start the daemon "
-            "again";
+            "its disk has failed, or the directory was removed: restore it and restart the daemon";
     }
-    return surroundings_refuse(call, error, "%s cannot be %s in the store %s: %s", subject, done,
+    return surroundings_refuse(call, error, "%s: cannot %s the store %s: %s", subject, action,
                                surroundings_of(call)->config->store, why);
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a command of the daemon may use beside the rig: `surroundings` of its command_call. A
-/// module with commands of its own offers a table of them (`const struct command
-/// *NAME_table(size_t *count)`) that main_vergenced.c adds to the others.
+/// What a command of the daemon may use in addition to the rig: `surroundings` of its command_call.
+/// A module with commands has a table of them (`const struct command *NAME_table(size_t *count)`),
+/// which main_vergenced.c adds to the others.
 ///
-/// Commands flagged COMMAND_NO_RIG run on a thread of their own and must leave `call->rig` alone
-/// but for its profile, which never changes.
+/// Commands flagged COMMAND_NO_RIG run on another thread and must not use `call->rig`, except its
+/// profile, which never changes.
 #ifndef VERGENCE_DAEMON_COMMANDS_SURROUNDINGS_H
 #define VERGENCE_DAEMON_COMMANDS_SURROUNDINGS_H
 
@@ -26,7 +26,7 @@ struct logbook;
 struct record;
 struct scribe;
 
-/// The calibration's record in the store: its canonical text, and how long it is at most.
+/// Name of the calibration's record in the store, and maximum length of its canonical text.
 #define SURROUNDINGS_CALIBRATION "calibration"
 enum { SURROUNDINGS_CALIBRATION_BYTES = 4096 };
 
@@ -35,44 +35,45 @@ struct surroundings {
     const struct command *table;  ///< all commands
     size_t table_count;
     const struct hal_log *log;
-    struct logbook *logbook;  ///< behind `log`: its last lines
-    struct record *record;    ///< in front of the rig's ports; recording when told to
-    struct scribe *scribe;    ///< writes for the thread that has the rig, and for no other
-    /// Of a recording that is played: whether the rig idled here. NULL: none is played.
+    struct logbook *logbook;  ///< behind `log`: the last lines
+    struct record *record;    ///< in front of the rig's ports; records on request
+    struct scribe *scribe;    ///< disk writer, for the rig's thread only
+    /// Replay: whether the rig idled at this point of the recording. NULL: no replay.
     bool (*idle_is_next)(void *replay);
-    /// Likewise: whether the command that runs was cancelled here.
+    /// Replay: whether the running command was cancelled at this point. NULL: no replay.
     bool (*cancel_is_next)(void *replay);
-    /// Of a session that is played: the next pair is to come. NULL: none is played.
+    /// Replay of images: advances to the next pair. NULL: no replay of images.
     void (*pair_was_taken)(void *replay);
     void *replay;
-    /// Tells of the devices behind the rig's ports, on the rig's thread. NULL: there are none.
+    /// Adds the devices behind the rig's ports to the answer, on the rig's thread. NULL: no
+    /// devices.
     void (*put_devices)(void *devices, const struct command_call *call);
     void *devices;
-    uint64_t started_us;            ///< when the daemon was, by its monotonic clock
-    const struct hal_store *store;  ///< NULL: nothing can be kept
-    struct job *job;                ///< the one that runs, for commands that outlast one run
-    int files_fd;  ///< the directory of sessions and other results that clients fetch; -1: none
+    uint64_t started_us;            ///< monotonic time of the daemon's start
+    const struct hal_store *store;  ///< NULL: nothing can be saved
+    struct job *job;                ///< the running job, for commands that change it
+    int files_fd;  ///< directory of sessions and other results for clients; -1: not set
 
-    /// Of the command that runs. False: it is to end soon with ERROR_CANCELLED. Any thread.
+    /// False: the running command must end soon with ERROR_CANCELLED. Any thread.
     bool (*go_on)(void *self);
-    /// `done` of `total`; `what` is static storage. The command's own thread only.
+    /// Reports progress, `done` of `total`; `what` is static storage. The command's thread only.
     void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
     void *self;
 };
 
-/// Those of a call.
+/// The surroundings of a call.
 static inline const struct surroundings *surroundings_of(const struct command_call *call) {
     return (const struct surroundings *)call->surroundings;
 }
 
-/// Writes the message of a call as printf would and returns `error`.
+/// Formats the message of a call as by printf, control characters replaced. Returns `error`, < 0.
 int surroundings_refuse(const struct command_call *call, int error, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/// The same for what the store did not do: `subject` ("settings: they") cannot be `done` ("kept",
-/// "read", "removed") there, and why. Returns `error`.
+/// The same for an error of the store: "`subject`: cannot `action` the store PATH: reason", where
+/// `action` is "save to", "read from" or "remove from". Returns `error`.
 int surroundings_refuse_store(const struct command_call *call, int error, const char *subject,
-                              const char *done);
+                              const char *action);
 
 #ifdef __cplusplus
 }

@@ -358,13 +358,14 @@ class Clients(DaemonTest):
             file.write("vergence calibration 99\n")
         answer = self.first.ask("calibration set bad.txt")[0]
         self.assertTrue(answer.startswith("ERR ") and "bad.txt:1" in answer, answer)
-        self.assertEqual(self.first.ask("calibration forget"),
-                         ["ERR MISSING calibration forget: none is kept"])
-        for what in ("show", "forget"):
-            self.assertEqual(self.first.ask(f"calibration {what} x"), [
-                'ERR ARGUMENT calibration: FILE "x" is too much; it goes with "set" alone'])
-        self.assertEqual(self.first.ask("record stop x"), [
-            'ERR ARGUMENT record: NAME "x" is too much; it goes with "start" alone'])
+        for command, words in (
+                ("calibration forget", "^ERR MISSING calibration: "),
+                ("calibration show x", '^ERR ARGUMENT calibration: .*FILE "x".*"set"'),
+                ("calibration forget x", '^ERR ARGUMENT calibration: .*FILE "x".*"set"'),
+                ("record stop x", '^ERR ARGUMENT record: .*NAME "x".*"start"')):
+            answer = self.first.ask(command)
+            self.assertEqual(len(answer), 1, answer)
+            self.assertRegex(answer[0], words)
 
 
 class NoDescriptors(DaemonTest):

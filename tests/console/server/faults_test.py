@@ -20,23 +20,25 @@ class FaultsTest(DaemonTest):
 class Store(FaultsTest):
     settings = ("faults=store.save@2=full, store.load@3=io, store.remove@1=device",)
 
+    def refused(self, command, error, *words):
+        """The answer is this error of the calibration, with these words."""
+        answer = self.client().ask(command)
+        self.assertEqual(len(answer), 1, answer)
+        self.assertTrue(answer[0].startswith(f"ERR {error} calibration: "), answer)
+        for word in words:
+            self.assertIn(word, answer[0])
+
     def test_a_calibration_that_cannot_be_kept_leaves_the_one_before(self):
         paths = sorted(glob.glob(os.path.join(SESSIONS, "*", "calibration-*.txt")))
         for name, path in (("old.txt", paths[0]), ("new.txt", paths[-1])):
             shutil.copyfile(path, os.path.join(self.files, name))
         old = self.works("calibration set old.txt")
         store = os.path.join(self.folder, "store")
-        self.assertEqual(self.client().ask("calibration set new.txt"), [
-            f"ERR FULL calibration: it cannot be kept in the store {store}: no space left; "
-            "free space on that disk and try again"])
+        self.refused("calibration set new.txt", "FULL", "save", store, "free space")
         self.assertEqual(self.works("calibration show"), old)
         self.assertEqual(self.works("calibration"), old)
-        self.assertEqual(self.client().ask("calibration show"), [
-            f"ERR IO calibration: it cannot be read in the store {store}: its disk has failed, or the "
-            "directory was taken away; mend it and start the daemon again"])
-        self.assertEqual(self.client().ask("calibration forget"), [
-            f"ERR DEVICE calibration: it cannot be removed in the store {store}: the device is "
-            "missing, has gone, or is another one"])
+        self.refused("calibration show", "IO", "read", store, "disk has failed")
+        self.refused("calibration forget", "DEVICE", "remove", store)
         self.assertNotEqual(self.works("calibration set new.txt"), old)
         self.assertEqual(self.client().ask("calibration forget"), ["OK"])
 
