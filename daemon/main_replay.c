@@ -43,8 +43,8 @@ static int run_replay(const struct command_call *call) {
 static const struct command_argument replay_arguments[] = {
     {.name = "SESSION",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = FILES_NAME_MAX,
+     .min = 1,
+     .max = FILES_NAME_MAX,
      .help = "a session recorded with \"record\"",
      .candidates = files_candidates_session},
 };

@@ -220,11 +220,11 @@ static int open_watchdog(struct daemon *self, struct message *message) {
         watchdog_dev_open(&self->watchdog, config->watchdog, config->watchdog_s, message);
     self->watchdog_open = error == 0;
     const unsigned period_s = (unsigned)(self->watchdog.period_us / MONOTONIC_US_IN_S);
-    if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_LEAST_S) {
+    if (error == 0 && period_s != 0 && period_s < CONFIG_WATCHDOG_MIN_S) {
         return message_set(message, ERROR_UNSUPPORTED,
                            "watchdog = %s: its period is at most %u s, but an orderly end may take "
                            "longer (use a watchdog of %d s or more, or none)",
-                           config->watchdog, period_s, CONFIG_WATCHDOG_LEAST_S);
+                           config->watchdog, period_s, CONFIG_WATCHDOG_MIN_S);
     }
     return error;
 }
@@ -255,9 +255,9 @@ static void put_devices(void *devices, const struct command_call *call) {
 /// Limit for frames waiting for a slow disk. A command takes at most six of 6 MiB (a pair, a third
 /// one to compare, each repeated once); a board of 64 MB waits for its disk instead.
 static size_t held_max_bytes(void) {
-    enum { MOST_BYTES = 64 << 20 };
+    enum { MAX_BYTES = 64 << 20 };
     const uint64_t half = memory_available_bytes() / 2;
-    return half < MOST_BYTES ? (size_t)half : MOST_BYTES;
+    return half < MAX_BYTES ? (size_t)half : MAX_BYTES;
 }
 
 /// Opens everything that the server uses. 0, or an error with a message.

@@ -24,14 +24,14 @@ bool can_be_named(const std::string &name) {
     return !name.empty() && name[0] != '#' && name.find_first_of(" \t\r\n") == std::string::npos;
 }
 
-double least_sigma_px(const std::vector<cached_view> &views) {
-    double least = std::numeric_limits<double>::infinity();
+double min_sigma_px(const std::vector<cached_view> &views) {
+    double min = std::numeric_limits<double>::infinity();
     for (const cached_view &cached : views) {
         for (const corner &c : cached.view.corners) {
-            least = c.sigma_px > 0 ? std::min(least, c.sigma_px) : least;
+            min = c.sigma_px > 0 ? std::min(min, c.sigma_px) : min;
         }
     }
-    return std::isfinite(least) ? least : foreign_sigma_px;
+    return std::isfinite(min) ? min : foreign_sigma_px;
 }
 
 void write_view(std::ostream &out, const board &board, const cached_view &cached, double sigma_px) {
@@ -218,7 +218,7 @@ bool corner_cache_write(std::ostream &out, const board &board,
     }
     std::ostringstream text;
     text.imbue(std::locale::classic());
-    const double sigma_px = least_sigma_px(views);
+    const double sigma_px = min_sigma_px(views);
     text.precision(9);
     text << sigma_comment << ' ' << sigma_px << " px\n"
          << "# filename x y level\n"

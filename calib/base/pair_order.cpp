@@ -12,7 +12,7 @@ namespace calib {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_rounds = 6;
+constexpr int max_rounds = 6;
 constexpr size_t fewest_pairs = 3;  // one pair more than an epipolar geometry needs
 // The other order must fit the epipolar geometry worse by this factor.
 constexpr double clear_ratio = 3;
@@ -163,7 +163,7 @@ fit fit_of(const matrix3 &F, const pair_views &pair) {
 // misfit.
 double choose_by_geometry(std::vector<pair_views> *pairs) {
     double misfit = 0;
-    for (int round = 0; round < most_rounds; round++) {
+    for (int round = 0; round < max_rounds; round++) {
         const matrix3 F = fundamental_of(*pairs, nullptr);
         bool changed = false;
         misfit = 0;
@@ -196,16 +196,16 @@ void decide_together(std::vector<pair_views> *pairs) {
     const double roll_rad = common_roll(*pairs);
     const size_t options = pairs->front().by_option.size();
     std::vector<pair_views> best;
-    double least = HUGE_VAL;
+    double min = HUGE_VAL;
     for (size_t option = 0; option < options; option++) {
         std::vector<pair_views> tried = *pairs;
         choose_by_turn(
             &tried, roll_rad + 2 * pi * static_cast<double>(option) / static_cast<double>(options));
         const double misfit = choose_by_geometry(&tried);
         // The first is the smallest roll: another one must be clearly better.
-        if (best.empty() || misfit * clear_ratio < least) {
+        if (best.empty() || misfit * clear_ratio < min) {
             best = tried;
-            least = misfit;
+            min = misfit;
         }
     }
     *pairs = best;

@@ -174,10 +174,10 @@ bundle_options options_of(lens_model lens, board_model board, double loss_scale)
     return options;
 }
 
-bool spans_area(const bundle &data, const bundle_view &view, int least) {
+bool spans_area(const bundle &data, const bundle_view &view, int min) {
     double sum[5] = {0, 0, 0, 0, 0}, x = 0, y = 0;
     const int count = view.used_count();
-    if (count < least || count == 0) {
+    if (count < min || count == 0) {
         return false;
     }
     for (const bundle_corner &corner : view.corners) {

@@ -146,9 +146,9 @@ struct bundle_summary {
 /// one order.
 bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_state *state);
 
-/// True when a view has at least `least` used corners and they span an area of the board, so that
+/// True when a view has at least `min` used corners and they span an area of the board, so that
 /// they determine a pose.
-bool spans_area(const bundle &data, const bundle_view &view, int least);
+bool spans_area(const bundle &data, const bundle_view &view, int min);
 
 }  // namespace calib
 

@@ -134,10 +134,10 @@ matrix inverse_of(const matrix &A, bool *singular) {
     const vector scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const matrix scaled = scale.asDiagonal() * A * scale.asDiagonal();
     const eigen_system eigen = decompose_symmetric(scaled);
-    const double least = 1e-13 * eigen.values.maxCoeff();
-    *singular = !(eigen.values.minCoeff() > least);
+    const double min = 1e-13 * eigen.values.maxCoeff();
+    *singular = !(eigen.values.minCoeff() > min);
     const matrix wide = scale.asDiagonal() * eigen.vectors;
-    const matrix weighted = wide * eigen.values.cwiseMax(least).cwiseInverse().asDiagonal();
+    const matrix weighted = wide * eigen.values.cwiseMax(min).cwiseInverse().asDiagonal();
     return product(weighted, wide.transpose());
 }
 

@@ -16,7 +16,7 @@ using namespace detect;
 // Corners closer together than this are measured on the next larger level.
 constexpr double square_on_levels_px = 8, smallest_square_px = 4.5;
 constexpr int shortest_side_px = 16;
-constexpr double least_share = 0.9;  // share of a plain board's corners that must be measured
+constexpr double min_share = 0.9;  // share of a plain board's corners that must be measured
 constexpr int fewest_coded_corners = 6;
 
 struct search {
@@ -25,8 +25,8 @@ struct search {
     near_miss nearest;
     grid nearest_grid;
     int nearest_level = 0;
-    board_view best;      // with the most corners, over all levels so far
-    int most_boards = 0;  // whole plain boards found on one level
+    board_view best;     // with the most corners, over all levels so far
+    int max_boards = 0;  // whole plain boards found on one level
 
     double clear_share() const {
         return board.coded() ? (1 - board.marker_mm / board.square_mm) / 2 : 1;
@@ -40,8 +40,8 @@ struct search {
     }
 };
 
-int least_corners(const board &board) {
-    return static_cast<int>(least_share * board.corner_count() + 0.999);
+int min_corners(const board &board) {
+    return static_cast<int>(min_share * board.corner_count() + 0.999);
 }
 
 // A grid with this many corners is too large to be the board, however many of them are false.
@@ -51,19 +51,19 @@ size_t too_many_corners(const board &board) {
 
 // The plain boards among the grids of one level; the one with the most corners becomes the best.
 void plain_boards(search *state, int level, const std::vector<grid> &grids) {
-    const int least = least_corners(state->board);
+    const int min = min_corners(state->board);
     int boards = 0;
     for (const grid &found : grids) {
         near_miss miss = near_miss_of(state->levels[static_cast<size_t>(level)], found);
         board_view view;
-        if (has_size_of(state->board, found) && miss.corners >= least) {
+        if (has_size_of(state->board, found) && miss.corners >= min) {
             const refined_grid refined = refine(state->levels, level, found, state->clear_share());
             if (!too_blurred(refined.blur_px, refined.spacing_px)) {
                 view = plain_view(state->board, found, refined);
                 miss.corners = static_cast<int>(view.corners.size());
             }
         }
-        if (static_cast<int>(view.corners.size()) < least) {
+        if (static_cast<int>(view.corners.size()) < min) {
             state->remember(miss, level, found);
             continue;
         }
@@ -72,7 +72,7 @@ void plain_boards(search *state, int level, const std::vector<grid> &grids) {
             state->best = view;
         }
     }
-    state->most_boards = std::max(state->most_boards, boards);
+    state->max_boards = std::max(state->max_boards, boards);
 }
 
 void merge(const board_view &part, board_view *whole) {
@@ -143,7 +143,7 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
     for (int level = static_cast<int>(levels.size()) - 1; level >= 0 && !found_all(); level--) {
         const plane &pixels = levels[static_cast<size_t>(level)];
         const std::vector<saddle> saddles =
-            saddles_of(pixels, static_cast<size_t>(std::max(0, options.most_candidates)));
+            saddles_of(pixels, static_cast<size_t>(std::max(0, options.max_candidates)));
         grid_limits limits;
         limits.nearest_px = level == 0 ? smallest_square_px : square_on_levels_px;
         limits.whole_lines = !board.coded();
@@ -155,11 +155,11 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
             plain_boards(&state, level, grids);
         }
     }
-    if (state.most_boards > 1) {
+    if (state.max_boards > 1) {
         return refused("two boards of this size are in view");
     }
-    const int least = board.coded() ? fewest_coded_corners : least_corners(board);
-    if (static_cast<int>(state.best.corners.size()) < least) {
+    const int min = board.coded() ? fewest_coded_corners : min_corners(board);
+    if (static_cast<int>(state.best.corners.size()) < min) {
         return refused(reason(&state));
     }
     state.best.clipped = clipped_share(board, state.clear_share(), image, state.best);

@@ -11,7 +11,7 @@ namespace calib {
 struct detect_options {
     /// Number of candidate points, those of highest contrast, that are examined on every pyramid
     /// level. Bounds the time spent on noise and texture.
-    int most_candidates = 4000;
+    int max_candidates = 4000;
 };
 
 /// What `image` (upright, grey) shows of `board`. A plain board yields corners only when the whole

@@ -23,20 +23,20 @@ enum parameter { X, Y, ANGLE_A, ANGLE_B, BLUR, BASE, SLOPE_X, SLOPE_Y, HALF_CONT
 using vector = Eigen::Matrix<double, COUNT, 1>;
 using matrix = Eigen::Matrix<double, COUNT, COUNT>;
 
-constexpr int most_rounds = 16;
+constexpr int max_rounds = 16;
 constexpr double settled_px = 5e-4;
 constexpr double nearly_settled_px = 0.02;
 constexpr double settled_gain = 1e-3;
 constexpr size_t fewest_pixels = 24;
-constexpr double least_window_share = 0.6;      // share of the window that must be inside the image
+constexpr double min_window_share = 0.6;        // share of the window that must be inside the image
 constexpr double farthest_share = 0.5;          // share of the radius that the corner may move
 constexpr double largest_residual_share = 0.3;  // share of half the contrast
-constexpr double least_half_contrast = 3;       // grey levels
-constexpr double least_blur_px = 0.289;         // of a sharp image: the extent of a pixel
+constexpr double min_half_contrast = 3;         // grey levels
+constexpr double min_blur_px = 0.289;           // of a sharp image: the extent of a pixel
 // Rounding to integer grey levels is not noise if it is the only error; no pixel grid is exact
 // either.
-constexpr double least_noise = 0.3;  // grey levels
-constexpr double least_sigma_px = 0.001;
+constexpr double min_noise = 0.3;  // grey levels
+constexpr double min_sigma_px = 0.001;
 
 // E(t) and its derivative, linearly interpolated in steps of 1/256: accurate to 2e-6.
 class step_table {
@@ -161,7 +161,7 @@ vector start_of(const window &from, const corner_guess &guess) {
 }
 
 bool plausible(const vector &p, const corner_guess &guess) {
-    return p.allFinite() && p[BLUR] >= least_blur_px && p[BLUR] <= guess.radius_px &&
+    return p.allFinite() && p[BLUR] >= min_blur_px && p[BLUR] <= guess.radius_px &&
            std::hypot(p[X], p[Y]) <= farthest_share * guess.radius_px &&
            (p[HALF_CONTRAST] > 0) == guess.light_between;
 }
@@ -170,7 +170,7 @@ bool plausible(const vector &p, const corner_guess &guess) {
 bool solve(const window &from, const corner_guess &guess, vector *p, normal_equations *sums) {
     double damping = 1e-3, last_step_px = HUGE_VAL;
     *sums = sum_up(from, guess, *p);
-    for (int round = 0; round < most_rounds; round++) {
+    for (int round = 0; round < max_rounds; round++) {
         matrix damped = sums->A.selfadjointView<Eigen::Upper>();
         damped.diagonal() *= 1 + damping;
         vector step = solve_symmetric(damped, sums->gradient);
@@ -182,7 +182,7 @@ bool solve(const window &from, const corner_guess &guess, vector *p, normal_equa
             return true;
         }
         vector tried = *p + step;
-        tried[BLUR] = std::max(tried[BLUR], least_blur_px);
+        tried[BLUR] = std::max(tried[BLUR], min_blur_px);
         if (!plausible(tried, guess)) {
             damping *= 10;
             continue;
@@ -205,7 +205,7 @@ bool solve(const window &from, const corner_guess &guess, vector *p, normal_equa
 
 std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &guess) {
     const window from = pixels_near(level, guess);
-    if (from.pixels.size() < fewest_pixels || from.inside_share < least_window_share) {
+    if (from.pixels.size() < fewest_pixels || from.inside_share < min_window_share) {
         return std::nullopt;
     }
     vector p = start_of(from, guess);
@@ -219,14 +219,14 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     const matrix whole = sums.A.selfadjointView<Eigen::Upper>();
     const matrix inverse = inverse_square(whole);
     const double shape = (inverse(X, X) + inverse(Y, Y)) / 2;
-    if (residual > largest_residual_share * half_contrast || half_contrast < least_half_contrast ||
+    if (residual > largest_residual_share * half_contrast || half_contrast < min_half_contrast ||
         !(shape > 0)) {
         return std::nullopt;
     }
     corner_fit fit;
     fit.x = guess.x + p[X];
     fit.y = guess.y + p[Y];
-    fit.sigma_px = std::hypot(std::max(residual, least_noise) * std::sqrt(shape), least_sigma_px);
+    fit.sigma_px = std::hypot(std::max(residual, min_noise) * std::sqrt(shape), min_sigma_px);
     fit.blur_px = p[BLUR];
     fit.contrast = 2 * half_contrast;
     return fit;

@@ -13,9 +13,9 @@ namespace calib::detect {
 namespace {
 
 constexpr int fewest_corners = 4;
-constexpr size_t most_grids = 8;
-constexpr int most_tries = 2000;    // growth steps on one level: some tenths of a second
-constexpr size_t most_pieces = 16;  // grids that are grown: growing takes time
+constexpr size_t max_grids = 8;
+constexpr int max_tries = 2000;    // growth steps on one level: some tenths of a second
+constexpr size_t max_pieces = 16;  // grids that are grown: growing takes time
 
 // The neighbour in direction `d`.
 place beside(const place &from, int d) {
@@ -71,18 +71,18 @@ grid dense(const loose_grid &cells) {
     if (cells.empty()) {
         return made;
     }
-    place least = cells.begin()->first, most = least;
+    place min = cells.begin()->first, max = min;
     for (const auto &[where, ignored] : cells) {
-        least.row = std::min(least.row, where.row);
-        least.column = std::min(least.column, where.column);
-        most.row = std::max(most.row, where.row);
-        most.column = std::max(most.column, where.column);
+        min.row = std::min(min.row, where.row);
+        min.column = std::min(min.column, where.column);
+        max.row = std::max(max.row, where.row);
+        max.column = std::max(max.column, where.column);
     }
-    made.columns = most.column - least.column + 1;
-    made.rows = most.row - least.row + 1;
+    made.columns = max.column - min.column + 1;
+    made.rows = max.row - min.row + 1;
     made.nodes.resize(static_cast<size_t>(made.columns) * static_cast<size_t>(made.rows));
     for (const auto &[where, cell] : cells) {
-        made.at(where.column - least.column, where.row - least.row) = cell;
+        made.at(where.column - min.column, where.row - min.row) = cell;
     }
     return made;
 }
@@ -106,7 +106,7 @@ std::vector<grid> without_repeats(const std::vector<grid> &found) {
     for (const grid &next : found) {
         const bool repeated = std::any_of(
             kept.begin(), kept.end(), [&](const grid &other) { return share_corner(next, other); });
-        if (!repeated && kept.size() < most_grids) {
+        if (!repeated && kept.size() < max_grids) {
             kept.push_back(next);
         }
     }
@@ -168,9 +168,9 @@ std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddle
     }
     std::stable_sort(pieces.begin(), pieces.end(),
                      [](const loose_grid &a, const loose_grid &b) { return a.size() > b.size(); });
-    pieces.resize(std::min(pieces.size(), most_pieces));
+    pieces.resize(std::min(pieces.size(), max_pieces));
     std::vector<grid> found;
-    int tries = most_tries;
+    int tries = max_tries;
     for (loose_grid &cells : pieces) {
         grow(level, limits.enough, &tries, &cells);
         trim(&cells, limits.whole_lines);

@@ -12,8 +12,8 @@ namespace {
 constexpr double farthest_px = 72;
 constexpr int cell_px = 24;
 constexpr double sideways_share = 0.27;  // a ray may miss its neighbour by 15 degrees
-constexpr double least_contrast_share = 0.2;
-constexpr size_t most_tried = 6;  // neighbours along one ray
+constexpr double min_contrast_share = 0.2;
+constexpr size_t max_tried = 6;  // neighbours along one ray
 constexpr std::array<double, 5> places_along = {0.25, 0.38, 0.5, 0.62, 0.75};
 
 struct neighbour {
@@ -86,7 +86,7 @@ std::array<std::vector<neighbour>, 4> neighbours_of(const std::vector<saddle> &s
             return a.distance_px != b.distance_px ? a.distance_px < b.distance_px
                                                   : a.index < b.index;
         });
-        list.resize(std::min(list.size(), most_tried));
+        list.resize(std::min(list.size(), max_tried));
     }
     return by_ray;
 }
@@ -113,7 +113,7 @@ bool edge_between(const plane &level, const saddle &from, size_t ray, const sadd
     const double aside = std::clamp(0.12 * length, 1.0, 3.0);
     const double across_x = -dy / length * aside, across_y = dx / length * aside;
     const double towards_light = ray % 2 == 0 ? 1 : -1;
-    const double least = least_contrast_share * std::min(from.contrast, to.contrast);
+    const double min = min_contrast_share * std::min(from.contrast, to.contrast);
     for (const double share : places_along) {
         const double x = from.x + share * dx, y = from.y + share * dy;
         if (!level.holds(x, y, aside + 1)) {
@@ -121,7 +121,7 @@ bool edge_between(const plane &level, const saddle &from, size_t ray, const sadd
         }
         const double step =
             level.between(x + across_x, y + across_y) - level.between(x - across_x, y - across_y);
-        if (step * towards_light < least) {
+        if (step * towards_light < min) {
             return false;
         }
     }

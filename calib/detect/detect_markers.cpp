@@ -16,7 +16,7 @@ namespace {
 
 constexpr double wanted_bit_px = 3.5;  // side of a bit on the level that is read
 constexpr double sample_reach = 0.22;  // of a bit: offset of the samples from its centre
-constexpr double least_step = 8 * pixel_scale;
+constexpr double min_step = 8 * pixel_scale;
 
 struct cell_code {
     int column, row;
@@ -129,7 +129,7 @@ std::optional<marker_code> code_in(const square_reader &square, double marker_sh
         dark_sum += border(i) ? (*grey)[static_cast<size_t>(i)] : 0;
     }
     const double dark = dark_sum / (4 * cells - 4);
-    if (*light - dark < least_step) {
+    if (*light - dark < min_step) {
         return std::nullopt;
     }
     const double middle = (*light + dark) / 2;
@@ -253,11 +253,11 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
         reading.seen++;
         reading.known += vote(board, *dictionary, found, cell, &votes) ? 1 : 0;
     }
-    int most = 0, second = 0;
+    int max = 0, second = 0;
     for (const auto &[key, count] : votes) {
-        if (count > most) {
-            second = most;
-            most = count;
+        if (count > max) {
+            second = max;
+            max = count;
             const auto [mirrored, quarters, column, row] = key;
             reading.place = {quarters, column, row, count, mirrored};
         } else {
@@ -265,8 +265,8 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
         }
     }
     // One marker with few bits may be a coincidence; two markers that agree on the place are not.
-    const bool enough = most >= 2 || (most == 1 && reading.seen == 1 && dictionary->side >= 5);
-    reading.placed = enough && most > 2 * second;
+    const bool enough = max >= 2 || (max == 1 && reading.seen == 1 && dictionary->side >= 5);
+    reading.placed = enough && max > 2 * second;
     return reading;
 }
 

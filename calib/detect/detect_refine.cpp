@@ -12,9 +12,9 @@ namespace {
 constexpr double radius_share = 0.45;  // of the distance to the nearest neighbour
 constexpr double coarse_radius_px = 10;
 constexpr double fine_radius_px = 28;
-constexpr double least_radius_px = 3.2;
+constexpr double min_radius_px = 3.2;
 // Beyond this blur the fit works on a smaller level: it loses nothing and is faster.
-constexpr double most_blur_px = 2.6;
+constexpr double max_blur_px = 2.6;
 
 struct point {
     bool known = false;
@@ -127,7 +127,7 @@ std::vector<corner_fit> fit_all(const plane &level, const grid &shape, const poi
             guess.y = here->y;
             guess.light_between = shape.light_square(column, row);
             guess.blur_px = how.blur_px;
-            guess.radius_px = std::clamp(radius_share * spacing, least_radius_px,
+            guess.radius_px = std::clamp(radius_share * spacing, min_radius_px,
                                          how.widest_radius_px + 4 * how.blur_px);
             guess.band_px = 3 * how.blur_px + 2;
             if (how.clear_share < 0.5) {
@@ -218,7 +218,7 @@ refined_grid refine(const std::vector<plane> &levels, int level, const grid &fou
                 {1.0, coarse_radius_px, clear_share});
     const double coarse_blur_px = median_blur(fits);
     int fine = 0;
-    while (fine < coarse && blur_on(coarse_blur_px, coarse, fine) > most_blur_px) {
+    while (fine < coarse && blur_on(coarse_blur_px, coarse, fine) > max_blur_px) {
         fine++;
     }
     // Twice: the second pass knows the curvature of the edges exactly.

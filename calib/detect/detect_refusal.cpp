@@ -11,11 +11,11 @@ namespace calib::detect {
 
 namespace {
 
-constexpr double most_blur_share = 0.35;  // of the side of a square
+constexpr double max_blur_share = 0.35;  // of the side of a square
 // From here on blur is the likely reason for missing corners.
 constexpr double suspect_blur_share = 0.25;
 constexpr int white_grey = 252, dark_grey = 40;
-constexpr double most_white_share = 0.4, most_dark_share = 0.995;
+constexpr double max_white_share = 0.4, max_dark_share = 0.995;
 constexpr double blurred_px =
     4;  // the image is blurred when its sharpest edges are wider than this
 constexpr int fewest_corners = 9;  // a smaller grid is assumed to be texture
@@ -112,10 +112,10 @@ std::string image_refusal(const std::vector<plane> &levels) {
         white += grey >= white_grey ? shares[grey] : 0;
         dark += grey < dark_grey ? shares[grey] : 0;
     }
-    if (white > most_white_share) {
+    if (white > max_white_share) {
         return sentence("no board found: overexposed (%.0f %% of the image is white)", 100 * white);
     }
-    if (dark > most_dark_share) {
+    if (dark > max_dark_share) {
         return "no board found: too dark";
     }
     const double blur_px = steepest_edge_blur_px(levels);
@@ -129,7 +129,7 @@ std::string image_refusal(const std::vector<plane> &levels) {
 }  // namespace
 
 bool too_blurred(double blur_px, double spacing_px) {
-    return blur_px > most_blur_share * spacing_px;
+    return blur_px > max_blur_share * spacing_px;
 }
 
 near_miss near_miss_of(const plane &level, const grid &found) {

@@ -12,7 +12,7 @@ namespace {
 constexpr int step_px = 2;  // of the second differences
 constexpr int border_px = 6;
 // An ideal corner of contrast c gives about (c/2)^2 when sharp and a tenth of that when blurred.
-constexpr float least_response = 9.0F * pixel_scale * pixel_scale;
+constexpr float min_response = 9.0F * pixel_scale * pixel_scale;
 constexpr double farthest_px = 1.5;  // of a saddle point from the pixel of highest response
 
 // A buffer of the last few rows, indexed by row number.
@@ -102,7 +102,7 @@ void peaks_of_row(const smooth_rows &smooth, const response_rows &response, int 
     const float *row = response[y];
     for (int x = border_px; x < width - border_px; x++) {
         // Neighbours are checked first because most pixels fail there.
-        if (row[x] < least_response || row[x] < row[x - 1] || row[x] < row[x + 1] ||
+        if (row[x] < min_response || row[x] < row[x - 1] || row[x] < row[x + 1] ||
             !highest_of_25(response, x, y)) {
             continue;
         }

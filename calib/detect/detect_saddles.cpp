@@ -13,11 +13,11 @@ namespace {
 constexpr int half_circle = 16;  // samples in half a turn
 constexpr double pi = 3.14159265358979323846;
 constexpr double circle_radius_px = 4;
-constexpr double least_contrast = 8 * pixel_scale;
+constexpr double min_contrast = 8 * pixel_scale;
 // Maximum ratio of the unmirrored to the mirrored energy of the circle: perspective and noise cause
 // some.
 constexpr double unmirrored_share = 0.3;
-constexpr double least_angle_rad = 0.26;  // between two edges: 15 degrees
+constexpr double min_angle_rad = 0.26;  // between two edges: 15 degrees
 
 struct circle {
     std::array<direction, half_circle> towards;
@@ -85,9 +85,9 @@ half_turn smoothed(const half_turn &values) {
     return made;
 }
 
-// The first `most` of those without an earlier one within `nearest_px`: noise can make two peaks of
+// The first `max` of those without an earlier one within `nearest_px`: noise can make two peaks of
 // one corner.
-std::vector<saddle> apart(const plane &level, const std::vector<saddle> &all, size_t most) {
+std::vector<saddle> apart(const plane &level, const std::vector<saddle> &all, size_t max) {
     constexpr double nearest_px = 2.5;
     constexpr int cell_px = 4;
     const int columns = level.width / cell_px + 3;
@@ -106,7 +106,7 @@ std::vector<saddle> apart(const plane &level, const std::vector<saddle> &all, si
                 }
             }
         }
-        if (alone && kept.size() < most) {
+        if (alone && kept.size() < max) {
             cells[static_cast<size_t>(row * columns + column)].push_back(kept.size());
             kept.push_back(next);
         }
@@ -131,7 +131,7 @@ std::optional<saddle> saddle_at(const plane &level, double x, double y, double r
     found.y = y;
     found.contrast = *lightest - *darkest;
     double rising_rad = 0, falling_rad = 0;
-    if (found.contrast < least_contrast ||
+    if (found.contrast < min_contrast ||
         !crossings(smooth, (*lightest + *darkest) / 2, &rising_rad, &falling_rad)) {
         return std::nullopt;
     }
@@ -139,7 +139,7 @@ std::optional<saddle> saddle_at(const plane &level, double x, double y, double r
         falling_rad += pi;
     }
     const double opening_rad = falling_rad - rising_rad;
-    if (opening_rad < least_angle_rad || opening_rad > pi - least_angle_rad) {
+    if (opening_rad < min_angle_rad || opening_rad > pi - min_angle_rad) {
         return std::nullopt;
     }
     const std::array<double, 4> angles_rad = {rising_rad, falling_rad, rising_rad + pi,
@@ -150,7 +150,7 @@ std::optional<saddle> saddle_at(const plane &level, double x, double y, double r
     return found;
 }
 
-std::vector<saddle> saddles_of(const plane &level, size_t most) {
+std::vector<saddle> saddles_of(const plane &level, size_t max) {
     std::vector<saddle> found;
     for (const peak &candidate : saddle_peaks(level)) {
         const std::optional<saddle> checked =
@@ -161,7 +161,7 @@ std::vector<saddle> saddles_of(const plane &level, size_t most) {
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const saddle &a, const saddle &b) { return a.contrast > b.contrast; });
-    return apart(level, found, most);
+    return apart(level, found, max);
 }
 
 }  // namespace calib::detect

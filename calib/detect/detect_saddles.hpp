@@ -28,8 +28,8 @@ struct saddle {
 /// does not show two light and two dark arcs that mirror each other through the centre.
 std::optional<saddle> saddle_at(const plane &level, double x, double y, double radius);
 
-/// All saddles of a level, highest contrast first, at most `most`.
-std::vector<saddle> saddles_of(const plane &level, size_t most);
+/// All saddles of a level, highest contrast first, at most `max`.
+std::vector<saddle> saddles_of(const plane &level, size_t max);
 
 }  // namespace calib::detect
 

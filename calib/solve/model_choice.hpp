@@ -26,7 +26,7 @@ struct model_choice {
 };
 
 /// Minimum number of board positions for a choice; with fewer, `modest_model` is used.
-const int LEAST_FOR_CHOICE = 5;
+const int MIN_FOR_CHOICE = 5;
 model_candidate modest_model();
 
 /// Sets the parameters that a candidate does not estimate to their neutral values.

@@ -65,16 +65,16 @@ void noise_floor::update(const bundle_state &state, double spare_share, bundle *
         }
     });
     INVARIANT(place == given_px_.size());
-    double least = 0, most = 0;
+    double min = 0, max = 0;
     ratio_ = all.empty() ? 1 : scale_of(all, 0);
     if (ratio_ > EXPLAINED) {
-        most = longest_px;
+        max = longest_px;
         for (int k = 0; k < HALVINGS; k++) {
-            const double middle = (least + most) / 2;
-            (scale_of(all, middle) > 1 ? least : most) = middle;
+            const double middle = (min + max) / 2;
+            (scale_of(all, middle) > 1 ? min : max) = middle;
         }
     }
-    floor_px_ = most;
+    floor_px_ = max;
     place = 0;
     for_all_corners(*data, [&](size_t, int, bundle_corner &corner) {
         corner.sigma_px = std::hypot(given_px_[place++], floor_px_);

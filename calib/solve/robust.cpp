@@ -12,12 +12,12 @@ namespace calib {
 
 namespace {
 
-const int LEAST_CORNERS = 6;      // of a view: four determine a pose, two more verify it
-const double LEAST_RIGHT = 0.75;  // share of a view's corners that must be right
-const double GARBAGE = 0.03;      // misfit of a homography, as a share of the view's extent
-const double NOISIER = 3;         // maximum noise of a used view, as a multiple of the common noise
+const int MIN_CORNERS = 6;      // of a view: four determine a pose, two more verify it
+const double MIN_RIGHT = 0.75;  // share of a view's corners that must be right
+const double GARBAGE = 0.03;    // misfit of a homography, as a share of the view's extent
+const double NOISIER = 3;       // maximum noise of a used view, as a multiple of the common noise
 const double MEDIAN_RADIUS = 1.1774100225154747;  // of a two-dimensional gaussian, in sigmas
-const double LEAST_LIMIT_PX = 1e-3;
+const double MIN_LIMIT_PX = 1e-3;
 const double LOSS = 3;
 
 double median_of(std::vector<double> *values) {
@@ -103,18 +103,18 @@ class judge_of_sighting {
         // A view may be somewhat noisier than the others without being wrong.
         const double own = median_of(&sorted) / MEDIAN_RADIUS;
         result->limit[camera] = limit_ * std::clamp(own, scale_, NOISIER * scale_);
-        result->noise[camera] = own * median_sigma(view) < LEAST_LIMIT_PX ? 1 : own / scale_;
+        result->noise[camera] = own * median_sigma(view) < MIN_LIMIT_PX ? 1 : own / scale_;
         size_t right = 0;
         for (size_t i = 0; i < off.size(); i++) {
             right += is_right(view.corners[i], off[i], result->limit[camera]);
         }
-        result->right[camera] = double(right) >= LEAST_RIGHT * double(off.size()) &&
-                                right >= size_t(LEAST_CORNERS) && result->noise[camera] <= NOISIER;
+        result->right[camera] = double(right) >= MIN_RIGHT * double(off.size()) &&
+                                right >= size_t(MIN_CORNERS) && result->noise[camera] <= NOISIER;
     }
 
   public:
     static bool is_right(const bundle_corner &corner, double off, double limit) {
-        return off <= std::max(limit, LEAST_LIMIT_PX / corner.sigma_px);
+        return off <= std::max(limit, MIN_LIMIT_PX / corner.sigma_px);
     }
 
   private:
@@ -150,7 +150,7 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
                                               alone.limit[camera]);
     }
     char text[160];
-    if (double(wrong) <= (1 - LEAST_RIGHT) * double(view.corners.size())) {
+    if (double(wrong) <= (1 - MIN_RIGHT) * double(view.corners.size())) {
         std::snprintf(text, sizeof text, "its residuals are %.1f times those of other views",
                       alone.noise[camera]);
         return text;
@@ -281,7 +281,7 @@ view_records inspect_views(bundle *data) {
             if (view.empty()) {
                 continue;
             }
-            if (int(view.corners.size()) < LEAST_CORNERS) {
+            if (int(view.corners.size()) < MIN_CORNERS) {
                 record.reason = "only " + std::to_string(view.corners.size()) + " corners visible";
             } else if (!fit_homography(*data, view, &record.seen)) {
                 record.reason = "all corners are on one line";

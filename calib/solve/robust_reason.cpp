@@ -109,11 +109,11 @@ mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t 
     const double square_px = std::max(1.0, distance(foretold[0], foretold[foretold.size() - 1]) /
                                                std::hypot(target.columns - 1, target.rows - 1));
     mismatch result;
-    double least = CLOSE;
+    double min = CLOSE;
     for (const misnumbering &how : MISNUMBERINGS) {
         const double off = median_off(view, target, how, foretold, square_px);
-        if (off < least) {
-            least = off;
+        if (off < min) {
+            min = off;
             result.half_turn = how.half_turn;
             result.reason = how.text;
         }

@@ -29,11 +29,11 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board);
 
-/// Candidate initial focal lengths of one camera, best first, at most `most`: local minima of the
+/// Candidate initial focal lengths of one camera, best first, at most `max`: local minima of the
 /// misfit of the best poses to the homographies, over a scan from 0.25 to 80 times the longer side
 /// of the image. The closed form would need boards that are not parallel to the image.
 std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vector<homography> &seen,
-                                       size_t most);
+                                       size_t max);
 
 /// The pose of the right camera that most pairs agree on. `T_camera_board[camera][i]` are poses of
 /// the boards in each camera's own frame; only `pairs` (positions used by both cameras) vote.

@@ -71,7 +71,7 @@ double median_off_px(const bundle &alone, const bundle_state &state, const bundl
 }  // namespace
 
 std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vector<homography> &seen,
-                                       size_t most) {
+                                       size_t max) {
     const bundle data = stand_ins(frame, seen);
     const double side = std::max(frame.width_px, frame.height_px);
     std::vector<double> focal_px, misfit;
@@ -90,7 +90,7 @@ std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vecto
     std::stable_sort(minima.begin(), minima.end(),
                      [&](size_t a, size_t b) { return misfit[a] < misfit[b]; });
     std::vector<double> result;
-    for (size_t i = 0; i < minima.size() && i < most; i++) {
+    for (size_t i = 0; i < minima.size() && i < max; i++) {
         result.push_back(focal_px[minima[i]]);
     }
     return result;

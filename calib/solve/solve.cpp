@@ -24,8 +24,8 @@ const double LOSS = 3;
 const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
 const int WARP_FROM = 6;  // board positions
 const double SCATTERED_Z = 4;
-const double LEAST_SCATTER_PX = 1e-3;  // rounding also scatters
-const double AGREE_SIGMAS = 0.05;      // two starts whose results are closer than this agree
+const double MIN_SCATTER_PX = 1e-3;  // rounding also scatters
+const double AGREE_SIGMAS = 0.05;    // two starts whose results are closer than this agree
 
 int count_views(const bundle &data, int camera) {
     int views = 0;
@@ -43,7 +43,7 @@ int fewest_views(const bundle &data) {
 // The model used while outliers are searched: rich enough that no good corner looks like one.
 bundle_options cleaning_options(const bundle &data) {
     const int views = fewest_views(data);
-    if (views < LEAST_FOR_CHOICE) {
+    if (views < MIN_FOR_CHOICE) {
         return options_of(modest_model().model, modest_model().target, LOSS);
     }
     const bool shape = views >= WARP_FROM;
@@ -91,10 +91,10 @@ class solver {
             return failed("too few boards: outlier rejection left only " + std::to_string(fewest) +
                           (fewest == 1 ? " usable view" : " usable views") + " of one camera");
         }
-        const bool few = fewest < LEAST_FOR_CHOICE;
+        const bool few = fewest < MIN_FOR_CHOICE;
         choose();
         finish();
-        if (few && fewest_views(data()) >= LEAST_FOR_CHOICE) {  // some views are right after all
+        if (few && fewest_views(data()) >= MIN_FOR_CHOICE) {  // some views are right after all
             choose();
             finish();
         }
@@ -146,7 +146,7 @@ class solver {
     void choose() {
         if (!options_.choose_model) {
             chosen_ = {options_.model, options_.target};
-        } else if (fewest_views(data()) < LEAST_FOR_CHOICE) {
+        } else if (fewest_views(data()) < MIN_FOR_CHOICE) {
             chosen_ = modest_model();
             chosen_.model.distortion = options_.distortion.value_or(chosen_.model.distortion);
         } else {
@@ -218,7 +218,7 @@ class solver {
         error_model result = errors;
         fit->scatter_ratio = errors.scatter_ratio();
         fit->scatter_z = errors.scatter_z();
-        fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > LEAST_SCATTER_PX;
+        fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > MIN_SCATTER_PX;
         if (fit->scattered) {
             const double by_scatter = std::sqrt(errors.scatter_ratio());
             result.heed_scatter();

@@ -10,9 +10,9 @@ namespace calib {
 namespace {
 
 const int CELLS_ACROSS = 8, CELLS_DOWN = 6;
-const int LEAST_IN_CELL = 4;
+const int MIN_IN_CELL = 4;
 const double ALARM_Z = 5;
-const double LEAST_PATTERN_PX = 1e-3;  // rounding also leaves patterns
+const double MIN_PATTERN_PX = 1e-3;  // rounding also leaves patterns
 
 struct cell {
     double x = 0, y = 0;  // sums of residuals, in sigmas
@@ -29,7 +29,7 @@ pattern find_pattern(const std::vector<cell> &cells) {
     double chi2 = 0;
     int freedom = 0, corners = 0;
     for (const cell &one : cells) {
-        if (one.count >= LEAST_IN_CELL) {
+        if (one.count >= MIN_IN_CELL) {
             chi2 += (one.x * one.x + one.y * one.y) / one.count;
             freedom += 2;
             corners += one.count;
@@ -89,7 +89,7 @@ fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) 
     result.systematic_px = noise_px * std::sqrt(std::max(in_image.excess, on_board.excess));
     result.systematic_share = std::sqrt(std::max(in_image.excess, on_board.excess) / 2);
     result.alarm = (result.image_z > ALARM_Z || result.board_z > ALARM_Z) &&
-                   result.systematic_px > LEAST_PATTERN_PX;
+                   result.systematic_px > MIN_PATTERN_PX;
     if (result.alarm) {
         result.widened = std::sqrt(std::max({1.0, in_image.ratio, on_board.ratio}));
     }

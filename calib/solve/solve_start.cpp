@@ -11,7 +11,7 @@ namespace calib {
 namespace {
 
 const double LOSS = 3;  // of the robust scale
-const size_t LEAST_VIEWS = 3;
+const size_t MIN_VIEWS = 3;
 const int ROUNDS = 3;
 
 // Sum of the distances, which ranks starts regardless of their losses.
@@ -129,7 +129,7 @@ std::string start_singles(const bundle &data, const view_records &records,
     std::vector<single_start> from;
     for (int camera = 0; camera < data.cameras; camera++) {
         from.push_back(prepare(data, records, camera));
-        if (from.back().seen.size() < LEAST_VIEWS) {
+        if (from.back().seen.size() < MIN_VIEWS) {
             const std::string who =
                 data.cameras == 1 ? "the camera" : std::string("the ") + whose[camera] + " camera";
             return "too few boards: " + who + " has " + std::to_string(from.back().seen.size()) +
@@ -154,10 +154,10 @@ std::string start_singles(const bundle &data, const view_records &records,
         one.distance = total_distance(own.data, one.state);
     });
     for (int camera = 0; camera < data.cameras; camera++) {
-        double least = INFINITY;
+        double min = INFINITY;
         for (const attempt &one : attempts) {
-            if (one.camera == camera && (one.distance < least || least == INFINITY)) {
-                least = one.distance;
+            if (one.camera == camera && (one.distance < min || min == INFINITY)) {
+                min = one.distance;
                 best[camera] = one.state;
             }
         }

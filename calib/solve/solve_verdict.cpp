@@ -59,12 +59,12 @@ double normals_spread_rad(const bundle &data, const bundle_state &state, int cam
         }
     }
     const double length = geometry_norm(sum);
-    double most = 0;
+    double max = 0;
     for (const std::array<double, 3> &normal : normals) {
         const double cosine = geometry_dot(normal.data(), sum) / length;
-        most = std::max(most, std::acos(std::clamp(cosine, -1.0, 1.0)));
+        max = std::max(max, std::acos(std::clamp(cosine, -1.0, 1.0)));
     }
-    return most;
+    return max;
 }
 
 // Share of a 4 x 3 grid of image cells that contain used corners.

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 
-enum { LEAST_BAUD = 9600 };
+enum { MIN_BAUD = 9600 };
 
 bool serial_device_speed(uint32_t bits_per_s, speed_t *speed) {
     static const struct {
@@ -33,7 +33,7 @@ bool serial_device_speed(uint32_t bits_per_s, speed_t *speed) {
 
 bool serial_device_has_speed(uint32_t baud) {
     speed_t speed = B0;
-    return baud >= LEAST_BAUD && serial_device_speed(baud, &speed);
+    return baud >= MIN_BAUD && serial_device_speed(baud, &speed);
 }
 
 bool serial_device_claim(int fd) {

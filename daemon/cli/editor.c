@@ -6,7 +6,7 @@
 
 #include "core/invariant.h"
 
-enum { COLUMNS_LEAST = 8, ESCAPE_NONE = 0, ESCAPE_BEGUN, ESCAPE_BRACKET, ESCAPE_SS3 };
+enum { COLUMNS_MIN = 8, ESCAPE_NONE = 0, ESCAPE_BEGUN, ESCAPE_BRACKET, ESCAPE_SS3 };
 
 enum key {
     KEY_CTRL_A = 1,
@@ -74,7 +74,7 @@ static size_t previous_start(const struct editor *self, size_t at) {
 /// Columns after the prompt; the terminal's last one stays free, as writing there may wrap.
 static size_t room(const struct editor *self) {
     const size_t taken = width_of(self->prompt, strlen(self->prompt)) + 1;
-    return self->columns >= taken + COLUMNS_LEAST ? self->columns - taken : COLUMNS_LEAST;
+    return self->columns >= taken + COLUMNS_MIN ? self->columns - taken : COLUMNS_MIN;
 }
 
 /// Scrolls so that the cursor is visible and no column is left empty that text could fill.

@@ -11,7 +11,7 @@
 
 enum {
     BAR_CELLS = 40,
-    BAR_CELLS_LEAST = 4,
+    BAR_CELLS_MIN = 4,
     BAR_FRAME = 24,  // the text around the cells, with the longest stage name
     REDRAW_US = 100000,
 };
@@ -33,9 +33,9 @@ void progress_expect(struct progress *progress, const double *work, int stages) 
 // As many as fit: a bar that reached the last column would wrap and be drawn repeatedly.
 static int cells_of_window(void) {
     const size_t columns = screen_columns(STDERR_FILENO);
-    return columns > BAR_CELLS + BAR_FRAME         ? BAR_CELLS
-           : columns > BAR_CELLS_LEAST + BAR_FRAME ? (int)columns - 1 - BAR_FRAME
-                                                   : BAR_CELLS_LEAST;
+    return columns > BAR_CELLS + BAR_FRAME       ? BAR_CELLS
+           : columns > BAR_CELLS_MIN + BAR_FRAME ? (int)columns - 1 - BAR_FRAME
+                                                 : BAR_CELLS_MIN;
 }
 
 // Updates the share of the whole run; it never decreases.

@@ -25,8 +25,8 @@ enum {
     HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1,
     BAR_WIDTH = 30,
     BAR_TEXT = 44,
-    BAR_TEXT_LEAST = 10,  ///< in a narrow window, which also shortens the bar
-    BAR_FRAME = 3,        ///< blank and brackets around the bar
+    BAR_TEXT_MIN = 10,  ///< in a narrow window, which also shortens the bar
+    BAR_FRAME = 3,      ///< blank and brackets around the bar
 };
 
 bool remote_quote(const char *word, char *text) {
@@ -56,8 +56,8 @@ bool remote_files_command(const char *name, const char *after, char *command) {
     return length > 0 && length < REMOTE_REQUEST_BYTES;
 }
 
-static int between(int least, int value, int most) {
-    return value < least ? least : value > most ? most : value;
+static int between(int min, int value, int max) {
+    return value < min ? min : value > max ? max : value;
 }
 
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
@@ -74,7 +74,7 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
     // A bar that reached the last column would wrap and be drawn repeatedly.
     const size_t columns = screen_columns(STDERR_FILENO);
     const int room = columns < SCREEN_COLUMNS ? (int)columns - 1 - BAR_FRAME : SCREEN_COLUMNS;
-    const int text = between(BAR_TEXT_LEAST, room - BAR_WIDTH, BAR_TEXT);
+    const int text = between(BAR_TEXT_MIN, room - BAR_WIDTH, BAR_TEXT);
     const int width = between(1, room - text, BAR_WIDTH);
     const int full = (int)((done < total ? done : total) * (uint64_t)width / total);
     char shown[BAR_TEXT + 1];

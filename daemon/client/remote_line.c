@@ -20,7 +20,7 @@
 #include "daemon/base/serial_device.h"
 
 enum {
-    PORT_MOST = 65535,
+    PORT_MAX = 65535,
     SERIAL_BAUD = 115200,
     HELLO_MS = 1000,
     HELLO_TRIES = 4,
@@ -70,16 +70,16 @@ static int open_unix(const struct remote_line *self, const char *path, struct me
     return ERROR_IO;
 }
 
-/// Parses an integer of decimal digits only, up to `most`; -1: invalid.
-static int64_t parse_number(const char *text, int64_t most) {
+/// Parses an integer of decimal digits only, up to `max`; -1: invalid.
+static int64_t parse_number(const char *text, int64_t max) {
     int64_t number = text[0] == '\0' ? -1 : 0;
     for (; *text != '\0'; text++) {
-        if (*text < '0' || *text > '9' || number > most / 10) {
+        if (*text < '0' || *text > '9' || number > max / 10) {
             return -1;
         }
         number = 10 * number + (*text - '0');
     }
-    return number <= most ? number : -1;
+    return number <= max ? number : -1;
 }
 
 static int open_tcp(const struct remote_line *self, const char *place, struct message *message) {
@@ -89,10 +89,10 @@ static int open_tcp(const struct remote_line *self, const char *place, struct me
         return message_set(message, ERROR_ARGUMENT,
                            "invalid address \"tcp:%s\" (expected tcp:HOST:PORT)", place);
     }
-    if (parse_number(colon + 1, PORT_MOST) < 1) {
+    if (parse_number(colon + 1, PORT_MAX) < 1) {
         return message_set(message, ERROR_ARGUMENT,
                            "tcp:%s: invalid port \"%s\" (expected 1 to %d)", place, colon + 1,
-                           PORT_MOST);
+                           PORT_MAX);
     }
     memcpy(host, place, (size_t)(colon - place));
     host[colon - place] = '\0';

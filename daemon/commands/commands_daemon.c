@@ -28,12 +28,12 @@ static void describe_argument(const struct command_call *call,
     if (argument->kind == COMMAND_CHOICE) {
         item_text(call, "choices", argument->choices);
     } else {
-        char least[32];
-        struct command_text text = command_text_begin(least, sizeof least);
-        command_text_add_number(&text, argument->least, 6);
+        char min[32];
+        struct command_text text = command_text_begin(min, sizeof min);
+        command_text_add_number(&text, argument->min, 6);
         command_text_add(&text, " to ");
-        command_text_add_number(&text, argument->most, 6);
-        item_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", least);
+        command_text_add_number(&text, argument->max, 6);
+        item_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", min);
         if (argument->unit != NULL) {
             item_text(call, "unit", argument->unit);
         }
@@ -99,10 +99,10 @@ static int run_config(const struct command_call *call) {
 
 static int run_log(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
-    const uint64_t most =
+    const uint64_t max =
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_USUAL_LINES;
     struct logbook_line line;
-    uint64_t back = most;
+    uint64_t back = max;
     item_begin(call, "lines", true);
     while (back > 0) {
         back--;
@@ -175,16 +175,16 @@ static void add_keys(const struct command_candidates *to) {
 static const struct command_argument complete_arguments[] = {
     {.name = "LINE",
      .kind = COMMAND_TEXT,
-     .least = 0,
-     .most = 400,
+     .min = 0,
+     .max = 400,
      .help = "the line as typed so far, in quotes"},
 };
 
 static const struct command_argument help_arguments[] = {
     {.name = "COMMAND",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 32,
+     .min = 1,
+     .max = 32,
      .optional = true,
      .help = "the command to explain; default: list all",
      .candidates = add_commands},
@@ -193,8 +193,8 @@ static const struct command_argument help_arguments[] = {
 static const struct command_argument config_arguments[] = {
     {.name = "KEY",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 60,
+     .min = 1,
+     .max = 60,
      .optional = true,
      .help = "one setting; default: all",
      .candidates = add_keys},
@@ -204,8 +204,8 @@ static const struct command_argument log_arguments[] = {
     {.name = "COUNT",
      .kind = COMMAND_INTEGER,
      .unit = "lines",
-     .least = 1,
-     .most = LOGBOOK_LINES,
+     .min = 1,
+     .max = LOGBOOK_LINES,
      .optional = true,
      .help = "how many of the last lines; default: 20"},
 };
@@ -214,19 +214,19 @@ static const struct command_argument watch_arguments[] = {
     {.name = "INTERVAL",
      .kind = COMMAND_NUMBER,
      .unit = "s",
-     .least = 0.1,
-     .most = 86400,
+     .min = 0.1,
+     .max = 86400,
      .help = "from one round's start to the next"},
     {.name = "COMMAND",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 400,
+     .min = 1,
+     .max = 400,
      .help = "the command to repeat, in quotes if it has arguments",
      .candidates = add_commands},
     {.name = "COUNT",
      .kind = COMMAND_INTEGER,
-     .least = 1,
-     .most = 1000000,
+     .min = 1,
+     .max = 1000000,
      .optional = true,
      .help = "rounds; default: until Ctrl-C"},
 };

@@ -21,7 +21,7 @@
 #include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 
-enum { FILES_LISTED_MOST = 500, READ_BYTES = 65536 };
+enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
 
 static void put_entry(const struct command_call *call, int directory, const char *name) {
     struct stat about;
@@ -55,7 +55,7 @@ static int run_files(const struct command_call *call) {
     item_begin(call, "files", true);
     for (int i = 0; i < count; i++) {
         if (strcmp(entries[i]->d_name, after) > 0 && entries[i]->d_name[0] != '.') {
-            if (listed < FILES_LISTED_MOST) {
+            if (listed < FILES_LISTED_MAX) {
                 put_entry(call, fd, entries[i]->d_name);
             }
             listed++;
@@ -65,7 +65,7 @@ static int run_files(const struct command_call *call) {
     item_end(call);
     free(entries);
     close(fd);
-    if (listed > FILES_LISTED_MOST) {
+    if (listed > FILES_LISTED_MAX) {
         item_text(call, "more",
                   "the list is incomplete: \"files DIRECTORY LAST\" continues after the last name");
     }
@@ -105,12 +105,12 @@ static int describe(const struct command_call *call, int fd) {
 }
 
 static int send_block(const struct command_call *call, int fd) {
-    static _Thread_local char data[FILES_BLOCK_MOST];
-    static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MOST)];
+    static _Thread_local char data[FILES_BLOCK_MAX];
+    static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MAX)];
     const int64_t offset = call->values[1].integer;
-    const size_t most = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
-    INVARIANT(most <= sizeof data);
-    const ssize_t bytes = pread(fd, data, most, offset);
+    const size_t max = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
+    INVARIANT(max <= sizeof data);
+    const ssize_t bytes = pread(fd, data, max, offset);
     if (bytes < 0) {
         return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
     }
@@ -135,15 +135,15 @@ static int run_fetch(const struct command_call *call) {
 static const struct command_argument files_arguments[] = {
     {.name = "DIRECTORY",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = FILES_NAME_MAX,
+     .min = 1,
+     .max = FILES_NAME_MAX,
      .optional = true,
      .help = "a directory in \"files\"; default: \"files\" itself",
      .candidates = files_candidates_directory},
     {.name = "AFTER",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = FILES_NAME_MAX,
+     .min = 1,
+     .max = FILES_NAME_MAX,
      .optional = true,
      .help = "list only names after this one"},
 };
@@ -151,22 +151,22 @@ static const struct command_argument files_arguments[] = {
 static const struct command_argument fetch_arguments[] = {
     {.name = "NAME",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = FILES_NAME_MAX,
+     .min = 1,
+     .max = FILES_NAME_MAX,
      .help = "path of the file below \"files\"",
      .candidates = files_candidates_file},
     {.name = "OFFSET",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
-     .least = 0,
-     .most = 1e15,
+     .min = 0,
+     .max = 1e15,
      .optional = true,
      .help = "start of the block; default: report length and CRC-32 of the whole file"},
     {.name = "BYTES",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
-     .least = 1,
-     .most = FILES_BLOCK_MOST,
+     .min = 1,
+     .max = FILES_BLOCK_MAX,
      .optional = true,
      .help = "maximum size of the block; default: 3072"},
 };

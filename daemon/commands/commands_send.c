@@ -29,8 +29,8 @@
 
 enum {
     NAME_MAX_CHARACTERS = 60,
-    SEND_MOST = 16 * 1024 * 1024,
-    TEXT_MOST = 400,  ///< length of a block's Base64, so that the command fits into a line
+    SEND_MAX = 16 * 1024 * 1024,
+    TEXT_MAX = 400,  ///< length of a block's Base64, so that the command fits into a line
     CRC_DIGITS = 8,
     CHECK_BYTES = 16384,
     ABANDONED_AFTER_S = 24 * 3600,
@@ -211,10 +211,10 @@ static int write_block(struct receipt *self, int64_t offset, const uint8_t *data
 }
 
 /// Decodes the command's block. Its size, or ERROR_CRC with the call's message.
-static long decode_block(const struct receipt *self, uint8_t data[TEXT_MOST]) {
+static long decode_block(const struct receipt *self, uint8_t data[TEXT_MAX]) {
     const struct command_value *values = self->call->values;
     uint32_t crc = 0;
-    const long bytes = base64_decode(values[DATA].text, data, TEXT_MOST);
+    const long bytes = base64_decode(values[DATA].text, data, TEXT_MAX);
     if (bytes < 0 || !parse_crc(values[BLOCK_CRC].text, &crc) ||
         crc_update(0, data, (size_t)bytes) != crc) {
         return surroundings_refuse(self->call, ERROR_CRC,
@@ -238,7 +238,7 @@ static int answer_unannounced(struct receipt *self, int number) {
 /// A block may come more than once, as its sender cannot know which answers were lost.
 static int take_block(struct receipt *self) {
     const int64_t offset = self->call->values[OFFSET].integer;
-    uint8_t data[TEXT_MOST];
+    uint8_t data[TEXT_MAX];
     struct stat about;
     const long bytes = decode_block(self, data);
     if (bytes < 0) {
@@ -283,37 +283,37 @@ static int run_send(const struct command_call *call) {
 static const struct command_argument send_arguments[] = {
     {.name = "NAME",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = NAME_MAX_CHARACTERS,
+     .min = 1,
+     .max = NAME_MAX_CHARACTERS,
      .help = "name of the file on the instrument, without /; an existing file is replaced"},
     {.name = "SIZE",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
-     .least = 0,
-     .most = SEND_MOST,
+     .min = 0,
+     .max = SEND_MAX,
      .help = "size of the whole file"},
     {.name = "CRC",
      .kind = COMMAND_TEXT,
-     .least = CRC_DIGITS,
-     .most = CRC_DIGITS,
+     .min = CRC_DIGITS,
+     .max = CRC_DIGITS,
      .help = "CRC-32 of the whole file, eight hexadecimal digits"},
     {.name = "OFFSET",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
-     .least = 0,
-     .most = SEND_MOST,
+     .min = 0,
+     .max = SEND_MAX,
      .optional = true,
      .help = "start of the block; default: report how much was received"},
     {.name = "BLOCK_CRC",
      .kind = COMMAND_TEXT,
-     .least = CRC_DIGITS,
-     .most = CRC_DIGITS,
+     .min = CRC_DIGITS,
+     .max = CRC_DIGITS,
      .optional = true,
      .help = "CRC-32 of the block, eight hexadecimal digits"},
     {.name = "DATA",
      .kind = COMMAND_TEXT,
-     .least = 4,
-     .most = TEXT_MOST,
+     .min = 4,
+     .max = TEXT_MAX,
      .optional = true,
      .help = "the block in Base64"},
 };

@@ -455,8 +455,8 @@ static const struct command_argument record_arguments[] = {
      .help = "what to do; default: show the current recording"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 60,
+     .min = 1,
+     .max = 60,
      .optional = true,
      .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
 };

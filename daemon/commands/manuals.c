@@ -46,9 +46,9 @@ static void print_argument(FILE *file, const struct command_argument *argument) 
         command_text_add(&text, "one of: ");
         command_text_add(&text, argument->choices);
     } else {
-        command_text_add_number(&text, argument->least, 6);
+        command_text_add_number(&text, argument->min, 6);
         command_text_add(&text, " to ");
-        command_text_add_number(&text, argument->most, 6);
+        command_text_add_number(&text, argument->max, 6);
         command_text_add_unit(&text, argument->unit);
     }
     command_text_add(&text, argument->optional ? "; optional)" : ")");

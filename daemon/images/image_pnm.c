@@ -125,8 +125,8 @@ static bool is_truncated(const struct pnm *pnm, int bits) {
     }
     const uint64_t values =
         (uint64_t)pnm->width_px * (uint64_t)pnm->height_px * (uint64_t)pnm->channels;
-    const uint64_t least = pnm->plain ? 2 * values - (values > 0) : values * (bits > 8 ? 2 : 1);
-    return pnm->length - pnm->at < least;
+    const uint64_t min = pnm->plain ? 2 * values - (values > 0) : values * (bits > 8 ? 2 : 1);
+    return pnm->length - pnm->at < min;
 }
 
 int image_pnm_parse(const unsigned char *data, size_t length, struct image_file *file,

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { WORD_MAX = 24, ID_MOST = 999999999 };
+enum { WORD_MAX = 24, ID_MAX = 999999999 };
 
 static bool parse_hex8(const char *text, uint32_t *value) {
     if (strlen(text) != 8 || strspn(text, "0123456789ABCDEFabcdef") != 8) {
@@ -27,7 +27,7 @@ static bool parse_hex8(const char *text, uint32_t *value) {
 static bool parse_id(const char *text, int32_t *id) {
     int64_t number = -1;
     if (strspn(text, "0123456789") != strlen(text) || !command_words_integer(text, &number) ||
-        number > ID_MOST) {
+        number > ID_MAX) {
         return false;
     }
     *id = (int32_t)number;

@@ -14,7 +14,7 @@ static int notify_fd = -1;
 static struct sockaddr_un notify_address = {.sun_family = AF_UNIX};
 static socklen_t notify_bytes;
 
-enum { PERIOD_MOST_US = 1000000, PERIOD_LEAST_US = 10000 };
+enum { PERIOD_MAX_US = 1000000, PERIOD_MIN_US = 10000 };
 
 /// An environment variable as a number; 0 if it is not a number.
 static uint64_t number_in(const char *name) {
@@ -32,10 +32,10 @@ uint64_t notify_period_us(void) {
     const uint64_t limit_us = number_in("WATCHDOG_USEC");
     const bool ours =
         getenv("WATCHDOG_PID") == NULL || number_in("WATCHDOG_PID") == (uint64_t)getpid();
-    if (limit_us == 0 || !ours || limit_us / 2 > PERIOD_MOST_US) {
-        return PERIOD_MOST_US;
+    if (limit_us == 0 || !ours || limit_us / 2 > PERIOD_MAX_US) {
+        return PERIOD_MAX_US;
     }
-    return limit_us / 2 > PERIOD_LEAST_US ? limit_us / 2 : PERIOD_LEAST_US;
+    return limit_us / 2 > PERIOD_MIN_US ? limit_us / 2 : PERIOD_MIN_US;
 }
 
 void notify_open(void) {

@@ -5,8 +5,8 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
     [CAPTURE_NAME] =
         {.name = "NAME",
          .kind = COMMAND_TEXT,
-         .least = 1,
-         .most = 60,
+         .min = 1,
+         .max = 60,
          .optional = true,
          .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
     [CAPTURE_CHECK] =

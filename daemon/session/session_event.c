@@ -231,7 +231,7 @@ static int digit_of(char c) {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : 16;
 }
 
-static uint64_t take_number(struct cursor *cursor, unsigned base, uint64_t most) {
+static uint64_t take_number(struct cursor *cursor, unsigned base, uint64_t max) {
     uint64_t value = 0;
     const char *const begin = cursor->at;
     while (!cursor->wrong && cursor->at < cursor->end) {
@@ -239,7 +239,7 @@ static uint64_t take_number(struct cursor *cursor, unsigned base, uint64_t most)
         if (digit >= base) {
             break;
         }
-        if (value > (most - digit) / base) {
+        if (value > (max - digit) / base) {
             cursor->wrong = true;
             break;
         }
@@ -250,20 +250,20 @@ static uint64_t take_number(struct cursor *cursor, unsigned base, uint64_t most)
     return cursor->wrong ? 0 : value;
 }
 
-static int64_t take_signed(struct cursor *cursor, int64_t most) {
+static int64_t take_signed(struct cursor *cursor, int64_t max) {
     if (!cursor->wrong && cursor->at < cursor->end && *cursor->at == '-') {
         cursor->at++;
-        return -(int64_t)take_number(cursor, 10, (uint64_t)most);
+        return -(int64_t)take_number(cursor, 10, (uint64_t)max);
     }
-    return (int64_t)take_number(cursor, 10, (uint64_t)most);
+    return (int64_t)take_number(cursor, 10, (uint64_t)max);
 }
 
 static uint64_t take_key(struct cursor *cursor, const char *side, const char *key, unsigned base,
-                         uint64_t most) {
-    return expect_key(cursor, side, key) ? take_number(cursor, base, most) : 0;
+                         uint64_t max) {
+    return expect_key(cursor, side, key) ? take_number(cursor, base, max) : 0;
 }
 
-static void take_text(struct cursor *cursor, const char *key, char *text, size_t most) {
+static void take_text(struct cursor *cursor, const char *key, char *text, size_t max) {
     size_t length = 0;
     if (!expect_key(cursor, "", key)) {
         return;
@@ -278,7 +278,7 @@ static void take_text(struct cursor *cursor, const char *key, char *text, size_t
             byte = digit_of(cursor->at[0]) * 16 + digit_of(cursor->at[1]);
             cursor->at += 2;
         }
-        if (byte <= 0 || byte > 255 || length == most) {
+        if (byte <= 0 || byte > 255 || length == max) {
             cursor->wrong = true;
             return;
         }

@@ -25,7 +25,7 @@ enum {
     CONFIG_QUEUE_MAX = 64,  ///< waiting commands
     /// The system's watchdog is fed every second, but not while the instrument goes to its safe
     /// state at the end, which takes up to two.
-    CONFIG_WATCHDOG_LEAST_S = 4
+    CONFIG_WATCHDOG_MIN_S = 4
 };
 
 enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_REPLAY };
@@ -60,7 +60,7 @@ struct config {
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level
     char watchdog[CONFIG_TEXT_BYTES];  ///< device
-    uint32_t watchdog_s;               ///< CONFIG_WATCHDOG_LEAST_S or more
+    uint32_t watchdog_s;               ///< CONFIG_WATCHDOG_MIN_S or more
     uint32_t stuck_s;
     bool confine;
     char faults[CONFIG_TEXT_BYTES];  ///< script of fault_plan.h

@@ -64,14 +64,14 @@ static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYT
     char word[COMMAND_CHOICE_MAX];
     char range[QUANTITY_RANGE_BYTES];
     if (key->choices != NULL) {
-        const bool found = command_words_choice_at(key->choices, flaw->least, word);
+        const bool found = command_words_choice_at(key->choices, flaw->min, word);
         INVARIANT(found);
         snprintf(text, RANGE_BYTES, "%s", word);
-    } else if (flaw->least == flaw->most) {
-        quantity_print(key->quantity, flaw->least, range);
+    } else if (flaw->min == flaw->max) {
+        quantity_print(key->quantity, flaw->min, range);
         snprintf(text, RANGE_BYTES, "%s", range);
     } else {
-        quantity_print_range(key->quantity, flaw->least, flaw->most, range);
+        quantity_print_range(key->quantity, flaw->min, flaw->max, range);
         snprintf(text, RANGE_BYTES, "%s%s",
                  flaw->other  ? "a different one, "
                  : flaw->even ? "an even number, "

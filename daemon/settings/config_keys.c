@@ -32,16 +32,16 @@
 #define RIG_YES(key, field, meaning) YES(CONFIG_RIG key, profile.field, meaning)
 #define SERVO(side, at, key, field, high, unit, meaning) \
     RIG("servo_" side "_" key, servo[at].field, 0, high, unit, meaning)
-#define SERVOS(side, at)                                                                        \
-    SERVO(side, at, "centre", centre_q4, 65535, PULSE,                                          \
-          "pulse at the centre of the " side " servo"),                                         \
-        SERVO(side, at, "min", least_q4, 65535, PULSE, "shortest pulse of the " side " servo"), \
-        SERVO(side, at, "max", most_q4, 65535, PULSE, "longest pulse of the " side " servo"),   \
-        SERVO(side, at, "scale", q4_per_rad, 1000000, SERVO_SCALE,                              \
-              "change of the pulse that turns the " side " servo by one degree"),               \
-        SERVO(side, at, "speed", urad_per_s, 100000000, TURN_RATE,                              \
-              "speed of the " side " servo at the lowest supply voltage"),                      \
-        SERVO(side, at, "settle", settle_us, 10000000, MS_IN_US,                                \
+#define SERVOS(side, at)                                                                      \
+    SERVO(side, at, "centre", centre_q4, 65535, PULSE,                                        \
+          "pulse at the centre of the " side " servo"),                                       \
+        SERVO(side, at, "min", min_q4, 65535, PULSE, "shortest pulse of the " side " servo"), \
+        SERVO(side, at, "max", max_q4, 65535, PULSE, "longest pulse of the " side " servo"),  \
+        SERVO(side, at, "scale", q4_per_rad, 1000000, SERVO_SCALE,                            \
+              "change of the pulse that turns the " side " servo by one degree"),             \
+        SERVO(side, at, "speed", urad_per_s, 100000000, TURN_RATE,                            \
+              "speed of the " side " servo at the lowest supply voltage"),                    \
+        SERVO(side, at, "settle", settle_us, 10000000, MS_IN_US,                              \
               "time until the " side " servo is at rest after a motion")
 
 static const struct config_key keys[] = {
@@ -100,7 +100,7 @@ static const struct config_key keys[] = {
     TEXT("watchdog", watchdog,
          "watchdog device, such as /dev/watchdog: restarts the system when the daemon ends "
          "unexpectedly or the instrument's thread is stuck"),
-    WAS_BARE("watchdog_period", watchdog_s, CONFIG_WATCHDOG_LEAST_S, 3600, S,
+    WAS_BARE("watchdog_period", watchdog_s, CONFIG_WATCHDOG_MIN_S, 3600, S,
              "timeout of the watchdog device, or the nearest one that the device supports. A "
              "device that supports less than 4 s only is rejected: stopping the daemon may take "
              "as long"),
@@ -142,8 +142,8 @@ static const struct config_key keys[] = {
     RIG("servo_slew", servo_slew_q4, 0, 2047, PULSE, "largest change from one pulse to the next"),
     RIG("servo_watchdog", watchdog_ms, 0, 1500, MS,
         "the bridge brings the servos to rest after this long without I2C traffic"),
-    RIG("pan_min", pan_least_urad, -1570796, 1570796, ANGLE, "leftmost pan angle"),
-    RIG("pan_max", pan_most_urad, -1570796, 1570796, ANGLE, "rightmost pan angle"),
+    RIG("pan_min", pan_min_urad, -1570796, 1570796, ANGLE, "leftmost pan angle"),
+    RIG("pan_max", pan_max_urad, -1570796, 1570796, ANGLE, "rightmost pan angle"),
     RIG("pan_repeatability", pan_repeatability_urad, 0, 174533, ANGLE,
         "standard deviation of a pan angle that is approached again; a calibration made further "
         "away than this is rejected"),
@@ -234,7 +234,7 @@ static bool is_of_rig(const struct config_key *key) {
 
 /// The key of this name, or a similar name.
 static const struct config_key *find(const char *called, bool in_profile, const char **nearest) {
-    int least = COMMAND_SLIPS_MAX + 1;
+    int min = COMMAND_SLIPS_MAX + 1;
     *nearest = NULL;
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         if (in_profile && keys[i].kind != CONFIG_PROFILE && !is_of_rig(&keys[i])) {
@@ -245,8 +245,8 @@ static const struct config_key *find(const char *called, bool in_profile, const 
             return &keys[i];
         }
         const int distance = command_words_distance(called, name);
-        if (distance < least) {
-            least = distance;
+        if (distance < min) {
+            min = distance;
             *nearest = name;
         }
     }

@@ -9,14 +9,14 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24, OPERATIONS_MOST = 4, WHY_BYTES = 256 };
+enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24, OPERATIONS_MAX = 4, WHY_BYTES = 256 };
 
 static const char separators[] = ", \t\n";
 
 /// The parts that fault.h wraps, and their operations.
 static const struct part {
     const char *name;
-    const char *operations[OPERATIONS_MOST];
+    const char *operations[OPERATIONS_MAX];
 } parts[] = {
     {"i2c", {"transfer", "lines"}},
     {"left", {"start", "stop", "take", "control"}},
@@ -35,7 +35,7 @@ static bool fits(const char *pattern, const char *name) {
 /// Whether any part and operation match the patterns.
 static bool is_there(const char *part, const char *operation) {
     for (int i = 0; i < PARTS; i++) {
-        for (int k = 0; k < OPERATIONS_MOST && parts[i].operations[k] != NULL; k++) {
+        for (int k = 0; k < OPERATIONS_MAX && parts[i].operations[k] != NULL; k++) {
             if (fits(part, parts[i].name) && fits(operation, parts[i].operations[k])) {
                 return true;
             }
@@ -73,7 +73,7 @@ static const char *check_names(const struct fault_plan_rule *rule, char why[WHY_
             list(why, parts[i].name);
             continue;
         }
-        for (int k = 0; k < OPERATIONS_MOST && parts[i].operations[k] != NULL; k++) {
+        for (int k = 0; k < OPERATIONS_MAX && parts[i].operations[k] != NULL; k++) {
             if (fits(rule->part, parts[i].name)) {
                 list(why, parts[i].operations[k]);
             }

@@ -17,11 +17,11 @@ enum {
     VERSION_BARE = 1,  // integers of the firmware, without units
     VERSION = 2,
     NOT_KEPT = INT32_MIN,
-    SIZE_LEAST_PX = 16,
-    SIZE_MOST_PX = 16384,
-    SKIP_MOST = 8,
-    PAN_MOST_URAD = 1570796,
-    POSITION_MOST = 65535,
+    SIZE_MIN_PX = 16,
+    SIZE_MAX_PX = 16384,
+    SKIP_MAX = 8,
+    PAN_MAX_URAD = 1570796,
+    POSITION_MAX = 65535,
 };
 
 static const char *const side_names[RIG_SIDES] = {"left", "right"};
@@ -30,14 +30,14 @@ static const struct {
     const char *name;
     enum quantity quantity;
     const char *bare_name;  ///< in VERSION_BARE
-    int32_t least, most;
+    int32_t min, max;
 } values[KEPT_VALUES] = {
-    [KEPT_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MOST_US},
+    [KEPT_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MAX_US},
     [KEPT_GAIN_Q3] = {"gain", QUANTITY_GAIN, "gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
-    [KEPT_PAN_URAD] = {"pan", QUANTITY_ANGLE, "pan_urad", -PAN_MOST_URAD, PAN_MOST_URAD},
-    [KEPT_ZOOM] = {"zoom", QUANTITY_COUNTS, "zoom", 0, POSITION_MOST},
-    [KEPT_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MOST},
-    [KEPT_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MOST},
+    [KEPT_PAN_URAD] = {"pan", QUANTITY_ANGLE, "pan_urad", -PAN_MAX_URAD, PAN_MAX_URAD},
+    [KEPT_ZOOM] = {"zoom", QUANTITY_COUNTS, "zoom", 0, POSITION_MAX},
+    [KEPT_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MAX},
+    [KEPT_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MAX},
 };
 
 static const char *name_of(int value, int version) {
@@ -48,8 +48,8 @@ static enum quantity quantity_of(int value, int version) {
     return version == VERSION_BARE ? QUANTITY_NUMBER : values[value].quantity;
 }
 
-static int32_t within(int64_t value, int32_t least, int32_t most) {
-    return (int32_t)(value < least ? least : value > most ? most : value);
+static int32_t within(int64_t value, int32_t min, int32_t max) {
+    return (int32_t)(value < min ? min : value > max ? max : value);
 }
 
 // ---- values in force
@@ -58,7 +58,7 @@ static void take_side(const struct rig *rig, unsigned side, int32_t *kept) {
     const struct rig_profile *profile = &rig->profile;
     if (rig->exposure_us[side] != 0) {
         // Rounded to rows, it may exceed the longest exposure that can be requested.
-        kept[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MOST_US);
+        kept[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
     }
     if (rig->gain_q3[side] != 0) {
         kept[KEPT_GAIN_Q3] = rig->gain_q3[side];
@@ -66,7 +66,7 @@ static void take_side(const struct rig *rig, unsigned side, int32_t *kept) {
     if (profile->servos && rig->pan_q4[side] != 0) {
         // A cancelled turn may have ended outside the range, where its approach goes.
         kept[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
-                                     profile->pan_least_urad, profile->pan_most_urad);
+                                     profile->pan_min_urad, profile->pan_max_urad);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
         kept[KEPT_ZOOM + axis] = rig->lens_commanded[side][axis];
@@ -133,15 +133,15 @@ static bool is_name(const char *name) {
 
 /// Width, height and skip, each followed by a blank or the end.
 static bool read_window(char *text, struct kept_settings *kept) {
-    static const int64_t least[] = {SIZE_LEAST_PX, SIZE_LEAST_PX, 1};
-    static const int64_t most[] = {SIZE_MOST_PX, SIZE_MOST_PX, SKIP_MOST};
+    static const int64_t min[] = {SIZE_MIN_PX, SIZE_MIN_PX, 1};
+    static const int64_t max[] = {SIZE_MAX_PX, SIZE_MAX_PX, SKIP_MAX};
     int64_t numbers[3];
     for (int i = 0; i < 3; i++) {
         char *end = text + strcspn(text, " ");
         const bool last = *end == '\0';
         *end = '\0';
-        if (last != (i == 2) || quantity_parse(QUANTITY_NUMBER, text, least[i], most[i],
-                                               &numbers[i]) != QUANTITY_GOOD) {
+        if (last != (i == 2) ||
+            quantity_parse(QUANTITY_NUMBER, text, min[i], max[i], &numbers[i]) != QUANTITY_GOOD) {
             return false;
         }
         text = end + 1;
@@ -161,7 +161,7 @@ static bool read_value(const char *key, const char *text, int version, struct ke
                 strcmp(key + bytes + 1, name_of(i, version)) != 0) {
                 continue;
             }
-            if (quantity_parse(quantity_of(i, version), text, values[i].least, values[i].most,
+            if (quantity_parse(quantity_of(i, version), text, values[i].min, values[i].max,
                                &value) != QUANTITY_GOOD) {
                 return false;
             }
@@ -287,7 +287,7 @@ static int check_pan(const struct kept_settings *kept, const struct rig *rig, un
     uint16_t width_q4 = 0;
     char angle[QUANTITY_BYTES];
     quantity_print(QUANTITY_ANGLE, pan_urad, angle);
-    const bool good = pan_urad >= profile->pan_least_urad && pan_urad <= profile->pan_most_urad &&
+    const bool good = pan_urad >= profile->pan_min_urad && pan_urad <= profile->pan_max_urad &&
                       servo_width_q4(&profile->servo[side], pan_urad, &width_q4) == 0;
     return good ? 0
                 : refuse(message, ERROR_RANGE, "%s pan %s out of range", side_names[side], angle);
@@ -312,10 +312,10 @@ static int check_lens(const struct kept_settings *kept, struct rig *rig, unsigne
             rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) != 0) {
             return refuse(message, ERROR_NOT_CONNECTED, "no %s %s motor", side_names[side], name);
         }
-        if (position < limits.least || position > limits.most) {
+        if (position < limits.min || position > limits.max) {
             return refuse(message, ERROR_RANGE,
                           "%s %s %" PRId32 " out of range (%" PRId32 " to %" PRId32 " counts)",
-                          side_names[side], name, position, limits.least, limits.most);
+                          side_names[side], name, position, limits.min, limits.max);
         }
     }
     return 0;

@@ -205,14 +205,14 @@ static bool is_swapped(const struct reconstruct_context *context, const struct p
 static enum picture_turn turn_of(const struct picture_view *left, const struct picture_view *right,
                                  int as_is) {
     enum picture_turn best = PICTURE_AS_IS;
-    int least = as_is + CLEARLY;
+    int min = as_is + CLEARLY;
     for (int turn = PICTURE_ROTATED; turn < PICTURE_TURNS; turn++) {
         const int found = picture_view_compare(left, right, (enum picture_turn)turn,
                                                -PICTURE_VIEW_MAX_DX, PICTURE_VIEW_MAX_DX)
                               .score_permille;
-        if (found >= ALIKE && found >= least) {
+        if (found >= ALIKE && found >= min) {
             best = (enum picture_turn)turn;
-            least = found;
+            min = found;
         }
     }
     return best;

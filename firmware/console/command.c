@@ -35,11 +35,11 @@ static bool is_near(const char *word, const char *other, int distance) {
 
 const char *command_nearest(const struct command *table, size_t count, const char *name) {
     const char *nearest = NULL;
-    int least = NEAR + 1;
+    int min = NEAR + 1;
     for (size_t i = 0; i < count; i++) {
         const int distance = command_words_distance(name, table[i].name);
-        if (distance < least && is_near(name, table[i].name, distance)) {
-            least = distance;
+        if (distance < min && is_near(name, table[i].name, distance)) {
+            min = distance;
             nearest = table[i].name;
         }
     }
@@ -77,9 +77,9 @@ static void add_wanted(const struct place *place) {
         case COMMAND_INTEGER:
             command_text_add(
                 sentence, argument->kind == COMMAND_NUMBER ? "a number from " : "an integer from ");
-            command_text_add_number(sentence, argument->least, 6);
+            command_text_add_number(sentence, argument->min, 6);
             command_text_add(sentence, " to ");
-            command_text_add_number(sentence, argument->most, 6);
+            command_text_add_number(sentence, argument->max, 6);
             command_text_add_unit(sentence, argument->unit);
             break;
         case COMMAND_CHOICE:
@@ -87,9 +87,9 @@ static void add_wanted(const struct place *place) {
             break;
         case COMMAND_TEXT:
             command_text_add(sentence, "text of ");
-            command_text_add_number(sentence, argument->least, 0);
+            command_text_add_number(sentence, argument->min, 0);
             command_text_add(sentence, " to ");
-            command_text_add_number(sentence, argument->most, 0);
+            command_text_add_number(sentence, argument->max, 0);
             command_text_add(sentence, " characters");
             break;
     }
@@ -127,8 +127,8 @@ static int take_number(const struct place *place, const char *word, struct comma
         }
         value->integer = (int64_t)value->number;
     }
-    if (value->number < argument->least || value->number > argument->most) {
-        const bool small = value->number < argument->least;
+    if (value->number < argument->min || value->number > argument->max) {
+        const bool small = value->number < argument->min;
         return refuse(place, ERROR_RANGE, word, small ? " is too small" : " is too large");
     }
     return 0;
@@ -168,9 +168,9 @@ static int take_value(const struct place *place, const char *word, struct comman
             break;
     }
     const double length = (double)strlen(word);
-    if (length < argument->least || length > argument->most) {
+    if (length < argument->min || length > argument->max) {
         return refuse(place, ERROR_RANGE, word,
-                      length < argument->least ? " is too short" : " is too long");
+                      length < argument->min ? " is too short" : " is too long");
     }
     return 0;
 }

@@ -46,7 +46,7 @@ struct command_argument {
     const char *name;
     enum command_kind kind;
     const char *unit;     ///< NULL: none
-    double least, most;   ///< of a number; for a text, limits of its length
+    double min, max;      ///< of a number; for a text, limits of its length
     const char *choices;  ///< words separated by one blank; NULL: none
     bool optional;        ///< optional arguments come last
     const char *help;

@@ -33,16 +33,14 @@ static int angle_of(const struct command_call *call, const struct command_value 
     const double exact_urad = value->number * urad_per_degree;
     // Rounds first, so that a limit itself, typed with limited digits, is accepted.
     const int64_t urad = (int64_t)(exact_urad < 0 ? exact_urad - 0.5 : exact_urad + 0.5);
-    if (urad < profile->pan_least_urad || urad > profile->pan_most_urad) {
+    if (urad < profile->pan_min_urad || urad > profile->pan_max_urad) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "pan: ANGLE ");
         command_text_add_typed(&sentence, value->text);
         command_text_add(&sentence, " is out of range (expected ");
-        command_text_add_number(&sentence, profile->pan_least_urad / urad_per_degree,
-                                ANGLE_DECIMALS);
+        command_text_add_number(&sentence, profile->pan_min_urad / urad_per_degree, ANGLE_DECIMALS);
         command_text_add(&sentence, " to ");
-        command_text_add_number(&sentence, profile->pan_most_urad / urad_per_degree,
-                                ANGLE_DECIMALS);
+        command_text_add_number(&sentence, profile->pan_max_urad / urad_per_degree, ANGLE_DECIMALS);
         command_text_add(&sentence, " deg)");
         return ERROR_RANGE;
     }
@@ -115,7 +113,7 @@ static int check_position(const struct command_call *call, unsigned side, enum l
         return error;
     }
     const int64_t position = call->values[1].integer;
-    if (position >= limits.least && position <= limits.most) {
+    if (position >= limits.min && position <= limits.max) {
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
@@ -125,9 +123,9 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     command_text_add(&sentence, " is out of range (expected for the ");
     command_text_add(&sentence, commands_side_name(side));
     command_text_add(&sentence, " lens: ");
-    command_text_add_integer(&sentence, limits.least);
+    command_text_add_integer(&sentence, limits.min);
     command_text_add(&sentence, " to ");
-    command_text_add_integer(&sentence, limits.most);
+    command_text_add_integer(&sentence, limits.max);
     command_text_add(&sentence, " counts)");
     return ERROR_RANGE;
 }
@@ -155,8 +153,8 @@ static int show_axis(const struct command_call *call, unsigned side, enum lens_a
     if (error == 0) {
         commands_put_begin(call, commands_side_name(side), false);
         commands_put_number(call, "position", positions[axis], 0, "counts");
-        commands_put_number(call, "least", limits.least, 0, "counts");
-        commands_put_number(call, "most", limits.most, 0, "counts");
+        commands_put_number(call, "least", limits.min, 0, "counts");
+        commands_put_number(call, "most", limits.max, 0, "counts");
         put_play(call, &limits);
         commands_put_end(call);
     }

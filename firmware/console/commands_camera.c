@@ -51,12 +51,12 @@ int commands_camera_gain(const struct command_call *call) {
 // Whether the sensors behind the bridge support this window size in one direction.
 static int check_size(const struct command_call *call, unsigned which, const char *name,
                       int64_t skip, int32_t all_px) {
-    enum { LEAST_PX = 16 };
+    enum { MIN_PX = 16 };
     const int64_t size_px = call->values[which].integer;
     const int64_t step_px = 2 * skip;
-    const int64_t least_px = (LEAST_PX + step_px - 1) / step_px * step_px;
-    const int64_t most_px = all_px / step_px * step_px;
-    if (size_px >= least_px && size_px <= most_px && size_px % step_px == 0) {
+    const int64_t min_px = (MIN_PX + step_px - 1) / step_px * step_px;
+    const int64_t max_px = all_px / step_px * step_px;
+    if (size_px >= min_px && size_px <= max_px && size_px % step_px == 0) {
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
@@ -67,9 +67,9 @@ static int check_size(const struct command_call *call, unsigned which, const cha
     command_text_add(&sentence, " is not supported (expected with SKIP ");
     command_text_add_integer(&sentence, skip);
     command_text_add(&sentence, ": ");
-    command_text_add_integer(&sentence, least_px);
+    command_text_add_integer(&sentence, min_px);
     command_text_add(&sentence, " to ");
-    command_text_add_integer(&sentence, most_px);
+    command_text_add_integer(&sentence, max_px);
     command_text_add(&sentence, " px in steps of ");
     command_text_add_integer(&sentence, step_px);
     command_text_add(&sentence, ")");

@@ -13,10 +13,10 @@
         .help = "camera (default: both)"                                                     \
     }
 
-#define ANGLE_ARGUMENT(text, says)                                                         \
-    {                                                                                      \
-        .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .least = -180, .most = 180, \
-        .optional = true, .help = (says)                                                   \
+#define ANGLE_ARGUMENT(text, says)                                                      \
+    {                                                                                   \
+        .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180, \
+        .optional = true, .help = (says)                                                \
     }
 
 static const struct command_argument pan_arguments[] = {
@@ -32,8 +32,8 @@ static const struct command_argument position_arguments[] = {
     {.name = "POSITION",
      .kind = COMMAND_INTEGER,
      .unit = "counts",
-     .least = -1000000,
-     .most = 1000000,
+     .min = -1000000,
+     .max = 1000000,
      .optional = true,
      .help = "position in counts of the lens controller, within the limits of the lens; without it "
              "position and limits are shown"},
@@ -48,8 +48,8 @@ static const struct command_argument exposure_arguments[] = {
     {.name = "TIME",
      .kind = COMMAND_INTEGER,
      .unit = "us",
-     .least = 1,
-     .most = RIG_EXPOSURE_MOST_US,
+     .min = 1,
+     .max = RIG_EXPOSURE_MAX_US,
      .optional = true,
      .help = "the nearest possible value is used, but a camera with its own port rejects values "
              "outside its range; without it the value is shown"},
@@ -59,8 +59,8 @@ static const struct command_argument gain_arguments[] = {
     SIDE_ARGUMENT,
     {.name = "FACTOR",
      .kind = COMMAND_NUMBER,
-     .least = 1,
-     .most = 128,
+     .min = 1,
+     .max = 128,
      .optional = true,
      .help = "factor, 1 is the camera's minimum; the nearest possible value is used; without it "
              "the value is shown"},
@@ -70,21 +70,21 @@ static const struct command_argument window_arguments[] = {
     {.name = "WIDTH",
      .kind = COMMAND_INTEGER,
      .unit = "px",
-     .least = 16,
-     .most = 8192,
+     .min = 16,
+     .max = 8192,
      .optional = true,
      .help = "width of the window; without it the size is shown"},
     {.name = "HEIGHT",
      .kind = COMMAND_INTEGER,
      .unit = "px",
-     .least = 16,
-     .most = 8192,
+     .min = 16,
+     .max = 8192,
      .optional = true,
      .help = "height of the window"},
     {.name = "SKIP",
      .kind = COMMAND_INTEGER,
-     .least = 1,
-     .most = 8,
+     .min = 1,
+     .max = 8,
      .optional = true,
      .help = "use every SKIP-th pixel in both directions (default: 1)"},
 };
@@ -96,8 +96,8 @@ static const struct command_argument registers_arguments[] = {
      .help = "device: the FPGA bridge, or the sensor of a camera"},
     {.name = "NAME",
      .kind = COMMAND_TEXT,
-     .least = 1,
-     .most = 40,
+     .min = 1,
+     .max = 40,
      .optional = true,
      .help = "name or index of a register; without it all named registers are shown",
      .candidates = commands_registers_candidates},
@@ -107,8 +107,8 @@ static const struct command_argument wait_arguments[] = {
     {.name = "TIME",
      .kind = COMMAND_NUMBER,
      .unit = "s",
-     .least = 0,
-     .most = 100000,
+     .min = 0,
+     .max = 100000,
      .help = "time on the instrument's clock"},
 };
 

@@ -25,7 +25,7 @@ struct lens_abilities {
 
 /// Range of positions in commands.
 struct lens_limits {
-    int32_t least, most;
+    int32_t min, max;
 };
 
 /// A reading of an axis.

@@ -7,9 +7,9 @@
 enum {
     LINE_MAX = 16,  // the longest is "\n1Z850\n"
     PIECE = 64,
-    UNANSWERED_MOST = 100,
+    UNANSWERED_MAX = 100,
     // Invalid data must not make questions come faster than the line can carry answers.
-    LEAST_GAP_US = 100000,
+    MIN_GAP_US = 100000,
     PATIENCE_MORE_US = 100000,
     ALL_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS | 1 << LENS_IRIS,
     SINGLE_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS,
@@ -24,14 +24,14 @@ static unsigned axes_of(const struct lens_v3lc *self) {
 }
 
 static struct lens_limits limits_of(const struct lens_v3lc *self) {
-    return self->single ? (struct lens_limits){LENS_V1LC_LEAST, LENS_V1LC_MOST}
-                        : (struct lens_limits){LENS_V3LC_LEAST, LENS_V3LC_MOST};
+    return self->single ? (struct lens_limits){LENS_V1LC_MIN, LENS_V1LC_MAX}
+                        : (struct lens_limits){LENS_V3LC_MIN, LENS_V3LC_MAX};
 }
 
 // Sends "<lens><text>\n", with `number` after the text unless it is negative.
 static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number,
                 uint64_t deadline_us) {
-    INVARIANT(number <= LENS_V3LC_MOST);
+    INVARIANT(number <= LENS_V3LC_MAX);
     char line[LINE_MAX];
     size_t length = 0;
     if (self->broken) {
@@ -75,7 +75,7 @@ static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t dea
     }
     lens->first_us = lens->unanswered == 0 && !again ? time_us : lens->first_us;
     lens->last_us = self->quiet_us = time_us;
-    lens->unanswered = (uint8_t)(lens->unanswered + (lens->unanswered < UNANSWERED_MOST ? 1 : 0));
+    lens->unanswered = (uint8_t)(lens->unanswered + (lens->unanswered < UNANSWERED_MAX ? 1 : 0));
     self->waiting = true;
     self->spoilt = false;
     self->lens = (uint8_t)number;
@@ -88,7 +88,7 @@ static bool plausible(const struct lens_v3lc *self) {
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
         const int32_t value = self->answer.values[axis];
         const bool beyond =
-            value < limits.least - LENS_V3LC_BEYOND || value > limits.most + LENS_V3LC_BEYOND;
+            value < limits.min - LENS_V3LC_BEYOND || value > limits.max + LENS_V3LC_BEYOND;
         if (beyond && (axes_of(self) & 1u << axis) != 0) {
             return false;
         }
@@ -98,9 +98,9 @@ static bool plausible(const struct lens_v3lc *self) {
 
 static void learn_patience(struct lens_v3lc *self, uint64_t took_us) {
     const uint64_t wanted_us = 2 * took_us + PATIENCE_MORE_US;
-    self->patience_us = wanted_us < LENS_V3LC_PATIENCE_LEAST_US  ? LENS_V3LC_PATIENCE_LEAST_US
-                        : wanted_us > LENS_V3LC_PATIENCE_MOST_US ? LENS_V3LC_PATIENCE_MOST_US
-                                                                 : (uint32_t)wanted_us;
+    self->patience_us = wanted_us < LENS_V3LC_PATIENCE_MIN_US   ? LENS_V3LC_PATIENCE_MIN_US
+                        : wanted_us > LENS_V3LC_PATIENCE_MAX_US ? LENS_V3LC_PATIENCE_MAX_US
+                                                                : (uint32_t)wanted_us;
 }
 
 // A complete answer has arrived.
@@ -165,8 +165,8 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
 static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens_v3lc_lens *lens) {
     const uint64_t since_us = self->quiet_us > lens->last_us ? self->quiet_us : lens->last_us;
     const uint64_t quiet_us = since_us + self->patience_us;
-    const uint64_t most_us = lens->last_us + LENS_V3LC_PATIENCE_MOST_US;
-    return quiet_us < most_us ? quiet_us : most_us;
+    const uint64_t max_us = lens->last_us + LENS_V3LC_PATIENCE_MAX_US;
+    return quiet_us < max_us ? quiet_us : max_us;
 }
 
 // If a question was not answered in time, the next one gets more time.
@@ -175,9 +175,9 @@ static void note_silence(struct lens_v3lc *self) {
         return;
     }
     self->counts.silent++;
-    self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MOST_US
+    self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MAX_US
                             ? 2 * self->patience_us
-                            : (uint32_t)LENS_V3LC_PATIENCE_MOST_US;
+                            : (uint32_t)LENS_V3LC_PATIENCE_MAX_US;
     self->broken = true;  // the controller may be waiting for the end of a line
 }
 
@@ -191,7 +191,7 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
     while (!answered) {
         const bool again = self->waiting;
         const bool open = again || lens->unanswered > 0;
-        const uint64_t spoilt_us = lens->last_us + LEAST_GAP_US;
+        const uint64_t spoilt_us = lens->last_us + MIN_GAP_US;
         const uint64_t until_us = again && self->spoilt ? spoilt_us : patience_ends_us(self, lens);
         const uint64_t time_us = now_us(self);
         int error = ERROR_OK;
@@ -269,7 +269,7 @@ static int go(void *self, enum lens_axis axis, int32_t position, uint64_t deadli
     if (error != ERROR_OK) {
         return error;
     }
-    if (position < allowed.least || position > allowed.most) {
+    if (position < allowed.min || position > allowed.max) {
         return ERROR_RANGE;
     }
     return send(lens->controller, lens->number, commands[axis], position, deadline_us);
@@ -293,7 +293,7 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
         .uart = uart,
         .clock = clock,
         .single = single,
-        .patience_us = LENS_V3LC_PATIENCE_LEAST_US,
+        .patience_us = LENS_V3LC_PATIENCE_MIN_US,
     };
     for (unsigned number = 0; number < LENS_V3LC_LENSES; number++) {
         self->lenses[number].controller = self;

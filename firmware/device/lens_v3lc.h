@@ -31,17 +31,17 @@ extern "C" {
 
 enum {
     LENS_V3LC_LENSES = 2,
-    LENS_V3LC_LEAST = 300,
-    LENS_V3LC_MOST = 850,
-    LENS_V1LC_LEAST = 44,
-    LENS_V1LC_MOST = 180,
+    LENS_V3LC_MIN = 300,
+    LENS_V3LC_MAX = 850,
+    LENS_V1LC_MIN = 44,
+    LENS_V1LC_MAX = 180,
     /// Tolerance of readings outside the commands' range: the end stops are there, and
     /// potentiometers drift.
     LENS_V3LC_BEYOND = 40,
     /// An answer takes 57 ms at 9600 baud. A question without an answer is repeated after a
     /// timeout, which adapts within these limits.
-    LENS_V3LC_PATIENCE_LEAST_US = 200000,
-    LENS_V3LC_PATIENCE_MOST_US = 1600000,
+    LENS_V3LC_PATIENCE_MIN_US = 200000,
+    LENS_V3LC_PATIENCE_MAX_US = 1600000,
 };
 
 /// Statistics of the line; all wrap.

@@ -5,7 +5,7 @@
 
 #include "core/invariant.h"
 
-enum { DIGITS_MOST = 4, IRIS = 2 };
+enum { DIGITS_MAX = 4, IRIS = 2 };
 
 static bool is_digit(char c) {
     return c >= '0' && c <= '9';
@@ -21,7 +21,7 @@ static int value_of(const char *record, size_t length) {
     while (at < length && record[at] == ' ') {
         at++;
     }
-    if (at >= length || length - at > DIGITS_MOST) {
+    if (at >= length || length - at > DIGITS_MAX) {
         return -1;
     }
     int value = 0;

@@ -9,8 +9,8 @@ enum { Q4_PER_US = 16, URAD_PER_RAD = 1000000, US_PER_S = 1000000 };
 struct servo_model servo_hs322hd(void) {
     return (struct servo_model){
         .centre_q4 = 1500 * Q4_PER_US,
-        .least_q4 = 600 * Q4_PER_US,
-        .most_q4 = 2400 * Q4_PER_US,
+        .min_q4 = 600 * Q4_PER_US,
+        .max_q4 = 2400 * Q4_PER_US,
         .dead_band_q4 = 5 * Q4_PER_US,
         .q4_per_rad = 9442,     // 10.3 us per degree
         .urad_per_s = 5500000,  // 60 degrees in 0.19 s, rounded down
@@ -24,10 +24,10 @@ static int64_t nearest(int64_t a, int64_t b) {
 }
 
 int servo_width_q4(const struct servo_model *model, int32_t angle_urad, uint16_t *width_q4) {
-    INVARIANT(model->least_q4 <= model->centre_q4 && model->centre_q4 <= model->most_q4);
+    INVARIANT(model->min_q4 <= model->centre_q4 && model->centre_q4 <= model->max_q4);
     const int64_t width =
         model->centre_q4 + nearest((int64_t)angle_urad * model->q4_per_rad, URAD_PER_RAD);
-    if (width < model->least_q4 || width > model->most_q4) {
+    if (width < model->min_q4 || width > model->max_q4) {
         return ERROR_RANGE;
     }
     *width_q4 = (uint16_t)width;
@@ -63,6 +63,6 @@ uint64_t servo_travel_us(const struct servo_model *model, uint16_t from_q4, uint
     const uint64_t first_us = turn_us(model, way_q4);
     const uint64_t last_us =
         (uint64_t)(steps - 1) * period_us + turn_us(model, way_q4 - (steps - 1) * step_q4);
-    const uint64_t pulse_us = (uint64_t)model->most_q4 / Q4_PER_US + 1;
+    const uint64_t pulse_us = (uint64_t)model->max_q4 / Q4_PER_US + 1;
     return period_us + pulse_us + (first_us > last_us ? first_us : last_us) + model->settle_us;
 }

@@ -14,9 +14,9 @@ extern "C" {
 /// All widths in 1/16 us. Angles are those of the horn, positive for longer pulses, in microradians
 /// (rad * 1e6).
 struct servo_model {
-    uint16_t centre_q4;          ///< width at angle 0
-    uint16_t least_q4, most_q4;  ///< absolute limits
-    uint16_t dead_band_q4;       ///< a change of at most this much may have no effect
+    uint16_t centre_q4;       ///< width at angle 0
+    uint16_t min_q4, max_q4;  ///< absolute limits
+    uint16_t dead_band_q4;    ///< a change of at most this much may have no effect
     uint32_t q4_per_rad;
     uint32_t urad_per_s;  ///< at the lowest supply voltage
     uint32_t settle_us;   ///< time to settle after the motion

@@ -65,18 +65,17 @@ static int look(struct rig *self, struct horn *horn, struct fpga_bridge_servo *s
 static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
     const struct rig_profile *profile = &self->profile;
     const struct servo_model *model = &profile->servo[horn->side];
-    const bool within =
-        angle_urad >= profile->pan_least_urad && angle_urad <= profile->pan_most_urad;
+    const bool within = angle_urad >= profile->pan_min_urad && angle_urad <= profile->pan_max_urad;
     if (!within || servo_width_q4(model, angle_urad, &horn->goal_q4) != ERROR_OK) {
         enum { URAD_PER_MRAD = 1000 };
         return watch_trouble(
             self, part_of(horn->side), ERROR_RANGE,
             "angle # mrad is outside # to # mrad, or outside the servo's pulse widths",
-            (const int32_t[]){angle_urad / URAD_PER_MRAD, profile->pan_least_urad / URAD_PER_MRAD,
-                              profile->pan_most_urad / URAD_PER_MRAD});
+            (const int32_t[]){angle_urad / URAD_PER_MRAD, profile->pan_min_urad / URAD_PER_MRAD,
+                              profile->pan_max_urad / URAD_PER_MRAD});
     }
     const int32_t below = horn->goal_q4 - AIM_DEAD_BANDS * model->dead_band_q4;
-    horn->waypoint_q4 = below > model->least_q4 ? (uint16_t)below : model->least_q4;
+    horn->waypoint_q4 = below > model->min_q4 ? (uint16_t)below : model->min_q4;
     return ERROR_OK;
 }
 
@@ -121,8 +120,7 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     const uint64_t now_us = watch_now_us(self), before_us = self->pan_rest_us[horn->side];
     uint64_t rest_us = now_us > before_us ? now_us : before_us;
     // With its first pulse a limp horn turns from an unknown position to where the bridge begins.
-    rest_us +=
-        horn->limp ? servo_travel_us(model, model->least_q4, model->most_q4, 0, period_us) : 0;
+    rest_us += horn->limp ? servo_travel_us(model, model->min_q4, model->max_q4, 0, period_us) : 0;
     rest_us += servo_travel_us(model, horn->actual_q4, width_q4, horn->slew_q4, period_us);
     horn->limp = false;
     horn->rest_us = rest_us;

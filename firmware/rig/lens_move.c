@@ -47,8 +47,8 @@ static int32_t distance(int32_t a, int32_t b) {
     return a < b ? b - a : a - b;
 }
 
-static int32_t within(int32_t value, int32_t least, int32_t most) {
-    return value < least ? least : value > most ? most : value;
+static int32_t within(int32_t value, int32_t min, int32_t max) {
+    return value < min ? min : value > max ? max : value;
 }
 
 static uint64_t travel_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
@@ -65,7 +65,7 @@ static int32_t run_up(const struct rig_profile *profile) {
 
 bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
                           int32_t target) {
-    return target - limits->least >= run_up(profile);
+    return target - limits->min >= run_up(profile);
 }
 
 uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis) {
@@ -109,7 +109,7 @@ static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
     const struct lens_limits limits = mover->limits;
     mover->goal = goal;
     mover->begin = mover->middle;
-    mover->command = within(wanted, limits.least, limits.most);
+    mover->command = within(wanted, limits.min, limits.max);
     mover->count = mover->since_mark = mover->settled = 0;
     mover->sent = 1;
     mover->mark = mover->begin;
@@ -183,7 +183,7 @@ static int begin_long_approach(struct rig *self, struct mover *mover) {
     const int32_t run = run_up(&self->profile) + LENS_MOVE_TRIM_COUNTS;
     const int32_t below = (middle < target ? middle : target) - run;
     const int32_t above = (middle > target ? middle : target) + run;
-    mover->waypoint = below >= mover->limits.least ? below : above;
+    mover->waypoint = below >= mover->limits.min ? below : above;
     mover->far = true;
     return begin_approach(self, mover);
 }
@@ -194,7 +194,7 @@ static int trim(struct rig *self, struct mover *mover) {
     const int32_t tolerance = self->profile.lens_tolerance_counts;
     int32_t *offset = &self->lens_trim[mover->side][mover->axis];
     const int32_t wanted = within(*offset - beside, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
-    const int32_t command = within(mover->target + wanted, mover->limits.least, mover->limits.most);
+    const int32_t command = within(mover->target + wanted, mover->limits.min, mover->limits.max);
     const bool at_end = command == mover->command;
     const bool again =
         mover->rested != INT32_MIN && distance(mover->rested, mover->middle) <= tolerance;
@@ -236,8 +236,8 @@ static int stalled(struct rig *self, struct mover *mover) {
     }
     // Whatever the drift, a long leg moves the motor at least by the run-up, and past the target.
     const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
-    const int32_t least = mover->far ? run_up(&self->profile) : way;
-    if (past && 2 * moved >= least) {
+    const int32_t min = mover->far ? run_up(&self->profile) : way;
+    if (past && 2 * moved >= min) {
         return go_on_up(self, mover);
     }
     return mover->far ? jammed(self, mover) : begin_long_approach(self, mover);
@@ -377,7 +377,7 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
     const int32_t offset = self->lens_trim[mover->side][mover->axis];
-    const int32_t at = within(all + offset, mover->limits.least, mover->limits.most);
+    const int32_t at = within(all + offset, mover->limits.min, mover->limits.max);
     const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
     (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
 }
@@ -445,7 +445,7 @@ static bool all_arrived(const struct mover *movers, unsigned count) {
 
 // Polls the lenses in turn until all have arrived.
 static int follow(struct rig *self, struct mover *movers, unsigned count) {
-    const int32_t furthest = movers[0].limits.most - movers[0].limits.least;
+    const int32_t furthest = movers[0].limits.max - movers[0].limits.min;
     const uint64_t end_us = watch_now_us(self) +
                             lens_move_limit_us(&self->profile, movers[0].axis, furthest) -
                             LENS_MOVE_REST_US;
@@ -477,14 +477,14 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
         *mover = (struct mover){.side = side, .axis = axis, .phase = STARTING};
         error = lens->operations->limits(lens->self, axis, &mover->limits);
         const struct lens_limits limits = mover->limits;
-        if (error == ERROR_OK && (position < limits.least || position > limits.most)) {
+        if (error == ERROR_OK && (position < limits.min || position > limits.max)) {
             error = watch_trouble(self, lens_read_part(side), ERROR_RANGE,
                                   "position # is outside # to #",
-                                  (const int32_t[]){position, limits.least, limits.most});
+                                  (const int32_t[]){position, limits.min, limits.max});
         }
         const int32_t below = position - run_up(&self->profile);
         mover->target = position;
-        mover->low = mover->waypoint = below > limits.least ? below : limits.least;
+        mover->low = mover->waypoint = below > limits.min ? below : limits.min;
         mover->rested = INT32_MIN;
         mover->trim_before = self->lens_trim[side][axis];
         mover->since_us = watch_now_us(self);

@@ -16,8 +16,8 @@ enum rig_part lens_read_part(unsigned side) {
 
 int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]) {
     const int32_t a = values[0], b = values[1], c = values[2];
-    const int32_t least = a < b ? a : b, most = a < b ? b : a;
-    return c < least ? least : c > most ? most : c;
+    const int32_t min = a < b ? a : b, max = a < b ? b : a;
+    return c < min ? min : c > max ? max : c;
 }
 
 // The lenses that the profile has.

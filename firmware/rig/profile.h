@@ -38,7 +38,7 @@ struct rig_profile {
     struct servo_model servo[RIG_SIDES];
     uint16_t servo_slew_q4;  ///< largest change from pulse to pulse, 1/16 us
     uint16_t watchdog_ms;    ///< time without I2C after which the bridge brings the servos to rest
-    int32_t pan_least_urad, pan_most_urad;
+    int32_t pan_min_urad, pan_max_urad;
     uint32_t pan_repeatability_urad;  ///< standard deviation of an angle that is approached again
 
     enum rig_profile_lenses lenses;
@@ -67,7 +67,7 @@ void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses
 /// names of the daemon's settings, without "rig.". Static storage.
 struct rig_profile_flaw {
     const char *field;
-    int32_t least, most;
+    int32_t min, max;
     /// Fields that determine the range; NULL after the last.
     const char *causes[RIG_PROFILE_CAUSES];
     bool even;   ///< it must be even

@@ -12,27 +12,27 @@
 #include "rig/profile.h"
 
 enum {
-    SENSOR_CLOCK_LEAST_HZ = 1000000,
+    SENSOR_CLOCK_MIN_HZ = 1000000,
     // I2C reserves the addresses outside.
-    ADDRESS_LEAST = 0x08,
-    ADDRESS_MOST = 0x77,
-    Q4_PER_RAD_MOST = 1000000,
-    URAD_PER_S_MOST = 100000000,
+    ADDRESS_MIN = 0x08,
+    ADDRESS_MAX = 0x77,
+    Q4_PER_RAD_MAX = 1000000,
+    URAD_PER_S_MAX = 100000000,
     // A shorter one would fire while a transfer is repeated.
-    WATCHDOG_LEAST_MS = 400,
+    WATCHDOG_MIN_MS = 400,
     // A longer one would leave the servos uncontrolled for too long.
-    WATCHDOG_MOST_MS = 1500,
-    LENS_COUNTS_PER_S_MOST = 100000,
-    LENS_COUNTS_MOST = 100,
+    WATCHDOG_MAX_MS = 1500,
+    LENS_COUNTS_PER_S_MAX = 100000,
+    LENS_COUNTS_MAX = 100,
     LENS_ZOOM_MAX_PPM = 100000,
     PAN_REPEATABILITY_MAX_URAD = 174533,  // 10 degrees
-    SIZE_LEAST_PX = 16,
-    SIZE_MOST_PX = 16384,
-    FRAME_LEAST_US = 1000,
-    FRAME_MOST_US = 60000000,
+    SIZE_MIN_PX = 16,
+    SIZE_MAX_PX = 16384,
+    FRAME_MIN_US = 1000,
+    FRAME_MAX_US = 60000000,
     // The trigger inputs of such cameras detect this reliably.
-    TRIGGER_LEAST_US = 100,
-    TRIGGER_MOST_US = 1000000,
+    TRIGGER_MIN_US = 100,
+    TRIGGER_MAX_US = 1000000,
 };
 
 /// A field's value, and its range.
@@ -45,8 +45,8 @@ static int check_all(const struct limit *limits, size_t count, struct rig_profil
     for (size_t i = 0; i < count; i++) {
         const struct rig_profile_flaw *range = &limits[i].range;
         const int64_t value = limits[i].value;
-        INVARIANT(range->least <= range->most);
-        if (value < range->least || value > range->most || (range->even && value % 2 != 0)) {
+        INVARIANT(range->min <= range->max);
+        if (value < range->min || value > range->max || (range->even && value % 2 != 0)) {
             *flaw = *range;
             return ERROR_RANGE;
         }
@@ -59,13 +59,13 @@ static int check_all(const struct limit *limits, size_t count, struct rig_profil
 static int check_frames(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
     // The system reports what cameras with ports of their own support.
     const char *cause = profile->bridge ? "bridge" : NULL;
-    const int32_t width_px = profile->bridge ? MT9T001_WIDTH_PX : SIZE_MOST_PX;
-    const int32_t height_px = profile->bridge ? MT9T001_HEIGHT_PX : SIZE_MOST_PX;
+    const int32_t width_px = profile->bridge ? MT9T001_WIDTH_PX : SIZE_MAX_PX;
+    const int32_t height_px = profile->bridge ? MT9T001_HEIGHT_PX : SIZE_MAX_PX;
     const struct limit limits[] = {
-        {profile->width_px, {"width", SIZE_LEAST_PX, width_px, .causes = {cause}, .even = true}},
-        {profile->height_px, {"height", SIZE_LEAST_PX, height_px, .causes = {cause}, .even = true}},
-        {profile->frame_us, {"frame_interval", FRAME_LEAST_US, FRAME_MOST_US, .causes = {NULL}}},
-        {profile->skew_limit_us, {"skew_limit", 1, FRAME_MOST_US, .causes = {NULL}}},
+        {profile->width_px, {"width", SIZE_MIN_PX, width_px, .causes = {cause}, .even = true}},
+        {profile->height_px, {"height", SIZE_MIN_PX, height_px, .causes = {cause}, .even = true}},
+        {profile->frame_us, {"frame_interval", FRAME_MIN_US, FRAME_MAX_US, .causes = {NULL}}},
+        {profile->skew_limit_us, {"skew_limit", 1, FRAME_MAX_US, .causes = {NULL}}},
     };
     return CHECK(limits, flaw);
 }
@@ -76,7 +76,7 @@ static int check_address(uint8_t address, uint8_t taken, const char *field, cons
     if (address != taken) {
         return ERROR_OK;
     }
-    *flaw = (struct rig_profile_flaw){field, ADDRESS_LEAST, ADDRESS_MOST, .causes = {other},
+    *flaw = (struct rig_profile_flaw){field, ADDRESS_MIN, ADDRESS_MAX, .causes = {other},
                                       .other = true};
     return ERROR_RANGE;
 }
@@ -88,13 +88,12 @@ static int check_bridge(const struct rig_profile *profile, struct rig_profile_fl
     const struct limit limits[] = {
         {profile->bridge_address,
          {bridge, BRIDGE_I2C_ADDRESS, BRIDGE_I2C_ADDRESS, .causes = {"bridge"}}},
-        {address[RIG_LEFT], {left, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
-        {address[RIG_RIGHT], {right, ADDRESS_LEAST, ADDRESS_MOST, .causes = {"bridge"}}},
+        {address[RIG_LEFT], {left, ADDRESS_MIN, ADDRESS_MAX, .causes = {"bridge"}}},
+        {address[RIG_RIGHT], {right, ADDRESS_MIN, ADDRESS_MAX, .causes = {"bridge"}}},
         {profile->sensor_clock_hz,
-         {"sensor_clock", SENSOR_CLOCK_LEAST_HZ, RIG_PROFILE_SENSOR_CLOCK_HZ,
-          .causes = {"bridge"}}},
+         {"sensor_clock", SENSOR_CLOCK_MIN_HZ, RIG_PROFILE_SENSOR_CLOCK_HZ, .causes = {"bridge"}}},
         {profile->watchdog_ms,
-         {"servo_watchdog", WATCHDOG_LEAST_MS, WATCHDOG_MOST_MS, .causes = {"bridge"}}},
+         {"servo_watchdog", WATCHDOG_MIN_MS, WATCHDOG_MAX_MS, .causes = {"bridge"}}},
     };
     int error = CHECK(limits, flaw);
     if (error == ERROR_OK) {
@@ -110,7 +109,7 @@ static int check_bridge(const struct rig_profile *profile, struct rig_profile_fl
 
 /// Names of the fields of a servo.
 struct servo_fields {
-    const char *centre, *least, *most, *q4_per_rad, *urad_per_s;
+    const char *centre, *min, *max, *q4_per_rad, *urad_per_s;
 };
 
 static const struct servo_fields servo_fields[RIG_SIDES] = {
@@ -125,58 +124,56 @@ static int check_servo(const struct rig_profile *profile, unsigned side,
                        struct rig_profile_flaw *flaw) {
     const struct servo_model *servo = &profile->servo[side];
     const struct servo_fields *fields = &servo_fields[side];
-    const struct bridge_register *least = fpga_bridge_register(BRIDGE_SERVO0_MIN_Q4);
-    const struct bridge_register *most = fpga_bridge_register(BRIDGE_SERVO0_MAX_Q4);
+    const struct bridge_register *min = fpga_bridge_register(BRIDGE_SERVO0_MIN_Q4);
+    const struct bridge_register *max = fpga_bridge_register(BRIDGE_SERVO0_MAX_Q4);
     const int32_t centre_q4 = servo->centre_q4;
     const struct limit first[] = {
-        {centre_q4, {fields->centre, least->min + 1, most->max - 1, .causes = {"servos"}}},
-        {servo->q4_per_rad, {fields->q4_per_rad, 1, Q4_PER_RAD_MOST, .causes = {"servos"}}},
-        {servo->urad_per_s, {fields->urad_per_s, 1, URAD_PER_S_MOST, .causes = {"servos"}}},
+        {centre_q4, {fields->centre, min->min + 1, max->max - 1, .causes = {"servos"}}},
+        {servo->q4_per_rad, {fields->q4_per_rad, 1, Q4_PER_RAD_MAX, .causes = {"servos"}}},
+        {servo->urad_per_s, {fields->urad_per_s, 1, URAD_PER_S_MAX, .causes = {"servos"}}},
     };
     const int error = CHECK(first, flaw);
     if (error != ERROR_OK) {
         return error;
     }
-    const int32_t least_most_q4 = least->max < centre_q4 ? least->max : centre_q4 - 1;
-    const int32_t most_least_q4 = most->min > centre_q4 ? most->min : centre_q4 + 1;
+    const int32_t min_max_q4 = min->max < centre_q4 ? min->max : centre_q4 - 1;
+    const int32_t max_min_q4 = max->min > centre_q4 ? max->min : centre_q4 + 1;
     const struct limit limits[] = {
-        {servo->least_q4,
-         {fields->least, least->min, least_most_q4, .causes = {fields->centre, "servos"}}},
-        {servo->most_q4,
-         {fields->most, most_least_q4, most->max, .causes = {fields->centre, "servos"}}},
+        {servo->min_q4, {fields->min, min->min, min_max_q4, .causes = {fields->centre, "servos"}}},
+        {servo->max_q4, {fields->max, max_min_q4, max->max, .causes = {fields->centre, "servos"}}},
     };
     return CHECK(limits, flaw);
 }
 
 /// Within the range of both servos.
 static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
-    int32_t least_urad = INT32_MIN, most_urad = INT32_MAX;
-    const struct servo_fields *left_most = NULL, *right_most = NULL;
+    int32_t min_urad = INT32_MIN, max_urad = INT32_MAX;
+    const struct servo_fields *leftmost = NULL, *rightmost = NULL;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const struct servo_model *servo = &profile->servo[side];
-        const int32_t from_urad = servo_angle_urad(servo, servo->least_q4);
-        const int32_t to_urad = servo_angle_urad(servo, servo->most_q4);
-        if (left_most == NULL || from_urad > least_urad) {
-            least_urad = from_urad;
-            left_most = &servo_fields[side];
+        const int32_t from_urad = servo_angle_urad(servo, servo->min_q4);
+        const int32_t to_urad = servo_angle_urad(servo, servo->max_q4);
+        if (leftmost == NULL || from_urad > min_urad) {
+            min_urad = from_urad;
+            leftmost = &servo_fields[side];
         }
-        if (right_most == NULL || to_urad < most_urad) {
-            most_urad = to_urad;
-            right_most = &servo_fields[side];
+        if (rightmost == NULL || to_urad < max_urad) {
+            max_urad = to_urad;
+            rightmost = &servo_fields[side];
         }
     }
     // The limits of each servo are on both sides of its centre.
-    INVARIANT(least_urad < 0 && most_urad > 0);
+    INVARIANT(min_urad < 0 && max_urad > 0);
     const struct limit limits[] = {
-        {profile->pan_most_urad,
-         {"pan_max", least_urad + 1, most_urad,
-          .causes = {right_most->most, right_most->centre, right_most->q4_per_rad}}},
-        {profile->pan_least_urad,
-         {"pan_min", least_urad, profile->pan_most_urad - 1,
-          .causes = {left_most->least, left_most->centre, left_most->q4_per_rad}}},
+        {profile->pan_max_urad,
+         {"pan_max", min_urad + 1, max_urad,
+          .causes = {rightmost->max, rightmost->centre, rightmost->q4_per_rad}}},
+        {profile->pan_min_urad,
+         {"pan_min", min_urad, profile->pan_max_urad - 1,
+          .causes = {leftmost->min, leftmost->centre, leftmost->q4_per_rad}}},
     };
     const int error = CHECK(limits, flaw);
-    if (error != ERROR_OK && profile->pan_least_urad >= profile->pan_most_urad &&
+    if (error != ERROR_OK && profile->pan_min_urad >= profile->pan_max_urad &&
         flaw->field == limits[1].range.field) {
         flaw->causes[0] = "pan_max";
         flaw->causes[1] = NULL;
@@ -210,16 +207,16 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
     for (int axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
         const struct limit speed[] = {
             {profile->lens_counts_per_s[axis],
-             {speeds[axis], 1, LENS_COUNTS_PER_S_MOST, .causes = {"lenses"}}}};
+             {speeds[axis], 1, LENS_COUNTS_PER_S_MAX, .causes = {"lenses"}}}};
         error = CHECK(speed, flaw);
     }
     const struct limit limits[] = {
         {profile->lens_backlash_counts,
-         {"lens_backlash", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+         {"lens_backlash", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
         {profile->lens_tolerance_counts,
-         {"lens_tolerance", 1, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+         {"lens_tolerance", 1, LENS_COUNTS_MAX, .causes = {"lenses"}}},
         {profile->lens_repeatability_counts,
-         {"lens_repeatability", 0, LENS_COUNTS_MOST, .causes = {"lenses"}}},
+         {"lens_repeatability", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
         {profile->lens_zoom_ppm, {"lens_zoom_step", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
     };
     return error == ERROR_OK ? CHECK(limits, flaw) : error;
@@ -230,7 +227,7 @@ static int check_trigger(const struct rig_profile *profile, struct rig_profile_f
         // The sensors behind the bridge run freely.
         {profile->bridge, {"trigger", 0, 0, .causes = {"bridge"}}},
         {profile->trigger_us,
-         {"trigger_pulse", TRIGGER_LEAST_US, TRIGGER_MOST_US, .causes = {"trigger"}}},
+         {"trigger_pulse", TRIGGER_MIN_US, TRIGGER_MAX_US, .causes = {"trigger"}}},
     };
     return CHECK(limits, flaw);
 }

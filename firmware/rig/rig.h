@@ -67,7 +67,7 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);
 
-/// Set exposure (1 .. RIG_EXPOSURE_MOST_US) and gain of one or both cameras (`sides` as above).
+/// Set exposure (1 .. RIG_EXPOSURE_MAX_US) and gain of one or both cameras (`sides` as above).
 /// `*applied`: the nearest possible value. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `refusal`
 /// has the details.
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);

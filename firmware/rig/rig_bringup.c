@@ -174,7 +174,7 @@ static int check_interrupt(struct rig *self) {
 static int set_servo(struct rig *self, unsigned side) {
     const struct servo_model *model = &self->profile.servo[side];
     struct fpga_bridge *bridge = &self->bridge;
-    int error = fpga_bridge_servo_limits(bridge, side, model->least_q4, model->most_q4);
+    int error = fpga_bridge_servo_limits(bridge, side, model->min_q4, model->max_q4);
     if (error == ERROR_OK) {
         error = fpga_bridge_servo_safe(bridge, side, model->centre_q4);
     }
@@ -253,8 +253,8 @@ static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
                              uint64_t patience_us) {
     const uint64_t heard_us = lens->operations->heard(lens->self);
     const uint64_t silent_us = (heard_us > since_us ? heard_us : since_us) + patience_us;
-    const uint64_t most_us = since_us + patience_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
-    return silent_us < most_us ? silent_us : most_us;
+    const uint64_t max_us = since_us + patience_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
+    return silent_us < max_us ? silent_us : max_us;
 }
 
 // Waits in steps, as the time may be long.

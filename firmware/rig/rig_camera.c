@@ -96,9 +96,9 @@ void rig_camera_find_exposure(struct rig *self, unsigned side) {
             ? ERROR_UNSUPPORTED
             : camera->operations->control(camera->self, HAL_CAMERA_EXPOSURE_FOUND_US, 0, &found_us);
     // Data from a driver is untrusted.
-    const int32_t most_us = RIG_EXPOSURE_MOST_US;
+    const int32_t max_us = RIG_EXPOSURE_MAX_US;
     const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
-    self->found_exposure_us[side] = (uint32_t)(usable_us < most_us ? usable_us : most_us);
+    self->found_exposure_us[side] = (uint32_t)(usable_us < max_us ? usable_us : max_us);
 }
 
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {

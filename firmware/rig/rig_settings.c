@@ -100,7 +100,7 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
     if (error != ERROR_OK) {
         return error;
     }
-    if (exposure_us < 1 || exposure_us > RIG_EXPOSURE_MOST_US) {
+    if (exposure_us < 1 || exposure_us > RIG_EXPOSURE_MAX_US) {
         return ERROR_RANGE;
     }
     if (self->state != RIG_READY) {

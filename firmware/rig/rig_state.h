@@ -92,7 +92,7 @@ struct rig_observer {
     void *self;
 };
 
-enum { RIG_EXPOSURE_MOST_US = 10000000 };
+enum { RIG_EXPOSURE_MAX_US = 10000000 };
 
 /// An error of a part.
 struct rig_trouble {

@@ -12,7 +12,7 @@ enum {
     // attempts together stay below two seconds if frames take 200 ms.
     PATIENCE_FRAMES = 2,
     PATIENCE_US = 100000,
-    HELD_MOST = 32,  // more frames than a driver can buffer
+    HELD_MAX = 32,  // more frames than a driver can buffer
 };
 
 static enum rig_part camera_of(unsigned side) {
@@ -82,7 +82,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
 static int drop_held(struct rig *self, unsigned side) {
     uint64_t deadline_us = self->owed[side] ? deadline_of(self, side) : 0;
     int error = ERROR_OK;
-    for (int held = 0; error == ERROR_OK && held < HELD_MOST; held++) {
+    for (int held = 0; error == ERROR_OK && held < HELD_MAX; held++) {
         struct hal_camera_frame frame;
         error = wait(self, side, 0, deadline_us, &frame);
         if (error == ERROR_OK) {

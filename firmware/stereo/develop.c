@@ -6,7 +6,7 @@
 #include "core/root.h"
 #include "stereo/image/debayer.h"
 
-enum { CHANNELS = 3, BALANCE_MOST = 4 };
+enum { CHANNELS = 3, BALANCE_MAX = 4 };
 
 struct develop {
     const struct reconstruct_image *raw;
@@ -64,8 +64,8 @@ struct develop_balance develop_balance_of(const struct reconstruct_image *raw) {
         greatest = roots_q4[c] > greatest ? roots_q4[c] : greatest;
     }
     for (int c = 0; c < CHANNELS; c++) {
-        const bool dark = roots_q4[c] * BALANCE_MOST < greatest;
-        balance.gain_q8[c] = (uint16_t)(dark ? BALANCE_MOST * DEVELOP_BALANCE_ONE
+        const bool dark = roots_q4[c] * BALANCE_MAX < greatest;
+        balance.gain_q8[c] = (uint16_t)(dark ? BALANCE_MAX * DEVELOP_BALANCE_ONE
                                              : greatest * DEVELOP_BALANCE_ONE / roots_q4[c]);
         INVARIANT(balance.gain_q8[c] >= DEVELOP_BALANCE_ONE);
     }

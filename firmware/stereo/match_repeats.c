@@ -62,17 +62,17 @@ static bool is_alike_near(const struct cell *cell, int lag, int limit) {
 // are not a repetition.
 static bool repeats(const struct cell *cell, int direction, int last) {
     const int compared = (cell->rows + ROW_STEP - 1) / ROW_STEP * CELL_COLUMNS;
-    int most = DIFFERENT * compared;
+    int max = DIFFERENT * compared;
     bool left_it = false;
     for (int step = 1; step <= last && is_inside(cell, direction * step); step++) {
         const int lag = direction * step;
         const int here = difference(cell, lag);
-        if (here >= most) {
-            most = here;
+        if (here >= max) {
+            max = here;
             left_it = true;
-        } else if (left_it && step >= LAG_MIN && here <= most / FALL &&
-                   (is_alike_near(cell, -lag, most / FALL) ||
-                    is_alike_near(cell, 2 * lag, most / FALL))) {
+        } else if (left_it && step >= LAG_MIN && here <= max / FALL &&
+                   (is_alike_near(cell, -lag, max / FALL) ||
+                    is_alike_near(cell, 2 * lag, max / FALL))) {
             return true;
         }
     }

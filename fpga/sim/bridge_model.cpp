@@ -131,8 +131,8 @@ void skip_still(bridge_model &model, uint64_t end_ps) {
     if (last_ps < model.now_ps + period_ps || still == 0) {
         return;
     }
-    const uint64_t most = std::min(still, (last_ps - model.now_ps) / period_ps);
-    const unsigned clocks = model.skip.pass(*model.top->rootp, static_cast<unsigned>(most));
+    const uint64_t max = std::min(still, (last_ps - model.now_ps) / period_ps);
+    const unsigned clocks = model.skip.pass(*model.top->rootp, static_cast<unsigned>(max));
     model.now_ps += clocks * period_ps;
     control.next_ps += clocks * period_ps;
 }

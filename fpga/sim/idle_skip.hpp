@@ -56,18 +56,18 @@ struct IdleCounters {
     // lost its clock; when resting, before that too.
     unsigned room(bool resting) const {
         const unsigned now = phase;
-        unsigned least = tens < kDecade ? kDecade - tens : 0;
-        if (least != 0 && rate_count < kRateFull - kDecadesOfMs) {
-            least += (kDecade + 1) * (kLastFive - fives);
+        unsigned min = tens < kDecade ? kDecade - tens : 0;
+        if (min != 0 && rate_count < kRateFull - kDecadesOfMs) {
+            min += (kDecade + 1) * (kLastFive - fives);
             if (resting || (*quiet[0] == kLost && *quiet[1] == kLost)) {
-                least += (kDecade + 1) * (kLastFive + 1) * (kLastTwenty - twenties);
+                min += (kDecade + 1) * (kLastFive + 1) * (kLastTwenty - twenties);
             }
         }
-        least = std::min(least, kPhases - now % kPhases);
+        min = std::min(min, kPhases - now % kPhases);
         for (const unsigned end : ends()) {
-            least = end >= now ? std::min(least, end - now) : least;
+            min = end >= now ? std::min(min, end - now) : min;
         }
-        return least == 0 ? 0 : least - 1;
+        return min == 0 ? 0 : min - 1;
     }
     // Skips this many clocks, within that number, or one less: not up to the start of a tick of 10
     // us. Returns how many.

@@ -191,7 +191,7 @@ class Export(unittest.TestCase):
                                             "--json").stdout)[0]["loss"]
                 self.assertEqual([f"# {line}" for line in re.split("; (?=cam1)", loss)],
                                  text.splitlines()[:2])
-                lost_px = [float(most) for most in re.findall(r"at most ([0-9.e-]+) px", loss)]
+                lost_px = [float(maximum) for maximum in re.findall(r"at most ([0-9.e-]+) px", loss)]
                 self.assertEqual(len(lost_px), 2)
                 self.assertLess(max(lost_px), 8)  # k3 moves a corner by up to 40 px
             points = self.points_mm()

@@ -68,8 +68,8 @@ class Report(unittest.TestCase):
         """
         near = np.ones((7, 7), np.uint8)
         filled = np.where(np.isfinite(self.disparity), self.disparity, -1000).astype(np.float32)
-        least, most = cv2.erode(filled, near), cv2.dilate(filled, near)
-        rows, columns = np.nonzero((least > -1000) & (most - least < 0.4))
+        minimum, maximum = cv2.erode(filled, near), cv2.dilate(filled, near)
+        rows, columns = np.nonzero((minimum > -1000) & (maximum - minimum < 0.4))
         best = np.argmin((rows - near_y) ** 2 + (columns - near_x) ** 2)
         return int(columns[best]), int(rows[best])
 

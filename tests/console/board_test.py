@@ -115,9 +115,9 @@ class Everything(Board):
             self.compare(call, other, slack_us)
         self.assertEqual(len(calls), len(again))
         kinds = [" ".join(call.split()[:2]) for call in calls]
-        for kind, least in (("i2c transfer", 300), ("uart read", 20), ("camera0 take", 9),
+        for kind, minimum in (("i2c transfer", 300), ("uart read", 20), ("camera0 take", 9),
                             ("gpio set", 1), ("gpio get", 2)):
-            self.assertGreaterEqual(kinds.count(kind), least, kind)
+            self.assertGreaterEqual(kinds.count(kind), minimum, kind)
 
     def compare(self, call, other, slack_us):
         (told, times), (expected, expected_times) = parts_of(call), parts_of(other)

@@ -113,15 +113,15 @@ static void add_i2c(const char *line, const char *rest) {
 
 static void add_watchdog(const char *line, const char *rest) {
     char path[WORD_BYTES];
-    int most_s = 0;
-    const int words = sscanf(rest, "%255s %d", path, &most_s);
-    if (words < 1 || (words == 2 && most_s < 1)) {
+    int max_s = 0;
+    const int words = sscanf(rest, "%255s %d", path, &max_s);
+    if (words < 1 || (words == 2 && max_s < 1)) {
         stop(line);
     }
     struct fake_watchdog *device = fake_watchdog_add(path);
     if (words == 2) {
-        device->least_s = 1;
-        device->most_s = device->period_s = most_s;
+        device->min_s = 1;
+        device->max_s = device->period_s = max_s;
     }
 }
 

@@ -188,8 +188,8 @@ static int request_buffers(struct fake_video *self, struct v4l2_requestbuffers *
     if (self->on) {
         return -EBUSY;
     }
-    const unsigned most = self->buffers_most;
-    request->count = request->count < most ? request->count : most;
+    const unsigned max = self->buffers_max;
+    request->count = request->count < max ? request->count : max;
     self->count = request->count;
     self->queued_count = self->done_count = 0;
     self->buffer_bytes =
@@ -375,7 +375,7 @@ struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t wi
     *self = (struct fake_video){
         .capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING,
         .formats = {{fourcc, width_px, height_px, 0}},
-        .buffers_most = FAKE_VIDEO_BUFFERS,
+        .buffers_max = FAKE_VIDEO_BUFFERS,
         .frame_us = 33333,
         .first_us = 33333,
         .tells_frame_time = true,

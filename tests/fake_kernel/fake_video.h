@@ -30,7 +30,7 @@ struct fake_video {
     uint32_t capabilities;  ///< V4L2_CAP_* of the device
     struct fake_video_format formats[FAKE_VIDEO_FORMATS];
     struct fake_video_control controls[FAKE_VIDEO_CONTROLS];
-    unsigned buffers_most;        ///< maximum number of buffers
+    unsigned buffers_max;         ///< maximum number of buffers
     uint32_t frame_us;            ///< frame interval
     uint32_t first_us;            ///< from STREAMON to the end of the first frame
     bool tells_frame_time;        ///< VIDIOC_G_PARM

@@ -66,9 +66,9 @@ static int control(struct fake_file *file, unsigned long request, void *argument
         return 0;
     }
     if (request == WDIOC_SETTIMEOUT && state.sets_period) {
-        state.period_s = *seconds < state.least_s  ? state.least_s
-                         : *seconds > state.most_s ? state.most_s
-                                                   : *seconds;
+        state.period_s = *seconds < state.min_s   ? state.min_s
+                         : *seconds > state.max_s ? state.max_s
+                                                  : *seconds;
         *seconds = state.period_s;
         return 0;
     }
@@ -98,8 +98,8 @@ struct fake_watchdog *fake_watchdog_add(const char *path) {
                                                       .write = write_bytes};
     magic = false;
     state = (struct fake_watchdog){.period_s = 60,
-                                   .least_s = 2,
-                                   .most_s = 120,
+                                   .min_s = 2,
+                                   .max_s = 120,
                                    .sets_period = true,
                                    .tells_period = true,
                                    .has_keepalive = true};

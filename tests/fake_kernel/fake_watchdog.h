@@ -12,7 +12,7 @@ extern "C" {
 
 struct fake_watchdog {
     int period_s;
-    int least_s, most_s;  ///< periods outside are set to the nearer limit
+    int min_s, max_s;  ///< periods outside are set to the nearer limit
     bool sets_period, tells_period, has_keepalive;
     bool armed;
     unsigned feeds;

@@ -22,7 +22,7 @@ constexpr uint16_t kLineError = 0x40, kFrameStart = 0x01, kClockLost = 0x08;
 // Of a camera's block.
 enum Word { kFrames, kLines, kPixels, kPeriod, kPixclk, kShortLines, kShortFrames, kFlags };
 constexpr uint16_t kShortLine = 4, kShortFrame = 8, kLost = 1;
-constexpr unsigned kMost = 3840;  // of the lines and pixels counted
+constexpr unsigned kMax = 3840;  // of the lines and pixels counted
 
 struct Bench {
     hdl::Bridge bridge;
@@ -215,7 +215,7 @@ TEST_CASE("a height of more than 2048 lines is expected to the line") {
 TEST_CASE("sizes are counted up to 3840") {
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         OneCamera bench(camera);
-        for (const unsigned count : {2730u, 1365u, kMost - 1, kMost, kMost + 1, 4100u}) {
+        for (const unsigned count : {2730u, 1365u, kMax - 1, kMax, kMax + 1, 4100u}) {
             CAPTURE(camera);
             CAPTURE(count);
             hdl::Window window = small();
@@ -224,7 +224,7 @@ TEST_CASE("sizes are counted up to 3840") {
             bench.source.set_window(window);
             bench.frames(2);
             bench.frames(2);
-            CHECK(bench.block(camera)[kPixels] == std::min(count, kMost));
+            CHECK(bench.block(camera)[kPixels] == std::min(count, kMax));
         }
         for (const unsigned count : {2730u, 1365u, 3900u}) {
             hdl::Window window = small();
@@ -234,7 +234,7 @@ TEST_CASE("sizes are counted up to 3840") {
             bench.source.set_window(window);
             bench.frames(2);
             bench.frames(2);
-            CHECK(bench.block(camera)[kLines] == std::min(count, kMost));
+            CHECK(bench.block(camera)[kLines] == std::min(count, kMax));
         }
     }
 }

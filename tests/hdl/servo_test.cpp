@@ -14,7 +14,7 @@ using hdl::kMs;
 using hdl::kUs;
 
 constexpr uint64_t kFrame = 20 * kMs;
-constexpr uint32_t kLeastQ4 = 900 * 16, kMostQ4 = 2100 * 16, kCentreQ4 = 1500 * 16;
+constexpr uint32_t kMinQ4 = 900 * 16, kMaxQ4 = 2100 * 16, kCentreQ4 = 1500 * 16;
 
 uint64_t width_ps(uint32_t q4) {
     return (q4 >> 4) * kUs + (q4 & 15u) * 25 / 16 * BRIDGE_CONTROL_PERIOD_PS;
@@ -69,7 +69,7 @@ TEST_CASE("each pulse is as wide as the registers say, to the clock") {
                 slew[servo] = random.chance(0.2) ? 0 : uint32_t(random.between(1, 2047));
                 REQUIRE(bench.registers.write(uint8_t(first + 5), uint16_t(slew[servo])));
             }
-            const uint32_t wanted = std::clamp(target[servo], kLeastQ4, kMostQ4);
+            const uint32_t wanted = std::clamp(target[servo], kMinQ4, kMaxQ4);
             actual[servo] = toward(actual[servo], wanted, slew[servo]);
         }
         bench.next_frame();
@@ -87,11 +87,11 @@ TEST_CASE("limits hold whatever is asked for, and change only while they are unl
     INFO("seed " << seed);
     Bench bench(seed);
     hdl::Random random(seed + 1);
-    const uint8_t least = 0x12, most = 0x13, slew = 0x15, unlock = 0x0D;
+    const uint8_t min = 0x12, max = 0x13, slew = 0x15, unlock = 0x0D;
     uint32_t actual[] = {kCentreQ4, kCentreQ4}, steps = 2047;
     for (uint8_t servo = 0; servo < BRIDGE_SERVOS; servo++) {
-        REQUIRE(!bench.registers.write(uint8_t(least + 8 * servo), 16000));
-        REQUIRE(!bench.registers.write(uint8_t(most + 8 * servo), 36000));
+        REQUIRE(!bench.registers.write(uint8_t(min + 8 * servo), 16000));
+        REQUIRE(!bench.registers.write(uint8_t(max + 8 * servo), 36000));
         REQUIRE(bench.registers.write(uint8_t(slew + 8 * servo), uint16_t(steps)));
     }
     bench.next_frame();
@@ -110,7 +110,7 @@ TEST_CASE("limits hold whatever is asked for, and change only while they are unl
             wanted[servo] = std::clamp(target, shortest, longest);
         }
         REQUIRE(bench.registers.write(unlock, 1));
-        REQUIRE(!bench.registers.write(least, 9600));
+        REQUIRE(!bench.registers.write(min, 9600));
         for (int frame = 0; frame < 5; frame++) {
             bench.next_frame();
             for (int servo = 0; servo < BRIDGE_SERVOS; servo++) {

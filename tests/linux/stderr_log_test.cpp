@@ -99,7 +99,7 @@ TEST_CASE("a pipe gets journald levels, one line each") {
     put(log, HAL_LOG_ERROR, "three");
     put(log, HAL_LOG_INFO, "six\nlines\x1b[2J\x7f");
     put(log, HAL_LOG_DEBUG, "not asked for");
-    log.most = HAL_LOG_DEBUG;
+    log.max = HAL_LOG_DEBUG;
     put(log, HAL_LOG_DEBUG, "asked for");
     CHECK(drain(ends[0]) == "<3>three\n<6>six?lines?[2J?\n<7>asked for\n");
     put(log, HAL_LOG_INFO, std::string(5000, 'y').c_str());

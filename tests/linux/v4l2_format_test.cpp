@@ -265,8 +265,8 @@ TEST_CASE("JPEG frames decode; damage is reported and writes no excess pixels") 
         }
         use(video, bad);
         REQUIRE(camera.look(&frame) == ERROR_OK);
-        const auto most = *std::max_element(frame.data, frame.data + frame.stride * kHeight);
-        CHECK(most <= 255);
+        const auto max = *std::max_element(frame.data, frame.data + frame.stride * kHeight);
+        CHECK(max <= 255);
     }
 }
 
@@ -459,10 +459,10 @@ TEST_CASE("drivers with too little or unmappable memory or impossible sizes are 
     fake_kernel_fail("mmap", 1, ENODEV, 1);
     CHECK(camera.start(kWidth, kHeight) == ERROR_UNSUPPORTED);
     CHECK(camera.log.lines.back().find("get_unmapped_area") != std::string::npos);
-    video->buffers_most = 1;
+    video->buffers_max = 1;
     CHECK(camera.start(kWidth, kHeight) == ERROR_IO);
     CHECK(camera.log.lines.back().find("memory for only 1 frames") != std::string::npos);
-    video->buffers_most = 2;
+    video->buffers_max = 2;
     CHECK(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;
     for (int i = 0; i < 5; i++) {

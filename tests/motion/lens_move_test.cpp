@@ -30,7 +30,7 @@ LensMotorSettings any_motor(simrig::Noise &noise) {
     motor.counts_per_s = between(noise, kSlowest, 220);
     motor.start_ms = between(noise, 0, 60);
     motor.backlash_counts = between(noise, 0, 8);
-    motor.least_step_counts = between(noise, 0, 2);
+    motor.min_step_counts = between(noise, 0, 2);
     motor.read_noise_counts = between(noise, 0, 1.5);
     motor.outlier_chance = between(noise, 0, 0.01);
     motor.settle_error_counts = between(noise, 0, 0.7);
@@ -383,8 +383,8 @@ TEST_CASE("positions are read in spite of wild readings") {
     CHECK(wild <= 12);  // two of three: 3 * 0.02^2 of 1500
     lens_limits limits{};
     CHECK(rig_lens_limits(&lenses.rig, 1, LENS_IRIS, &limits) == ERROR_OK);
-    CHECK(limits.least == 300);
-    CHECK(limits.most == 850);
+    CHECK(limits.min == 300);
+    CHECK(limits.max == 850);
 }
 
 TEST_CASE("the one lens of a V1LC") {

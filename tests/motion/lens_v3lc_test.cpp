@@ -176,8 +176,8 @@ TEST_CASE("it is found, and says what it can do") {
     CHECK(bench.line.lines == std::vector<std::string>{"", "T255", "2?"});
     lens_limits limits{};
     CHECK(lens.operations->limits(lens.self, LENS_FOCUS, &limits) == ERROR_OK);
-    CHECK(limits.least == 300);
-    CHECK(limits.most == 850);
+    CHECK(limits.min == 300);
+    CHECK(limits.max == 850);
 }
 
 TEST_CASE("an answer is read, and its time is that of the question") {

@@ -31,7 +31,7 @@ class PanBench {
         REQUIRE(fpga_bridge_open(&rig.bridge, &bus_, &clock_) == ERROR_OK);
         for (unsigned side = 0; side < RIG_SIDES; side++) {
             const servo_model &model = rig.profile.servo[side];
-            CHECK(fpga_bridge_servo_limits(&rig.bridge, side, model.least_q4, model.most_q4) ==
+            CHECK(fpga_bridge_servo_limits(&rig.bridge, side, model.min_q4, model.max_q4) ==
                   ERROR_OK);
             set_slew(side, rig.profile.servo_slew_q4);
         }

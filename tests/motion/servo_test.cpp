@@ -63,7 +63,7 @@ TEST_CASE("there and back is half a sixteenth of a microsecond at most") {
         REQUIRE(servo_width_q4(&model, angle, &width_q4) == ERROR_OK);
         REQUIRE(std::abs(servo_angle_urad(&model, width_q4) - angle) <= 53);
     }
-    for (int width = model.least_q4; width <= model.most_q4; width++) {
+    for (int width = model.min_q4; width <= model.max_q4; width++) {
         uint16_t width_q4 = 0;
         REQUIRE(servo_width_q4(&model, servo_angle_urad(&model, uint16_t(width)), &width_q4) ==
                 ERROR_OK);
@@ -74,16 +74,16 @@ TEST_CASE("there and back is half a sixteenth of a microsecond at most") {
 TEST_CASE("limits hold to the last sixteenth, and nothing is stored beyond them") {
     const servo_model model = servo_hs322hd();
     uint16_t width_q4 = 7;
-    const int32_t most = servo_angle_urad(&model, model.most_q4);
-    const int32_t least = servo_angle_urad(&model, model.least_q4);
-    for (int32_t angle : {most + 106, least - 106, INT32_MAX, INT32_MIN}) {
+    const int32_t max = servo_angle_urad(&model, model.max_q4);
+    const int32_t min = servo_angle_urad(&model, model.min_q4);
+    for (int32_t angle : {max + 106, min - 106, INT32_MAX, INT32_MIN}) {
         CHECK(servo_width_q4(&model, angle, &width_q4) == ERROR_RANGE);
         CHECK(width_q4 == 7);
     }
-    CHECK(servo_width_q4(&model, most, &width_q4) == ERROR_OK);
-    CHECK(width_q4 == model.most_q4);
-    CHECK(servo_width_q4(&model, least, &width_q4) == ERROR_OK);
-    CHECK(width_q4 == model.least_q4);
+    CHECK(servo_width_q4(&model, max, &width_q4) == ERROR_OK);
+    CHECK(width_q4 == model.max_q4);
+    CHECK(servo_width_q4(&model, min, &width_q4) == ERROR_OK);
+    CHECK(width_q4 == model.min_q4);
 }
 
 TEST_CASE("a travel in numbers") {
@@ -112,7 +112,7 @@ TEST_CASE("the simulated servo rests in time, and not long before") {
         simrig::Servo servo(settings, noise.next());
         const servo_model model = servo_hs322hd();
         const auto width = [&] {
-            return uint16_t(model.least_q4 + noise.next() % (model.most_q4 - model.least_q4 + 1u));
+            return uint16_t(model.min_q4 + noise.next() % (model.max_q4 - model.min_q4 + 1u));
         };
         const uint16_t from_q4 = width(),
                        to_q4 = noise.chance(0.3) ? uint16_t(std::clamp(from_q4 + 200, 0, 38400))

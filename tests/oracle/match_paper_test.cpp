@@ -215,15 +215,15 @@ class Reference {
                     const std::vector<std::optional<int>> &guess) const {
         const rectify_span right = right_.span[static_cast<size_t>(y_)];
         const int first = options_.disparity_min, last = first + options_.disparity_count - 1;
-        const int least = std::max(first, x - right.end + 1);
-        const int most = std::min(last, x - right.begin);
-        if (!left_.inside(x, y_) || least > most) {
+        const int min = std::max(first, x - right.end + 1);
+        const int max = std::min(last, x - right.begin);
+        if (!left_.inside(x, y_) || min > max) {
             return {256 * first, REASON_BORDER, 0};
         }
         const auto own = kept[static_cast<size_t>(x)];
         if (!own) {
-            const int far = guess[static_cast<size_t>(x)].value_or(least);
-            return {256 * std::clamp(far, least, most), untextured_or(REASON_OCCLUDED, x), 0};
+            const int far = guess[static_cast<size_t>(x)].value_or(min);
+            return {256 * std::clamp(far, min, max), untextured_or(REASON_OCCLUDED, x), 0};
         }
         int sum[5] = {0, 0, 0, 0, 0}, count = 0;
         for (int i = std::max(0, x - 4); i < std::min(left_.width, x + 5); i++) {
@@ -237,7 +237,7 @@ class Reference {
         const int risen = std::min(sum[0], sum[4]);
         const int before = sum[1] - sum[2], after = sum[3] - sum[2];
         int offset = 0;
-        if (*own > least && *own < most) {
+        if (*own > min && *own < max) {
             offset = std::clamp(128 * (before - after) / std::max({before, after, 1}), -128, 128);
         }
         const int confidence = risen > sum[2] ? 255 * (risen - sum[2]) / (risen + sum[2]) : 0;
@@ -303,8 +303,8 @@ TEST_CASE("bit by bit what the plain transcription gives") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     Random random(seed);
-    const auto integer = [&](int least, int most) {
-        return least + static_cast<int>(random.bits() % static_cast<uint64_t>(most - least + 1));
+    const auto integer = [&](int min, int max) {
+        return min + static_cast<int>(random.bits() % static_cast<uint64_t>(max - min + 1));
     };
     int valid = 0, repaired_or_rejected = 0;
     for (int round = 0; round < 80; round++) {

@@ -165,9 +165,9 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
     return result;
 }
 
-// Adds up to `most` of the known path costs along a path through `places` to the totals.
+// Adds up to `max` of the known path costs along a path through `places` to the totals.
 void add_paths(const View &left, const Volume &averages, const std::vector<Place> &places,
-               double most, Volume *totals) {
+               double max, Volume *totals) {
     std::vector<Lanes> costs;
     std::vector<double> large;
     for (size_t n = 0; n < places.size(); n++) {
@@ -181,7 +181,7 @@ void add_paths(const View &left, const Volume &averages, const std::vector<Place
         const Lanes path = normalised(paths[n]);
         Lanes &total = totals->at(places[n].x, places[n].y);
         for (size_t i = 0; i < path.size(); i++) {
-            total[i] = std::min(total[i] + std::min(path[i], most), 255.0);
+            total[i] = std::min(total[i] + std::min(path[i], max), 255.0);
         }
     }
 }

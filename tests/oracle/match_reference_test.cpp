@@ -265,8 +265,8 @@ Volume random_costs(Dice &dice, int width, int height, int lanes) {
             }
             for (int lane = 0; lane < lanes; lane++) {
                 const int away = std::abs(lane - surface);
-                const int most = away == 0 ? 10 : (away == 1 ? 30 : kCostMax);
-                costs.at(x, y).push_back(dice.between(0, most));
+                const int max = away == 0 ? 10 : (away == 1 ? 30 : kCostMax);
+                costs.at(x, y).push_back(dice.between(0, max));
             }
         }
     }

@@ -52,7 +52,7 @@ double bad_1px(match_preset preset, const bench_pair &pair) {
 
 // Bounds slightly above the measured values. Without clipping the error grows by 0.98 to 1.05. If
 // white was clipped, the left image still has the texture that the right one lost.
-const std::map<std::string, double> most_growth = {
+const std::map<std::string, double> max_growth = {
     {"gain.7", 1.25},   {"off-20", 1.25},   {"off+20", 1.25},         {"gamma.7", 1.25},
     {"gamma1.4", 1.25}, {"vignette", 1.25}, {trouble_exposure, 1.25}, {"gain1.3", 2.7},
     {"clipped", 1.9},   {"half row", 2.8},
@@ -60,7 +60,7 @@ const std::map<std::string, double> most_growth = {
 
 // In percent of all pixels. Of such pairs three-way SGBM keeps 63 and more without its filters, 30
 // and more with them (`tools/bench trouble`). Swapped, the leaves of this pair resemble each other.
-const std::map<std::string, double> most_kept = {
+const std::map<std::string, double> max_kept = {
     {"no texture", 1}, {"stripes", 15}, {"one black", 0}, {"swapped", 17}, {"unrelated", 2}};
 
 }  // namespace
@@ -73,8 +73,8 @@ TEST_CASE("images of different exposure are matched nearly as well") {
         CHECK(clean < (preset == MATCH_PRESET_PAPER ? 12 : 8));
         std::size_t checked = 0;
         for (const trouble_case &trouble : photometric_troubles()) {
-            const auto limit = most_growth.find(trouble.name);
-            if (limit == most_growth.end()) {
+            const auto limit = max_growth.find(trouble.name);
+            if (limit == max_growth.end()) {
                 continue;  // noise: the benchmark chooses its amount
             }
             bench_pair changed = trouble_copy(pair);
@@ -85,7 +85,7 @@ TEST_CASE("images of different exposure are matched nearly as well") {
             CHECK(growth <= limit->second);
             checked++;
         }
-        CHECK(checked == most_growth.size());
+        CHECK(checked == max_growth.size());
     }
 }
 
@@ -98,7 +98,7 @@ TEST_CASE("hardly anything is kept of a pair without a surface") {
                 bench_density_percent(matched(preset, trouble.make(pair, pair)));
             MESSAGE(std::string(match_preset_name(preset)), ", ", std::string(trouble.what),
                     ": kept ", kept_percent, " %");
-            CHECK(kept_percent <= most_kept.at(trouble.name));
+            CHECK(kept_percent <= max_kept.at(trouble.name));
         }
     }
 }

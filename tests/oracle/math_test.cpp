@@ -36,7 +36,7 @@ TEST_CASE("rotations against cv::Rodrigues") {
 TEST_CASE("projection and its inverse against OpenCV") {
     random_rig::Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most_px = 0, most_back = 0;
+    double max_px = 0, max_back = 0;
     for (int i = 0; i < 200; i++) {
         const double f_px = 500 * std::pow(54.0, uniform(random, 0, 1));
         const lens bent = random_rig::make_lens(random, 2048, 1536, f_px);
@@ -50,18 +50,18 @@ TEST_CASE("projection and its inverse against OpenCV") {
             std::vector<cv::Point2d> projected;
             cv::projectPoints(std::vector<cv::Point3d>{{point_mm[0], point_mm[1], point_mm[2]}},
                               cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K, D, projected);
-            most_px = std::max(
-                most_px, std::hypot(projected[0].x - ours_px[0], projected[0].y - ours_px[1]));
+            max_px = std::max(max_px,
+                              std::hypot(projected[0].x - ours_px[0], projected[0].y - ours_px[1]));
             std::vector<cv::Point2d> undistorted;
             cv::undistortPoints(
                 std::vector<cv::Point2d>{{pixel_px[0], pixel_px[1]}}, undistorted, K, D,
                 cv::noArray(), cv::noArray(),
                 cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
-            most_back = std::max(
-                most_back, f_px * std::hypot(undistorted[0].x - ray[0], undistorted[0].y - ray[1]));
+            max_back = std::max(
+                max_back, f_px * std::hypot(undistorted[0].x - ray[0], undistorted[0].y - ray[1]));
         }
     }
-    MESSAGE("projection differs by " << most_px << " px, its inverse by " << most_back << " px");
-    CHECK(most_px < 1e-7);
-    CHECK(most_back < 1e-4);
+    MESSAGE("projection differs by " << max_px << " px, its inverse by " << max_back << " px");
+    CHECK(max_px < 1e-7);
+    CHECK(max_back < 1e-4);
 }

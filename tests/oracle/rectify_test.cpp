@@ -32,7 +32,7 @@ double compare_maps(const rectify_plan &plan, const calibration &rig, rectify_si
         map_y);
     const Table table(plan, rig, side);
     std::vector<int32_t> x_q16(static_cast<size_t>(plan.width_px)), y_q16(x_q16);
-    double most_px = 0;
+    double max_px = 0;
     for (int y = 0; y < plan.height_px; y += row_step) {
         rectify_row_coordinates(&table.table, y, x_q16.data(), y_q16.data());
         for (int x = 0; x < plan.width_px; x++) {
@@ -40,12 +40,12 @@ double compare_maps(const rectify_plan &plan, const calibration &rig, rectify_si
             if (their_x >= 0 && their_y >= 0 && their_x <= lens.width_px - 1 &&
                 their_y <= lens.height_px - 1) {
                 const size_t i = static_cast<size_t>(x);
-                most_px = std::max({most_px, std::fabs(x_q16[i] / 65536.0 - their_x),
-                                    std::fabs(y_q16[i] / 65536.0 - their_y)});
+                max_px = std::max({max_px, std::fabs(x_q16[i] / 65536.0 - their_x),
+                                   std::fabs(y_q16[i] / 65536.0 - their_y)});
             }
         }
     }
-    return most_px;
+    return max_px;
 }
 
 }  // namespace
@@ -59,10 +59,10 @@ TEST_CASE("coordinates on the recorded chessboard rig") {
         rectify_plan plan;
         REQUIRE(rectify_plan_make(&rig, &options, &plan) == ERROR_OK);
         for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
-            const double most_px = compare_maps(plan, rig, side, 1);
+            const double max_px = compare_maps(plan, rig, side, 1);
             MESSAGE("scale " << scale << ", " << plan.width_px << "x" << plan.height_px
-                             << ": worst difference " << most_px << " px");
-            CHECK(most_px < 0.02);
+                             << ": worst difference " << max_px << " px");
+            CHECK(max_px < 0.02);
         }
     }
 }
@@ -70,7 +70,7 @@ TEST_CASE("coordinates on the recorded chessboard rig") {
 TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degrees") {
     random_rig::Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most_px = 0, longest_px = 0;
+    double max_px = 0, longest_px = 0;
     for (int i = 0; i < 200; i++) {
         const calibration rig = random_rig::make(random, 2048, 1536);
         rectify_plan plan;
@@ -80,10 +80,10 @@ TEST_CASE("coordinates on 200 random rigs, f to 27,000 px, vergence to 10 degree
             const double px = compare_maps(plan, rig, side, 37);
             CAPTURE(i);
             CHECK(px < 0.02);
-            most_px = std::max(most_px, px);
+            max_px = std::max(max_px, px);
         }
     }
-    MESSAGE("worst difference " << most_px << " px, longest focal length " << longest_px << " px");
+    MESSAGE("worst difference " << max_px << " px, longest focal length " << longest_px << " px");
     CHECK(longest_px > 20000);
 }
 
@@ -148,7 +148,7 @@ std::vector<calibration> folding_rigs(random_rig::Random &random) {
 TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing behind it") {
     random_rig::Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most_px = 0, least_rim = 1;
+    double max_px = 0, min_rim = 1;
     int ghosts = 0, rims = 0;
     for (const calibration &rig : folding_rigs(random)) {
         REQUIRE(lens_validate(&rig.left) == ERROR_OK);
@@ -184,8 +184,8 @@ TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing 
                     REQUIRE(seen.at<uint8_t>(y, x) == (x >= span.begin && x < span.end ? 255 : 0));
                     ghosts += in_image && !in_view;  // OpenCV shows the corners a second time
                     if (in_view && in_image) {
-                        most_px = std::max({most_px, std::fabs(x_q16[i] / 65536.0 - their_x),
-                                            std::fabs(y_q16[i] / 65536.0 - their_y)});
+                        max_px = std::max({max_px, std::fabs(x_q16[i] / 65536.0 - their_x),
+                                           std::fabs(y_q16[i] / 65536.0 - their_y)});
                     }
                 }
                 for (int x :
@@ -197,20 +197,20 @@ TEST_CASE("lenses that fold over near the corners: right up to the rim, nothing 
                                                 (y - plan.cy_px) / plan.fy_px, 1};
                     double ray[3];
                     geometry_rotate_back(R, ray_rect, ray);
-                    least_rim = std::min(
-                        least_rim, std::hypot(ray[0], ray[1]) / ray[2] / lens_fold_radius(&lens));
+                    min_rim = std::min(
+                        min_rim, std::hypot(ray[0], ray[1]) / ray[2] / lens_fold_radius(&lens));
                     rims++;
                 }
             }
         }
     }
-    MESSAGE("worst difference " << most_px << " px; " << ghosts
-                                << " pixels left out that OpenCV fills; the rim lies at "
-                                << least_rim << " of the fold or more");
-    CHECK(most_px < 0.02);
+    MESSAGE("worst difference " << max_px << " px; " << ghosts
+                                << " pixels left out that OpenCV fills; the rim lies at " << min_rim
+                                << " of the fold or more");
+    CHECK(max_px < 0.02);
     CHECK(ghosts > 1000);
     CHECK(rims > 1000);
-    CHECK(least_rim > 0.9);
+    CHECK(min_rim > 0.9);
 }
 
 // cv::remap rounds coordinates to 1/32 px: the difference is reported, and limited to what such
@@ -230,7 +230,7 @@ TEST_CASE("pixels against cv::remap") {
             rotation(is_left ? plan.R_rect_left : plan.R_rect_right), rectified_matrix(plan, side),
             cv::Size(plan.width_px, plan.height_px), CV_32FC1, map_x, map_y);
         double sum = 0, beyond_one = 0, count = 0;
-        int most = 0;
+        int max = 0;
         for (const BoardPair &pair : pairs) {
             const cv::Mat &raw = pair.image[is_left ? 0 : 1];
             std::vector<rectify_span> spans;
@@ -246,7 +246,7 @@ TEST_CASE("pixels against cv::remap") {
                     }
                     const int difference =
                         std::abs(ours.at<uint8_t>(y, x) - theirs.at<uint8_t>(y, x));
-                    most = std::max(most, difference);
+                    max = std::max(max, difference);
                     sum += difference;
                     beyond_one += difference > 1;
                     count++;
@@ -254,9 +254,9 @@ TEST_CASE("pixels against cv::remap") {
             }
         }
         MESSAGE(std::string(is_left ? "left" : "right")
-                << ": mean difference " << sum / count << " grey levels, largest " << most << ", "
+                << ": mean difference " << sum / count << " grey levels, largest " << max << ", "
                 << 100 * beyond_one / count << " % of pixels differ by more than one");
         CHECK(sum / count < 0.5);
-        CHECK(most <= 1 + 2 * 255 / 64);  // half a 32nd of a pixel in x and in y, full contrast
+        CHECK(max <= 1 + 2 * 255 / 64);  // half a 32nd of a pixel in x and in y, full contrast
     }
 }

@@ -73,7 +73,7 @@ Optimum search(const Point &centre, const Point &left, const Point &right, long 
 TEST_CASE("mid-points against a brute-force search in long double") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most = 0, most_miss = 0;
+    double max = 0, max_miss = 0;
     int points = 0;
     for (int i = 0; i < 120; i++) {
         rectify_plan plan = {};
@@ -114,17 +114,17 @@ TEST_CASE("mid-points against a brute-force search in long double") {
         // The search itself is accurate to about 1e-9 of the depth (the root of a long double's
         // precision).
         const long double bound_um = 1.5L + 3e-7L * plain_um;
-        most =
-            std::max(most, static_cast<double>(std::sqrt(distance2(ours, truth.point)) / bound_um));
-        most_miss = std::max(
-            most_miss,
+        max =
+            std::max(max, static_cast<double>(std::sqrt(distance2(ours, truth.point)) / bound_um));
+        max_miss = std::max(
+            max_miss,
             static_cast<double>(std::fabs(static_cast<long double>(point.miss_um) - truth.miss) /
                                 (1.5L + 1e-4L * truth.miss)));
     }
-    MESSAGE(points << " points, worst " << most << " of the bound, miss " << most_miss);
+    MESSAGE(points << " points, worst " << max << " of the bound, miss " << max_miss);
     CHECK(points > 100);
-    CHECK(most <= 1);
-    CHECK(most_miss <= 1);
+    CHECK(max <= 1);
+    CHECK(max_miss <= 1);
 }
 
 // Without a residual every sensible method gives the same point.
@@ -132,7 +132,7 @@ TEST_CASE("points against cv::triangulatePoints in the raw cameras") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
     const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);
         rectify_plan plan;
@@ -169,8 +169,8 @@ TEST_CASE("points against cv::triangulatePoints in the raw cameras") {
             away_um = std::hypot(away_um, theirs_um - ours_um[k]);
             range_um = std::hypot(range_um, theirs_um);
         }
-        most = std::max(most, away_um / (2 + 1e-6 * range_um));
+        max = std::max(max, away_um / (2 + 1e-6 * range_um));
     }
-    MESSAGE("worst " << most << " of 2 um + 1e-6 of the range");
-    CHECK(most <= 1);
+    MESSAGE("worst " << max << " of 2 um + 1e-6 of the range");
+    CHECK(max <= 1);
 }

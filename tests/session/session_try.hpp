@@ -20,8 +20,8 @@ namespace session_try {
 
 using Random = std::mt19937_64;
 
-inline std::uint64_t upto(Random &random, std::uint64_t most) {
-    return std::uniform_int_distribution<std::uint64_t>(0, most)(random);
+inline std::uint64_t upto(Random &random, std::uint64_t max) {
+    return std::uniform_int_distribution<std::uint64_t>(0, max)(random);
 }
 
 /// A pair that owns its pixels.

@@ -31,8 +31,8 @@ class Maker:
                                (1 << chance.randrange(bits)) + chance.randint(-1, 1), 0, -1))
         return value & ((1 << bits) - 1)
 
-    def bytes(self, most):
-        return self.random.randbytes(self.random.randint(0, most))
+    def bytes(self, maximum):
+        return self.random.randbytes(self.random.randint(0, maximum))
 
     def transfer(self):
         chance = self.random

@@ -114,8 +114,8 @@ class TrueCalibration(unittest.TestCase):
         points_mm = numpy.column_stack([slopes, numpy.ones(len(z))]) * z[:, None]
         in_right_mm = points_mm @ cv2.Rodrigues(rotation)[0].T + translation_mm
         pixels = cv2.projectPoints(points_mm, rotation, translation_mm, *cameras["right"])[0][:, 0]
-        inverse, least, greatest = right.inverse_depths(pixels)
-        smooth = numpy.isfinite(inverse) & ((greatest - least) * z * z < 1)
+        inverse, minimum, greatest = right.inverse_depths(pixels)
+        smooth = numpy.isfinite(inverse) & ((greatest - minimum) * z * z < 1)
         off_mm = numpy.abs(1 / inverse[smooth] - in_right_mm[smooth, 2])
         # What is hidden from the right camera differs; all else to float's precision.
         self.assertGreater(smooth.sum(), 3000)

@@ -165,8 +165,8 @@ class Truth(Bench):
         self.assertEqual(board.frame(2000000)[5], 0)
         text = self.assert_refusal(FAILED, board.ask, TRUTH_ROWS,
                                    struct.pack("<BBHH", 0, NORMAL, 0, 1536))
-        most = int(re.search(r"at most (\d+) such rows", text)[1])
-        self.assertLessEqual(2048 * 12 * most, 1 << 24)
+        maximum = int(re.search(r"at most (\d+) such rows", text)[1])
+        self.assertLessEqual(2048 * 12 * maximum, 1 << 24)
         self.assertEqual(self.layers(NORMAL, 1536 - 64, 64)[0].shape, (64, 2048, 3))
 
 

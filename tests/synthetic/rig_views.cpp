@@ -46,12 +46,12 @@ struct Board {
 
 Board random_board(const RigViewsPlan &plan, const Camera &left, Random &random) {
     const double pi = std::acos(-1.0);
-    const double tilt = random.uniform(plan.tilt_least_rad, plan.tilt_most_rad);
+    const double tilt = random.uniform(plan.tilt_min_rad, plan.tilt_max_rad);
     const double towards = random.uniform(-pi, pi);
     const Matrix tilted =
         rotation_from_vector({tilt * std::cos(towards), tilt * std::sin(towards), 0});
     const Matrix rolled =
-        rotation_from_vector({0, 0, random.uniform(-plan.roll_most_rad, plan.roll_most_rad)});
+        rotation_from_vector({0, 0, random.uniform(-plan.roll_max_rad, plan.roll_max_rad)});
     const double depth =
         plan.distance_mm * random.uniform(1 - plan.depth_range, 1 + plan.depth_range);
     const Vector ray = left.direction(
@@ -145,9 +145,9 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
         const bool knocked = 2 * place >= size_t(plan.boards);
         sighting.view[1].corners =
             look(plan, knocked ? knocked_right : views.rig.right, square_mm, later);
-        const size_t least = plan.all_in_view ? all : all / 3;
-        if (sighting.view[0].corners.size() < least ||
-            (plan.cameras == 2 && sighting.view[1].corners.size() < least)) {
+        const size_t min = plan.all_in_view ? all : all / 3;
+        if (sighting.view[0].corners.size() < min ||
+            (plan.cameras == 2 && sighting.view[1].corners.size() < min)) {
             continue;
         }
         for (calib::board_view &view : sighting.view) {

@@ -21,7 +21,7 @@ struct RigViewsPlan {
     double baseline_mm = 250, distance_mm = 1800;  // the axes meet at that distance
     double fill = 0.6;                             // width of the board over the field of view
     double depth_range = 0.04;                     // boards are within 1 +- this of the distance
-    double tilt_least_rad = 0.15, tilt_most_rad = 0.7;
+    double tilt_min_rad = 0.15, tilt_max_rad = 0.7;
     double noise_px = 0.1;
     // Displacement by the lens at half of the image's diagonal, px; right lenses get 0.8 of it.
     double k1_px = 12, k2_px = -3, p1_px = 0.5, p2_px = -0.4;
@@ -33,9 +33,9 @@ struct RigViewsPlan {
     // its axes; and rotation of the right camera about its vertical axis for the second half of all
     // pairs.
     double moved_mm = 0, knock_rad = 0;
-    double roll_most_rad = 0.4;  // of the board about its normal
-    double waves_px = 0;         // distortion outside all lens models: sin along both axes
-    bool all_in_view = true;     // false: corners outside an image are simply not seen
+    double roll_max_rad = 0.4;  // of the board about its normal
+    double waves_px = 0;        // distortion outside all lens models: sin along both axes
+    bool all_in_view = true;    // false: corners outside an image are simply not seen
 };
 
 struct RigViews {

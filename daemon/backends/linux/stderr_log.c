@@ -63,7 +63,7 @@ static bool put_text(const struct stderr_log *self, enum hal_log_level level, co
 static void write_line(void *opaque, enum hal_log_level level, const char *text) {
     struct stderr_log *self = opaque;
     INVARIANT(text != NULL);
-    if (level > self->most) {
+    if (level > self->max) {
         return;
     }
     if (self->lost > 0) {
@@ -78,9 +78,9 @@ static void write_line(void *opaque, enum hal_log_level level, const char *text)
     self->lost += !put_text(self, level, text);
 }
 
-void stderr_log_open(struct stderr_log *self, enum hal_log_level most) {
+void stderr_log_open(struct stderr_log *self, enum hal_log_level max) {
     static const struct hal_log_operations operations = {write_line};
-    *self = (struct stderr_log){.hal = {&operations, self}, .most = most, .fd = -1};
+    *self = (struct stderr_log){.hal = {&operations, self}, .max = max, .fd = -1};
     struct stat status;
     if (fstat(STDERR_FILENO, &status) != 0) {
         return;

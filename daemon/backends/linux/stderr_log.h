@@ -19,14 +19,14 @@ extern "C" {
 /// The caller owns it; `hal` points to it, so it must not move.
 struct stderr_log {
     struct hal_log hal;
-    enum hal_log_level most;  ///< higher levels are not written; may be changed at any time
-    int fd;                   ///< standard error, reopened non-blocking
+    enum hal_log_level max;  ///< higher levels are not written; may be changed at any time
+    int fd;                  ///< standard error, reopened non-blocking
     bool is_socket, is_terminal;
     uint32_t lost;
 };
 
-/// Never fails: without standard error all lines are lost. `most`: HAL_LOG_INFO, for example.
-void stderr_log_open(struct stderr_log *self, enum hal_log_level most);
+/// Never fails: without standard error all lines are lost. `max`: HAL_LOG_INFO, for example.
+void stderr_log_open(struct stderr_log *self, enum hal_log_level max);
 void stderr_log_close(struct stderr_log *self);
 
 #ifdef __cplusplus

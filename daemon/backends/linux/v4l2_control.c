@@ -56,8 +56,8 @@ static int32_t scale_up(const struct v4l2_queryctrl *range, int64_t value, int64
     const int64_t span = (int64_t)range->maximum - range->minimum;
     const int64_t step = range->step > 0 ? range->step : 1;
     const int64_t steps = (span * value + parts * step / 2) / (parts * step);
-    const int64_t most = span / step;
-    return (int32_t)(range->minimum + (steps < most ? steps : most) * step);
+    const int64_t max = span / step;
+    return (int32_t)(range->minimum + (steps < max ? steps : max) * step);
 }
 
 static int32_t scale_down(const struct v4l2_queryctrl *range, int32_t value) {
@@ -87,8 +87,8 @@ static int raw_value(enum hal_camera_control control, const struct v4l2_queryctr
 /// of range.
 static void tell_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
                          int32_t value, int32_t *nearest) {
-    const int64_t least = range->minimum > 0 ? range->minimum : 1;
-    const int64_t units = value < least * EXPOSURE_UNIT_US ? least : range->maximum;
+    const int64_t min = range->minimum > 0 ? range->minimum : 1;
+    const int64_t units = value < min * EXPOSURE_UNIT_US ? min : range->maximum;
     const int64_t nearest_us = units * EXPOSURE_UNIT_US;
     if (control == HAL_CAMERA_EXPOSURE_US && nearest_us > 0 && nearest_us <= INT32_MAX) {
         *nearest = (int32_t)nearest_us;

@@ -14,7 +14,7 @@
 /// Webcams write up to ten bytes of padding before a marker (Logitech C270), or pad to a word. Lost
 /// synchronisation leaves more: of 800 flipped bits in an image of 512 x 480, 128 left bytes over,
 /// and only one of them fewer than 17.
-enum { PADDING_MOST_BYTES = 16 };
+enum { PADDING_MAX_BYTES = 16 };
 
 bool v4l2_jpeg_available(void) {
     return true;
@@ -38,7 +38,7 @@ static void note(j_common_ptr info, int level) {
     struct escape *escape = (struct escape *)(void *)info->err;
     const struct jpeg_error_mgr *said = info->err;
     const bool padding =
-        said->msg_code == JWRN_EXTRANEOUS_DATA && said->msg_parm.i[0] <= PADDING_MOST_BYTES;
+        said->msg_code == JWRN_EXTRANEOUS_DATA && said->msg_parm.i[0] <= PADDING_MAX_BYTES;
     if (level < 0 && !padding && said->msg_code != JWRN_JFIF_MAJOR) {
         escape->damaged = true;
     }

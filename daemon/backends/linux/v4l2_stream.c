@@ -161,11 +161,11 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
     }
     const struct v4l2_pixels_source *layout = &self->layout;
     const size_t row = v4l2_pixels_row_bytes(self->format, layout->width_px);
-    const size_t least = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
-    if (self->format->bytes_per_pixel != 0 && buffer.length < least) {
+    const size_t min = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
+    if (self->format->bytes_per_pixel != 0 && buffer.length < min) {
         return message_set(&self->trouble, ERROR_IO,
                            "the driver's buffers have %u bytes, a frame needs %zu", buffer.length,
-                           least);
+                           min);
     }
     void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
     if (data == MAP_FAILED) {

@@ -42,14 +42,14 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
                          uint64_t not_before_us) {
     const struct replay *self = camera->replay;
     const struct pair_frame *frames = event->pair.frame;
-    const uint64_t least_us = later(not_before_us, camera->end_us);
+    const uint64_t min_us = later(not_before_us, camera->end_us);
     const struct replay_camera *left = &self->camera_state[RIG_LEFT];
     if (camera->number == RIG_LEFT || left->of_pair != self->next_pair + 1) {
-        return least_us;
+        return min_us;
     }
     const uint64_t skew_us = frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us;
     const uint64_t begin_us = left->begin_us + skew_us;
-    return begin_us >= not_before_us && begin_us >= camera->end_us ? begin_us : least_us;
+    return begin_us >= not_before_us && begin_us >= camera->end_us ? begin_us : min_us;
 }
 
 static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,

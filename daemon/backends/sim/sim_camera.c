@@ -9,11 +9,11 @@
 
 enum { FRAME_HEAD = 28, SENSOR_BITS = 10 };
 
-int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t most_px) {
-    INVARIANT(most_px > 0 && most_px <= SIZE_MAX / sizeof(uint16_t));
-    *self = (struct sim_camera){.connection = connection, .capacity = most_px};
+int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t max_px) {
+    INVARIANT(max_px > 0 && max_px <= SIZE_MAX / sizeof(uint16_t));
+    *self = (struct sim_camera){.connection = connection, .capacity = max_px};
     for (int i = 0; i < SIM_CAMERA_LENT_MAX; i++) {
-        self->memory[i] = malloc(most_px * sizeof(uint16_t));
+        self->memory[i] = malloc(max_px * sizeof(uint16_t));
         if (self->memory[i] == NULL) {
             sim_camera_close(self);
             return ERROR_MEMORY;

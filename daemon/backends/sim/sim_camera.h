@@ -27,8 +27,8 @@ struct sim_camera {
     struct hal_camera_counts counts;
 };
 
-/// Allocates frames of up to `most_px` pixels; close frees them. ERROR_MEMORY.
-int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t most_px);
+/// Allocates frames of up to `max_px` pixels; close frees them. ERROR_MEMORY.
+int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t max_px);
 void sim_camera_close(struct sim_camera *self);
 
 struct hal_camera sim_camera_hal(struct sim_camera *self);

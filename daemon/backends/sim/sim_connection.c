@@ -258,9 +258,9 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
     uint32_t woken_by = 0;
     int error = ERROR_OK;
     do {
-        const uint64_t most_us = self->now_us + longest_us;
+        const uint64_t max_us = self->now_us + longest_us;
         uint8_t body[12], head[12];
-        sim_connection_put_us(self, body, until_us < most_us ? until_us : most_us);
+        sim_connection_put_us(self, body, until_us < max_us ? until_us : max_us);
         sim_bytes_put_u32(body + 8, wake);
         struct sim_exchange advance = {.type = SIMRIG_ADVANCE,
                                        .body = body,

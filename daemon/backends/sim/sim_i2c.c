@@ -48,8 +48,8 @@ size_t sim_i2c_begun(int32_t status, const struct hal_i2c_message *messages, siz
     }
     // The address, the complete bytes and the current one. Fewer if it was lost earlier, in a START
     // or an address.
-    const size_t most = before + 1 + bytes + 1;
-    return status == SIMRIG_OK || most > all ? all : most;
+    const size_t max = before + 1 + bytes + 1;
+    return status == SIMRIG_OK || max > all ? all : max;
 }
 
 static size_t write_request(uint8_t *body, const struct hal_i2c_message *messages, size_t count,

@@ -17,8 +17,8 @@ struct result_figures_box result_figures_bounds(const struct reconstruct_result 
         const int32_t um[3] = {point->x_um, point->y_um, point->z_um};
         for (int axis = 0; axis < 3; axis++) {
             const double mm = um[axis] / 1000.0;
-            if (i == 0 || mm < bounds.least_mm[axis]) {
-                bounds.least_mm[axis] = mm;
+            if (i == 0 || mm < bounds.min_mm[axis]) {
+                bounds.min_mm[axis] = mm;
             }
             if (i == 0 || mm > bounds.greatest_mm[axis]) {
                 bounds.greatest_mm[axis] = mm;

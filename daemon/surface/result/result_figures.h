@@ -13,7 +13,7 @@ extern "C" {
 
 /// Smallest box around the points in mm, left camera frame. Needs at least one point.
 struct result_figures_box {
-    double least_mm[3], greatest_mm[3];
+    double min_mm[3], greatest_mm[3];
 };
 struct result_figures_box result_figures_bounds(const struct reconstruct_result *result);
 

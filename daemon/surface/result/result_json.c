@@ -169,7 +169,7 @@ static void print_surface(const struct reconstruct_context *context, struct json
     }
     const struct result_figures_box bounds = result_figures_bounds(result);
     json_open_object(json, "bounds_mm");
-    json_reals(json, "least", bounds.least_mm, 3, 9);
+    json_reals(json, "least", bounds.min_mm, 3, 9);
     json_reals(json, "greatest", bounds.greatest_mm, 3, 9);
     json_close_object(json);
     struct result_figures_quantiles spread;

@@ -56,9 +56,9 @@ static int add_vertical(const struct rectify_plan *plan,
     const double slope_x = vertical->slope_x < 0 ? -vertical->slope_x : vertical->slope_x;
     const double slope_y = vertical->slope_y < 0 ? -vertical->slope_y : vertical->slope_y;
     const double offset_px = vertical->offset_px < 0 ? -vertical->offset_px : vertical->offset_px;
-    const double most_px = offset_px + 0.5 * (slope_x * plan->width_px + slope_y * plan->height_px);
+    const double max_px = offset_px + 0.5 * (slope_x * plan->width_px + slope_y * plan->height_px);
     const double aspect = plan->f_px / plan->fy_px;
-    if (aspect > 16 || most_px > 0.25 * plan->fy_px) {
+    if (aspect > 16 || max_px > 0.25 * plan->fy_px) {
         return ERROR_RANGE;
     }
     const double corner_px = vertical->offset_px - 0.5 * (vertical->slope_x * plan->width_px +
@@ -157,11 +157,11 @@ static uint32_t predict_sigma_um(const struct triangulate_plan *plan, int64_t x_
     // Coarser if the variance is large, so that the product stays below 2^62.
     const bool is_large = variance_q24 >= (int64_t)1 << 42;
     const int64_t product = (is_large ? variance_q24 >> 16 : variance_q24) * length2_q12;
-    const int64_t most_q18 = (int64_t)1 << 31;
+    const int64_t max_q18 = (int64_t)1 << 31;
     const int64_t deviation_q18 = is_large ? root_of(product) << 8 : root_of(product);
     INVARIANT(z_um >= 0 && z_um <= LIMIT_UM && deviation_q18 >= 0);
     const int64_t sigma_um_q2 =
-        z_um * (deviation_q18 < most_q18 ? deviation_q18 : most_q18) / parallax_q16;
+        z_um * (deviation_q18 < max_q18 ? deviation_q18 : max_q18) / parallax_q16;
     const int64_t sigma_um = (sigma_um_q2 + 2) >> 2;
     return sigma_um < UINT32_MAX ? (uint32_t)sigma_um : UINT32_MAX;
 }

@@ -111,8 +111,8 @@ static bool take_rows(struct paper *paper, struct arena *arena) {
     return true;
 }
 
-static int clamp(int value, int least, int most) {
-    return value < least ? least : (value > most ? most : value);
+static int clamp(int value, int min, int max) {
+    return value < min ? min : (value > max ? max : value);
 }
 
 static struct rectify_span span_of(const struct rectify_span *spans, int y, int width) {
@@ -379,12 +379,12 @@ static enum reason judge(const struct paper *paper, int x, int y, const int *sum
 // `around` is the sum over the columns around.
 static void finish_pixel(const struct paper *paper, int x, int y, uint64_t around) {
     // The disparities whose right pixel lies inside the span.
-    const int least = clamp(x - paper->right.end + 1, paper->first, INT16_MAX);
-    const int most = clamp(x - paper->right.begin, INT16_MIN, paper->last);
+    const int min = clamp(x - paper->right.end + 1, paper->first, INT16_MAX);
+    const int max = clamp(x - paper->right.begin, INT16_MIN, paper->last);
     int disparity_q8 = DISPARITY_ONE * paper->first;
     int confidence = 0;
     enum reason reason = REASON_BORDER;
-    if (x >= paper->left.begin && x < paper->left.end && least <= most) {
+    if (x >= paper->left.begin && x < paper->left.end && min <= max) {
         int sum[OFFSETS];
         for (int i = 0; i < OFFSETS; i++) {
             sum[i] = (int)(around >> i * FIELD_BITS & ((1u << FIELD_BITS) - 1));
@@ -392,12 +392,12 @@ static void finish_pixel(const struct paper *paper, int x, int y, uint64_t aroun
         const int count = (int)(around >> OFFSETS * FIELD_BITS);
         const int risen = sum[0] < sum[OFFSETS - 1] ? sum[0] : sum[OFFSETS - 1];
         const int margin = risen - sum[HERE];
-        const int disparity = clamp(paper->column[x].disparity, least, most);
+        const int disparity = clamp(paper->column[x].disparity, min, max);
         disparity_q8 = DISPARITY_ONE * disparity;
         if (paper->column[x].kept) {
             INVARIANT(disparity == paper->column[x].disparity);
             INVARIANT(count >= 1 && count <= 2 * AROUND_PX + 1);
-            disparity_q8 += disparity > least && disparity < most ? refine_q8(sum) : 0;
+            disparity_q8 += disparity > min && disparity < max ? refine_q8(sum) : 0;
             confidence = margin > 0 ? margin * UINT8_MAX / (risen + sum[HERE]) : 0;
         }
         reason = paper->options->keep_all ? REASON_VALID : judge(paper, x, y, sum, count, margin);

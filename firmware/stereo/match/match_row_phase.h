@@ -101,7 +101,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
         penalty[r] = view.line[r].row.penalty;
     }
     const struct vector small = vector_all(MATCH_SMALL_PENALTY);
-    const struct vector most = vector_all(SUMMAND_MAX);
+    const struct vector max = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
     struct lanes message[ROW_GROUPS];
     /*@ loop invariant 0 <= q <= groups;
@@ -137,7 +137,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
                 const struct vector above = vector_load(view.above + r, at);
                 vector_store(
                     view.sum + r, at,
-                    vector_add(vector_min(above, most), vector_min(message[q].part[k], most)));
+                    vector_add(vector_min(above, max), vector_min(message[q].part[k], max)));
             }
         }
     }

@@ -103,7 +103,7 @@ static bool searches_whole_range(const struct match_level *level) {
 
 // The window around a reach. Where rounding leaves room, it keeps the position of the tile above,
 // so that cells need not be moved between windows.
-static void set_window(const struct match_level *level, struct reach reach, int most_lanes,
+static void set_window(const struct match_level *level, struct reach reach, int max_lanes,
                        int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
     const int margin = level->state->method->margin;
@@ -117,9 +117,9 @@ static void set_window(const struct match_level *level, struct reach reach, int 
     int lanes = (high - low + MATCH_LANES) / MATCH_LANES * MATCH_LANES;
     int lowest_base = high + 1 - lanes;
     int highest_base = low;
-    if (lanes > most_lanes) {
+    if (lanes > max_lanes) {
         // Not enough room: keep the end with the majority.
-        lanes = most_lanes;
+        lanes = max_lanes;
         lowest_base = highest_base =
             reach.usual - low < high - reach.usual ? low : high + 1 - lanes;
     }
@@ -179,15 +179,15 @@ void match_plan_windows(const struct match_level *level, int band_begin,
     }
     // Narrows the windows until the row fits its memory.
     const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
-    int most_lanes = level->lanes;
+    int max_lanes = level->lanes;
     size_t lanes;
     do {
         lanes = 0;
         for (int t = 0; t < level->tiles; t++) {
-            set_window(level, reaches[t], most_lanes, above[t].base, &tiles[t]);
+            set_window(level, reaches[t], max_lanes, above[t].base, &tiles[t]);
             tiles[t].offset = (int32_t)lanes * MATCH_TILE_COLUMNS;
             lanes += (size_t)tiles[t].lanes;
         }
-        most_lanes -= MATCH_LANES;
+        max_lanes -= MATCH_LANES;
     } while (lanes > room);
 }

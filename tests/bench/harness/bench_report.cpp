@@ -87,7 +87,7 @@ void print_cost_summary(const std::vector<bench_summary> &summaries) {
             std::printf("   %5.2f (%.2f-%.2f) cpu %-4.2f", time.ratio.median, time.ratio.low,
                         time.ratio.high, time.cpu_ratio.median);
         }
-        std::printf("  %8.0f%%", sum.most_of_allowance_percent);
+        std::printf("  %8.0f%%", sum.worst_of_allowance_percent);
         if (sum.speedup.median > 0) {
             std::printf("  %.2f (%.2f-%.2f)", sum.speedup.median, sum.speedup.low,
                         sum.speedup.high);

@@ -89,7 +89,7 @@ void put_summary(json *out, const bench_summary &sum) {
         put(out, "density_known_percent", sum.known.density_percent);
         put(out, "known_kept_bad_3.0_percent", sum.known.bad_3px_percent);
     }
-    put(out, "most_of_allowance_percent", sum.most_of_allowance_percent);
+    put(out, "worst_of_allowance_percent", sum.worst_of_allowance_percent);
     json_open_array(out, "time");
     for (const bench_group_time &time : sum.times) {
         json_open_object(out, nullptr);

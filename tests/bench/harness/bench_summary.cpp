@@ -56,9 +56,9 @@ void add_errors(const std::vector<const bench_outcome *> &outcomes,
 void add_costs(const std::vector<const bench_outcome *> &outcomes, bench_summary &sum) {
     std::vector<double> speedups;
     for (const bench_outcome *one : outcomes) {
-        sum.most_of_allowance_percent = std::max(sum.most_of_allowance_percent,
-                                                 100 * static_cast<double>(one->memory_bytes) /
-                                                     static_cast<double>(one->allowance_bytes()));
+        sum.worst_of_allowance_percent = std::max(sum.worst_of_allowance_percent,
+                                                  100 * static_cast<double>(one->memory_bytes) /
+                                                      static_cast<double>(one->allowance_bytes()));
         append(speedups, one->speedups);
     }
     sum.speedup = bench_spread_of(speedups);
@@ -67,8 +67,8 @@ void add_costs(const std::vector<const bench_outcome *> &outcomes, bench_summary
         bench_group_time time{&group, 0, {}, {}};
         for (const bench_outcome *one : outcomes) {
             const auto single = one->times.find(1);
-            if (single != one->times.end() && one->disparities >= group.least &&
-                one->disparities <= group.most) {
+            if (single != one->times.end() && one->disparities >= group.min &&
+                one->disparities <= group.max) {
                 time.pairs++;
                 append(ratios, single->second.ratios);
                 append(cpu_ratios, single->second.cpu_ratios);

@@ -11,7 +11,7 @@
 /// Pairs with similar counts of searched disparities, over which times are pooled.
 struct bench_group {
     const char *name;
-    int least, most;  // disparities
+    int min, max;  // disparities
 };
 constexpr bench_group bench_groups[] = {
     {"below 48", 1, 47},
@@ -37,9 +37,9 @@ struct bench_summary {
     int better_than_plain = 0;        // of these, the ones with less bad_1px than it
     int better_than_all = 0;          // pairs with less than every OpenCV method of the run
     bench_kept visible, known;
-    double most_of_allowance_percent = 0;  // memory, on the pair with the largest value
-    std::vector<bench_group_time> times;   // of the groups that have pairs
-    bench_spread speedup;                  // by a second thread, over all rounds; 0: not run
+    double worst_of_allowance_percent = 0;  // memory, on the pair with the largest value
+    std::vector<bench_group_time> times;    // of the groups that have pairs
+    bench_spread speedup;                   // by a second thread, over all rounds; 0: not run
 };
 
 /// In the order of the methods' first appearance.

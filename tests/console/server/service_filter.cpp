@@ -37,8 +37,8 @@ void allow(scmp_filter_ctx filter, const std::string &name) {
 // In addition to the first filter: with several filters the strictest decision applies.
 void load_families(const std::vector<unsigned> &families) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
-    constexpr unsigned kMost = 64;  // more than exist
-    for (unsigned family = 0; family < kMost; family++) {
+    constexpr unsigned kMax = 64;  // more than exist
+    for (unsigned family = 0; family < kMax; family++) {
         bool allowed = false;
         for (const unsigned one : families) {
             allowed = allowed || one == family;

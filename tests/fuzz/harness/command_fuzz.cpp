@@ -61,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
             continue;
         }
         if (argument.kind == COMMAND_NUMBER || argument.kind == COMMAND_INTEGER) {
-            FUZZ_CHECK(value.number >= argument.least && value.number <= argument.most);
+            FUZZ_CHECK(value.number >= argument.min && value.number <= argument.max);
         }
         again += " " + quoted(value.text);
     }

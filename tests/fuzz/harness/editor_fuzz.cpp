@@ -11,7 +11,7 @@ namespace {
 
 // In the input this byte changes the width to the next byte.
 constexpr std::uint8_t new_width = 0x1C;
-constexpr size_t width_least = 16;
+constexpr size_t width_min = 16;
 
 // A terminal that counts columns: one per character of any number of bytes.
 struct Screen {
@@ -62,7 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     editor_begin(&typed);
     for (size_t i = 0; i < size; i++) {
         if (data[i] == new_width && size - i > 2) {
-            typed.columns = screen.columns = width_least + data[i + 1];
+            typed.columns = screen.columns = width_min + data[i + 1];
             i += 2;
         }
         const editor_event event = editor_feed(&typed, static_cast<char>(data[i]));

@@ -26,8 +26,8 @@ synthetic::RigViewsPlan zoomed() {
     plan.boards = 15;
     plan.baseline_mm = 220;
     plan.depth_range = 0.15;
-    plan.tilt_least_rad = 0.2;
-    plan.tilt_most_rad = 0.6;
+    plan.tilt_min_rad = 0.2;
+    plan.tilt_max_rad = 0.6;
     plan.noise_px = 0.05;
     plan.k1_px = -2;
     plan.k2_px = 0;

@@ -10,7 +10,7 @@
 namespace {
 
 const int kScenes = synthetic::rounds(8, 1);
-const int kMost = (kScenes * 3 + 3) / 4;
+const int kMax = (kScenes * 3 + 3) / 4;
 
 using calib::lens_model;
 
@@ -49,10 +49,10 @@ int count(const synthetic::RigViewsPlan &plan, Wanted wanted) {
 TEST_CASE("an ideal camera and a flat board get the simple model") {
     CHECK(count(ideal(), [](const calib::solution &found) {
               return found.model.distortion <= lens_model::K1_K2_P1_P2;
-          }) >= kMost);
+          }) >= kMax);
     CHECK(count(ideal(), [](const calib::solution &found) {
               return found.model.square_pixels && found.target.count() == 0;
-          }) >= kMost);
+          }) >= kMax);
 }
 
 TEST_CASE("existing effects are estimated") {
@@ -64,7 +64,7 @@ TEST_CASE("existing effects are estimated") {
               }) == kScenes);
         CHECK(count(plan, [](const calib::solution &found) {
                   return found.model.distortion <= lens_model::K1_K2_P1_P2;
-              }) >= kMost);
+              }) >= kMax);
     }
     SUBCASE("a lens off its axis") {
         plan.p1_px = 1;
@@ -95,7 +95,7 @@ TEST_CASE("existing effects are estimated") {
               }) == kScenes);
         // A board that was never rotated in its plane is not mistaken for non-square pixels,
         // either.
-        plan.roll_most_rad = 0;
+        plan.roll_max_rad = 0;
         CHECK(count(plan, [](const calib::solution &found) {
                   return found.target.stretched && found.model.square_pixels;
               }) == kScenes);

@@ -262,8 +262,8 @@ TEST_CASE("an unobservable focal length is reported") {
     synthetic::RigViewsPlan plan = plain();
     plan.depth_range = 0.1;
     SUBCASE("boards parallel to the image") {
-        plan.tilt_least_rad = 0;
-        plan.tilt_most_rad = 0.02;
+        plan.tilt_min_rad = 0;
+        plan.tilt_max_rad = 0.02;
     }
     SUBCASE("one image, ten times") {
         plan.boards = 1;

@@ -18,12 +18,12 @@ const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 template <typename Draw, typename Error>
 double worst(uint64_t seed, int count, Draw draw, Error error) {
     std::mt19937_64 random(seed);
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < count; i++) {
         const double e = static_cast<double>(error(draw(random)));
-        most = e > most || e != e ? e : most;
+        max = e > max || e != e ? e : max;
     }
-    return most;
+    return max;
 }
 
 double between(std::mt19937_64 &random, double low, double high) {
@@ -70,15 +70,15 @@ TEST_CASE("sine and cosine at the seams of the reduction") {
 TEST_CASE("the arctangent is right to 4e-16 of itself in all quadrants") {
     std::mt19937_64 random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    long double most = 0;
+    long double max = 0;
     for (int i = 0; i < 500000; i++) {
         const double y = between(random, -1, 1) * std::pow(10, between(random, -12, 12));
         const double x = between(random, -1, 1) * std::pow(10, between(random, -12, 12));
         const long double truth =
             std::atan2(static_cast<long double>(y), static_cast<long double>(x));
-        most = std::max(most, std::fabs((math_atan2(y, x) - truth) / truth));
+        max = std::max(max, std::fabs((math_atan2(y, x) - truth) / truth));
     }
-    CHECK(most <= 4e-16L);
+    CHECK(max <= 4e-16L);
 }
 
 TEST_CASE("the arctangent on the axes and outside numbers") {

@@ -150,7 +150,7 @@ TEST_CASE("names and integers of older versions mean the same") {
     REQUIRE(parse(read_old, old) == ERROR_OK);
     REQUIRE(parse(read_now, now) == ERROR_OK);
     CHECK(told(read_old) == told(read_now));
-    CHECK(read_old.profile.pan_most_urad == 400001);
+    CHECK(read_old.profile.pan_max_urad == 400001);
     CHECK(read_old.profile.servo[RIG_LEFT].q4_per_rad == 9500);
     CHECK(read_old.profile.skew_limit_us == 2000000);
     config settings;
@@ -160,7 +160,7 @@ TEST_CASE("names and integers of older versions mean the same") {
     CHECK(config_set(&settings, "rig.pan_most_urad", "22 deg", &said) == ERROR_SYNTAX);
     CHECK(config_set(&settings, "pan_most_urad", "400001", &said) == ERROR_ARGUMENT);
     CHECK(config_set(&settings, "rig.pan_max", "400001", &said) == ERROR_SYNTAX);
-    CHECK(settings.profile.pan_most_urad == 400001);
+    CHECK(settings.profile.pan_max_urad == 400001);
 }
 
 TEST_CASE("the profile stays what its file says, and what changes it can be taken off") {

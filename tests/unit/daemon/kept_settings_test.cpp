@@ -78,12 +78,12 @@ TEST_CASE("what is in force, as text and back") {
 
 TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit") {
     rig up = made("rig");
-    up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MOST_US + 1200;  // rounded to rows
-    up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].least_q4;
+    up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MAX_US + 1200;  // rounded to rows
+    up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].min_q4;
     kept_settings kept{};
     kept_settings_take(&up, &kept);
-    CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MOST_US);
-    CHECK(kept.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_least_urad);
+    CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);
+    CHECK(kept.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_min_urad);
 }
 
 TEST_CASE("any other text is refused") {
@@ -192,8 +192,8 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
     std::mt19937_64 random(seed);
-    const auto draw = [&](int32_t least, int32_t most) {
-        return std::uniform_int_distribution<int32_t>(least, most)(random);
+    const auto draw = [&](int32_t min, int32_t max) {
+        return std::uniform_int_distribution<int32_t>(min, max)(random);
     };
     for (int round = 0; round < 2000; round++) {
         kept_settings kept{};
@@ -201,7 +201,7 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
         kept.height_px = 480;
         kept.skip = 1;
         for (auto &side : kept.values) {
-            side[KEPT_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MOST_US);
+            side[KEPT_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MAX_US);
             side[KEPT_GAIN_Q3] = draw(8, 1024);
             side[KEPT_PAN_URAD] = draw(-1570796, 1570796);
             side[KEPT_ZOOM] = draw(0, 65535);

@@ -23,8 +23,8 @@ synthetic::RigViews make_views(double fill, double tilt_rad, int boards) {
     plan.rows = 6;
     plan.boards = boards;
     plan.fill = fill;
-    plan.tilt_least_rad = 0.5 * tilt_rad;
-    plan.tilt_most_rad = tilt_rad;
+    plan.tilt_min_rad = 0.5 * tilt_rad;
+    plan.tilt_max_rad = tilt_rad;
     plan.depth_range = 0.3;
     return synthetic::make_rig_views(plan, 3, 4);
 }

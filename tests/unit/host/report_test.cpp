@@ -121,16 +121,16 @@ TEST_CASE("packed bytes unpack") {
 
 TEST_CASE("the sequential scale brightens in steps that look equal") {
     const colormap_table table = colormap_sequential();
-    double least = 1e9, most = 0;
+    double min = 1e9, max = 0;
     for (std::size_t i = 8; i < table.size(); i += 8) {
         CHECK(luminance(table[i]) > luminance(table[i - 8]));
         // CIE lightness is another model of equal steps than the one used for the scale.
         const double step = 116 * (std::cbrt(luminance(table[i]) + 0.002) -
                                    std::cbrt(luminance(table[i - 8]) + 0.002));
-        least = std::fmin(least, step);
-        most = std::fmax(most, step);
+        min = std::fmin(min, step);
+        max = std::fmax(max, step);
     }
-    CHECK(most < 4 * least);
+    CHECK(max < 4 * min);
 }
 
 TEST_CASE("the diverging scale is lightest in the middle and symmetric in lightness") {

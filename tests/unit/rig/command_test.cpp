@@ -250,7 +250,7 @@ TEST_CASE("the instrument's table is whole") {
             optional = argument.optional;
             CHECK(std::strlen(argument.help) > 0);
             CHECK((argument.kind == COMMAND_CHOICE) == (argument.choices != nullptr));
-            CHECK((argument.kind == COMMAND_CHOICE || argument.least < argument.most));
+            CHECK((argument.kind == COMMAND_CHOICE || argument.min < argument.max));
         }
     }
 }

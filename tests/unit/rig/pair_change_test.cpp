@@ -37,11 +37,11 @@ std::vector<uint16_t> exposed(const Picture &light, double gain, unsigned bits,
                               std::mt19937_64 &random) {
     std::vector<uint16_t> values;
     std::normal_distribution<double> noise(0, 1);
-    const double most = double((1u << bits) - 1), per_e = gain * most / 8500;
+    const double max = double((1u << bits) - 1), per_e = gain * max / 8500;
     for (const double part : light) {
         const double electrons = part * 8500 / gain;
         const double value = (electrons + std::sqrt(electrons + 64) * noise(random)) * per_e;
-        values.push_back(uint16_t(std::clamp(std::round(value + 0.04 * most), 0.0, most)));
+        values.push_back(uint16_t(std::clamp(std::round(value + 0.04 * max), 0.0, max)));
     }
     return values;
 }

@@ -46,8 +46,8 @@ TEST_CASE("a lens gets the numbers of its controller") {
         rig_profile_set_lenses(&profile, lenses);
         CHECK(profile.lenses == lenses);
         CHECK(rig_profile_check(&profile, &flaw) == ERROR_OK);
-        const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MOST - LENS_V1LC_LEAST
-                                                         : LENS_V3LC_MOST - LENS_V3LC_LEAST;
+        const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MAX - LENS_V1LC_MIN
+                                                         : LENS_V3LC_MAX - LENS_V3LC_MIN;
         for (int axis = 0; axis < LENS_AXES && lenses != RIG_LENSES_FIXED; axis++) {
             // Both take up to 7 s from end to end.
             const double travel_s = double(counts) / profile.lens_counts_per_s[axis];
@@ -82,14 +82,13 @@ TEST_CASE("each number that makes no sense is named") {
         {"rig", "servo_slew", [](rig_profile &p) { p.servo_slew_q4 = 2048; }},
         {"rig", "servo_watchdog", [](rig_profile &p) { p.watchdog_ms = 0; }},
         {"rig", "servo_watchdog", [](rig_profile &p) { p.watchdog_ms = 5000; }},
-        {"rig", "pan_min", [](rig_profile &p) { p.pan_least_urad = p.pan_most_urad; }},
-        {"rig", "pan_min", [](rig_profile &p) { p.pan_least_urad = -3000000; }},
-        {"rig", "pan_max", [](rig_profile &p) { p.pan_most_urad = 3000000; }},
+        {"rig", "pan_min", [](rig_profile &p) { p.pan_min_urad = p.pan_max_urad; }},
+        {"rig", "pan_min", [](rig_profile &p) { p.pan_min_urad = -3000000; }},
+        {"rig", "pan_max", [](rig_profile &p) { p.pan_max_urad = 3000000; }},
         {"rig", "servo_right_scale", [](rig_profile &p) { p.servo[1].q4_per_rad = 0; }},
-        {"rig", "servo_left_min",
-         [](rig_profile &p) { p.servo[0].least_q4 = p.servo[0].centre_q4; }},
-        {"rig", "servo_right_min", [](rig_profile &p) { p.servo[1].least_q4 = 9599; }},
-        {"rig", "servo_right_max", [](rig_profile &p) { p.servo[1].most_q4 = 38401; }},
+        {"rig", "servo_left_min", [](rig_profile &p) { p.servo[0].min_q4 = p.servo[0].centre_q4; }},
+        {"rig", "servo_right_min", [](rig_profile &p) { p.servo[1].min_q4 = 9599; }},
+        {"rig", "servo_right_max", [](rig_profile &p) { p.servo[1].max_q4 = 38401; }},
         {"rig", "servo_slew", [](rig_profile &p) { p.servo_slew_q4 = 0; }},
         {"rig", "servo_watchdog",
          [](rig_profile &p) {

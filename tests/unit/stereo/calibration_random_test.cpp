@@ -19,8 +19,8 @@ using namespace calibration_examples;
 namespace {
 
 template <size_t Size>
-void random_text(Random &random, char (&text)[Size], const std::string &letters, int least) {
-    const int length = whole(random, least, static_cast<int>(Size) - 1);
+void random_text(Random &random, char (&text)[Size], const std::string &letters, int min) {
+    const int length = whole(random, min, static_cast<int>(Size) - 1);
     std::memset(text, 0, Size);
     for (int i = 0; i < length; i++) {
         text[i] =

@@ -36,12 +36,12 @@ double distance(const double a[3], const double b[3]) {
     return geometry_norm(difference);
 }
 
-double most_different(const double a[9], const double b[9]) {
-    double most = 0;
+double max_difference(const double a[9], const double b[9]) {
+    double max = 0;
     for (int i = 0; i < 9; i++) {
-        most = std::fmax(most, std::fabs(a[i] - b[i]));
+        max = std::fmax(max, std::fabs(a[i] - b[i]));
     }
-    return most;
+    return max;
 }
 
 }  // namespace
@@ -67,12 +67,12 @@ TEST_CASE("rotation matrices are orthonormal and chain") {
             R_transposed[k] = R[3 * (k % 3) + k / 3];
         }
         geometry_multiply(R, R_transposed, product);
-        REQUIRE(most_different(product, UNIT) < 1e-14);
+        REQUIRE(max_difference(product, UNIT) < 1e-14);
         // Half the turn twice is the whole turn.
         double half[3] = {axis[0] / 2, axis[1] / 2, axis[2] / 2}, R_half[9];
         geometry_rotation_from_vector(half, R_half);
         geometry_multiply(R_half, R_half, product);
-        REQUIRE(most_different(product, R) < 1e-14);
+        REQUIRE(max_difference(product, R) < 1e-14);
     }
 }
 

@@ -120,8 +120,8 @@ TEST_CASE("behind the fold there is no inverse") {
     barrel.k1 = -0.3;
     const double fold = lens_fold_radius(&barrel);  // 1 / sqrt(0.9)
     CHECK(fold == doctest::Approx(1.0540925533894598));
-    const double most = fold * (1 - 0.3 * fold * fold);
-    const double below[2] = {most * 0.999, 0}, above[2] = {most * 1.001, 0};
+    const double max = fold * (1 - 0.3 * fold * fold);
+    const double below[2] = {max * 0.999, 0}, above[2] = {max * 1.001, 0};
     double ideal[2] = {9, 9};
     CHECK_FALSE(lens_undistort(&barrel, above, ideal));
     CHECK(ideal[0] == 9);

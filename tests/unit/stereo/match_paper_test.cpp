@@ -175,7 +175,7 @@ TEST_CASE("slanted walls are found to a fraction of a pixel") {
     INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(256, 120, 800, 100);
     struct Slant {
-        double at_centre, x, y, rms_most;
+        double at_centre, x, y, rms_max;
     };
     for (const Slant &slant :
          {Slant{20, 0, 0, 0.12}, Slant{20.4, 0, 0, 0.2}, Slant{20, 0.05, 0, 0.25},
@@ -190,7 +190,7 @@ TEST_CASE("slanted walls are found to a fraction of a pixel") {
         CHECK(result.valid_share() > 0.85);
         CHECK(result.bad_1px_share() < 0.02);
         CHECK(std::abs(result.bias_px) < 0.08);
-        CHECK(result.rms_px < slant.rms_most);
+        CHECK(result.rms_px < slant.rms_max);
     }
 }
 
@@ -379,15 +379,15 @@ TEST_CASE("any size, range, span and image gives an answer that makes sense, and
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     Random random(seed);
-    const auto integer = [&](int least, int most) {
-        return least + static_cast<int>(random.bits() % static_cast<uint64_t>(most - least + 1));
+    const auto integer = [&](int min, int max) {
+        return min + static_cast<int>(random.bits() % static_cast<uint64_t>(max - min + 1));
     };
     for (int round = 0; round < 300; round++) {
         const int width = round % 50 == 0 ? IMAGE_MAX_SIDE_PX : integer(MATCH_MIN_WIDTH_PX, 130);
         const int height = round % 50 == 1 ? 600 : integer(MATCH_MIN_HEIGHT_PX, 24);
         const int count = round % 5 == 0 ? integer(1, MATCH_MAX_DISPARITIES) : integer(1, 60);
-        const int least = round % 5 == 0 ? -MATCH_DISPARITY_LIMIT : -60;
-        const int first = integer(least, std::min(MATCH_DISPARITY_LIMIT - count, 1000));
+        const int min = round % 5 == 0 ? -MATCH_DISPARITY_LIMIT : -60;
+        const int first = integer(min, std::min(MATCH_DISPARITY_LIMIT - count, 1000));
         INFO(round, ": ", width, "x", height, ", ", count, " disparities from ", first);
         Shifted pair = shifted_noise(width, height, integer(-20, 20), random);
         if (round % 3 == 0) {  // few grey levels: flat pieces, ties, repeated patterns
@@ -459,8 +459,8 @@ TEST_CASE("what is out of range is refused with its code, and nothing is written
         return m.status;
     };
     constexpr int limit = MATCH_DISPARITY_LIMIT;
-    constexpr int least = std::numeric_limits<int>::min();
-    constexpr int most = std::numeric_limits<int>::max();
+    constexpr int min = std::numeric_limits<int>::min();
+    constexpr int max = std::numeric_limits<int>::max();
     CHECK(status_of(MATCH_MIN_WIDTH_PX - 1, 20, 0, 8) == ERROR_TOO_SMALL);
     CHECK(status_of(20, MATCH_MIN_HEIGHT_PX - 1, 0, 8) == ERROR_TOO_SMALL);
     CHECK(status_of(IMAGE_MAX_SIDE_PX + 1, 8, 0, 8) == ERROR_TOO_LARGE);
@@ -469,7 +469,7 @@ TEST_CASE("what is out of range is refused with its code, and nothing is written
     using Range = std::pair<int, int>;
     for (const Range &range : {Range{0, 0}, Range{0, -1}, Range{0, MATCH_MAX_DISPARITIES + 1},
                                Range{1, MATCH_MAX_DISPARITIES}, Range{-limit - 1, 8},
-                               Range{limit, 16}, Range{most, 8}, Range{least, 8}, Range{0, most}}) {
+                               Range{limit, 16}, Range{max, 8}, Range{min, 8}, Range{0, max}}) {
         INFO(range.second, " disparities from ", range.first);
         CHECK(status_of(40, 20, range.first, range.second) == ERROR_DISPARITY_RANGE);
         const match_options options = match_default_options(range.first, range.second);

@@ -88,7 +88,7 @@ TEST_CASE("weak texture, strong noise and other exposure are survived") {
         const char *name;
         double contrast, noise;
         Sensor right;
-        double valid_least, bad_most;
+        double valid_min, bad_max;
     };
     Sensor brighter;
     brighter.gain = 1.25;
@@ -116,8 +116,8 @@ TEST_CASE("weak texture, strong noise and other exposure are survived") {
         const Comparison result = compare_clear(matched, pair);
         CAPTURE(result.valid_share());
         CAPTURE(result.bad_1px_share());
-        CHECK(result.valid_share() > test.valid_least);
-        CHECK(result.bad_1px_share() < test.bad_most);
+        CHECK(result.valid_share() > test.valid_min);
+        CHECK(result.bad_1px_share() < test.bad_max);
     }
 }
 

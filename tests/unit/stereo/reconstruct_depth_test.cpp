@@ -119,13 +119,13 @@ TEST_CASE("no point lies outside the depths asked for, and none within them is l
     asked.options.keep_all = true;
     const VergedRun all = run_verged(setup, asked);
     REQUIRE(all.status == ERROR_OK);
-    double least_mm = 1e9, most_mm = 0;
+    double min_mm = 1e9, max_mm = 0;
     for (uint32_t i = 0; i < all.result.vertex_count; i++) {
-        least_mm = std::min(least_mm, all.result.points[i].z_um / 1000.0);
-        most_mm = std::max(most_mm, all.result.points[i].z_um / 1000.0);
+        min_mm = std::min(min_mm, all.result.points[i].z_um / 1000.0);
+        max_mm = std::max(max_mm, all.result.points[i].z_um / 1000.0);
     }
-    CHECK(least_mm < kNearMm);
-    CHECK(most_mm > kFarMm);
+    CHECK(min_mm < kNearMm);
+    CHECK(max_mm > kFarMm);
 
     // The same search, stated as disparities: its interior equals the points kept.
     VergedSetting searched = asked;
@@ -161,7 +161,7 @@ TEST_CASE("texture that repeats is counted, and no other") {
     Builder builder(rig, seed);
     const struct {
         Texture texture;
-        double least, most;
+        double min, max;
     } cases[] = {{builder.stripes(26, 10, 0.3), 0.9, 1},
                  {builder.stripes(26, 24, 0.3), 0.75, 1},
                  {builder.noise(26, 3, 0.15), 0, 0.02},
@@ -179,8 +179,8 @@ TEST_CASE("texture that repeats is counted, and no other") {
         const uint32_t count =
             match_count_repeats(&matched.input, &search, &parallel_serial, &matched.output);
         const double share = count / (matched.share(REASON_VALID) * pair.width * pair.height);
-        CHECK(share >= one.least);
-        CHECK(share <= one.most);
+        CHECK(share >= one.min);
+        CHECK(share <= one.max);
         // Where no other period is searched, nothing is ambiguous.
         search.disparity_min = 22;
         search.disparity_count = 9;

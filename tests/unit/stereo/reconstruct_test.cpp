@@ -141,8 +141,8 @@ TEST_CASE("no triangle bridges a step") {
     int bridges = 0, wrong_index = 0;
     double widest_px = 0;
     for (uint32_t t = 0; t < result.triangle_count; t++) {
-        double least = 1e9, most = 0;
-        int surface_of_least = -1, surface_of_most = -1;
+        double min = 1e9, max = 0;
+        int surface_of_min = -1, surface_of_max = -1;
         bool edge = false;
         for (const uint32_t vertex : result.triangles[t]) {
             if (vertex >= result.vertex_count) {
@@ -152,19 +152,19 @@ TEST_CASE("no triangle bridges a step") {
             const Vector point = position(result.points[vertex]);
             const Truth truth = truth_of_point(setup, point);
             edge = edge || truth.near_edge;
-            if (point.z < least) {
-                least = point.z;
-                surface_of_least = truth.surface;
+            if (point.z < min) {
+                min = point.z;
+                surface_of_min = truth.surface;
             }
-            if (point.z > most) {
-                most = point.z;
-                surface_of_most = truth.surface;
+            if (point.z > max) {
+                max = point.z;
+                surface_of_max = truth.surface;
             }
         }
         // The depth range of a span in pixels of disparity: steps of the scene have ten and more.
-        const double span_px = kVergedFocalPx * kVergedBaselineMm * (1 / least - 1 / most);
+        const double span_px = kVergedFocalPx * kVergedBaselineMm * (1 / min - 1 / max);
         widest_px = std::max(widest_px, span_px);
-        bridges += span_px > 3 || (surface_of_least != surface_of_most && !edge);
+        bridges += span_px > 3 || (surface_of_min != surface_of_max && !edge);
     }
     CAPTURE(widest_px);
     CHECK(wrong_index == 0);

@@ -117,7 +117,7 @@ TEST_CASE("points lie on equal rows and at the promised disparity") {
 TEST_CASE("the shared field of view fills the image at the raw resolution") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double least_filled = 1;
+    double min_filled = 1;
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);
         rectify_plan plan;
@@ -161,8 +161,8 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
         CHECK(high >= plan.width_px - 1 - margin_px);
         CHECK(top <= margin_px);
         CHECK(bottom >= plan.height_px - 1 - margin_px);
-        least_filled =
-            std::min(least_filled, static_cast<double>(inside) / plan.width_px / plan.height_px);
+        min_filled =
+            std::min(min_filled, static_cast<double>(inside) / plan.width_px / plan.height_px);
         // A pixel at the centre has the size of a raw pixel (mean of both cameras, 5 %).
         const double cx = plan.width_px / 2, cy = plan.height_px / 2;
         double area = 0;
@@ -175,14 +175,14 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
         }
         CHECK(area == doctest::Approx(1).epsilon(0.05));
     }
-    MESSAGE("least share of a window that both see: " << least_filled);
-    CHECK(least_filled > 0.6);
+    MESSAGE("least share of a window that both see: " << min_filled);
+    CHECK(min_filled > 0.6);
 }
 
 TEST_CASE("interpolated coordinates keep to 0.003 px of exact ones") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most_px = 0;
+    double max_px = 0;
     for (int i = 0; i < 200; i++) {
         const calibration rig = random_rig::make(random, 2048, 1536);
         rectify_plan plan;
@@ -201,15 +201,15 @@ TEST_CASE("interpolated coordinates keep to 0.003 px of exact ones") {
                     if (raw_px[0] < 0 || raw_px[1] < 0 || raw_px[0] > 2047 || raw_px[1] > 1535) {
                         continue;
                     }
-                    most_px = std::max(
-                        {most_px, std::fabs(x[static_cast<size_t>(column)] / 65536.0 - raw_px[0]),
+                    max_px = std::max(
+                        {max_px, std::fabs(x[static_cast<size_t>(column)] / 65536.0 - raw_px[0]),
                          std::fabs(y[static_cast<size_t>(column)] / 65536.0 - raw_px[1])});
                 }
             }
         }
     }
-    MESSAGE("worst error of a coordinate: " << most_px << " px");
-    CHECK(most_px < 0.003);
+    MESSAGE("worst error of a coordinate: " << max_px << " px");
+    CHECK(max_px < 0.003);
 }
 
 namespace {

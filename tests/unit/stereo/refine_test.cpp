@@ -298,10 +298,10 @@ TEST_CASE("residual vertical disparity is measured to a twentieth of a pixel") {
         CHECK(worst < 0.05);
         CHECK(vertical.rms_px < 0.1);
         // Large errors at the edges show there, even if the middle is good.
-        const double most = std::abs(shift.offset_px) + std::abs(shift.slope_x) * 128 +
-                            std::abs(shift.slope_y) * 96;
-        CHECK(vertical.trend_px <= most + 0.05);
-        CHECK(vertical.trend_px >= 0.6 * most - 0.05);
+        const double max = std::abs(shift.offset_px) + std::abs(shift.slope_x) * 128 +
+                           std::abs(shift.slope_y) * 96;
+        CHECK(vertical.trend_px <= max + 0.05);
+        CHECK(vertical.trend_px >= 0.6 * max - 0.05);
         CHECK(vertical.curve_px < 0.05);
     }
 }

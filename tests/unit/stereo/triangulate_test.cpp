@@ -109,7 +109,7 @@ TEST_CASE("a point worked out by hand") {
 TEST_CASE("fixed point agrees with double precision over all rigs") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most = 0, most_miss = 0;
+    double max = 0, max_miss = 0;
     int points = 0;
     for (int i = 0; i < 2000; i++) {
         const rectify_plan plan = random_plan(random);
@@ -138,23 +138,23 @@ TEST_CASE("fixed point agrees with double precision over all rigs") {
             const double wide =
                 1 + std::hypot((x - plan.cx_left_px) / plan.f_px, (y - plan.cy_px) / plan.fy_px);
             const double bound_um = 1.5 + plain_um * wide * (1e-7 + 1.6e-5 * wide / parallax);
-            most = std::max(most, distance_um(point, truth.point_mm) / bound_um);
+            max = std::max(max, distance_um(point, truth.point_mm) / bound_um);
             const double miss_um = 1e3 * truth.miss_mm;
-            most_miss =
-                std::max(most_miss, std::fabs(point.miss_um - miss_um) / (1.5 + 3e-5 * miss_um));
+            max_miss =
+                std::max(max_miss, std::fabs(point.miss_um - miss_um) / (1.5 + 3e-5 * miss_um));
         }
     }
-    MESSAGE(points << " points, worst " << most << " of the bound, miss " << most_miss);
+    MESSAGE(points << " points, worst " << max << " of the bound, miss " << max_miss);
     CHECK(points > 150000);
-    CHECK(most <= 1);
-    CHECK(most_miss <= 1);
+    CHECK(max <= 1);
+    CHECK(max_miss <= 1);
 }
 
 // The rays through the raw pixels, using the coordinates of rectification.
 TEST_CASE("points agree with the rays of the raw pixels") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    double most_px = 0;
+    double max_px = 0;
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);
         const rectify_options options = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
@@ -206,13 +206,12 @@ TEST_CASE("points agree with the rays of the raw pixels") {
             // The distance as an error of the disparity, in pixels.
             const double depth_mm = geometry_norm(truth.point_mm);
             const double mm_per_px = depth_mm * depth_mm / (plan.f_px * plan.baseline_mm);
-            most_px =
-                std::max(most_px, (distance_um(point, truth.point_mm) - 2) * 1e-3 / mm_per_px);
+            max_px = std::max(max_px, (distance_um(point, truth.point_mm) - 2) * 1e-3 / mm_per_px);
         }
     }
-    MESSAGE("worst distance: that of " << most_px << " px of disparity");
-    CHECK(most_px < 0.005);
-    CHECK(most_px > 0);
+    MESSAGE("worst distance: that of " << max_px << " px of disparity");
+    CHECK(max_px < 0.005);
+    CHECK(max_px > 0);
 }
 
 TEST_CASE("a larger disparity is nearer") {

@@ -137,12 +137,12 @@ void draw_caption(const calib::board &board, const place &at, double width_mm, d
     }
     std::string print_text =
         report_text_format("Print at 100 %%, glue it flat. The ruler is %g mm long.", ruler_mm);
-    const double most = width_mm / (letters_mm * widest_letter);
+    const double max = width_mm / (letters_mm * widest_letter);
     const std::string with_command = print_text + "  vergence calibrate " + command;
-    print_text = static_cast<double>(with_command.size()) < most ? with_command : print_text;
+    print_text = static_cast<double>(with_command.size()) < max ? with_command : print_text;
     page->begin(true);
-    page->text(at.x, at.y + 4, board_text.substr(0, static_cast<size_t>(most)));
-    page->text(at.x, at.y + 8, print_text.substr(0, static_cast<size_t>(most)));
+    page->text(at.x, at.y + 4, board_text.substr(0, static_cast<size_t>(max)));
+    page->text(at.x, at.y + 8, print_text.substr(0, static_cast<size_t>(max)));
 }
 
 /// The file around the page's content.

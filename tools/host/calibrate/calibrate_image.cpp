@@ -9,7 +9,7 @@
 
 namespace {
 
-const int most_shrink = 8;  // of the largest file's side to the core's
+const int max_shrink = 8;  // of the largest file's side to the core's
 
 struct file_closer {
     void operator()(image_file *file) const {
@@ -67,7 +67,7 @@ bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image 
     const file_owner file(new image_file{});
     message trouble{};
     int code = ERROR_TOO_LARGE;
-    for (int shrink = 1; code == ERROR_TOO_LARGE && shrink <= most_shrink; shrink++) {
+    for (int shrink = 1; code == ERROR_TOO_LARGE && shrink <= max_shrink; shrink++) {
         request.scale = 1.0 / shrink;
         code = image_file_read(path.c_str(), formats.first, formats.count, &request, file.get(),
                                &trouble);

@@ -69,7 +69,7 @@ json rig_json(const calibrate_result &result) {
             {"translation_right_left_mm", {shift[0], shift[1], shift[2]}},
             {"translation_sigma_mm", solution.sigma.translation_mm},
             {"rows_rms_px", result.rows.rms_px},
-            {"rows_most_px", result.rows.most_px},
+            {"rows_most_px", result.rows.max_px},
             {"depth_sigma", depth_json(solution, baseline_mm)}};
 }
 
@@ -146,16 +146,16 @@ json boards_json(const calibrate_result &result) {
         }
         if (solution.board_known[shot]) {
             const calib::rigid &T = solution.T_left_board[shot];
-            double least = INFINITY, greatest = -INFINITY;
+            double min = INFINITY, greatest = -INFINITY;
             for (const int column : {0, board.columns - 1}) {
                 for (const int row : {0, board.rows - 1}) {
                     const double z = T.R[6] * column * board.square_mm +
                                      T.R[7] * row * board.square_mm + T.t_mm[2];
-                    least = std::min(least, z);
+                    min = std::min(min, z);
                     greatest = std::max(greatest, z);
                 }
             }
-            object["depth_mm"] = {least, greatest};
+            object["depth_mm"] = {min, greatest};
         }
         list.push_back(object);
     }

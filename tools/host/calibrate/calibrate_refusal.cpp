@@ -59,10 +59,10 @@ std::pair<std::string, int> commonest(const calibrate_views &views) {
     for (const calibrate_refusal &one : views.refusals) {
         count[without_names(one.reason)]++;
     }
-    const auto most =
-        std::max_element(count.begin(), count.end(),
-                         [](const auto &a, const auto &b) { return a.second < b.second; });
-    return most == count.end() ? std::pair(std::string(), 0) : std::pair(most->first, most->second);
+    const auto max = std::max_element(count.begin(), count.end(), [](const auto &a, const auto &b) {
+        return a.second < b.second;
+    });
+    return max == count.end() ? std::pair(std::string(), 0) : std::pair(max->first, max->second);
 }
 
 }  // namespace

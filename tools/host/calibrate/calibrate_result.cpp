@@ -139,7 +139,7 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution) {
         } else if (left.count(key) > 0) {
             const double off_px = focal_px * std::fabs(row - left[key]);
             squares += off_px * off_px;
-            rows.most_px = std::max(rows.most_px, off_px);
+            rows.max_px = std::max(rows.max_px, off_px);
             rows.corners++;
         }
     }
@@ -201,7 +201,7 @@ std::string calibrate_result_text(const calibrate_result &result) {
     if (pair) {
         text += report_text_format(
             "rows        %.3f px rms apart after rectification, %.2f px at most\n",
-            result.rows.rms_px, result.rows.most_px);
+            result.rows.rms_px, result.rows.max_px);
     }
     return text;
 }

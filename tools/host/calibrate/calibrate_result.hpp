@@ -13,7 +13,7 @@
 /// How far rows of the rectified pair differ where both cameras saw the same corner.
 struct calibrate_rows {
     int corners = 0;
-    double rms_px = 0, most_px = 0;  // at the mean focal length
+    double rms_px = 0, max_px = 0;  // at the mean focal length
 };
 
 struct calibrate_result {

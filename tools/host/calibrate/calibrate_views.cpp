@@ -175,10 +175,10 @@ class finder {
             if (count.empty()) {
                 continue;
             }
-            const auto most =
+            const auto max =
                 std::max_element(count.begin(), count.end(),
                                  [](const auto &a, const auto &b) { return a.second < b.second; });
-            const auto [width_px, height_px, orientation] = most->first;
+            const auto [width_px, height_px, orientation] = max->first;
             width_px_[camera] = width_px;
             height_px_[camera] = height_px;
             for (const size_t i : named_) {

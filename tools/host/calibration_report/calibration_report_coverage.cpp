@@ -11,7 +11,7 @@
 
 namespace {
 
-const std::size_t MOST_PICTURES = 24;  // of rejected views: limits the size of the page
+const std::size_t MAX_PICTURES = 24;  // of rejected views: limits the size of the page
 const int PICTURE_WIDTH_PX = 260;
 
 std::string coverage_map(const calibration_page &page, const calibration_figures &figures,
@@ -79,12 +79,12 @@ std::string tilt_plot(const calibration_figures &figures) {
 }
 
 std::string distance_plot(const calibration_figures &figures) {
-    double near_mm = INFINITY, far_mm = 0, most_deg = 30;
+    double near_mm = INFINITY, far_mm = 0, max_deg = 30;
     calibration_report_points dots;
     for (const calibration_pose &pose : figures.camera[0].poses) {
         near_mm = std::min(near_mm, pose.distance_mm);
         far_mm = std::max(far_mm, pose.distance_mm);
-        most_deg = std::max(most_deg, pose.tilt_deg);
+        max_deg = std::max(max_deg, pose.tilt_deg);
         dots.push_back({pose.distance_mm, pose.tilt_deg});
     }
     if (dots.empty()) {
@@ -93,7 +93,7 @@ std::string distance_plot(const calibration_figures &figures) {
     const double margin_mm = std::max(0.1 * near_mm, 0.12 * (far_mm - near_mm));
     calibration_report_plot plot(
         {std::max(0.0, near_mm - margin_mm), far_mm + margin_mm, false, "distance, mm"},
-        {0, 1.1 * most_deg, false, "tilt, degrees"}, 330);
+        {0, 1.1 * max_deg, false, "tilt, degrees"}, 330);
     plot.dots(dots, "mark-a big");
     return calibration_report_figure(
         plot.svg("Distance and tilt of the boards"),
@@ -198,7 +198,7 @@ std::string calibration_report_rejected(const calibration_page &page) {
     std::size_t shown = 0;
     for (const auto &one : all) {
         html += trouble_figure(page, one.first.first, one.first.second, one.second,
-                               shown++ < MOST_PICTURES);
+                               shown++ < MAX_PICTURES);
     }
     return html + "</div>\n";
 }

@@ -66,19 +66,19 @@ area weakest_area(const calib::solution &result, const calibration_figures &figu
 /// The direction in which the boards were tilted least.
 struct tilt {
     const char *edge;  // that points away
-    double most_deg;
+    double max_deg;
 };
 
 tilt missing_tilt(const calibration_figures &figures) {
     tilt ways[4] = {{"left", 0}, {"right", 0}, {"top", 0}, {"bottom", 0}};
     for (const calibration_pose &pose : figures.camera[0].poses) {
-        ways[0].most_deg = std::max(ways[0].most_deg, pose.turn_deg);
-        ways[1].most_deg = std::max(ways[1].most_deg, -pose.turn_deg);
-        ways[2].most_deg = std::max(ways[2].most_deg, pose.nod_deg);
-        ways[3].most_deg = std::max(ways[3].most_deg, -pose.nod_deg);
+        ways[0].max_deg = std::max(ways[0].max_deg, pose.turn_deg);
+        ways[1].max_deg = std::max(ways[1].max_deg, -pose.turn_deg);
+        ways[2].max_deg = std::max(ways[2].max_deg, pose.nod_deg);
+        ways[3].max_deg = std::max(ways[3].max_deg, -pose.nod_deg);
     }
     return *std::min_element(ways, ways + 4,
-                             [](const tilt &a, const tilt &b) { return a.most_deg < b.most_deg; });
+                             [](const tilt &a, const tilt &b) { return a.max_deg < b.max_deg; });
 }
 
 struct range {
@@ -130,7 +130,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     const range depth = distances(figures);
     const std::size_t corners = figures.camera[static_cast<std::size_t>(weakest.camera)].used;
     const std::string area_words = area_hint(figures, weakest, static_cast<double>(corners) / 9);
-    const bool flat = tilted.most_deg < TILT_ENOUGH_DEG;
+    const bool flat = tilted.max_deg < TILT_ENOUGH_DEG;
     const bool shallow = depth.far_mm < DEPTH_ENOUGH * depth.near_mm;
     const bool few = result.sightings_used < USUAL_POSITIONS;
     const bool complete = area_words.empty() && !flat && !shallow && !few;
@@ -157,7 +157,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
         hints.push_back(report_text_format(
             "The %s edge was never tilted away by more than %.0f degrees: boards that face the "
             "camera carry little information about the focal length.",
-            tilted.edge, tilted.most_deg));
+            tilted.edge, tilted.max_deg));
     }
     if (shallow) {
         hints.push_back("All boards are at " + length_text(depth.near_mm) + " to " +

@@ -22,15 +22,15 @@ bool best_pair(const calib::solution &result, std::size_t *best) {
                  std::max(b[2], corner.x_px), std::max(b[3], corner.y_px)};
         }
     }
-    double most_px2 = 0;
+    double max_px2 = 0;
     for (std::size_t i = 0; i < box.size(); i++) {
         const double area_px2 = (box[i][2] - box[i][0]) * (box[i][3] - box[i][1]);
-        if (result.views[i][0].used && result.views[i][1].used && area_px2 > most_px2) {
-            most_px2 = area_px2;
+        if (result.views[i][0].used && result.views[i][1].used && area_px2 > max_px2) {
+            max_px2 = area_px2;
             *best = i;
         }
     }
-    return most_px2 > 0;
+    return max_px2 > 0;
 }
 
 std::string rows_over(int width_px, int height_px) {
@@ -89,9 +89,9 @@ std::string vertical_histogram(const calibration_figures &figures) {
             counts[static_cast<std::size_t>(place)]++;
         }
     }
-    const auto most = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+    const auto max = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
     calibration_report_plot plot({-reach_px, reach_px, false, "left row minus right row, px"},
-                                 {0, 1.08 * std::max(1.0, most), false, "corners"});
+                                 {0, 1.08 * std::max(1.0, max), false, "corners"});
     for (int i = 0; i < bins; i++) {
         const double low = -reach_px + 2 * reach_px * i / bins;
         const std::size_t count = counts[static_cast<std::size_t>(i)];

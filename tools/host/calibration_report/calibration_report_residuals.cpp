@@ -10,11 +10,11 @@
 
 namespace {
 
-const std::size_t MOST_MARKS = 5000;  // in one plot; more would overlap anyway
+const std::size_t MAX_MARKS = 5000;  // in one plot; more would overlap anyway
 
 /// Every n-th of the camera's corners is drawn.
 std::size_t stride_of(const calibration_camera_figures &figures) {
-    return (figures.corners.size() + MOST_MARKS - 1) / MOST_MARKS;
+    return (figures.corners.size() + MAX_MARKS - 1) / MAX_MARKS;
 }
 
 /// The image as a frame, and enlarged vectors from where each corner was seen.
@@ -67,7 +67,7 @@ struct radial {
 /// Radial residuals (predicted minus seen, outwards), with the mean over rings.
 std::string radius_plot(const calibration_page &page, const calibration_figures &figures) {
     std::vector<radial> sides[2];
-    double most_px = 1, sum = 0;
+    double max_px = 1, sum = 0;
     std::size_t count = 0;
     for (int camera = 0; camera < figures.cameras; camera++) {
         const calibration_camera_figures &own = figures.camera[static_cast<std::size_t>(camera)];
@@ -80,17 +80,17 @@ std::string radius_plot(const calibration_page &page, const calibration_figures 
             const double outward_px =
                 radius_px > 0 ? (x * corner->dx_px + y * corner->dy_px) / radius_px : 0;
             sides[camera].push_back({radius_px, outward_px});
-            most_px = std::max(most_px, radius_px);
+            max_px = std::max(max_px, radius_px);
             sum += outward_px * outward_px;
             count++;
         }
     }
     const double reach_px =
         std::max(1e-6, 4 * std::sqrt(sum / std::max<double>(1, static_cast<double>(count))));
-    calibration_report_plot plot({0, most_px, false, "distance from the principal point, px"},
+    calibration_report_plot plot({0, max_px, false, "distance from the principal point, px"},
                                  {-reach_px, reach_px, false, "residual outwards, px"});
     for (int camera = 0; camera < figures.cameras; camera++) {
-        const std::size_t stride = (sides[camera].size() + MOST_MARKS - 1) / MOST_MARKS;
+        const std::size_t stride = (sides[camera].size() + MAX_MARKS - 1) / MAX_MARKS;
         calibration_report_points dots, means;
         for (std::size_t i = 0; i < sides[camera].size(); i += stride) {
             dots.push_back({sides[camera][i].radius_px, sides[camera][i].outward_px});
@@ -100,14 +100,14 @@ std::string radius_plot(const calibration_page &page, const calibration_figures 
             double ring_sum = 0;
             std::size_t inside = 0;
             for (const radial &one : sides[camera]) {
-                if (static_cast<int>(rings * one.radius_px / (most_px * (1 + 1e-9))) == ring) {
+                if (static_cast<int>(rings * one.radius_px / (max_px * (1 + 1e-9))) == ring) {
                     ring_sum += one.outward_px;
                     inside++;
                 }
             }
             if (inside >= 5) {
                 means.push_back(
-                    {(ring + 0.5) * most_px / rings, ring_sum / static_cast<double>(inside)});
+                    {(ring + 0.5) * max_px / rings, ring_sum / static_cast<double>(inside)});
             }
         }
         const char *kind = camera == 0 ? "mark-a" : "mark-b";
@@ -144,12 +144,12 @@ std::string histogram(const calibration_page &page, const calibration_figures &f
         return "";
     }
     const double width = 2 * reach / bins, total = static_cast<double>(all);
-    const double gauss_most = 0.3989422804014327;
-    const double most =
-        std::max(gauss_most, static_cast<double>(*std::max_element(counts.begin(), counts.end())) /
-                                 total / width);
+    const double gauss_max = 0.3989422804014327;
+    const double max =
+        std::max(gauss_max, static_cast<double>(*std::max_element(counts.begin(), counts.end())) /
+                                total / width);
     calibration_report_plot plot({-reach, reach, false, "residual over its sigma"},
-                                 {0, 1.08 * most, false, "density"});
+                                 {0, 1.08 * max, false, "density"});
     for (int i = 0; i < bins; i++) {
         const std::size_t count = counts[static_cast<std::size_t>(i)];
         const double low = -reach + i * width;
@@ -159,7 +159,7 @@ std::string histogram(const calibration_page &page, const calibration_figures &f
     calibration_report_points gauss;
     for (int i = 0; i <= 100; i++) {
         const double value = -reach + 2 * reach * i / 100;
-        gauss.push_back({value, gauss_most * std::exp(-0.5 * value * value)});
+        gauss.push_back({value, gauss_max * std::exp(-0.5 * value * value)});
     }
     plot.line(gauss, "mark-ink");
     plot.legend("mark-ink", "Gaussian");
@@ -172,13 +172,13 @@ std::string histogram(const calibration_page &page, const calibration_figures &f
             100 * static_cast<double>(beyond) / total));
 }
 
-std::string bar_cell(const calib::view_summary &view, double most_px, const char *kind) {
+std::string bar_cell(const calib::view_summary &view, double max_px, const char *kind) {
     if (!view.used) {
         return "<td class=\"bar\"></td><td>not used</td>";
     }
     return report_text_format(
         "<td class=\"bar\"><i class=\"%s\" style=\"width:%.1f%%\"></i></td><td>%.3f</td>", kind,
-        100 * view.rms_px / most_px, view.rms_px);
+        100 * view.rms_px / max_px, view.rms_px);
 }
 
 }  // namespace
@@ -194,19 +194,19 @@ std::string calibration_report_residuals(const calibration_page &page,
 
 std::string calibration_report_views(const calibration_page &page) {
     const calib::solution &result = *page.result;
-    double most_px = 1e-9;
+    double max_px = 1e-9;
     for (const auto &both : result.views) {
         for (const calib::view_summary &view : both) {
-            most_px = std::max(most_px, view.used ? view.rms_px : 0);
+            max_px = std::max(max_px, view.used ? view.rms_px : 0);
         }
     }
     std::string rows;
     for (std::size_t i = 0; i < result.views.size(); i++) {
         rows += "<tr><th scope=\"row\">" + calibration_report_image_name(page, i, 0) + "</th>" +
-                bar_cell(result.views[i][0], most_px, "bar-a");
+                bar_cell(result.views[i][0], max_px, "bar-a");
         if (page.seen->cameras == 2) {
             rows += "<th scope=\"row\">" + calibration_report_image_name(page, i, 1) + "</th>" +
-                    bar_cell(result.views[i][1], most_px, "bar-b");
+                    bar_cell(result.views[i][1], max_px, "bar-b");
         }
         rows += "</tr>\n";
     }

@@ -18,7 +18,7 @@ enum { MAP_COLUMNS = 64 };
 struct sigma_map {
     int columns = MAP_COLUMNS, rows = 1;
     std::vector<double> sigma_px;  // negative: no ray
-    double least_px = INFINITY, most_px = 0;
+    double min_px = INFINITY, max_px = 0;
 };
 
 sigma_map measure_map(const calib::solution &result, int camera) {
@@ -32,8 +32,8 @@ sigma_map measure_map(const calib::solution &result, int camera) {
                 (j + 0.5) / map.rows * one.height_px - 0.5, INFINITY);
             map.sigma_px.push_back(sigma_px);
             if (sigma_px >= 0) {
-                map.least_px = std::min(map.least_px, sigma_px);
-                map.most_px = std::max(map.most_px, sigma_px);
+                map.min_px = std::min(map.min_px, sigma_px);
+                map.max_px = std::max(map.max_px, sigma_px);
             }
         }
     }
@@ -82,13 +82,13 @@ std::string map_figure(const calibration_page &page, int camera, const sigma_map
             "<b>Projection, %s.</b> One sigma of the image position of a direction: %.3f px at "
             "best, %.2f "
             "px at worst; %.3f px in the middle for a point at the boards' distance.%s",
-            calibration_report_side(page, camera), map.least_px, map.most_px, at_board_px,
+            calibration_report_side(page, camera), map.min_px, map.max_px, at_board_px,
             scale_legend(range, table).c_str()));
 }
 
 struct depth_curve {
     calibration_report_points points;  // depth, sigma
-    double least_mm = INFINITY, most_mm = 0;
+    double min_mm = INFINITY, max_mm = 0;
 };
 
 depth_curve measure_depth(const calib::solution &result, const double pixel_px[2], double near_mm,
@@ -102,8 +102,8 @@ depth_curve measure_depth(const calib::solution &result, const double pixel_px[2
         if (!result.errors->depth_sigma(pixel_px, depth_mm, &sigma_mm) || !(sigma_mm > 0)) {
             sigma_mm = NAN;
         } else {
-            curve.least_mm = std::min(curve.least_mm, sigma_mm);
-            curve.most_mm = std::max(curve.most_mm, sigma_mm);
+            curve.min_mm = std::min(curve.min_mm, sigma_mm);
+            curve.max_mm = std::max(curve.max_mm, sigma_mm);
         }
         curve.points.push_back({depth_mm, sigma_mm});
     }
@@ -117,8 +117,8 @@ depth_curve matching_curve(const calib::solution &result, double near_mm, double
     for (const double depth_mm : {near_mm, far_mm}) {
         const double sigma_mm = 0.1 * depth_mm * depth_mm / f_b;
         curve.points.push_back({depth_mm, sigma_mm});
-        curve.least_mm = std::min(curve.least_mm, sigma_mm);
-        curve.most_mm = std::max(curve.most_mm, sigma_mm);
+        curve.min_mm = std::min(curve.min_mm, sigma_mm);
+        curve.max_mm = std::max(curve.max_mm, sigma_mm);
     }
     return curve;
 }
@@ -154,10 +154,10 @@ std::string depth_figure(const calib::solution &result, const calibration_figure
     const depth_curve middle = measure_depth(result, middle_px, near_mm, far_mm);
     const depth_curve corner = measure_depth(result, corner_px, near_mm, far_mm);
     const depth_curve matching = matching_curve(result, near_mm, far_mm);
-    const double least_mm = std::min({middle.least_mm, corner.least_mm, matching.least_mm});
-    const double most_mm = std::max({middle.most_mm, corner.most_mm, matching.most_mm});
+    const double min_mm = std::min({middle.min_mm, corner.min_mm, matching.min_mm});
+    const double max_mm = std::max({middle.max_mm, corner.max_mm, matching.max_mm});
     calibration_report_plot plot({near_mm, far_mm, true, "depth, mm"},
-                                 {0.8 * least_mm, 1.25 * most_mm, true, "one sigma of depth, mm"},
+                                 {0.8 * min_mm, 1.25 * max_mm, true, "one sigma of depth, mm"},
                                  330);
     plot.line(matching.points, "mark-soft dashed");
     plot.line(middle.points, "mark-a");
@@ -189,8 +189,8 @@ std::string calibration_report_uncertainty(const calibration_page &page,
     scale range{INFINITY, 0};
     for (int camera = 0; camera < figures.cameras; camera++) {
         maps.push_back(measure_map(result, camera));
-        range.low_px = std::min(range.low_px, maps.back().least_px);
-        range.high_px = std::max(range.high_px, maps.back().most_px);
+        range.low_px = std::min(range.low_px, maps.back().min_px);
+        range.high_px = std::max(range.high_px, maps.back().max_px);
     }
     std::string html = "<div class=\"grid two\">\n";
     if (range.low_px > 0 && range.high_px > 0 && std::isfinite(range.low_px)) {

@@ -61,10 +61,10 @@ const option_page page = {
     0,
 };
 
-const double square_least_mm = 1;
+const double square_min_mm = 1;
 // Shares of a square's side. Around larger markers the white margin is too narrow for edge
 // detection; smaller ones waste paper and can only be read from nearby.
-const double marker_most = 0.9, marker_least = 0.4;
+const double marker_max = 0.9, marker_min = 0.4;
 // OpenCV 4.6 read all markers of drawn boards up to this share, and missed up to four of ten from
 // 0.79 to 0.9: it takes marker and square for two detections of one marker.
 const double marker_opencv = 0.78;
@@ -73,15 +73,15 @@ const double marker_opencv = 0.78;
 /// wrong.
 std::string check_readable(const calib::board &board) {
     const double share = board.marker_mm / board.square_mm;
-    if (!board.coded() || (share >= marker_least && share <= marker_most)) {
+    if (!board.coded() || (share >= marker_min && share <= marker_max)) {
         return "";
     }
     return "--marker " + number_text(board.marker_mm, 6) +
-           (share > marker_most ? " leaves too little white around a marker to read it"
-                                : " is too small to be read from where the board fills an image") +
+           (share > marker_max ? " leaves too little white around a marker to read it"
+                               : " is too small to be read from where the board fills an image") +
            ": with --square " + number_text(board.square_mm, 6) + " it must be from " +
-           number_text(marker_least * board.square_mm, 6) + " to " +
-           number_text(marker_most * board.square_mm, 6);
+           number_text(marker_min * board.square_mm, 6) + " to " +
+           number_text(marker_max * board.square_mm, 6);
 }
 
 int refuse(int code, const std::string &text) {
@@ -107,9 +107,8 @@ std::string check(const request &asked, calib::board *board, board_paper *paper)
         return "unknown --paper \"" + paper_text + "\" (expected one of: " + board_paper_names() +
                ")";
     }
-    if (board->square_mm < square_least_mm) {
-        return "--square: squares below " + number_text(square_least_mm, 6) +
-               " mm cannot be printed";
+    if (board->square_mm < square_min_mm) {
+        return "--square: squares below " + number_text(square_min_mm, 6) + " mm cannot be printed";
     }
     const double largest_mm = board_largest_square_mm(*board, *paper);
     if (board->square_mm > largest_mm + 1e-9) {

@@ -152,8 +152,8 @@ bool is_printable(char c) {
     return c >= ' ' && c <= '~';
 }
 
-bool holds_only(const std::string &text, size_t most, bool (*good)(char)) {
-    return text.size() <= most && std::all_of(text.begin(), text.end(), good);
+bool holds_only(const std::string &text, size_t max, bool (*good)(char)) {
+    return text.size() <= max && std::all_of(text.begin(), text.end(), good);
 }
 
 /// Errors in the texts for our own file that the option table cannot check; "" when all is well.

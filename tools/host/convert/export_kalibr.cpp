@@ -22,16 +22,16 @@ std::string drop_k3(const std::string &name, lens *one) {
         return "";
     }
     const calib::lens_refit refit = calib::refit_without_k3(*one);
-    const std::string most = number_text(refit.max_px, 3);
+    const std::string max = number_text(refit.max_px, 3);
     if (lens_validate(&refit.fitted) != ERROR_OK ||
         refit.max_px > absurd_share * std::hypot(one->width_px, one->height_px)) {
         throw export_failure{ERROR_DISTORTION, "Kalibr's radtan model has no k3, and without it " +
-                                                   name + " is off by up to " + most +
+                                                   name + " is off by up to " + max +
                                                    " px: calibrate with --model k1-k2-p1-p2"};
     }
     *one = refit.fitted;
     return name + ": k3 is not in Kalibr's model; k1 k2 p1 p2 fitted instead are off by " +
-           number_text(refit.rms_px, 3) + " px rms, at most " + most + " px over the image";
+           number_text(refit.rms_px, 3) + " px rms, at most " + max + " px over the image";
 }
 
 std::string camera(int number, const lens &one, const std::string &pose) {

@@ -24,13 +24,13 @@ std::vector<double> numbers(const import_file &file, const YAML::Node &root, con
 }
 
 std::vector<double> whole_numbers(const import_file &file, const YAML::Node &root, const char *name,
-                                  double least, double most) {
+                                  double min, double max) {
     const std::vector<double> values = numbers(file, root, name, 2);
     for (const double value : values) {
-        if (value != std::floor(value) || value < least || value > most) {
+        if (value != std::floor(value) || value < min || value > max) {
             import_fail(ERROR_RANGE, file,
-                        std::string(name) + ": must be two integers from " + number_text(least, 6) +
-                            " to " + number_text(most, 6));
+                        std::string(name) + ": must be two integers from " + number_text(min, 6) +
+                            " to " + number_text(max, 6));
         }
     }
     return values;

@@ -28,9 +28,9 @@ double number_of(const std::string &word) {
     return read.ec == std::errc() && read.ptr == end ? value : std::nan("");
 }
 
-/// Whether this is an integer from `least` up that fits an int.
-bool is_count(double value, double least) {
-    return value >= least && value <= std::numeric_limits<int>::max() && value == std::floor(value);
+/// Whether this is an integer from `min` up that fits an int.
+bool is_count(double value, double min) {
+    return value >= min && value <= std::numeric_limits<int>::max() && value == std::floor(value);
 }
 
 /// A matrix's parts as words: the three formats differ only in how they nest them.

@@ -63,12 +63,12 @@ std::vector<double> over_windows(const std::vector<double> &values, std::size_t 
     for (std::size_t i = 0; i < values.size(); i++) {
         const std::size_t begin = i < half ? 0 : i - half;
         const std::size_t end = i + half < values.size() ? i + half + 1 : values.size();
-        double sum = 0, least = values[i];
+        double sum = 0, min = values[i];
         for (std::size_t k = begin; k < end; k++) {
             sum += values[k];
-            least = values[k] < least ? values[k] : least;
+            min = values[k] < min ? values[k] : min;
         }
-        result[i] = mean ? sum / static_cast<double>(end - begin) : least;
+        result[i] = mean ? sum / static_cast<double>(end - begin) : min;
     }
     return result;
 }

@@ -13,8 +13,8 @@
 
 namespace {
 
-const int links_most = 40;    // as many as the kernel follows
-const int names_most = 1000;  // of one process, at a time, for one file
+const int links_max = 40;    // as many as the kernel follows
+const int names_max = 1000;  // of one process, at a time, for one file
 
 /// The file that `*path` means once all links at its end are followed; it need not exist. Returns
 /// false with errno set.
@@ -23,7 +23,7 @@ bool follow_links(std::string *path) {
     for (int links = 0; lstat(path->c_str(), &status) == 0 && S_ISLNK(status.st_mode); links++) {
         char target[PATH_MAX];
         const ssize_t length = readlink(path->c_str(), target, sizeof target);
-        if (length < 0 || links == links_most) {
+        if (length < 0 || links == links_max) {
             errno = length < 0 ? errno : ELOOP;
             return false;
         }
@@ -64,7 +64,7 @@ bool write_through(const std::string &path, const std::string &content) {
 /// process: its umask cannot be read without changing it for all threads.
 int create_beside(const std::string &path, std::string *name) {
     int descriptor = -1;
-    for (int i = 0; descriptor < 0 && i < names_most; i++) {
+    for (int i = 0; descriptor < 0 && i < names_max; i++) {
         *name = path + '.' + std::to_string(getpid()) + '-' + std::to_string(i);
         descriptor = open(name->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor < 0 && errno != EEXIST) {

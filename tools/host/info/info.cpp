@@ -24,7 +24,7 @@ std::string info_head(const std::string &path) {
 
 void info_bounds::take(const double point[3]) {
     for (int axis = 0; axis < 3; axis++) {
-        least[axis] = count == 0 ? point[axis] : std::min(least[axis], point[axis]);
+        min[axis] = count == 0 ? point[axis] : std::min(min[axis], point[axis]);
         greatest[axis] = count == 0 ? point[axis] : std::max(greatest[axis], point[axis]);
     }
     count++;
@@ -34,8 +34,8 @@ void info_bounds::add_to(info_page *page, const std::string &unit) const {
     static const char *const axes[] = {"x", "y", "z"};
     for (int axis = 0; axis < 3 && count > 0; axis++) {
         page->add(std::string("bounds_") + axes[axis], axis == 0 ? "extent" : "",
-                  std::string(axes[axis]) + " " + number_text(least[axis], 6) + ".." +
+                  std::string(axes[axis]) + " " + number_text(min[axis], 6) + ".." +
                       number_text(greatest[axis], 6) + (unit.empty() ? "" : " " + unit),
-                  nlohmann::ordered_json::array({least[axis], greatest[axis]}));
+                  nlohmann::ordered_json::array({min[axis], greatest[axis]}));
     }
 }

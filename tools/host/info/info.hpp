@@ -51,7 +51,7 @@ bool info_session(const std::string &path, info_page *page, std::string *message
 /// Minimum and maximum of each coordinate, for points that arrive one by one.
 struct info_bounds {
     std::uint64_t count = 0;
-    double least[3] = {}, greatest[3] = {};
+    double min[3] = {}, greatest[3] = {};
 
     void take(const double point[3]);
     /// Adds rows for the extent in x, y and z; nothing without points.

@@ -26,12 +26,12 @@ void add_size(int width_px, int height_px, info_page *page) {
               json::array({width_px, height_px}));
 }
 
-void add_range(const std::string &label, double least, double greatest, const std::string &unit,
+void add_range(const std::string &label, double min, double greatest, const std::string &unit,
                info_page *page) {
     page->add(
         "range", label,
-        number_text(least, 6) + ".." + number_text(greatest, 6) + (unit.empty() ? "" : " " + unit),
-        json::array({least, greatest}));
+        number_text(min, 6) + ".." + number_text(greatest, 6) + (unit.empty() ? "" : " " + unit),
+        json::array({min, greatest}));
 }
 
 /// Results by name: one unit of the image is 1 / scale of `unit`, 0 means no value.
@@ -63,13 +63,13 @@ bool is_reason_map(const std::string &path) {
 
 void add_values(const reconstruct_image &image, const meaning &what, info_page *page) {
     std::uint64_t known = 0;
-    unsigned least = 0xffff, greatest = 0;
+    unsigned min = 0xffff, greatest = 0;
     for (int y = 0; y < image.height_px; y++) {
         const std::uint16_t *row = image.data + y * image.stride;
         for (int x = 0; x < image.width_px; x++) {
             const unsigned value = row[x];
             known += value != 0;
-            least = value != 0 ? std::min(least, value) : least;
+            min = value != 0 ? std::min(min, value) : min;
             greatest = std::max(greatest, value);
         }
     }
@@ -79,7 +79,7 @@ void add_values(const reconstruct_image &image, const meaning &what, info_page *
         percent(static_cast<double>(known), pixels) + " (" + std::to_string(known) + " pixels)",
         known);
     if (known > 0) {
-        add_range("range", least / what.scale, greatest / what.scale, what.unit, page);
+        add_range("range", min / what.scale, greatest / what.scale, what.unit, page);
     }
 }
 
@@ -115,12 +115,12 @@ bool info_map(const std::string &path, info_page *page, std::string *message) {
     page->kind = "float map (PFM)";
     add_size(map.width_px, map.height_px, page);
     std::uint64_t known = 0;
-    double least = INFINITY, greatest = -INFINITY, sum = 0;
+    double min = INFINITY, greatest = -INFINITY, sum = 0;
     for (const float value : map.values) {
         if (std::isfinite(value)) {
             known++;
             sum += static_cast<double>(value);
-            least = std::min(least, static_cast<double>(value));
+            min = std::min(min, static_cast<double>(value));
             greatest = std::max(greatest, static_cast<double>(value));
         }
     }
@@ -129,7 +129,7 @@ bool info_map(const std::string &path, info_page *page, std::string *message) {
                   std::to_string(known) + " pixels; the others are not finite)",
               known);
     if (known > 0) {
-        add_range("range", least, greatest, "", page);
+        add_range("range", min, greatest, "", page);
         page->add_number("mean", "mean", sum / static_cast<double>(known), 6, "");
     }
     return true;

@@ -120,11 +120,11 @@ std::string bar_row(const char *name, double share, const std::string &value) {
 std::string cost_table(const reconstruct_context &context, const report_figures &figures) {
     std::string rows;
     const std::uint64_t *stage_us = context.result->stage_us;
-    const double most_us = static_cast<double>(
+    const double max_us = static_cast<double>(
         std::max<std::uint64_t>(1, *std::max_element(stage_us, stage_us + RECONSTRUCT_STAGES)));
     for (int i = 0; i < RECONSTRUCT_STAGES; i++) {
         rows += bar_row(reconstruct_stage_text(static_cast<reconstruct_stage>(i)),
-                        static_cast<double>(stage_us[i]) / most_us,
+                        static_cast<double>(stage_us[i]) / max_us,
                         report_text_format("%.1f ms", 1e-3 * static_cast<double>(stage_us[i])));
     }
     rows += bar_row("all stages", 0, report_text_format("%.1f ms", figures.total_ms));

@@ -139,7 +139,7 @@ std::string report_sections_histogram(const report_figures &figures) {
         return "<p class=\"lead\">No point was measured.</p>";
     }
     const report_histogram &histogram = figures.histogram;
-    const std::size_t most = std::max<std::size_t>(
+    const std::size_t max = std::max<std::size_t>(
         1, *std::max_element(histogram.counts.begin(), histogram.counts.end()));
     const double width = 1200, height = 190, bins = static_cast<double>(histogram.counts.size());
     std::string svg = report_text_format(
@@ -148,7 +148,7 @@ std::string report_sections_histogram(const report_figures &figures) {
         width, height + 30);
     const double step_mm = (histogram.high_mm - histogram.low_mm) / bins;
     for (std::size_t i = 0; i < histogram.counts.size(); i++) {
-        const double share = static_cast<double>(histogram.counts[i]) / static_cast<double>(most);
+        const double share = static_cast<double>(histogram.counts[i]) / static_cast<double>(max);
         if (histogram.counts[i] == 0) {
             continue;
         }

@@ -23,7 +23,7 @@ LensMotor::LensMotor(const LensMotorSettings &settings, double position, uint64_
 
 void LensMotor::go(double time_us, double counts) {
     advance(time_us);
-    if (std::abs(counts - motor_) < settings_.least_step_counts) {
+    if (std::abs(counts - motor_) < settings_.min_step_counts) {
         target_ = motor_;
         return;
     }

@@ -15,7 +15,7 @@ struct LensMotorSettings {
     double counts_per_s = 150;
     double start_ms = 20;                    ///< from command to motion
     double backlash_counts = 4;              ///< play between motor and ring
-    double least_step_counts = 2;            ///< a shorter move does not start
+    double min_step_counts = 2;              ///< a shorter move does not start
     double stop_low = 290, stop_high = 860;  ///< mechanical end stops
     double read_noise_counts = 1;            ///< sigma of a read-back
     double outlier_chance = 0.002;           ///< chance of a read-back with a random value

@@ -25,7 +25,7 @@ void Servo::edge(double time_us, bool level) {
     }
     pulse_us_ = pulse_us;
     last_pulse_at_us_ = time_us;
-    const double within_us = std::clamp(pulse_us, settings_.least_us, settings_.most_us);
+    const double within_us = std::clamp(pulse_us, settings_.min_us, settings_.max_us);
     asked_deg_ = (within_us - settings_.centre_us) / settings_.us_per_degree;
     // Within the dead band the motor does not move.
     if (std::abs(within_us - followed_us_) > settings_.dead_band_us) {

@@ -15,10 +15,10 @@ struct ServoSettings {
     double us_per_degree = 10.3;
     /// 60 degrees in 0.19 s at 4.8 V.
     double degrees_per_s = 316;
-    double least_us = 570, most_us = 2430;  ///< range of pulses; the end stops limit it beyond
-    double dead_band_us = 3;                ///< a smaller change causes no motion
-    double repeatability_degrees = 0.3;     ///< sigma of the resting position
-    double offset_degrees = 0;              ///< of the horn on its spline
+    double min_us = 570, max_us = 2430;  ///< range of pulses; the end stops limit it beyond
+    double dead_band_us = 3;             ///< a smaller change causes no motion
+    double repeatability_degrees = 0.3;  ///< sigma of the resting position
+    double offset_degrees = 0;           ///< of the horn on its spline
     /// Pulses outside this range are ignored; without pulses for so long it goes limp (stays).
     double shortest_us = 400, longest_us = 2700, limp_ms = 100;
 };

@@ -113,10 +113,10 @@ Picture developed(const Frame &frame, const Sensor &sensor, double exposure) {
     const Mosaic mosaic(frame, sensor);
     // A table of the curve: pow for every pixel is slow.
     constexpr int kSteps = 8192;
-    constexpr double kMost = 4;
+    constexpr double kMax = 4;
     std::vector<std::uint8_t> curve(kSteps + 1);
     for (int i = 0; i <= kSteps; i++) {
-        curve[static_cast<std::size_t>(i)] = toned(kMost * i / kSteps);
+        curve[static_cast<std::size_t>(i)] = toned(kMax * i / kSteps);
     }
     for (int y = 0; y < frame.rows; y++) {
         for (int x = 0; x < frame.columns; x++) {
@@ -124,7 +124,7 @@ Picture developed(const Frame &frame, const Sensor &sensor, double exposure) {
             demosaic(mosaic, x, y, rgb);
             for (int c = 0; c < 3; c++) {
                 const double light = std::min(rgb[c], mosaic.white()) * exposure;
-                const double place = std::clamp(light / kMost, 0.0, 1.0) * kSteps;
+                const double place = std::clamp(light / kMax, 0.0, 1.0) * kSteps;
                 picture.rgb[static_cast<std::size_t>(3 * (y * frame.columns + x) + c)] =
                     curve[static_cast<std::size_t>(place)];
             }

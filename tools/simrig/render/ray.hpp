@@ -73,20 +73,20 @@ struct Remembered {
     /// Of all rays of the pixel: whether they met one surface without a step.
     const Object *first = nullptr;
     bool one_object = true;
-    double z_least = 1e30;
-    double z_most = 0;
+    double z_min = 1e30;
+    double z_max = 0;
     double spread_mm = 0;
 
     void note(const Found &found, double footprint_mm) {
         const Object *met = found.candidate->object;
         one_object = one_object && (first == nullptr || first == met);
         first = met;
-        z_least = std::min(z_least, found.z);
-        z_most = std::max(z_most, found.z);
+        z_min = std::min(z_min, found.z);
+        z_max = std::max(z_max, found.z);
         spread_mm = std::max(spread_mm, footprint_mm);
     }
     bool one_surface() const {
-        return one_object && first != nullptr && z_most - z_least < 4 * spread_mm &&
+        return one_object && first != nullptr && z_max - z_min < 4 * spread_mm &&
                (first->solid == nullptr || first->material.tones.size() == 1);
     }
 };

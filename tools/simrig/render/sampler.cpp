@@ -76,8 +76,8 @@ double luminance_along(const View &view, const Course &course, int channel, Reme
 }
 
 Course stratified_course(const View &view, const PixelTask &task, int n, int level) {
-    const RayPoint &point = ray_points()[static_cast<std::size_t>(n % kMostSamples)];
-    const std::uint64_t key = n < kMostSamples ? task.key : mixed(task.key);
+    const RayPoint &point = ray_points()[static_cast<std::size_t>(n % kMaxSamples)];
+    const std::uint64_t key = n < kMaxSamples ? task.key : mixed(task.key);
     const unsigned px = (point[0] ^ key) & 0xFFFFu;
     const unsigned py = (point[1] ^ (key >> 16)) & 0xFFFFu;
     const unsigned lu = (point[2] ^ (key >> 32)) & 0xFFFFu;
@@ -106,7 +106,7 @@ bool settled(const PixelTask &task, double sum, double square, int n, int level)
     // textures it is little, because they are filtered and pulled (measured: see the tests).
     const double within = (task.starts_smooth ? 0.01 : 0.25) / (level + 1);
     const double k = task.electrons_per_luminance;
-    return within * variance * k * k <= kErrorPart2 * (mean * k + task.least_noise_e2);
+    return within * variance * k * k <= kErrorPart2 * (mean * k + task.min_noise_e2);
 }
 
 }  // namespace
@@ -171,7 +171,7 @@ double pixel_luminance(const View &view, const PixelTask &task) {
         }
     }
     // Bright against dark: the same number again, rotated.
-    while (n < 2 * kMostSamples) {
+    while (n < 2 * kMaxSamples) {
         add(kLastLevel);
     }
     return sum / n;

@@ -80,7 +80,7 @@ struct PixelTask {
     Vec2 block_place;                         ///< of the pixel in the block, 0..1
     std::uint64_t key = 0;                    ///< of this pixel
     double electrons_per_luminance;           ///< for the pixel's own noise
-    double least_noise_e2 = 64;
+    double min_noise_e2 = 64;
 };
 
 /// What a ray through a pixel's corner meets.

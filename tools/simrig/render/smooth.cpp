@@ -66,9 +66,9 @@ double reflected(const Spread &s, const Vec3 &p, double rms_mm, double edge_mm, 
 // Textures of noise, through a filter that is as long as the slant makes it: up to three round ones
 // in a row, whose second moment is that of the whole.
 double filtered_along(const Spread &s, int channel) {
-    const double least = s.object->solid == nullptr ? 0.12 : 0.3;
+    const double min = s.object->solid == nullptr ? 0.12 : 0.3;
     const double across = std::sqrt(s.filter2 + s.spot_mm * s.spot_mm);
-    const double along = across / std::max(s.slant, least);
+    const double along = across / std::max(s.slant, min);
     const int count = along < 1.4 * across ? 1 : along < 2.5 * across ? 2 : 3;
     if (count == 1) {
         return reflected(s, s.middle, std::sqrt(along * across), std::sqrt(s.filter2), channel);
@@ -119,11 +119,11 @@ bool has_edges(const Material &material) {
 // Ornaments more out of focus than this are seen through a disk: two rays would make grain there.
 constexpr double kBlurredPx = 2;
 // At a flatter angle than this the disk is too long for its places.
-constexpr double kLeastSlant = 0.35;
+constexpr double kMinSlant = 0.35;
 
 // An ornament through the whole blur at once. False: it is not one surface under the disk.
 bool filtered_by_disk(const Spread &s, int channel, double &reflectance) {
-    if (s.slant < kLeastSlant) {
+    if (s.slant < kMinSlant) {
         return false;
     }
     const Mat3 &turn = s.object_camera->rotation;
@@ -320,7 +320,7 @@ bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memor
     luminance = lit * filtered_in_four(s, task.channel, spread2) + sheen;
     const double k = lit * task.electrons_per_luminance;
     return 0.1 * spread2 * k * k <=
-           kErrorPart2 * (luminance * task.electrons_per_luminance + task.least_noise_e2);
+           kErrorPart2 * (luminance * task.electrons_per_luminance + task.min_noise_e2);
 }
 
 }  // namespace world

@@ -10,14 +10,14 @@ namespace {
 using world::Entry;
 
 ServoSettings read_servo(const Entry &entry) {
-    entry.allow({"centre_us", "us_per_degree", "degrees_per_s", "least_us", "most_us",
-                 "dead_band_us", "repeatability_deg", "offset_deg", "limp_ms"});
+    entry.allow({"centre_us", "us_per_degree", "degrees_per_s", "min_us", "max_us", "dead_band_us",
+                 "repeatability_deg", "offset_deg", "limp_ms"});
     ServoSettings servo;
     servo.centre_us = entry.number("centre_us", 500, 2500);
     servo.us_per_degree = entry.number("us_per_degree", 1, 100);
     servo.degrees_per_s = entry.number("degrees_per_s", 1, 10000);
-    servo.least_us = entry.number("least_us", 400, 2700);
-    servo.most_us = entry.number("most_us", servo.least_us, 2700);
+    servo.min_us = entry.number("min_us", 400, 2700);
+    servo.max_us = entry.number("max_us", servo.min_us, 2700);
     servo.dead_band_us = entry.number("dead_band_us", 0, 100);
     servo.repeatability_degrees = entry.number("repeatability_deg", 0, 10);
     servo.offset_degrees = entry.number("offset_deg", -45, 45);
@@ -26,7 +26,7 @@ ServoSettings read_servo(const Entry &entry) {
 }
 
 LensMotorSettings read_motor(const Entry &entry, double &position) {
-    entry.allow({"position", "counts_per_s", "start_ms", "backlash_counts", "least_step_counts",
+    entry.allow({"position", "counts_per_s", "start_ms", "backlash_counts", "min_step_counts",
                  "stop_low", "stop_high", "read_noise_counts", "outlier_chance",
                  "settle_error_counts", "drift_counts_per_h"});
     LensMotorSettings motor;
@@ -36,7 +36,7 @@ LensMotorSettings read_motor(const Entry &entry, double &position) {
     motor.counts_per_s = entry.number("counts_per_s", 1, 100000);
     motor.start_ms = entry.number("start_ms", 0, 10000);
     motor.backlash_counts = entry.number("backlash_counts", 0, 100);
-    motor.least_step_counts = entry.number("least_step_counts", 0, 100);
+    motor.min_step_counts = entry.number("min_step_counts", 0, 100);
     motor.read_noise_counts = entry.number("read_noise_counts", 0, 100);
     motor.outlier_chance = entry.number("outlier_chance", 0, 1);
     motor.settle_error_counts = entry.number("settle_error_counts", 0, 100);

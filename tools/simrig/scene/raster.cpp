@@ -132,13 +132,13 @@ double Raster::under_disk(int channel, Vec2 middle_mm, const Vec2 (&axes_mm)[2])
     const double xx = quarter * (a.x * a.x + b.x * b.x);
     const double yy = quarter * (a.y * a.y + b.y * b.y);
     const double xy = quarter * (a.x * a.y + b.x * b.y);
-    const double least = 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
+    const double min = 0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
     // A texel is a sixteenth to an eighth of the disk's radius wide, and the places are a quarter
     // apart. A copy adds width^2 / 4 to the variance, and the finest nothing: it is the picture
     // itself.
     std::size_t level = 0;
     double width2 = 1;
-    while (level + 1 < levels_.size() && 16 * width2 <= least) {
+    while (level + 1 < levels_.size() && 16 * width2 <= min) {
         width2 *= 4;
         level++;
     }

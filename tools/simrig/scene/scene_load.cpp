@@ -9,7 +9,7 @@ namespace world {
 namespace {
 
 // Truth numbers objects in a byte, in which 0 means none.
-constexpr std::size_t kMostObjects = 255;
+constexpr std::size_t kMaxObjects = 255;
 constexpr std::size_t kLongestName = 64;
 
 Colour colour_of(const Entry &entry, double low, double high) {
@@ -177,7 +177,7 @@ void read_solid(const Entry &entry, Object &object) {
             part.fail("the material has too few colours for this tone");
         }
     }
-    if (parts.empty() || parts.size() > kMostParts) {
+    if (parts.empty() || parts.size() > kMaxParts) {
         entry.at("parts").fail("a solid must have 1 to 32 parts");
     }
     object.solid = std::make_unique<Solid>(parts, entry.number("blend_mm", 0, 100, 0));
@@ -294,7 +294,7 @@ Scene read_scene(const Entry &file) {
         materials.emplace(name, material.at(name));
     }
     const std::vector<Entry> objects = file.at("objects").items();
-    if (objects.size() > kMostObjects) {
+    if (objects.size() > kMaxObjects) {
         file.at("objects").fail("too many objects (at most 255)");
     }
     for (const Entry &object : objects) {

@@ -39,7 +39,7 @@ struct Part {
 
 /// Bit n is part n.
 using PartMask = std::uint32_t;
-constexpr std::size_t kMostParts = 32;
+constexpr std::size_t kMaxParts = 32;
 
 class Solid {
   public:

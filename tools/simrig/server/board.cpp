@@ -219,10 +219,10 @@ Board::Answer Board::answer(const AskTruthRows &ask) {
     const bool normal = (ask.layers & SIMRIG_LAYER_NORMAL) != 0;
     const bool object = (ask.layers & SIMRIG_LAYER_OBJECT) != 0;
     const int pixel_bytes = (depth ? 4 : 0) + (normal ? 12 : 0) + (object ? 1 : 0);
-    const int most_rows = (SIMRIG_BODY_MAX - kTruthHeadBytes) / (columns * pixel_bytes);
-    if (ask.rows > most_rows) {
+    const int max_rows = (SIMRIG_BODY_MAX - kTruthHeadBytes) / (columns * pixel_bytes);
+    if (ask.rows > max_rows) {
         throw Refused{SIMRIG_FAILED,
-                      "a reply holds at most " + std::to_string(most_rows) + " such rows"};
+                      "a reply holds at most " + std::to_string(max_rows) + " such rows"};
     }
     const world::Truth truth =
         at_desk([&] { return desk_.truth_of(ask.camera, ask.first_row, ask.rows); });

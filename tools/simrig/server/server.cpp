@@ -19,7 +19,7 @@ namespace simrig {
 
 namespace {
 
-constexpr size_t kMostClients = 32;
+constexpr size_t kMaxClients = 32;
 constexpr int kTickMs = 2, kFarewellMs = 100;
 
 }  // namespace
@@ -110,7 +110,7 @@ void Server::accept_client() {
     const int on = 1;
     setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     auto client = std::make_unique<Client>(socket);
-    if (clients_.size() >= kMostClients) {
+    if (clients_.size() >= kMaxClients) {
         client->connection.send({SIMRIG_HELLO | SIMRIG_REPLY, 0,
                                  refusal({SIMRIG_BUSY, "too many clients (at most 32)"})});
         client->connection.flush();

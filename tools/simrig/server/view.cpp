@@ -12,12 +12,12 @@ namespace simrig {
 
 namespace {
 
-constexpr double kMostZoom = 10;
+constexpr double kMaxZoom = 10;
 constexpr double kWide = 300, kTele = 850;
 const char *const kNames[] = {"left", "right"};
 
 // An exposure that leaves two percent of the pixels close to saturation.
-constexpr double kTrialUs = 500, kLeastUs = 50, kMostUs = 200000;
+constexpr double kTrialUs = 500, kMinUs = 50, kMaxUs = 200000;
 constexpr int kTrialSkip = 16;
 constexpr double kBrightPart = 0.98, kBrightDn = 800;
 
@@ -32,7 +32,7 @@ double exposure_for(const world::Scene &scene, const world::Rig &rig, world::Sid
         const auto bright = pixels.begin() + long(kBrightPart * double(pixels.size() - 1));
         std::nth_element(pixels.begin(), bright, pixels.end());
         const double factor = (kBrightDn - black_dn) / std::max(*bright - black_dn, 1.0);
-        request.exposure_us = std::clamp(request.exposure_us * factor, kLeastUs, kMostUs);
+        request.exposure_us = std::clamp(request.exposure_us * factor, kMinUs, kMaxUs);
     }
     return request.exposure_us;
 }
@@ -54,7 +54,7 @@ View view_at(const world::Rig &rig, double zoom, double focus_mm) {
         const world::RigCamera &camera = rig.of(world::Side(side));
         world::Mechanics &mechanics = view.mechanics[side];
         mechanics.pan_rad = camera.pan_rad;
-        mechanics.zoom = kWide + (kTele - kWide) * (zoom - 1) / (kMostZoom - 1);
+        mechanics.zoom = kWide + (kTele - kWide) * (zoom - 1) / (kMaxZoom - 1);
         mechanics.focus = world::focus_position_for(camera.lens, mechanics.zoom, focus_mm);
         mechanics.iris = kTele;
     }

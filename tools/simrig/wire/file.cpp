@@ -28,7 +28,7 @@ struct OpenFile {
 
 }  // namespace
 
-Body whole_file(const std::string &path, size_t most) {
+Body whole_file(const std::string &path, size_t max) {
     const OpenFile file(path);
     struct stat found {};
     if (file.number < 0 || fstat(file.number, &found) != 0) {
@@ -48,7 +48,7 @@ Body whole_file(const std::string &path, size_t most) {
             return bytes;
         }
         bytes.insert(bytes.end(), buffer, buffer + count);
-        if (bytes.size() > most) {
+        if (bytes.size() > max) {
             throw std::runtime_error(path + ": too long");
         }
     }

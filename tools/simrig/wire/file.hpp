@@ -10,8 +10,8 @@
 namespace simrig {
 
 /// All bytes of a file. Throws std::runtime_error with one line: it cannot be read, is not a
-/// regular file (a directory, a pipe, a device), or has more than `most` bytes.
-Body whole_file(const std::string &path, size_t most);
+/// regular file (a directory, a pipe, a device), or has more than `max` bytes.
+Body whole_file(const std::string &path, size_t max);
 
 }  // namespace simrig
 

@@ -8,7 +8,7 @@ namespace simrig {
 namespace {
 
 // The sensor's physical array.
-constexpr unsigned kMostColumns = 2112, kMostRows = 1568;
+constexpr unsigned kMaxColumns = 2112, kMaxRows = 1568;
 constexpr unsigned kAllLayers = SIMRIG_LAYER_DEPTH | SIMRIG_LAYER_NORMAL | SIMRIG_LAYER_OBJECT;
 constexpr unsigned kSlowestHz = 10000, kFastestHz = 1000000;
 // Bits of a byte with its acknowledgement.
@@ -89,7 +89,7 @@ Advance read_advance(BodyReader &body) {
 
 FrameArm read_frame_arm(BodyReader &body) {
     const uint16_t columns = body.u16(), rows = body.u16();
-    if (columns == 0 || rows == 0 || columns > kMostColumns || rows > kMostRows) {
+    if (columns == 0 || rows == 0 || columns > kMaxColumns || rows > kMaxRows) {
         bad("a frame must have 1 to 2112 columns and 1 to 1568 rows");
     }
     return {columns, rows};
@@ -117,7 +117,7 @@ AskTruthRows read_truth_rows(BodyReader &body) {
     if (layers == 0 || layers > kAllLayers) {
         bad("unknown layers " + std::to_string(layers) + " (expected a sum of 1, 2 and 4)");
     }
-    if (rows == 0 || first_row + rows > int(kMostRows)) {
+    if (rows == 0 || first_row + rows > int(kMaxRows)) {
         bad("rows must be 1 to 1568");
     }
     return {camera, layers, first_row, rows};

@@ -31,9 +31,9 @@ std::uint16_t mirrored_below(unsigned value) {
     return static_cast<std::uint16_t>(value);
 }
 
-std::array<RayPoint, kMostSamples> make_points() {
-    std::array<RayPoint, kMostSamples> points{};
-    for (unsigned n = 0; n < kMostSamples; n++) {
+std::array<RayPoint, kMaxSamples> make_points() {
+    std::array<RayPoint, kMaxSamples> points{};
+    for (unsigned n = 0; n < kMaxSamples; n++) {
         for (std::size_t d = 0; d < 4; d++) {
             unsigned value = 0;
             for (unsigned bit = 0; bit < kBits; bit++) {
@@ -71,8 +71,8 @@ std::vector<double> make_quantiles() {
 
 }  // namespace
 
-const std::array<RayPoint, kMostSamples> &ray_points() {
-    static const std::array<RayPoint, kMostSamples> points = make_points();
+const std::array<RayPoint, kMaxSamples> &ray_points() {
+    static const std::array<RayPoint, kMaxSamples> points = make_points();
     return points;
 }
 

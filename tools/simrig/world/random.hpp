@@ -42,9 +42,9 @@ class Random {
 /// and of (y, v), which is what the blurred outline of a body asks for; and each quarter of the
 /// pixel has met each quarter of the pupil after 16. All keep that when each number is XORed with
 /// one of the pixel's own.
-constexpr int kMostSamples = 64;
+constexpr int kMaxSamples = 64;
 using RayPoint = std::array<std::uint16_t, 4>;
-const std::array<RayPoint, kMostSamples> &ray_points();
+const std::array<RayPoint, kMaxSamples> &ray_points();
 
 /// Value of the standard normal distribution at a probability (table of its inverse, linear between
 /// 4096 steps of probability with finer tails). `bits`: 32 random bits. Its variance is 1 to 1e-4.
