@@ -37,7 +37,7 @@ static int take_profile(struct config *config, struct message *message) {
 }
 
 void main_backends_tell_departure(struct main_backends *self) {
-    const char *why = self->replay.trouble.text;
+    const char *why = self->replay.last_error.text;
     if (self->has_replay && why[0] != '\0' && !self->departure_told) {
         self->departure_told = true;
         self->log->operations->write(self->log->self, HAL_LOG_WARNING, why);
@@ -55,7 +55,7 @@ static const char *why_played_part_fails(void *opaque, enum rig_part part) {
     main_backends_tell_departure(self);
     return self->replay.ran_out
                ? "the replayed recording ends here: restart the daemon to replay it again"
-           : self->replay.trouble.text[0] != '\0'
+           : self->replay.last_error.text[0] != '\0'
                ? "mismatch with the recording (see \"log\"): restart the daemon and give the "
                  "recorded commands in order"
                : NULL;

@@ -138,7 +138,7 @@ bool client_occupy_standard_streams(void) {
 
 /// The error of standard output, 0: unknown. `number` is errno of the last flush, 0: nothing was
 /// left to flush. An earlier error is found by writing again, as errno has been overwritten since.
-static int output_trouble(int number) {
+static int output_error(int number) {
     struct pollfd output = {.fd = STDOUT_FILENO, .events = POLLOUT};
     if (number == 0 && write(STDOUT_FILENO, "", 0) != 0) {
         number = errno;
@@ -154,7 +154,7 @@ int client_finish_output(const char *program, int exit_code) {
     if (last == 0 && ferror(stdout) == 0) {
         return exit_code;
     }
-    const int number = output_trouble(last);
+    const int number = output_error(last);
     if (number == EPIPE) {
         return CLIENT_CLOSED_PIPE;
     }

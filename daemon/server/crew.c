@@ -206,7 +206,7 @@ static void look_after_rig(void *cookie) {
     record_idle(self->surroundings.record);
     const int error = rig_idle(self->rig);
     if (error != 0) {
-        tell_outcome(self, "between commands", error, self->rig->trouble.text);
+        tell_outcome(self, "between commands", error, self->rig->last_error.text);
     }
 }
 

@@ -431,7 +431,7 @@ int record_flush(struct record *self, struct message *message) {
         return 0;
     }
     const int error = record_disk_flush(self);
-    return error != 0 ? message_set(message, error, "%s", self->trouble.text) : 0;
+    return error != 0 ? message_set(message, error, "%s", self->last_error.text) : 0;
 }
 
 bool record_is_under_way(const struct record *self) {
@@ -439,7 +439,7 @@ bool record_is_under_way(const struct record *self) {
 }
 
 const char *record_cut(const struct record *self) {
-    return self->writer != NULL && record_disk_failed(self) != 0 ? self->trouble.text : NULL;
+    return self->writer != NULL && record_disk_failed(self) != 0 ? self->last_error.text : NULL;
 }
 
 int record_stop(struct record *self, struct message *message) {

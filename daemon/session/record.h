@@ -2,9 +2,9 @@
 /// Sits between an instrument and its backends and writes every call with its result, and the
 /// pixels of every frame, into a session: calls.log. daemon/backends/replay plays the calls back.
 ///
-/// Recording never disturbs the instrument: if the disk is full, recording ends and `trouble` says
-/// why; calls continue. Like the rig, it is used by one thread at a time; another thread may do the
-/// writing (`scribe`), so that no hardware call waits for a disk.
+/// Recording never disturbs the instrument: if the disk is full, recording ends and `last_error`
+/// says why; calls continue. Like the rig, it is used by one thread at a time; another thread may
+/// do the writing (`scribe`), so that no hardware call waits for a disk.
 #ifndef VERGENCE_DAEMON_SESSION_RECORD_H
 #define VERGENCE_DAEMON_SESSION_RECORD_H
 
@@ -56,10 +56,10 @@ struct record {
     size_t filled;
     char buffer[RECORD_BUFFER_BYTES];  // not yet passed to the disk writer
 
-    // Used by the disk writer, except `failed`, which is atomic and set after `trouble`.
-    uint32_t crc;            // of calls.log so far
-    int failed;              // error that ended the recording; else 0
-    struct message trouble;  // description of `failed`
+    // Used by the disk writer, except `failed`, which is atomic and set after `last_error`.
+    uint32_t crc;               // of calls.log so far
+    int failed;                 // error that ended the recording; else 0
+    struct message last_error;  // description of `failed`
 };
 
 /// Puts the recorder in front of `inner`, not yet recording. `*outer` receives the ports to use; a

@@ -14,7 +14,7 @@
 #include "daemon/files/file_error.h"
 #include "daemon/files/write_all.h"
 
-// `trouble` is written before `failed` is set, as another thread may read it.
+// `last_error` is written before `failed` is set, as another thread may read it.
 
 int record_disk_failed(const struct record *self) {
     return __atomic_load_n(&self->failed, __ATOMIC_ACQUIRE);
@@ -28,7 +28,7 @@ static void set_failed(struct record *self, int error) {
 
 static void give_up(struct record *self) {
     const bool full = file_error_is_full(errno);
-    set_failed(self, message_set(&self->trouble, full ? ERROR_FULL : ERROR_IO,
+    set_failed(self, message_set(&self->last_error, full ? ERROR_FULL : ERROR_IO,
                                  "%s/%s: cannot be written: %s", self->writer->path,
                                  SESSION_CALLS_NAME, strerror(errno)));
 }
@@ -80,7 +80,7 @@ static void write_frame(struct scribe_task *task) {
     uint32_t crc32 = 0;
     if (record_disk_failed(record) == 0) {
         const int error =
-            session_writer_frame(record->writer, &copy->frame, &crc32, &record->trouble);
+            session_writer_frame(record->writer, &copy->frame, &crc32, &record->last_error);
         if (error != 0) {
             set_failed(record, error);
         }
@@ -99,7 +99,7 @@ static void write_command(struct scribe_task *task) {
     struct command_copy *copy = (struct command_copy *)task;
     struct record *record = copy->record;
     if (record_disk_failed(record) == 0) {
-        const int error = session_writer_command(record->writer, copy->text, &record->trouble);
+        const int error = session_writer_command(record->writer, copy->text, &record->last_error);
         if (error != 0) {
             set_failed(record, error);
         }
@@ -117,12 +117,12 @@ static void write_check_and_wait(void *cookie) {
 
 // ---- on the recording thread
 
-/// A job too, as only the disk writer may set `trouble`.
+/// A job too, as only the disk writer may set `last_error`.
 static void write_starved(struct scribe_task *task) {
     char *const place = (char *)task;
     struct record *self = (struct record *)(void *)(place - offsetof(struct record, starving));
     if (record_disk_failed(self) == 0) {
-        set_failed(self, message_set(&self->trouble, ERROR_MEMORY,
+        set_failed(self, message_set(&self->last_error, ERROR_MEMORY,
                                      "%s: recording ended: out of memory", self->writer->path));
     }
 }

@@ -48,9 +48,9 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     }
     command_text_add(&sentence, ": the instrument is in its safe state");
     // A cancelled command leaves no text, as the user wanted it.
-    if (rig->trouble.error != 0 && rig->trouble.text[0] != '\0') {
+    if (rig->last_error.error != 0 && rig->last_error.text[0] != '\0') {
         command_text_add(&sentence, ": ");
-        command_text_add(&sentence, rig->trouble.text);
+        command_text_add(&sentence, rig->last_error.text);
     }
     command_text_add(&sentence, " (run \"bringup\")");
     return ERROR_NOT_READY;
@@ -60,12 +60,12 @@ int commands_not_ready(const struct command_call *call, const char *name) {
 /// value was recorded where it happened.
 static void tell_error(const struct command *command, const struct command_call *call, int error) {
     struct command_text sentence = commands_sentence(call);
-    const struct rig_trouble *told = NULL;
+    const struct rig_error *told = NULL;
     if ((command->flags & COMMAND_NO_RIG) == 0) {
         const struct rig *rig = call->rig;
-        told = rig->refusal.error == error   ? &rig->refusal
-               : rig->trouble.error == error ? &rig->trouble
-                                             : NULL;
+        told = rig->rejected.error == error     ? &rig->rejected
+               : rig->last_error.error == error ? &rig->last_error
+                                                : NULL;
     }
     if (told != NULL && told->text[0] != '\0') {
         command_text_add(&sentence, told->text);
@@ -82,7 +82,7 @@ int command_run(const struct command *command, const struct command_call *call) 
     INVARIANT(call->message_bytes > 0);
     call->message[0] = '\0';
     if ((command->flags & COMMAND_NO_RIG) == 0) {
-        call->rig->refusal = (struct rig_trouble){.error = ERROR_OK};
+        call->rig->rejected = (struct rig_error){.error = ERROR_OK};
     }
     if ((command->flags & COMMAND_NEEDS_RIG) != 0 && call->rig->state != RIG_READY) {
         return commands_not_ready(call, command->name);

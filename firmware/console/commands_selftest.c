@@ -142,12 +142,12 @@ static int test_picture(const struct command_call *call) {
         return error;  // nothing was changed
     }
     error = show_picture(call);
-    const struct rig_trouble first = rig->trouble;
+    const struct rig_error first = rig->last_error;
     const int restored = restore(rig, select, &format);
     if (error == ERROR_OK) {
         error = restored;
     } else {
-        rig->trouble = first;
+        rig->last_error = first;
     }
     // If the cameras or their bridge failed, the rig is not ready.
     const bool ready = restored == ERROR_OK && rig->state == RIG_READY;

@@ -20,15 +20,15 @@ static const char *state_name(enum rig_state state) {
 
 /// Whether the last error is over: a capture was rejected or a lens did not arrive, but the
 /// instrument is ready and the part responds.
-static bool trouble_is_over(const struct rig *rig) {
-    return rig->state == RIG_READY && rig->health[rig->trouble.part].error == 0;
+static bool error_is_over(const struct rig *rig) {
+    return rig->state == RIG_READY && rig->health[rig->last_error.part].error == 0;
 }
 
-static void put_trouble(const struct command_call *call) {
+static void put_last_error(const struct command_call *call) {
     // A cancelled command leaves no text, as the user wanted it.
-    if (call->rig->trouble.error != 0 && call->rig->trouble.text[0] != '\0') {
-        commands_put_text(call, trouble_is_over(call->rig) ? "last_trouble" : "trouble",
-                          call->rig->trouble.text);
+    if (call->rig->last_error.error != 0 && call->rig->last_error.text[0] != '\0') {
+        commands_put_text(call, error_is_over(call->rig) ? "last_trouble" : "trouble",
+                          call->rig->last_error.text);
     }
 }
 
@@ -80,7 +80,7 @@ int commands_state_status(const struct command_call *call) {
     const struct rig *rig = call->rig;
     commands_put_text(call, "state", state_name(rig->state));
     commands_put_text(call, "profile", rig->profile.name);
-    put_trouble(call);
+    put_last_error(call);
     if (rig->state != RIG_READY) {
         return call->put_state != NULL ? call->put_state(call) : 0;
     }
@@ -171,7 +171,7 @@ int commands_state_health(const struct command_call *call) {
     const int error = rig->state == RIG_DOWN ? 0 : rig_check(rig);
     const uint64_t now_us = rig->ports.clock->operations->now_us(rig->ports.clock->self);
     commands_put_text(call, "state", state_name(rig->state));
-    put_trouble(call);
+    put_last_error(call);
     commands_put_begin(call, "parts", true);
     for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
         if (rig->health[part].present || rig->health[part].error != 0) {
@@ -188,8 +188,8 @@ int commands_state_health(const struct command_call *call) {
         return error;
     }
     // Report the failure that made the rig safe; it may be from this check.
-    const bool failed = rig->trouble.error != 0 && rig->health[rig->trouble.part].error != 0;
-    return failed ? rig->trouble.error : commands_not_ready(call, "health");
+    const bool failed = rig->last_error.error != 0 && rig->health[rig->last_error.part].error != 0;
+    return failed ? rig->last_error.error : commands_not_ready(call, "health");
 }
 
 int commands_state_bringup(const struct command_call *call) {
@@ -210,9 +210,9 @@ int commands_state_bringup(const struct command_call *call) {
 }
 
 int commands_state_safe(const struct command_call *call) {
-    if (trouble_is_over(call->rig)) {
+    if (error_is_over(call->rig)) {
         // Otherwise it would be reported as the reason.
-        call->rig->trouble = (struct rig_trouble){.error = ERROR_OK};
+        call->rig->last_error = (struct rig_error){.error = ERROR_OK};
     }
     const int error = rig_safe(call->rig);
     commands_put_text(call, "state", state_name(call->rig->state));

@@ -34,12 +34,12 @@ static enum rig_part part_of(unsigned side) {
 
 static int ready(struct rig *self, unsigned side) {
     if (!self->profile.servos) {
-        return watch_trouble(self, part_of(side), ERROR_NOT_CONNECTED,
-                             "the profile has no pan servos", NULL);
+        return watch_error(self, part_of(side), ERROR_NOT_CONNECTED,
+                           "the profile has no pan servos", NULL);
     }
     if (self->state != RIG_READY) {
-        return watch_trouble(self, part_of(side), ERROR_NOT_READY,
-                             "the rig is not up (run bringup)", NULL);
+        return watch_error(self, part_of(side), ERROR_NOT_READY, "the rig is not up (run bringup)",
+                           NULL);
     }
     return ERROR_OK;
 }
@@ -68,7 +68,7 @@ static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
     const bool within = angle_urad >= profile->pan_min_urad && angle_urad <= profile->pan_max_urad;
     if (!within || servo_width_q4(model, angle_urad, &horn->goal_q4) != ERROR_OK) {
         enum { URAD_PER_MRAD = 1000 };
-        return watch_trouble(
+        return watch_error(
             self, part_of(horn->side), ERROR_RANGE,
             "angle # mrad is outside # to # mrad, or outside the servo's pulse widths",
             (const int32_t[]){angle_urad / URAD_PER_MRAD, profile->pan_min_urad / URAD_PER_MRAD,
@@ -92,8 +92,8 @@ static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t
         return failed(self, horns[0].side, error);
     }
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
-        watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                      "its watchdog fired because this program was late (run bringup)", NULL);
+        watch_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
+                    "its watchdog fired because this program was late (run bringup)", NULL);
         return failure_make_safe(self, ERROR_TIMEOUT);
     }
     for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
@@ -140,7 +140,7 @@ static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
         }
         if (horn->actual_q4 != width_q4 && watch_now_us(self) > horn->rest_us + LATE_US) {
             watch_used(self, part_of(horn->side), ERROR_TIMEOUT);
-            return watch_trouble(
+            return watch_error(
                 self, part_of(horn->side), ERROR_TIMEOUT,
                 "the bridge sends # us instead of # us: check its limits, slew and watchdog, then "
                 "run bringup",
@@ -206,8 +206,8 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
 
 int rig_pan(struct rig *self, unsigned side, int32_t angle_urad) {
     if (side >= RIG_SIDES) {
-        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                             "no such servo (expected left or right)", NULL);
+        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                           "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     int error = ready(self, side);
@@ -226,8 +226,8 @@ int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad) {
     INVARIANT(angle_urad != NULL);
     if (side >= RIG_SIDES) {
-        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                             "no such servo (expected left or right)", NULL);
+        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                           "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     struct fpga_bridge_servo servo;

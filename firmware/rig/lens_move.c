@@ -155,17 +155,17 @@ static int jammed(struct rig *self, struct mover *mover) {
     };
     self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was not drift
     watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
-    return watch_trouble(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
-                         (const int32_t[]){mover->middle, mover->goal});
+    return watch_error(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
+                       (const int32_t[]){mover->middle, mover->goal});
 }
 
 static int not_there(struct rig *self, struct mover *mover) {
     self->lens_trim[mover->side][mover->axis] = mover->trim_before;
     watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
-    return watch_trouble(self, lens_read_part(mover->side), ERROR_TIMEOUT,
-                         "it is at # and does not arrive at # in time (check the motor, and the "
-                         "profile's speeds and tolerance)",
-                         (const int32_t[]){mover->middle, mover->goal});
+    return watch_error(self, lens_read_part(mover->side), ERROR_TIMEOUT,
+                       "it is at # and does not arrive at # in time (check the motor, and the "
+                       "profile's speeds and tolerance)",
+                       (const int32_t[]){mover->middle, mover->goal});
 }
 
 // Passed the waypoint. From above it goes below first, if there is room.
@@ -397,7 +397,7 @@ static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t 
 
 // The first error is reported.
 static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned count) {
-    const struct rig_trouble trouble = self->trouble;
+    const struct rig_error last_error = self->last_error;
     const uint64_t begin_us = watch_now_us(self);
     for (unsigned i = 0; i < count; i++) {
         if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
@@ -415,7 +415,7 @@ static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned
             wait_for_rest(self, &movers[i], begin_us + LENS_MOVE_REST_US);
         }
     }
-    self->trouble = trouble;
+    self->last_error = last_error;
 }
 
 // ---- all together
@@ -464,8 +464,8 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
 int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
-                    : watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                                    "no such axis (expected zoom, focus or iris)", NULL);
+                    : watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                                  "no such axis (expected zoom, focus or iris)", NULL);
     struct mover movers[RIG_SIDES];
     unsigned count = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
@@ -478,9 +478,9 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
         error = lens->operations->limits(lens->self, axis, &mover->limits);
         const struct lens_limits limits = mover->limits;
         if (error == ERROR_OK && (position < limits.min || position > limits.max)) {
-            error = watch_trouble(self, lens_read_part(side), ERROR_RANGE,
-                                  "position # is outside # to #",
-                                  (const int32_t[]){position, limits.min, limits.max});
+            error =
+                watch_error(self, lens_read_part(side), ERROR_RANGE, "position # is outside # to #",
+                            (const int32_t[]){position, limits.min, limits.max});
         }
         const int32_t below = position - run_up(&self->profile);
         mover->target = position;

@@ -35,23 +35,23 @@ static unsigned sides_of(const struct rig *self) {
 
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
     if (sides == 0 || (sides & ~(unsigned)BOTH) != 0 || (unsigned)axis > LENS_AXES) {
-        return watch_trouble(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
+        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if ((sides & 1u << side) == 0) {
             continue;
         }
         if ((sides_of(self) & 1u << side) == 0) {
-            return watch_trouble(self, lens_read_part(side), ERROR_NOT_CONNECTED,
-                                 "the profile has no motorized lens there", NULL);
+            return watch_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                               "the profile has no motorized lens there", NULL);
         }
         if (self->state != RIG_READY) {
-            return watch_trouble(self, lens_read_part(side), ERROR_NOT_READY,
-                                 "the rig is not up (run bringup)", NULL);
+            return watch_error(self, lens_read_part(side), ERROR_NOT_READY,
+                               "the rig is not up (run bringup)", NULL);
         }
         if (axis < LENS_AXES && (self->lens_abilities[side].axes & 1u << axis) == 0) {
-            return watch_trouble(self, lens_read_part(side), ERROR_NOT_CONNECTED,
-                                 "its controller does not support this axis", NULL);
+            return watch_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                               "its controller does not support this axis", NULL);
         }
     }
     return ERROR_OK;
@@ -82,7 +82,7 @@ int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint6
         return ERROR_OK;
     }
     watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
-    return watch_trouble(
+    return watch_error(
         self, lens_read_part(side), ERROR_TIMEOUT,
         silent ? "no reply for # ms (check the controller's supply and serial line)"
                : "no valid reply for # ms (check the controller's supply and serial line)",

@@ -51,9 +51,9 @@ static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_f
         return ERROR_OK;
     }
     const int32_t numbers[] = {frame->width_px, frame->height_px};
-    return watch_trouble(rig, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
-                         "it sends # x # pixels, which is not the requested size (run bringup)",
-                         numbers);
+    return watch_error(rig, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
+                       "it sends # x # pixels, which is not the requested size (run bringup)",
+                       numbers);
 }
 
 static int torn(struct rig *rig, unsigned side, uint32_t faults) {
@@ -64,7 +64,7 @@ static int torn(struct rig *rig, unsigned side, uint32_t faults) {
                        : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
                            ? "two successive frames had a wrong number of rows (check its cable)"
                            : "two successive frames were damaged (check its cable and plug)";
-    return watch_trouble(rig, part, ERROR_FRAME, what, NULL);
+    return watch_error(rig, part, ERROR_FRAME, what, NULL);
 }
 
 static struct pair_window window_of(const struct rig *rig, unsigned side) {
@@ -278,9 +278,9 @@ static int read_stand(struct rig *rig, unsigned side, struct pair_stand *stand) 
         error = read_servo(rig, side, &stand->pan_q4, &turning);
     }
     if (error == ERROR_OK && turning) {
-        error = watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                              "it is still turning (wait until it has stopped, then capture again)",
-                              NULL);
+        error = watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+                            "it is still turning (wait until it has stopped, then capture again)",
+                            NULL);
     }
     if (error != ERROR_OK || rig->lens[side].operations == NULL) {
         return error;
@@ -307,9 +307,8 @@ static int compare_stands(struct rig *rig, unsigned side, const struct pair_fram
     const struct pair_stand *before = &frame->before, *after = &frame->after;
     if (before->pan_q4 != after->pan_q4) {
         const int32_t numbers[] = {before->pan_q4 / 16, after->pan_q4 / 16};
-        return watch_trouble(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                             "it turned from # us to # us during the pair (capture again)",
-                             numbers);
+        return watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+                           "it turned from # us to # us during the pair (capture again)", numbers);
     }
     static const char *const moved[LENS_AXES] = {
         "its zoom moved from # to # during the pair (capture again)",
@@ -324,8 +323,8 @@ static int compare_stands(struct rig *rig, unsigned side, const struct pair_fram
         const int32_t way =
             numbers[0] > numbers[1] ? numbers[0] - numbers[1] : numbers[1] - numbers[0];
         if (way > rig->profile.lens_tolerance_counts) {
-            return watch_trouble(rig, failure_part(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
-                                 moved[axis], numbers);
+            return watch_error(rig, failure_part(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
+                               moved[axis], numbers);
         }
     }
     return ERROR_OK;
@@ -340,10 +339,10 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
     }
     const int32_t numbers[] = {(int32_t)(apart_us / US_PER_MS),
                                (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
-    return watch_trouble(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
-                         "its frame began # ms from the left one (allowed: # ms; use a shorter "
-                         "exposure, or raise rig.skew_limit)",
-                         numbers);
+    return watch_error(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
+                       "its frame began # ms from the left one (allowed: # ms; use a shorter "
+                       "exposure, or raise rig.skew_limit)",
+                       numbers);
 }
 
 static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, size_t values) {
@@ -366,10 +365,10 @@ static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, 
         return ERROR_OK;
     }
     const int32_t number = (int32_t)pair->change_permille;
-    return watch_trouble(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
-                         "# of 1000 parts of its picture changed during the pair (keep scene and "
-                         "light constant, then capture again)",
-                         &number);
+    return watch_error(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
+                       "# of 1000 parts of its picture changed during the pair (keep scene and "
+                       "light constant, then capture again)",
+                       &number);
 }
 
 static int wait_for_rest(struct rig *rig) {
@@ -416,7 +415,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
     if (checked != ERROR_OK && checked != ERROR_MOVED) {
         return checked;
     }
-    const struct rig_trouble trouble = rig->trouble;
+    const struct rig_error last_error = rig->last_error;
     error = read_stands(rig, after);
     if (error != ERROR_OK) {
         return error;
@@ -424,7 +423,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
     *compared = true;
     error = compare_circumstances(rig, pair, before, after);
     if (error == ERROR_OK && checked != ERROR_OK) {
-        rig->trouble = trouble;
+        rig->last_error = last_error;
         error = checked;
     }
     tell(rig, options, frames_of(options));

@@ -58,9 +58,9 @@ int rig_idle(struct rig *self) {
 // ---- check
 
 // A check reports its first error.
-static void note(struct rig *self, struct rig_trouble *first, int error) {
+static void note(struct rig *self, struct rig_error *first, int error) {
     if (error != ERROR_OK && first->error == ERROR_OK) {
-        *first = self->trouble;
+        *first = self->last_error;
     }
 }
 
@@ -78,9 +78,8 @@ static int check_bridge(struct rig *self) {
     watch_fed(self);
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
         watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
-        return watch_trouble(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                             "its watchdog fired because this program was late (run bringup)",
-                             NULL);
+        return watch_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
+                           "its watchdog fired because this program was late (run bringup)", NULL);
     }
     return ERROR_OK;
 }
@@ -98,8 +97,8 @@ static int check_camera(struct rig *self, unsigned side) {
         return failure_of_bus(self, RIG_PART_BRIDGE, error);
     }
     if (watch_used(self, camera, seen.lost ? ERROR_TIMEOUT : ERROR_OK) != ERROR_OK) {
-        return watch_trouble(self, camera, ERROR_TIMEOUT,
-                             "no pixel clock (check its cable, supply and clock)", NULL);
+        return watch_error(self, camera, ERROR_TIMEOUT,
+                           "no pixel clock (check its cable, supply and clock)", NULL);
     }
     return ERROR_OK;
 }
@@ -123,12 +122,12 @@ static int check_source(struct rig *self, unsigned side) {
 }
 
 // Takes a frame of each of two triggered cameras.
-static void check_triggered(struct rig *self, struct rig_trouble *first) {
-    struct rig_trouble found[RIG_SIDES];
+static void check_triggered(struct rig *self, struct rig_error *first) {
+    struct rig_error found[RIG_SIDES];
     const int error = trigger_look(self, found);
     note(self, first, error);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        self->trouble = found[side];
+        self->last_error = found[side];
         note(self, first, found[side].error);
     }
 }
@@ -139,7 +138,7 @@ static int check_lens(struct rig *self, unsigned side) {
 }
 
 // `of_bridge`: whether the bridge works.
-static void check_side(struct rig *self, unsigned side, int of_bridge, struct rig_trouble *first) {
+static void check_side(struct rig *self, unsigned side, int of_bridge, struct rig_error *first) {
     const bool bridge = self->profile.bridge;
     if (!bridge && !self->profile.trigger) {
         note(self, first, check_source(self, side));
@@ -156,7 +155,7 @@ int rig_check(struct rig *self) {
     if (self->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
-    struct rig_trouble first = {.error = ERROR_OK};
+    struct rig_error first = {.error = ERROR_OK};
     const bool bridge = self->profile.bridge;
     const int of_bridge = bridge ? check_bridge(self) : ERROR_OK;
     note(self, &first, of_bridge);
@@ -169,7 +168,7 @@ int rig_check(struct rig *self) {
     if (first.error == ERROR_OK) {
         return ERROR_OK;
     }
-    self->trouble = first;
+    self->last_error = first;
     // Without the bridge the servos are not held, and settings are lost; the bridge may have been
     // lost meanwhile.
     const bool gone = of_bridge != ERROR_OK || self->state != RIG_READY;

@@ -27,7 +27,7 @@ enum {
 
 // Findings of the steps.
 struct finding {
-    struct rig_trouble first;
+    struct rig_error first;
     bool bridge;
     bool sensor[RIG_SIDES];
 };
@@ -38,10 +38,10 @@ static bool note(struct rig *self, struct finding *finding, int error) {
     }
     const struct hal_log *log = self->ports.log;
     if (log != NULL && error != ERROR_CANCELLED) {
-        log->operations->write(log->self, HAL_LOG_ERROR, self->trouble.text);
+        log->operations->write(log->self, HAL_LOG_ERROR, self->last_error.text);
     }
     if (finding->first.error == ERROR_OK) {
-        finding->first = self->trouble;
+        finding->first = self->last_error;
         finding->first.error = error;
     }
     return false;
@@ -210,13 +210,13 @@ static int sensor_failed(struct rig *self, unsigned side, int error) {
         return failure_of_bridge(self, read);
     }
     if ((bus.branch_sda >> side & 1) == 0 || (bus.branch_scl >> side & 1) == 0) {
-        return watch_trouble(
+        return watch_error(
             self, part, ERROR_I2C_STUCK,
             "its I2C lines are stuck low (cycle its power, look for a short circuit)", NULL);
     }
     return error == ERROR_I2C_NACK
-               ? watch_trouble(self, part, error, "no answer on I2C (check its cable and supply)",
-                               NULL)
+               ? watch_error(self, part, error, "no answer on I2C (check its cable and supply)",
+                             NULL)
                : failure_of_bus(self, part, error);
 }
 
@@ -316,7 +316,7 @@ static void note_missing(struct rig *self, struct finding *finding, enum rig_par
     const char *missing = opener->missing(opener->self, part);
     if (missing != NULL) {
         const int error = watch_used(self, part, ERROR_DEVICE);
-        note(self, finding, watch_trouble(self, part, error, missing, NULL));
+        note(self, finding, watch_error(self, part, error, missing, NULL));
     }
 }
 
@@ -352,21 +352,21 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
         return error;
     }
     const int32_t size_px[] = {format->width_px, format->height_px};
-    return watch_trouble(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
-                         "it gives no frames of # x # in a supported format (set rig.width and "
-                         "rig.height to a size that both cameras support)",
-                         size_px);
+    return watch_error(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
+                       "it gives no frames of # x # in a supported format (set rig.width and "
+                       "rig.height to a size that both cameras support)",
+                       size_px);
 }
 
 // Checks triggered cameras: each must deliver a frame with a pulse, and none without.
 static void bring_up_triggered(struct rig *self, struct finding *finding) {
-    struct rig_trouble found[RIG_SIDES];
+    struct rig_error found[RIG_SIDES];
     if (!note(self, finding, trigger_rest(self)) ||
         !note(self, finding, trigger_look(self, found))) {
         return;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->trouble = found[side];
+        self->last_error = found[side];
         note(self, finding, found[side].error);
     }
     if (finding->first.error == ERROR_OK) {
@@ -393,8 +393,8 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
 }
 
 static void forget(struct rig *self) {
-    self->trouble = (struct rig_trouble){.error = ERROR_OK};
-    self->refusal = self->trouble;
+    self->last_error = (struct rig_error){.error = ERROR_OK};
+    self->rejected = self->last_error;
     for (int part = 0; part < RIG_PARTS; part++) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
@@ -459,6 +459,6 @@ int rig_bringup(struct rig *self) {
         return ERROR_OK;
     }
     self->state = RIG_SAFE;
-    self->trouble = finding.first;
+    self->last_error = finding.first;
     return failure_make_safe(self, finding.first.error);
 }

@@ -148,7 +148,7 @@ static int no_frame(struct rig *self, unsigned side, int error) {
                          : "its clock runs, but no frame reaches the port (check FRAME_VALID and "
                            "the port's cable)";
     }
-    return watch_trouble(self, part, error, what, NULL);
+    return watch_error(self, part, error, what, NULL);
 }
 
 // Makes the bridge pass frames of this camera.

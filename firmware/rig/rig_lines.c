@@ -92,9 +92,9 @@ static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *w
     }
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     watch_used(self, part, ERROR_FRAME);
-    return watch_trouble(
-        self, part, ERROR_FRAME,
-        "its frames are damaged (check its cable: PIXCLK, LINE_VALID, FRAME_VALID)", NULL);
+    return watch_error(self, part, ERROR_FRAME,
+                       "its frames are damaged (check its cable: PIXCLK, LINE_VALID, FRAME_VALID)",
+                       NULL);
 }
 
 static int lowest_bit(uint16_t bits) {
@@ -114,7 +114,7 @@ static int tell(struct rig *self, unsigned side, const struct wrong *wrong) {
                        : wrong->low != 0 ? "data line # always reads 0 (check its cable)"
                                          : "data line # always reads 1 (check its cable)";
     watch_used(self, part, ERROR_VERIFY);
-    return watch_trouble(self, part, ERROR_VERIFY, what, &number);
+    return watch_error(self, part, ERROR_VERIFY, what, &number);
 }
 
 int rig_lines_check(struct rig *self, unsigned side) {

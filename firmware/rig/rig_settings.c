@@ -63,10 +63,10 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     }
     if (!can_be(which, nearest)) {
         return failure_make_safe(self,
-                                 watch_trouble(self, part, ERROR_VERIFY,
-                                               "it reports the impossible setting # (run bringup, "
-                                               "or set it with the camera's own program)",
-                                               &nearest));
+                                 watch_error(self, part, ERROR_VERIFY,
+                                             "it reports the impossible setting # (run bringup, "
+                                             "or set it with the camera's own program)",
+                                             &nearest));
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
@@ -180,16 +180,16 @@ static int set_sensor_windows(struct rig *self, const struct mt9t001_window *win
 // The cameras do not support this size: return to the previous one. This is a rejected argument,
 // not a failure of a camera.
 static int take_back(struct rig *self, const struct hal_camera_format *before,
-                     const struct rig_trouble *trouble, const uint32_t failures[RIG_SIDES]) {
-    const struct rig_trouble why = self->trouble;
+                     const struct rig_error *last_error, const uint32_t failures[RIG_SIDES]) {
+    const struct rig_error why = self->last_error;
     const int stopped = rig_camera_stop(self);
     const int back = stopped == ERROR_OK ? rig_camera_start(self, before) : stopped;
     if (back != ERROR_OK || self->profile.bridge) {
-        self->trouble = why;
+        self->last_error = why;
         return failure_make_safe(self, why.error);
     }
-    self->refusal = why;
-    self->trouble = *trouble;
+    self->rejected = why;
+    self->last_error = *last_error;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         self->health[failure_part(RIG_PART_LEFT_CAMERA, side)].failures = failures[side];
     }
@@ -219,7 +219,7 @@ int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t 
     const struct hal_camera_format format = {(uint16_t)(width_px / window.skip),
                                              (uint16_t)(height_px / window.skip)};
     const struct hal_camera_format before = self->format;
-    const struct rig_trouble trouble = self->trouble;
+    const struct rig_error last_error = self->last_error;
     const uint32_t failures[RIG_SIDES] = {self->health[RIG_PART_LEFT_CAMERA].failures,
                                           self->health[RIG_PART_RIGHT_CAMERA].failures};
     error = rig_camera_stop(self);
@@ -227,7 +227,7 @@ int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t 
         error = rig_camera_start(self, &format);
     }
     if (error == ERROR_UNSUPPORTED && before.width_px != 0) {
-        return take_back(self, &before, &trouble, failures);
+        return take_back(self, &before, &last_error, failures);
     }
     return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
 }

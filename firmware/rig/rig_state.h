@@ -95,7 +95,7 @@ struct rig_observer {
 enum { RIG_EXPOSURE_MAX_US = 10000000 };
 
 /// An error of a part.
-struct rig_trouble {
+struct rig_error {
     enum rig_part part;
     int error;       ///< 0: no error
     char text[160];  ///< one line: part, what is wrong, and what to do
@@ -121,10 +121,10 @@ struct rig {
     struct rig_ports ports;
     struct rig_observer observer;
     enum rig_state state;
-    struct rig_trouble trouble;
+    struct rig_error last_error;
     /// Why the last rejected call failed: an argument that a part cannot accept is not a failure of
     /// that part.
-    struct rig_trouble refusal;
+    struct rig_error rejected;
     struct rig_part_health health[RIG_PARTS];
 
     struct fpga_bridge bridge;

@@ -73,16 +73,16 @@ int rig_safe(struct rig *self) {
     static int (*const steps[])(struct rig *) = {rest_bridge, rest_trigger, stop_lenses,
                                                  rig_camera_stop};
     int first = ERROR_OK;
-    struct rig_trouble trouble = self->trouble;
+    struct rig_error last_error = self->last_error;
     self->lost = false;
     for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
         const int error = steps[i](self);
         if (first == ERROR_OK && error != ERROR_OK) {
             first = error;
-            trouble = self->trouble;
+            last_error = self->last_error;
         }
     }
-    self->trouble = trouble;
+    self->last_error = last_error;
     self->state = self->state == RIG_DOWN ? RIG_DOWN : RIG_SAFE;
     return first;
 }
@@ -93,8 +93,8 @@ int failure_end(struct rig *self, int error) {
 
 int failure_make_safe(struct rig *self, int error) {
     INVARIANT(error != ERROR_OK);
-    const struct rig_trouble first = self->trouble;
+    const struct rig_error first = self->last_error;
     rig_safe(self);
-    self->trouble = first;
+    self->last_error = first;
     return error;
 }

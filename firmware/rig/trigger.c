@@ -117,12 +117,12 @@ int trigger_fire(struct rig *self) {
         self->owed[RIG_LEFT] = self->owed[RIG_RIGHT] = true;
         error = watch_until(self, self->triggered_us + self->profile.trigger_us);
     }
-    const struct rig_trouble trouble = self->trouble;
+    const struct rig_error last_error = self->last_error;
     const int rested = trigger_rest(self);
     if (error == ERROR_OK) {
         return rested;
     }
-    self->trouble = trouble;
+    self->last_error = last_error;
     return error;
 }
 
@@ -136,10 +136,10 @@ int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame
         return error;
     }
     watch_used(self, camera_of(side), error);
-    return watch_trouble(self, camera_of(side), error,
-                         "no frame after the trigger pulse (set it to external trigger; check its "
-                         "wire and trigger_line)",
-                         NULL);
+    return watch_error(self, camera_of(side), error,
+                       "no frame after the trigger pulse (set it to external trigger; check its "
+                       "wire and trigger_line)",
+                       NULL);
 }
 
 int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
@@ -154,8 +154,8 @@ int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *f
     return error;
 }
 
-int trigger_look(struct rig *self, struct rig_trouble found[RIG_SIDES]) {
-    struct rig_trouble troubles[RIG_SIDES] = {{.error = ERROR_OK}, {.error = ERROR_OK}};
+int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]) {
+    struct rig_error errors[RIG_SIDES] = {{.error = ERROR_OK}, {.error = ERROR_OK}};
     bool missed = true;
     for (int attempt = 0; attempt < TRIGGER_ATTEMPTS && missed; attempt++) {
         const int error = trigger_fire(self);
@@ -170,17 +170,17 @@ int trigger_look(struct rig *self, struct rig_trouble found[RIG_SIDES]) {
             if (taken == ERROR_CANCELLED) {
                 return taken;
             }
-            troubles[side] = (struct rig_trouble){.error = ERROR_OK};
+            errors[side] = (struct rig_error){.error = ERROR_OK};
             if (taken == ERROR_OK) {
                 rig_camera_give_back(self, side, &frame);
             } else if (self->streaming[side]) {
-                troubles[side] = self->trouble;
+                errors[side] = self->last_error;
             }
-            missed = missed || troubles[side].error == ERROR_TIMEOUT;
+            missed = missed || errors[side].error == ERROR_TIMEOUT;
         }
     }
-    found[RIG_LEFT] = troubles[RIG_LEFT];
-    found[RIG_RIGHT] = troubles[RIG_RIGHT];
+    found[RIG_LEFT] = errors[RIG_LEFT];
+    found[RIG_RIGHT] = errors[RIG_RIGHT];
     return ERROR_OK;
 }
 
@@ -194,10 +194,10 @@ int trigger_check_quiet(struct rig *self) {
         if (error == ERROR_OK) {
             rig_camera_give_back(self, side, &frame);
             watch_used(self, camera_of(side), ERROR_VERIFY);
-            return watch_trouble(self, camera_of(side), ERROR_VERIFY,
-                                 "it sends frames without a trigger pulse (set it to external "
-                                 "trigger, or rig.trigger = no)",
-                                 NULL);
+            return watch_error(self, camera_of(side), ERROR_VERIFY,
+                               "it sends frames without a trigger pulse (set it to external "
+                               "trigger, or rig.trigger = no)",
+                               NULL);
         }
         error = error == ERROR_TIMEOUT ? ERROR_OK : error;
     }

@@ -37,7 +37,7 @@ int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *f
 /// Takes and drops a frame of each streaming camera, with at most TRIGGER_ATTEMPTS pulses. `found`:
 /// the result of each side, with error 0 if a frame came. Returns errors of the line and of the
 /// observer; `found` is then not set.
-int trigger_look(struct rig *self, struct rig_trouble found[RIG_SIDES]);
+int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]);
 
 /// Whether both cameras wait for the line: no frame may come without a pulse within twice the
 /// longest frame period. ERROR_VERIFY: a camera runs freely.

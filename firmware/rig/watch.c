@@ -100,7 +100,7 @@ struct sentence {
 };
 
 static void add(struct sentence *sentence, const char *text) {
-    const size_t room = sizeof((struct rig_trouble *)0)->text - 1;
+    const size_t room = sizeof((struct rig_error *)0)->text - 1;
     while (*text != '\0' && sentence->length < room) {
         sentence->text[sentence->length++] = *text++;
     }
@@ -108,12 +108,12 @@ static void add(struct sentence *sentence, const char *text) {
     sentence->text[sentence->length] = '\0';
 }
 
-static int write_trouble(struct rig_trouble *trouble, enum rig_part part, int error,
-                         const char *what, const int32_t *numbers) {
+static int write_error(struct rig_error *last_error, enum rig_part part, int error,
+                       const char *what, const int32_t *numbers) {
     INVARIANT(error < ERROR_OK);
-    struct sentence sentence = {trouble->text, 0};
-    trouble->part = part;
-    trouble->error = error;
+    struct sentence sentence = {last_error->text, 0};
+    last_error->part = part;
+    last_error->error = error;
     add(&sentence, rig_part_text(part));
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
@@ -127,18 +127,18 @@ static int write_trouble(struct rig_trouble *trouble, enum rig_part part, int er
     return error;
 }
 
-int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
-                  const int32_t *numbers) {
-    return write_trouble(&self->trouble, part, error, what, numbers);
+int watch_error(struct rig *self, enum rig_part part, int error, const char *what,
+                const int32_t *numbers) {
+    return write_error(&self->last_error, part, error, what, numbers);
 }
 
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what) {
     const struct rig_opener *opener = self->ports.opener;
     const char *missing = opener == NULL ? NULL : opener->missing(opener->self, part);
-    return watch_trouble(self, part, error, missing != NULL ? missing : what, NULL);
+    return watch_error(self, part, error, missing != NULL ? missing : what, NULL);
 }
 
 int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers) {
-    return write_trouble(&self->refusal, part, error, what, numbers);
+    return write_error(&self->rejected, part, error, what, numbers);
 }

@@ -36,14 +36,14 @@ int watch_used(struct rig *self, enum rig_part part, int error);
 
 /// Sets `trouble` to "<part>: <what>", with each # of `what` replaced by the next of `numbers`
 /// (NULL: no replacement); text that is too long is cut off. Returns `error`.
-int watch_trouble(struct rig *self, enum rig_part part, int error, const char *what,
-                  const int32_t *numbers);
+int watch_error(struct rig *self, enum rig_part part, int error, const char *what,
+                const int32_t *numbers);
 
 /// The same for a part that does not work: if its device could not be opened, the reason for that,
 /// else `what`, without numbers. Returns `error`.
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what);
 
-/// As watch_trouble, but sets `refusal`.
+/// As watch_error, but sets `refusal`.
 int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
                   const int32_t *numbers);
 

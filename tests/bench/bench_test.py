@@ -11,7 +11,7 @@ import xml.etree.ElementTree
 import cv2
 import numpy
 
-STEREO, TROUBLE, SCALING = (os.environ[name + "_BENCH"] for name in ("STEREO", "TROUBLE", "SCALING"))
+STEREO, DISTURBANCE, SCALING = (os.environ[name + "_BENCH"] for name in ("STEREO", "DISTURBANCE", "SCALING"))
 ROOT = os.environ["VERGENCE_SOURCE"]
 WIDTH, HEIGHT, DISPARITY = 96, 64, 7
 OURS = {"fast", "standard", "standard+refine", "best", "board", "paper"}
@@ -190,7 +190,7 @@ class Trouble(Bench):
     def test_all_troubles_are_met(self):
         self.pair("one", lies=8)
         self.pair("two", lies=8)
-        results = self.json_of(TROUBLE, "--json", "--only", "standard", self.pairs)["results"]
+        results = self.json_of(DISTURBANCE, "--json", "--only", "standard", self.pairs)["results"]
         for result in results:
             photometric = {one["case"]: one for one in result["photometric"]}
             self.assertEqual(len(photometric), 13)
@@ -208,14 +208,14 @@ class Trouble(Bench):
                 self.assertLess(nothing["no texture"], 10)
 
     def test_tables_tell_what_each_trouble_is(self):
-        done = run(TROUBLE, "--quick", "--only", "standard", self.pair("one"))
+        done = run(DISTURBANCE, "--quick", "--only", "standard", self.pair("one"))
         self.assertEqual(done.returncode, 0, done.stderr)
         for wanted in ("growth", "right image exposed 0.6 times as long", "unrelated"):
             self.assertIn(wanted, done.stdout)
         self.assertNotIn("gamma", done.stdout)
 
     def test_pairs_without_truth_are_refused(self):
-        self.refused("disparity.pfm", TROUBLE, self.pair("one", truth=False))
+        self.refused("disparity.pfm", DISTURBANCE, self.pair("one", truth=False))
 
 
 class Scaling(Bench):

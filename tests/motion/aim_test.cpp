@@ -148,11 +148,11 @@ TEST_CASE("cancelled, the horns stay where they are") {
 TEST_CASE("what cannot be asked for is refused and moves nothing") {
     PanBench bench(servos(0));
     CHECK(rig_pan(&bench.rig, RIG_LEFT, 523600) == ERROR_RANGE);
-    const std::string text = bench.rig.trouble.text;
+    const std::string text = bench.rig.last_error.text;
     CHECK_MESSAGE(text.rfind("left servo: angle 523 mrad", 0) == 0, text);
     CHECK_MESSAGE(text.find("-523 to 523 mrad") != std::string::npos, text);
     CHECK(rig_pan_both(&bench.rig, 0, -600000) == ERROR_RANGE);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_SERVO);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_SERVO);
     CHECK(rig_pan(&bench.rig, 2, 0) == ERROR_ARGUMENT);
     int32_t angle = 0;
     CHECK(rig_pan_read(&bench.rig, 2, &angle) == ERROR_ARGUMENT);
@@ -176,7 +176,7 @@ TEST_CASE("a bus that fails on the way ends it, and the servos rest") {
     CHECK(rig_pan(&bench.rig, RIG_LEFT, 400000) == ERROR_I2C_STUCK);
     CHECK(bench.world.now_us() - begin_us < 2e6);
     CHECK(bench.rig.state == RIG_SAFE);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_SERVO);
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_SERVO);
     bench.world.advance(bench.world.now_us() + 1.2e6, 0);
     CHECK(!bench.moving(0));  // the bridge's watchdog
     const double rests = bench.world.servo(0).angle_deg(bench.world.now_us());
@@ -189,11 +189,11 @@ TEST_CASE("a watchdog that has fired, and narrowed limits, are reported") {
     REQUIRE(rig_pan(&bench.rig, RIG_LEFT, 100000) == ERROR_OK);
     REQUIRE(fpga_bridge_servo_limits(&bench.rig.bridge, 0, 23000, 25000) == ERROR_OK);
     CHECK(rig_pan(&bench.rig, RIG_LEFT, 300000) == ERROR_TIMEOUT);
-    CHECK(std::string(bench.rig.trouble.text).rfind("left servo: the bridge sends 1562 us", 0) ==
+    CHECK(std::string(bench.rig.last_error.text).rfind("left servo: the bridge sends 1562 us", 0) ==
           0);
     bench.world.advance(bench.world.now_us() + 1.5e6, 0);
     CHECK(rig_pan(&bench.rig, RIG_LEFT, 0) == ERROR_TIMEOUT);
-    CHECK(bench.rig.trouble.part == RIG_PART_BRIDGE);
+    CHECK(bench.rig.last_error.part == RIG_PART_BRIDGE);
     CHECK(bench.rig.state == RIG_SAFE);
 }
 

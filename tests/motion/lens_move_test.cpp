@@ -132,7 +132,7 @@ TEST_CASE("a lens arrives, from below, wherever it stood") {
         const double begin_us = world.now_us();
         INFO("target " << draw.target << " sides " << draw.sides << " axis " << draw.axis);
         const int error = lenses.go(draw.sides, draw.axis, draw.target);
-        INFO(lenses.rig.trouble.text);
+        INFO(lenses.rig.last_error.text);
         REQUIRE(error == ERROR_OK);
         check_arrival(draw, world);
         CHECK(world.now_us() - begin_us <= double(limit_us(lenses, draw)));
@@ -163,7 +163,7 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
         simrig::LensMotor &motor = world.controller.motor(side, LensAxis(draw.axis));
         world.at(jam_us, [&motor](double time_us) { motor.jam(time_us, true); });
         const int error = lenses.go(draw.sides, draw.axis, draw.target);
-        INFO(lenses.rig.trouble.text << " target " << draw.target << " side " << side);
+        INFO(lenses.rig.last_error.text << " target " << draw.target << " side " << side);
         const double end_us = world.now_us();
         if (error == ERROR_OK) {
             check_arrival(draw, world);
@@ -171,7 +171,7 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
             continue;
         }
         REQUIRE(error == ERROR_JAMMED);
-        CHECK(lenses.rig.trouble.part == (side == 0 ? RIG_PART_LEFT_LENS : RIG_PART_RIGHT_LENS));
+        CHECK(lenses.rig.last_error.part == (side == 0 ? RIG_PART_LEFT_LENS : RIG_PART_RIGHT_LENS));
         CHECK(end_us - jam_us <=
               double(lens_move_jam_us(&lenses.rig.profile, draw.axis) + LENS_MOVE_REST_US));
         told.push_back((end_us - std::max(jam_us, begin_us)) * 1e-6);
@@ -238,7 +238,7 @@ TEST_CASE("on a bad line a move arrives, or says so in time, and is never wrong"
         faults.lost_chance = noise.chance(0.5) ? between(noise, 0, 0.01) : 0;
         const double begin_us = world.now_us();
         const int error = lenses.go(draw.sides, draw.axis, draw.target);
-        INFO(lenses.rig.trouble.text << " target " << draw.target);
+        INFO(lenses.rig.last_error.text << " target " << draw.target);
         INFO("late " << faults.late_ms << " split " << faults.split_ms << " garbage "
                      << faults.garbage_chance);
         CHECK(world.now_us() - begin_us <= double(limit_us(lenses, draw)));
@@ -271,8 +271,8 @@ TEST_CASE("a controller that is slow, or loses an answer now and then, is not ta
         REQUIRE(lenses.open() == ERROR_OK);
         for (int k = 0; k < 10; k++) {
             int32_t positions[LENS_AXES];
-            INFO(lenses.rig.trouble.text << " late " << faults.late_ms << " lost "
-                                         << faults.lost_chance);
+            INFO(lenses.rig.last_error.text << " late " << faults.late_ms << " lost "
+                                            << faults.lost_chance);
             REQUIRE(rig_lens_read(&lenses.rig, k % 2 == 0 ? RIG_LEFT : RIG_RIGHT, positions) ==
                     ERROR_OK);
         }
@@ -297,7 +297,7 @@ TEST_CASE("a silent line is reported within two seconds, and then the lenses res
             continue;
         }
         CHECK(error == ERROR_TIMEOUT);
-        CHECK(std::string(lenses.rig.trouble.text).find("1700 ms") != std::string::npos);
+        CHECK(std::string(lenses.rig.last_error.text).find("1700 ms") != std::string::npos);
         CHECK(world.now_us() - silent_us <= 1.7e6 + double(LENS_MOVE_REST_US) + 2e5);
         CHECK(lenses.longest_silence_us <= 100000);
     }
@@ -341,11 +341,11 @@ TEST_CASE("what cannot be asked for is refused and moves nothing") {
     LensRig lenses(world);
     REQUIRE(lenses.open() == ERROR_OK);
     CHECK(lenses.go(kBoth, LENS_ZOOM, 299) == ERROR_RANGE);
-    const std::string text = lenses.rig.trouble.text;
+    const std::string text = lenses.rig.last_error.text;
     CHECK_MESSAGE(text.rfind("left lens: position 299", 0) == 0, text);
     CHECK_MESSAGE(text.find("300 to 850") != std::string::npos, text);
     CHECK(lenses.go(kRight, LENS_FOCUS, 851) == ERROR_RANGE);
-    CHECK(lenses.rig.trouble.part == RIG_PART_RIGHT_LENS);
+    CHECK(lenses.rig.last_error.part == RIG_PART_RIGHT_LENS);
     CHECK(lenses.go(0, LENS_ZOOM, 400) == ERROR_ARGUMENT);
     CHECK(lenses.go(4, LENS_ZOOM, 400) == ERROR_ARGUMENT);
     CHECK(lenses.go(kLeft, LENS_AXES, 400) == ERROR_ARGUMENT);

@@ -30,7 +30,7 @@ struct Broken {
 TEST_CASE("all parts are found, and nothing moves") {
     RigBench bench;
     const std::string before = bench.control("status");
-    INFO(bench.rig.trouble.text);
+    INFO(bench.rig.last_error.text);
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     CHECK(bench.rig.state == RIG_READY);
     CHECK(bench.logged.empty());
@@ -102,9 +102,9 @@ TEST_CASE("a part that fails is named in one line, and the rest is still looked 
         bench.logged.clear();
         bench.control(broken.fault);
         CHECK(rig_bringup(&bench.rig) != ERROR_OK);
-        const std::string text = bench.rig.trouble.text;
+        const std::string text = bench.rig.last_error.text;
         CHECK(bench.rig.state == RIG_SAFE);
-        CHECK(bench.rig.trouble.part == broken.part);
+        CHECK(bench.rig.last_error.part == broken.part);
         CHECK_MESSAGE(text.rfind(broken.words, 0) == 0, text);
         CHECK(text.find('\n') == std::string::npos);
         CHECK(bench.logged.size() == broken.lines);
@@ -118,7 +118,7 @@ TEST_CASE("a part that fails is named in one line, and the rest is still looked 
         }
         bench.control(broken.heal);
     }
-    INFO(bench.rig.trouble.text);
+    INFO(bench.rig.last_error.text);
     CHECK(rig_bringup(&bench.rig) == ERROR_OK);
 }
 
@@ -128,7 +128,7 @@ TEST_CASE("a lens controller that answers late is found, since it is heard") {
         CAPTURE(std::string(late_ms));
         bench.control(std::string("fault serial late ") + late_ms);
         const int error = rig_bringup(&bench.rig);
-        CHECK_MESSAGE(error == ERROR_OK, bench.rig.trouble.text);
+        CHECK_MESSAGE(error == ERROR_OK, bench.rig.last_error.text);
     }
 }
 
@@ -158,7 +158,7 @@ TEST_CASE("a bridge that was reset behind our back is noticed while nothing else
     REQUIRE(gpio.operations->set(gpio.self, HAL_GPIO_BRIDGE_RESET, false) == ERROR_OK);
     CHECK(bench.idle_ms(1000) == ERROR_RESTARTED);
     CHECK(bench.rig.state == RIG_SAFE);
-    CHECK(bench.rig.trouble.part == RIG_PART_BRIDGE);
+    CHECK(bench.rig.last_error.part == RIG_PART_BRIDGE);
     CHECK(rig_idle(&bench.rig) == ERROR_OK);
     CHECK(rig_bringup(&bench.rig) == ERROR_OK);
 }
@@ -169,13 +169,13 @@ TEST_CASE("a check finds what has failed since, and moves nothing") {
     bench.control("fault camera left unplug");
     bench.advance_ms(5);
     CHECK(rig_check(&bench.rig) == ERROR_I2C_NACK);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_SENSOR);
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_SENSOR);
     CHECK(bench.rig.state == RIG_READY);
     bench.control("fault camera left ok");
     bench.control("fault camera right silent");
     bench.advance_ms(5);
     CHECK(rig_check(&bench.rig) == ERROR_TIMEOUT);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     bench.control("fault camera right ok");
     bench.advance_ms(5);
     CHECK(rig_check(&bench.rig) == ERROR_OK);

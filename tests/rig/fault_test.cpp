@@ -65,10 +65,10 @@ void try_fault(RigBench &bench, const Fault &fault) {
     const bool failed = bench.faulty.failed_us() != 0;
     REQUIRE(failed);
     if (error != ERROR_OK) {
-        const std::string text = bench.rig.trouble.text;
+        const std::string text = bench.rig.last_error.text;
         CAPTURE(text);
-        CHECK(is_named(fault.port, bench.rig.trouble.part));
-        CHECK(text.rfind(rig_part_text(bench.rig.trouble.part), 0) == 0);
+        CHECK(is_named(fault.port, bench.rig.last_error.part));
+        CHECK(text.rfind(rig_part_text(bench.rig.last_error.part), 0) == 0);
         CHECK(took_us < kLimitUs);
         // A single failure on the bus is corrected, except for a word that must not be accepted
         // twice.
@@ -107,7 +107,7 @@ void try_port(Port port, int error, bool for_ever) {
         try_fault(bench, {port, call, for_ever, error});
     }
     // And it leaves no trace.
-    INFO(bench.rig.trouble.text);
+    INFO(bench.rig.last_error.text);
     CHECK(run_all(bench, pair) == ERROR_OK);
 }
 

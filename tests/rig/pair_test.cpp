@@ -34,7 +34,7 @@ void send_to_lens(RigBench &bench, const std::string &text) {
 
 TEST_CASE("a pair of the chessboard records when and how each frame was taken") {
     RigBench bench(small_profile(512, 384), "chessboard");
-    INFO(bench.rig.trouble.text);
+    INFO(bench.rig.last_error.text);
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     uint32_t applied_us = 0;
     REQUIRE(rig_exposure(&bench.rig, kBoth, 10000, &applied_us) == ERROR_OK);
@@ -45,7 +45,7 @@ TEST_CASE("a pair of the chessboard records when and how each frame was taken") 
     CHECK(std::abs(double(applied_us) - 10000) <= double(timing.row_ns) / 2000 + 1);
     ::pair pair{};
     const uint64_t begin_us = bench.now_us();
-    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.last_error.text);
     const pair_frame &left = pair.frame[RIG_LEFT], &right = pair.frame[RIG_RIGHT];
     CHECK(pair.number == 1);
     CHECK(pair.checked);
@@ -121,7 +121,7 @@ TEST_CASE("the left camera waits for a right one that still shows what it was se
     ::pair pair{};
     REQUIRE(rig_exposure(&bench.rig, 1u << RIG_RIGHT, 5000000, &applied_us) == ERROR_OK);
     REQUIRE(rig_exposure(&bench.rig, kBoth, 10000, &applied_us) == ERROR_OK);
-    REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+    REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.last_error.text);
     CHECK(pair.skew_us < 100000);
 }
 
@@ -159,9 +159,9 @@ TEST_CASE("no frame was exposed while its camera turned or its lens moved") {
         const bool turns = i % 2 == 0;
         const int error = turns ? rig_pan_both(&bench.rig, 20000 * (i + 1), -20000 * (i + 1))
                                 : rig_lens_go(&bench.rig, kBoth, LENS_ZOOM, 320 + 10 * i);
-        REQUIRE_MESSAGE(error == ERROR_OK, bench.rig.trouble.text);
+        REQUIRE_MESSAGE(error == ERROR_OK, bench.rig.last_error.text);
         const uint64_t rested_us = bench.now_us() - (turns ? 0 : kReading_us);
-        REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+        REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.last_error.text);
         for (const pair_frame &frame : pair.frame) {
             CHECK(frame.begin_us >= rested_us + frame.exposure_us);
         }
@@ -183,8 +183,8 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     };
     CHECK(bench.capture(pair) == ERROR_MOVED);
     CHECK(sent);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_LENS);
-    const std::string text = bench.rig.trouble.text;
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_LENS);
+    const std::string text = bench.rig.last_error.text;
     CHECK_MESSAGE(text.rfind("right lens: its focus moved from 5", 0) == 0, text);
     const pair_frame &right = pair.frame[RIG_RIGHT];
     CHECK(right.after.position[LENS_FOCUS] > right.before.position[LENS_FOCUS] + 4);
@@ -219,7 +219,7 @@ TEST_CASE("a camera that turns meanwhile makes it no pair") {
     };
     CHECK(bench.capture(pair) == ERROR_MOVED);
     CHECK(turned);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_SERVO);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_SERVO);
     CHECK(bench.rig.state == RIG_READY);
 }
 
@@ -227,7 +227,7 @@ TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     RigBench bench(small_profile(), "chessboard");
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
-    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.last_error.text);
     const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
     bool moved = false;
     bench.go_on = [&] {
@@ -241,7 +241,7 @@ TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     CHECK(moved);
     CHECK(pair.checked);
     CHECK(pair.change_permille > 20);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_CAMERA);
     CHECK(bench.capture(pair, true) == ERROR_OK);
 }
 
@@ -253,7 +253,7 @@ TEST_CASE("frames too far apart are rejected") {
     ::pair pair{};
     CHECK(bench.capture(pair) == ERROR_MOVED);
     CHECK(pair.skew_us > 1000);
-    const std::string text = bench.rig.trouble.text;
+    const std::string text = bench.rig.last_error.text;
     CHECK_MESSAGE(text.find("allowed: 1 ms") != std::string::npos, text);
 }
 
@@ -264,17 +264,17 @@ TEST_CASE("frames of a wrong size are refused, by the bridge's counts too") {
     write_register(bench, 0x5C, 0x04, 123);  // columns
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_FRAME);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
-    const std::string text = bench.rig.trouble.text;
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_CAMERA);
+    const std::string text = bench.rig.last_error.text;
     CHECK_MESSAGE(text.find("wrong length") != std::string::npos, text);
     CHECK(bench.rig.state == RIG_READY);
     CHECK(rig_check(&bench.rig) == ERROR_VERIFY);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_SENSOR);
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_SENSOR);
     write_register(bench, 0x5C, 0x04, 127);
     write_register(bench, 0x5E, 0x03, 89);  // rows
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_FRAME);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     write_register(bench, 0x5E, 0x03, 95);
     bench.advance_ms(200);
     CHECK(bench.capture(pair) == ERROR_OK);
@@ -294,11 +294,11 @@ TEST_CASE("frames of a wrong size are refused when the bridge's counts can count
     }
     REQUIRE(seen.short_lines == kFull);
     CHECK(bench.capture(pair) == ERROR_FRAME);
-    CHECK(bench.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(bench.rig.last_error.part == RIG_PART_LEFT_CAMERA);
     CHECK(bench.rig.state == RIG_READY);
     write_register(bench, 0x5C, 0x04, 127);
     bench.advance_ms(200);
-    CHECK_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.trouble.text);
+    CHECK_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.last_error.text);
 }
 
 TEST_CASE("a camera that falls silent is named within two seconds, and the rig is safe") {
@@ -309,7 +309,7 @@ TEST_CASE("a camera that falls silent is named within two seconds, and the rig i
     const uint64_t begin_us = bench.now_us();
     CHECK(bench.capture(pair) == ERROR_TIMEOUT);
     CHECK(bench.now_us() - begin_us < 2000000);
-    CHECK(bench.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     CHECK(bench.rig.state == RIG_SAFE);
     CHECK(bench.capture(pair) == ERROR_NOT_READY);
     bench.control("fault camera right ok");
@@ -323,7 +323,7 @@ TEST_CASE("a capture can be cancelled at any time, and the next one works") {
     ::pair pair{};
     uint64_t all = 0;
     bench.go_on = [&all] { return ++all > 0; };
-    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.trouble.text);
+    REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.last_error.text);
     for (uint64_t last = 0; last < all; last += 1 + all / 12) {
         uint64_t asked = 0;
         bench.go_on = [&asked, last] { return asked++ < last; };

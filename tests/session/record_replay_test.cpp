@@ -237,22 +237,22 @@ struct recorded {
         record_init(recorder.get(), &backend.ports, &ports);
         CHECK(ports.camera[0] == ports.camera[1]);
         auto writer = new_writer();
-        message trouble{};
+        message last_error{};
         REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
-                                     &trouble) == 0);
+                                     &last_error) == 0);
         Random before(1);
         tell(ports, before);  // not recorded
-        REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
+        REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
         Random random(synthetic::test_seed() + 1);
         for (int i = 0; i < calls; i++) {
             told.push_back(tell(ports, random));
             if (i % 50 == 0) {
-                REQUIRE(record_flush(recorder.get(), &trouble) == 0);
+                REQUIRE(record_flush(recorder.get(), &last_error) == 0);
             }
         }
-        REQUIRE(record_stop(recorder.get(), &trouble) == 0);
+        REQUIRE(record_stop(recorder.get(), &last_error) == 0);
         tell(ports, before);
-        REQUIRE(session_writer_end(writer.get(), &trouble) == 0);
+        REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
     }
     std::string log() const {
         std::ifstream file(path + "/calls.log", std::ios::binary);
@@ -262,11 +262,11 @@ struct recorded {
 
 struct player {
     std::unique_ptr<replay> value = std::make_unique<replay>();
-    message trouble{};
+    message last_error{};
     char profile[SESSION_NAME_MAX + 1] = "";
     int code;
     explicit player(const std::string &path)
-        : code(replay_open(value.get(), AT_FDCWD, path.c_str(), profile, &trouble)) {}
+        : code(replay_open(value.get(), AT_FDCWD, path.c_str(), profile, &last_error)) {}
     ~player() { replay_close(value.get()); }
     player(const player &) = delete;
     player &operator=(const player &) = delete;
@@ -278,12 +278,12 @@ TEST_CASE("the same calls get the same answers, twice") {
     const recorded original(400);
     for (int round = 0; round < 2; round++) {
         player played(original.path);
-        INFO(std::string(played.trouble.text));
+        INFO(std::string(played.last_error.text));
         REQUIRE(played.code == 0);
         CHECK(std::string(played.profile) == "rig");
         Random random(synthetic::test_seed() + 1);
         for (std::size_t i = 0; i < original.told.size(); i++) {
-            INFO("call ", i, ": ", std::string(played.value->trouble.text));
+            INFO("call ", i, ": ", std::string(played.value->last_error.text));
             REQUIRE(!replay_is_over(played.value.get()));
             REQUIRE(tell(played.value->ports, random) == original.told[i]);
         }
@@ -293,7 +293,7 @@ TEST_CASE("the same calls get the same answers, twice") {
         const hal_clock &clock = *played.value->ports.clock;
         const std::uint64_t now = clock.operations->now_us(clock.self);
         CHECK(clock.operations->now_us(clock.self) >= now + 1000000);
-        CHECK(std::string(played.value->trouble.text).find("the recording ends here") !=
+        CHECK(std::string(played.value->last_error.text).find("the recording ends here") !=
               std::string::npos);
     }
 }
@@ -308,16 +308,16 @@ TEST_CASE("a different call ends the replay, and is named") {
     }
     const hal_clock &clock = *played.value->ports.clock;
     clock.operations->wait_until_us(clock.self, 4711);
-    const std::string trouble = played.value->trouble.text;
-    CHECK(trouble.find("calls.log: line ") != std::string::npos);
-    CHECK(trouble.find("expected the call '") != std::string::npos);
-    CHECK(trouble.find("got 'clock wait 4711'") != std::string::npos);
-    CHECK(trouble.find('\n') == std::string::npos);
+    const std::string last_error = played.value->last_error.text;
+    CHECK(last_error.find("calls.log: line ") != std::string::npos);
+    CHECK(last_error.find("expected the call '") != std::string::npos);
+    CHECK(last_error.find("got 'clock wait 4711'") != std::string::npos);
+    CHECK(last_error.find('\n') == std::string::npos);
     // All calls fail from here on, none blocks, and the first reason is kept.
     hal_camera_frame frame{};
     const hal_camera &camera = *played.value->ports.camera[0];
     CHECK(camera.operations->take(camera.self, 0, 1, &frame) == ERROR_IO);
-    CHECK(played.value->trouble.text == trouble);
+    CHECK(played.value->last_error.text == last_error);
 }
 
 TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the replay") {
@@ -328,11 +328,11 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
     rig_ports ports{};
     record_init(recorder.get(), &backend.ports, &ports);
     auto writer = new_writer();
-    message trouble{};
+    message last_error{};
     record_idle(recorder.get());  // before the start: not recorded
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
-                                 &trouble) == 0);
-    REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
+                                 &last_error) == 0);
+    REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
     Random random(synthetic::test_seed() + 1);
     std::vector<std::string> told;
     for (int i = 0; i < 30; i++) {
@@ -342,8 +342,8 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
         told.push_back(tell(ports, random));
     }
     record_idle(recorder.get());
-    REQUIRE(record_stop(recorder.get(), &trouble) == 0);
-    REQUIRE(session_writer_end(writer.get(), &trouble) == 0);
+    REQUIRE(record_stop(recorder.get(), &last_error) == 0);
+    REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
     for (const bool asks : {true, false}) {
         player played(path);
         REQUIRE(played.code == 0);
@@ -361,7 +361,7 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
             CHECK(replay_idle_is_next(played.value.get()));
             CHECK(replay_is_over(played.value.get()));
         } else {
-            CHECK(std::string(played.value->trouble.text).find("expected the call 'idle'") !=
+            CHECK(std::string(played.value->last_error.text).find("expected the call 'idle'") !=
                   std::string::npos);
         }
     }
@@ -374,7 +374,7 @@ TEST_CASE("a truncated log replays up to its last CRC; a modified one is rejecte
     for (std::size_t length = 0; length < whole.size(); length += 1 + length / 50) {
         original.folder.write("session/calls.log", whole.substr(0, length));
         player played(original.path);
-        INFO("length ", length, ": ", std::string(played.trouble.text));
+        INFO("length ", length, ": ", std::string(played.last_error.text));
         CHECK(played.code == (length < first + 15 ? ERROR_MISSING : 0));
         if (played.code == 0) {
             Random random(synthetic::test_seed() + 1);
@@ -385,7 +385,7 @@ TEST_CASE("a truncated log replays up to its last CRC; a modified one is rejecte
                 }
                 REQUIRE(again == told);
             }
-            CHECK(std::string(played.value->trouble.text).find("the recording ends here") !=
+            CHECK(std::string(played.value->last_error.text).find("the recording ends here") !=
                   std::string::npos);
         }
     }
@@ -406,9 +406,9 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
     const std::string path = folder / "session";
     Random random(synthetic::test_seed());
     auto writer = new_writer();
-    message trouble{};
+    message last_error{};
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "two-cameras", "now",
-                                 &trouble) == 0);
+                                 &last_error) == 0);
     std::vector<owned_pair> pairs(5);
     std::uint64_t time_us = 1000;
     for (auto &made : pairs) {
@@ -417,9 +417,9 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             frame.begin_us = time_us;
             frame.end_us = time_us += 40;
         }
-        REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
     }
-    REQUIRE(session_writer_end(writer.get(), &trouble) == 0);
+    REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
     player played(path);
     REQUIRE(played.code == 0);
     const rig_ports &ports = played.value->ports;
@@ -440,7 +440,7 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             }
             if (i == pairs.size()) {
                 CHECK(code == ERROR_TIMEOUT);
-                CHECK(std::string(played.value->trouble.text).find("5 recorded pairs") !=
+                CHECK(std::string(played.value->last_error.text).find("5 recorded pairs") !=
                       std::string::npos);
                 continue;
             }

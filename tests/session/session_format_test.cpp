@@ -19,21 +19,21 @@ std::string read_text(const std::string &path) {
 }
 
 void begin(session_writer &writer, const std::string &path) {
-    message trouble{};
+    message last_error{};
     REQUIRE(session_writer_begin(&writer, AT_FDCWD, path.c_str(), "v1-dirty", "two-cameras",
-                                 "2026-11-22T03:00:00Z", &trouble) == 0);
+                                 "2026-11-22T03:00:00Z", &last_error) == 0);
 }
 
 /// Reads all events; returns the result of the last call.
-int read_all(const std::string &path, int *count, message *trouble) {
+int read_all(const std::string &path, int *count, message *last_error) {
     session_reader reader;
     auto event = std::make_unique<session_event>();
-    int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), trouble);
+    int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), last_error);
     *count = 0;
     if (code != 0) {
         return code;
     }
-    while ((code = session_reader_next(&reader, event.get(), trouble)) == 1) {
+    while ((code = session_reader_next(&reader, event.get(), last_error)) == 1) {
         ++*count;
     }
     session_reader_close(&reader);
@@ -48,52 +48,52 @@ TEST_CASE("all kinds of events are read back as written") {
     Random random(synthetic::test_seed());
     auto writer = new_writer();
     begin(*writer, path);
-    message trouble{};
+    message last_error{};
     const std::string calibration = "vergence-calibration 1\nnothing more is looked at here\n";
     const std::string command = "pan left 2.5 % \"two  words\" \x01\xff=";
     const std::uint16_t values[] = {0x5b1d, 0, 0xffff};
     const session_instrument instrument = {
         {"Webcam C at usb-0000:00:14.0-1", ""}, {24000, 0}, {9442, 0}, 5236, 4, 4187};
-    CHECK(session_writer_instrument(writer.get(), &instrument, &trouble) == 0);
+    CHECK(session_writer_instrument(writer.get(), &instrument, &last_error) == 0);
     CHECK(session_writer_calibration(writer.get(), calibration.data(), calibration.size(),
-                                     &trouble) == 0);
-    CHECK(session_writer_command(writer.get(), command.c_str(), &trouble) == 0);
-    CHECK(session_writer_setting(writer.get(), "rig.key", "7", &trouble) == 0);
-    CHECK(session_writer_registers(writer.get(), "FPGA bridge", 17, 0x20, values, 3, &trouble) ==
+                                     &last_error) == 0);
+    CHECK(session_writer_command(writer.get(), command.c_str(), &last_error) == 0);
+    CHECK(session_writer_setting(writer.get(), "rig.key", "7", &last_error) == 0);
+    CHECK(session_writer_registers(writer.get(), "FPGA bridge", 17, 0x20, values, 3, &last_error) ==
           0);
     std::vector<owned_pair> pairs(20);
     for (auto &made : pairs) {
         random_pair(random, made);
-        REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
     }
-    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    CHECK(session_writer_end(writer.get(), &last_error) == 0);
 
     session_reader reader;
     auto event = std::make_unique<session_event>();
-    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), &trouble) == 0);
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), event.get(), &last_error) == 0);
     CHECK(std::string(event->build) == "v1-dirty");
     CHECK(std::string(event->profile) == "two-cameras");
     CHECK(std::string(event->date) == "2026-11-22T03:00:00Z");
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_INSTRUMENT);
     CHECK(std::string(event->instrument.camera[RIG_LEFT]) == instrument.camera[RIG_LEFT]);
     CHECK(std::string(event->instrument.camera[RIG_RIGHT]).empty());
     CHECK(event->instrument.servo_q4_per_rad[RIG_LEFT] == 9442);
     CHECK(event->instrument.lens_zoom_ppm == 4187);
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_CALIBRATION);
     char text[200];
-    REQUIRE(session_reader_calibration(&reader, event->crc32, text, sizeof text, &trouble) ==
+    REQUIRE(session_reader_calibration(&reader, event->crc32, text, sizeof text, &last_error) ==
             static_cast<int>(calibration.size()));
     CHECK(std::string(text, calibration.size()) == calibration);
-    CHECK(session_reader_calibration(&reader, event->crc32, text, 5, &trouble) == ERROR_CRC);
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    CHECK(session_reader_calibration(&reader, event->crc32, text, 5, &last_error) == ERROR_CRC);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_COMMAND);
     CHECK(event->text == command);
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_SETTING);
     CHECK(std::string(event->text) == "rig.key = 7");
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_REGISTERS);
     CHECK(std::string(event->part) == "FPGA bridge");
     CHECK(event->at_us == 17);
@@ -102,14 +102,14 @@ TEST_CASE("all kinds of events are read back as written") {
     CHECK(std::memcmp(event->values, values, sizeof values) == 0);
     std::uint32_t number = 0;
     for (const auto &made : pairs) {
-        REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+        REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
         CHECK(event->kind == SESSION_PAIR);
         CHECK(event->pair.number == ++number);
         CHECK(same_pair(reader, *event, made));
     }
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     CHECK(event->kind == SESSION_END);
-    CHECK(session_reader_next(&reader, event.get(), &trouble) == 0);
+    CHECK(session_reader_next(&reader, event.get(), &last_error) == 0);
     CHECK(!reader.cut);
     session_reader_close(&reader);
 }
@@ -120,25 +120,25 @@ TEST_CASE("equal frames are one file, and a session is never begun twice") {
     Random random(synthetic::test_seed());
     auto writer = new_writer();
     begin(*writer, path);
-    message trouble{};
+    message last_error{};
     owned_pair made;
     random_pair(random, made);
-    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
-    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
     std::size_t files = 0;
     for (const auto &entry : std::filesystem::directory_iterator(path)) {
         files += entry.path().filename().string().rfind("frame-", 0) == 0;
     }
     CHECK(files == 2);
-    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    CHECK(session_writer_end(writer.get(), &last_error) == 0);
     const std::string before = read_text(path + "/session.index");
     auto again = new_writer();
-    CHECK(session_writer_begin(again.get(), AT_FDCWD, path.c_str(), "", "", "", &trouble) ==
+    CHECK(session_writer_begin(again.get(), AT_FDCWD, path.c_str(), "", "", "", &last_error) ==
           ERROR_ARGUMENT);
-    CHECK(std::string(trouble.text).find("already contains") != std::string::npos);
+    CHECK(std::string(last_error.text).find("already contains") != std::string::npos);
     CHECK(read_text(path + "/session.index") == before);
     CHECK(session_writer_begin(again.get(), AT_FDCWD, (folder / "none/there").c_str(), "", "", "",
-                               &trouble) == ERROR_MISSING);
+                               &last_error) == ERROR_MISSING);
 }
 
 TEST_CASE("a truncated index gives the events before the cut; a modified one is rejected") {
@@ -147,19 +147,19 @@ TEST_CASE("a truncated index gives the events before the cut; a modified one is 
     Random random(synthetic::test_seed());
     auto writer = new_writer();
     begin(*writer, path);
-    message trouble{};
+    message last_error{};
     for (int i = 0; i < 3; i++) {
         owned_pair made;
         random_pair(random, made);
-        REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
     }
-    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    CHECK(session_writer_end(writer.get(), &last_error) == 0);
     const std::string whole = read_text(path + "/session.index");
     for (std::size_t length = 0; length <= whole.size(); length++) {
         folder.write("session/session.index", whole.substr(0, length));
         const auto lines = std::count(whole.begin(), whole.begin() + long(length), '\n');
         int count;
-        const int code = read_all(path, &count, &trouble);
+        const int code = read_all(path, &count, &last_error);
         CHECK(code == (lines == 0 ? ERROR_ARGUMENT : 0));
         CHECK(count == std::max(0L, lines - 1));
     }
@@ -171,8 +171,8 @@ TEST_CASE("a truncated index gives the events before the cut; a modified one is 
         changed[at] = static_cast<char>(changed[at] ^ (1 << upto(random, 6)));
         folder.write("session/session.index", changed);
         int count;
-        const int code = read_all(path, &count, &trouble);
-        INFO("byte ", at, ", ", std::string(trouble.text));
+        const int code = read_all(path, &count, &last_error);
+        INFO("byte ", at, ", ", std::string(last_error.text));
         CHECK((at + 1 < last ? code == ERROR_CRC || code == ERROR_SYNTAX : code == 0));
         CHECK(count <= 3);
     }
@@ -184,15 +184,15 @@ TEST_CASE("a damaged or missing frame is reported by name") {
     Random random(synthetic::test_seed());
     auto writer = new_writer();
     begin(*writer, path);
-    message trouble{};
+    message last_error{};
     owned_pair made;
     random_pair(random, made);
-    REQUIRE(session_writer_pair(writer.get(), &made.value, &trouble) == 0);
-    CHECK(session_writer_end(writer.get(), &trouble) == 0);
+    REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
+    CHECK(session_writer_end(writer.get(), &last_error) == 0);
     session_reader reader;
     auto event = std::make_unique<session_event>();
-    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble) == 0);
-    REQUIRE(session_reader_next(&reader, event.get(), &trouble) == 1);
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &last_error) == 0);
+    REQUIRE(session_reader_next(&reader, event.get(), &last_error) == 1);
     char name[SESSION_NAME_MAX + 1];
     session_frame_name(event->frame_crc[0], name);
     const std::string whole = read_text(path + "/" + name);
@@ -200,7 +200,7 @@ TEST_CASE("a damaged or missing frame is reported by name") {
     std::vector<std::uint16_t> pixels(std::size_t{frame.stride} * frame.height_px);
     const auto load = [&](std::size_t values) {
         return session_reader_frame(&reader, &frame, event->frame_crc[0], pixels.data(), values,
-                                    &trouble);
+                                    &last_error);
     };
     CHECK(load(pixels.size()) == 0);
     CHECK(load(pixels.size() - 1) == ERROR_MEMORY);
@@ -210,7 +210,7 @@ TEST_CASE("a damaged or missing frame is reported by name") {
          {changed, whole + "x", whole.substr(0, whole.size() - 1), std::string()}) {
         folder.write(std::string("session/") + name, text);
         CHECK(load(pixels.size()) == ERROR_CRC);
-        CHECK(std::string(trouble.text).find(name) != std::string::npos);
+        CHECK(std::string(last_error.text).find(name) != std::string::npos);
     }
     std::filesystem::remove(path + "/" + name);
     CHECK(load(pixels.size()) == ERROR_MISSING);

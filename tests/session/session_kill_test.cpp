@@ -155,18 +155,19 @@ struct recording {
 /// or the first error.
 int record_pairs(const recording &what, const std::string &path, int told) {
     auto writer = new_writer();
-    message trouble{};
+    message last_error{};
     int first =
-        session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now", &trouble);
+        session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now", &last_error);
     if (first != 0) {
-        CHECK(trouble.text[0] != '\0');
+        CHECK(last_error.text[0] != '\0');
         return first;
     }
     for (int i = 0; i < kPairs; i++) {
         const std::uint16_t values[] = {0x5b1d, static_cast<std::uint16_t>(i)};
-        int code = session_writer_registers(writer.get(), "FPGA bridge", 1, 0, values, 2, &trouble);
+        int code =
+            session_writer_registers(writer.get(), "FPGA bridge", 1, 0, values, 2, &last_error);
         if (code == 0) {
-            code = session_writer_pair(writer.get(), &what.pairs[i].value, &trouble);
+            code = session_writer_pair(writer.get(), &what.pairs[i].value, &last_error);
         }
         if (code == 0) {
             const char number = static_cast<char>(i);
@@ -174,7 +175,7 @@ int record_pairs(const recording &what, const std::string &path, int told) {
         }
         first = first != 0 ? first : code;
     }
-    const int code = session_writer_end(writer.get(), &trouble);
+    const int code = session_writer_end(writer.get(), &last_error);
     return first != 0 ? first : code;
 }
 
@@ -184,8 +185,8 @@ void check_what_is_left(const recording &what, const std::string &path, const st
                         bool one_more) {
     session_reader reader;
     auto event = std::make_unique<session_event>();
-    message trouble{};
-    const int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble);
+    message last_error{};
+    const int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &last_error);
     if (code != 0) {
         CHECK((code == ERROR_MISSING || code == ERROR_ARGUMENT));
         CHECK(told.empty());
@@ -193,7 +194,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
     }
     std::size_t found = 0;
     int got;
-    while ((got = session_reader_next(&reader, event.get(), &trouble)) == 1) {
+    while ((got = session_reader_next(&reader, event.get(), &last_error)) == 1) {
         if (event->kind != SESSION_PAIR) {
             continue;
         }
@@ -203,7 +204,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
         found++;
         CHECK(event->pair.number == found);
     }
-    INFO(std::string(trouble.text));
+    INFO(std::string(last_error.text));
     CHECK(got == 0);
     CHECK(found >= told.size());
     session_reader_close(&reader);
@@ -346,16 +347,17 @@ struct still_recorder {
 /// Begins a session and its recording, and removes them on failure.
 int begin_recording(record &recorder, session_writer &writer, const std::string &path,
                     const fate &fate) {
-    message trouble{};
+    message last_error{};
     coming = {};
-    REQUIRE(session_writer_begin(&writer, AT_FDCWD, path.c_str(), "v1", "rig", "now", &trouble) ==
-            0);
+    REQUIRE(session_writer_begin(&writer, AT_FDCWD, path.c_str(), "v1", "rig", "now",
+                                 &last_error) == 0);
     calls = 0;
     coming = fate;
-    const int code = record_start(&recorder, &writer, &trouble);
+    const int code = record_start(&recorder, &writer, &last_error);
     coming = {};
     if (code != 0) {
-        CHECK(std::string(trouble.text).find("calls.log: cannot be written") != std::string::npos);
+        CHECK(std::string(last_error.text).find("calls.log: cannot be written") !=
+              std::string::npos);
         session_writer_discard(&writer, AT_FDCWD);
     }
     return code;
@@ -367,7 +369,7 @@ TEST_CASE("a recording that fails to begin leaves nothing behind, and the next o
     const still_recorder still;
     record *const recorder = still.recorder.get();
     auto writer = new_writer();
-    message trouble{};
+    message last_error{};
     const std::ptrdiff_t open_before = open_files();
     int failures = 0;
     for (long at = 1;; at++) {
@@ -376,8 +378,8 @@ TEST_CASE("a recording that fails to begin leaves nothing behind, and the next o
         INFO("call ", at);
         const int code = begin_recording(*recorder, *writer, path, {at, false, ENOSPC, false});
         if (code == 0) {
-            CHECK(record_stop(recorder, &trouble) == 0);
-            CHECK(session_writer_end(writer.get(), &trouble) == 0);
+            CHECK(record_stop(recorder, &last_error) == 0);
+            CHECK(session_writer_end(writer.get(), &last_error) == 0);
             break;
         }
         failures++;
@@ -385,8 +387,8 @@ TEST_CASE("a recording that fails to begin leaves nothing behind, and the next o
         CHECK(!std::filesystem::exists(path));
         CHECK(open_files() == open_before);
         REQUIRE(begin_recording(*recorder, *writer, path, {}) == 0);
-        CHECK(record_stop(recorder, &trouble) == 0);
-        CHECK(session_writer_end(writer.get(), &trouble) == 0);
+        CHECK(record_stop(recorder, &last_error) == 0);
+        CHECK(session_writer_end(writer.get(), &last_error) == 0);
     }
     CHECK(failures >= 3);  // opening, writing, syncing
     CHECK(open_files() == open_before);

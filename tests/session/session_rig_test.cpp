@@ -66,7 +66,7 @@ struct session_of_commands {
         REQUIRE(rig_profile_named("rig", &profile) == 0);
         rig_init(instrument.get(), &profile, &ports, nullptr);
         codes.push_back(rig_bringup(instrument.get()));
-        INFO(std::string(instrument->trouble.text));
+        INFO(std::string(instrument->last_error.text));
         idle(instrument.get(), recorder, player);
         codes.push_back(rig_window(instrument.get(), 64, 48, 1));
         codes.push_back(rig_lens_go(instrument.get(), 3, LENS_ZOOM, 320));
@@ -83,10 +83,10 @@ struct session_of_commands {
             if (code == 0) {
                 keep();
             }
-            message trouble{};
+            message last_error{};
             if (writer != nullptr && code == 0) {
-                REQUIRE(record_flush(recorder, &trouble) == 0);
-                REQUIRE(session_writer_pair(writer, &taken.value, &trouble) == 0);
+                REQUIRE(record_flush(recorder, &last_error) == 0);
+                REQUIRE(session_writer_pair(writer, &taken.value, &last_error) == 0);
             }
         }
         codes.push_back(rig_safe(instrument.get()));
@@ -120,7 +120,7 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
     const scratch folder;
     const std::string path = folder / "session";
     session_of_commands first, again;
-    message trouble{};
+    message last_error{};
     {
         const running_rig simulated(folder);
         auto backend = std::make_unique<sim_backend>();
@@ -132,11 +132,11 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
         record_init(recorder.get(), &inner, &ports);
         auto writer = new_writer();
         REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
-                                     &trouble) == 0);
-        REQUIRE(record_start(recorder.get(), writer.get(), &trouble) == 0);
+                                     &last_error) == 0);
+        REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
         first.run(ports, writer.get(), recorder.get(), nullptr);
-        CHECK(record_stop(recorder.get(), &trouble) == 0);
-        CHECK(session_writer_end(writer.get(), &trouble) == 0);
+        CHECK(record_stop(recorder.get(), &last_error) == 0);
+        CHECK(session_writer_end(writer.get(), &last_error) == 0);
         MESSAGE("recorded calls: ", recorder->calls);
         sim_backend_close(backend.get());
     }
@@ -144,11 +144,11 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
     REQUIRE(first.taken.value.frame[0].data != nullptr);
 
     auto player = std::make_unique<replay>();
-    const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &trouble);
-    INFO(std::string(trouble.text));
+    const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &last_error);
+    INFO(std::string(last_error.text));
     REQUIRE(opened == 0);
     again.run(player->ports, nullptr, nullptr, player.get());
-    CHECK(std::string(player->trouble.text) == "");
+    CHECK(std::string(player->last_error.text) == "");
     CHECK(replay_is_over(player.get()));
     replay_close(player.get());
     CHECK(again.codes == first.codes);
@@ -159,9 +159,9 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
     // The index contains the same pair.
     session_reader reader;
     auto event = std::make_unique<session_event>();
-    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &trouble) == 0);
+    REQUIRE(session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &last_error) == 0);
     bool found = false;
-    while (session_reader_next(&reader, event.get(), &trouble) == 1) {
+    while (session_reader_next(&reader, event.get(), &last_error) == 1) {
         found |= event->kind == SESSION_PAIR && same_pair(reader, *event, again.taken);
     }
     CHECK(found);

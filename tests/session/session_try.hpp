@@ -109,10 +109,10 @@ inline bool same_pair(const session_reader &reader, const session_event &event,
         const pair_frame &frame = a.frame[side], &expected = b.frame[side];
         const std::size_t row = session_frame_row_values(&frame);
         std::vector<std::uint16_t> pixels(row * frame.height_px);
-        message trouble{};
+        message last_error{};
         same = same_frame(frame, expected) &&
                session_reader_frame(&reader, &frame, event.frame_crc[side], pixels.data(),
-                                    pixels.size(), &trouble) == 0;
+                                    pixels.size(), &last_error) == 0;
         for (std::size_t y = 0; y < frame.height_px && same; y++) {
             same = std::memcmp(&pixels[y * row], expected.data + y * expected.stride,
                                row * sizeof pixels[0]) == 0;

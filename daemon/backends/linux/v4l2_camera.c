@@ -22,7 +22,7 @@ enum {
 
 static void tell(const struct v4l2_camera *self, enum hal_log_level level, const char *what) {
     if (self->log != NULL) {
-        char text[sizeof self->path + sizeof self->stream.trouble.text + 64];
+        char text[sizeof self->path + sizeof self->stream.last_error.text + 64];
         snprintf(text, sizeof text, "camera %s: %s", self->path, what);
         self->log->operations->write(self->log->self, level, text);
     }
@@ -129,8 +129,8 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     }
     if (error != ERROR_OK) {
         self->gone = self->gone || error == ERROR_DEVICE;
-        self->refused = self->stream.trouble;
-        tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+        self->refused = self->stream.last_error;
+        tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
         return error;
     }
     self->started = true;
@@ -149,8 +149,8 @@ static int start(void *opaque, const struct hal_camera_format *format) {
 static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
     int error = ERROR_IO;
     while (error != ERROR_OK) {
-        char text[sizeof self->stream.trouble.text + 40];
-        snprintf(text, sizeof text, "%s; %s", self->stream.trouble.text,
+        char text[sizeof self->stream.last_error.text + 40];
+        snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text,
                  *tries < RESTARTS_MAX ? "restarting the stream" : "giving up for now");
         tell(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
         if (*tries == RESTARTS_MAX) {
@@ -170,7 +170,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
         }
         error = v4l2_stream_on(&self->stream);
         if (error == ERROR_DEVICE || error == ERROR_UNSUPPORTED) {
-            tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+            tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
             return error;
         }
     }
@@ -192,14 +192,14 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
             error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
                                      filled);
             if (error == ERROR_TIMEOUT && lost_us < deadline_us) {
-                message_set(&self->stream.trouble, 0, "no frame for %u ms",
+                message_set(&self->stream.last_error, 0, "no frame for %u ms",
                             self->patience_us / 1000);
                 error = ERROR_IO;
             }
         }
         if (error != ERROR_IO) {
             if (error == ERROR_DEVICE) {
-                tell(self, HAL_LOG_ERROR, self->stream.trouble.text);
+                tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
             }
             return error;
         }
@@ -277,9 +277,9 @@ static void lend(struct v4l2_camera *self, const struct v4l2_stream_filled *fill
 static int requeue(struct v4l2_camera *self, unsigned index) {
     const int error = v4l2_stream_queue(&self->stream, index);
     if (error == ERROR_IO) {
-        const struct message trouble = self->stream.trouble;
+        const struct message last_error = self->stream.last_error;
         (void)v4l2_stream_off(&self->stream);
-        self->stream.trouble = trouble;
+        self->stream.last_error = last_error;
         return ERROR_OK;
     }
     return error;

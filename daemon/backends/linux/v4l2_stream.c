@@ -21,7 +21,7 @@ enum { EMPTY_ANSWERS_MAX = 8 };
 static int fail(struct v4l2_stream *self, const char *what) {
     const int error = device_file_error(errno);
     // Only this code sets deadlines: a driver's ETIMEDOUT is a broken stream.
-    return message_set(&self->trouble, error == ERROR_TIMEOUT ? ERROR_IO : error, "%s: %s", what,
+    return message_set(&self->last_error, error == ERROR_TIMEOUT ? ERROR_IO : error, "%s: %s", what,
                        strerror(errno));
 }
 
@@ -163,14 +163,14 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
     const size_t row = v4l2_pixels_row_bytes(self->format, layout->width_px);
     const size_t min = (size_t)layout->bytes_per_line * (layout->height_px - 1U) + row;
     if (self->format->bytes_per_pixel != 0 && buffer.length < min) {
-        return message_set(&self->trouble, ERROR_IO,
+        return message_set(&self->last_error, ERROR_IO,
                            "the driver's buffers have %u bytes, a frame needs %zu", buffer.length,
                            min);
     }
     void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
     if (data == MAP_FAILED) {
         return errno == ENODEV || errno == EINVAL || errno == ENOSYS || errno == EPERM
-                   ? message_set(&self->trouble, ERROR_UNSUPPORTED,
+                   ? message_set(&self->last_error, ERROR_UNSUPPORTED,
                                  "cannot map its memory: %s (without an MMU the driver must "
                                  "support get_unmapped_area)",
                                  strerror(errno))
@@ -202,7 +202,7 @@ static int turn_on(struct v4l2_stream *self) {
     }
     // With one buffer the driver has no room for the next frame.
     if (given < 2) {
-        return message_set(&self->trouble, ERROR_IO,
+        return message_set(&self->last_error, ERROR_IO,
                            "the driver has memory for only %u frames (try smaller frames)", given);
     }
     given = given < V4L2_STREAM_BUFFERS_MAX ? given : V4L2_STREAM_BUFFERS_MAX;
@@ -219,7 +219,7 @@ static int turn_on(struct v4l2_stream *self) {
     if (device_file_control(self->fd, VIDIOC_STREAMON, &type) < 0) {
         const bool no_room = errno == ENOSPC;
         error = fail(self, "STREAMON");
-        return no_room ? message_set(&self->trouble, ERROR_FULL,
+        return no_room ? message_set(&self->last_error, ERROR_FULL,
                                      "not enough USB bandwidth for its frames (use another port of "
                                      "the computer, or smaller frames)")
                        : error;
@@ -232,16 +232,16 @@ int v4l2_stream_on(struct v4l2_stream *self) {
     INVARIANT(self->fd >= 0 && self->format != NULL && !self->on && self->count == 0);
     const int error = turn_on(self);
     if (error != ERROR_OK) {
-        const struct message trouble = self->trouble;
+        const struct message last_error = self->last_error;
         (void)v4l2_stream_off(self);
-        self->trouble = trouble;
+        self->last_error = last_error;
     }
     return error;
 }
 
 int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *format) {
     INVARIANT(self->fd >= 0 && !self->on);
-    int error = message_set(&self->trouble, ERROR_UNSUPPORTED,
+    int error = message_set(&self->last_error, ERROR_UNSUPPORTED,
                             "no supported format at %u x %u (v4l2-ctl --list-formats-ext lists "
                             "all)",
                             format->width_px, format->height_px);
@@ -256,13 +256,13 @@ int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *
                 return error;
             }
         } else if (errno != 0) {
-            return errno == EBUSY ? message_set(&self->trouble, ERROR_IO,
+            return errno == EBUSY ? message_set(&self->last_error, ERROR_IO,
                                                 "in use by another program (end it first)")
                                   : fail(self, "S_FMT");
         }
     }
     if (error == ERROR_UNSUPPORTED && nearest.width_px != 0) {
-        message_set(&self->trouble, error,
+        message_set(&self->last_error, error,
                     "no supported format at %u x %u, the nearest is %u x %u (v4l2-ctl "
                     "--list-formats-ext lists all)",
                     format->width_px, format->height_px, nearest.width_px, nearest.height_px);
@@ -323,7 +323,7 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
         clear_buffer(&buffer, 0);
         if (device_file_control(self->fd, VIDIOC_DQBUF, &buffer) == 0) {
             if (!accept(self, &buffer, filled)) {
-                return message_set(&self->trouble, ERROR_IO,
+                return message_set(&self->last_error, ERROR_IO,
                                    "the driver returned a buffer that was not queued");
             }
             filled->waited = empty > 0;
@@ -333,12 +333,13 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
             return fail(self, "DQBUF");
         }
         if ((happened & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
-            return message_set(&self->trouble, ERROR_IO, "the driver reports an error (POLLERR)");
+            return message_set(&self->last_error, ERROR_IO,
+                               "the driver reports an error (POLLERR)");
         }
         const int error = device_file_wait(self->fd, POLLIN, deadline_us, &happened);
         if (error != ERROR_OK) {
             return error == ERROR_IO ? fail(self, "poll") : error;
         }
     }
-    return message_set(&self->trouble, ERROR_IO, "the driver reports frames but delivers none");
+    return message_set(&self->last_error, ERROR_IO, "the driver reports frames but delivers none");
 }

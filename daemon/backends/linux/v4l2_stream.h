@@ -35,7 +35,7 @@ struct v4l2_stream {
     struct v4l2_stream_buffer buffers[V4L2_STREAM_BUFFERS_MAX];
     unsigned count;
     bool on;
-    struct message trouble;  ///< the last error, without the device's name
+    struct message last_error;  ///< the last error, without the device's name
 };
 
 /// A buffer filled by the driver.

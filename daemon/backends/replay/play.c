@@ -83,9 +83,9 @@ static void depart(struct play *self, const char *format, ...) {
 }
 
 /// Records a call that differs, unless only the cut-off end of the recording is missing.
-static void look_for_trouble(struct play *self) {
+static void look_for_error(struct play *self) {
     if (self->replay.ended && !(self->replay.ran_out && self->outcome->cut)) {
-        depart(self, "%s", self->replay.trouble.text);
+        depart(self, "%s", self->replay.last_error.text);
     }
 }
 
@@ -226,7 +226,7 @@ static void run_command(struct play *self) {
                                       .surroundings = self};
     // Its result is irrelevant: it did the same as recorded, or the calls differ.
     (void)command_run(command, &call);
-    look_for_trouble(self);
+    look_for_error(self);
     self->outcome->commands += !differs(self) && !self->replay.ended;
     show_progress(self, "", 0, 0);
 }
@@ -345,7 +345,7 @@ static int play_all(struct play *self, struct message *message) {
     struct play_outcome *outcome = self->outcome;
     if (self->up && !self->replay.ended) {
         catch_up(self);
-        look_for_trouble(self);
+        look_for_error(self);
     }
     if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {
         depart(self, "%s: the last %u recorded calls were not made", self->session.path,

@@ -70,7 +70,7 @@ static void stop_playing(struct replay *self, const char *format, ...) {
     vsnprintf(why, sizeof why, format, arguments);
     va_end(arguments);
     self->ended = true;
-    message_set(&self->trouble, 0, "%s/%s: line %u: %s", self->session.path, SESSION_CALLS_NAME,
+    message_set(&self->last_error, 0, "%s/%s: line %u: %s", self->session.path, SESSION_CALLS_NAME,
                 self->line, why);
 }
 

@@ -16,24 +16,24 @@ int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *fo
         place++;
     }
     if (place == REPLAY_FRAMES_LENT) {
-        return message_set(&self->trouble, ERROR_MEMORY, "%s: two frames are already lent",
+        return message_set(&self->last_error, ERROR_MEMORY, "%s: two frames are already lent",
                            self->session.path);
     }
-    const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->trouble);
+    const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->last_error);
     if (fits != 0) {
         return fits;
     }
     if (values > camera->values[place]) {
         uint16_t *more = realloc(camera->pixels[place], values * sizeof *more);
         if (more == NULL) {
-            return message_set(&self->trouble, ERROR_MEMORY, "%s: out of memory for a frame",
+            return message_set(&self->last_error, ERROR_MEMORY, "%s: out of memory for a frame",
                                self->session.path);
         }
         camera->pixels[place] = more;
         camera->values[place] = values;
     }
     const int code = session_reader_frame(&self->session, form, crc32, camera->pixels[place],
-                                          camera->values[place], &self->trouble);
+                                          camera->values[place], &self->last_error);
     if (code != 0) {
         return code;
     }

@@ -50,10 +50,10 @@ struct replay {
     uint32_t calls;  // calls among them that are still to be made
     uint32_t made;   // calls that were made
     char text[TRACE_LINE_MAX * 2 + 16];
-    bool peeked;             // `text` holds the next call
-    bool ended;              // a mismatch occurred, or everything was replayed
-    bool ran_out;            // the mismatch: more calls were made than recorded
-    struct message trouble;  // the reason; "" if there is none
+    bool peeked;                // `text` holds the next call
+    bool ended;                 // a mismatch occurred, or everything was replayed
+    bool ran_out;               // the mismatch: more calls were made than recorded
+    struct message last_error;  // the reason; "" if there is none
     uint64_t now_us;
 
     struct session_event *pairs;  // allocated; pairs only
@@ -62,7 +62,7 @@ struct replay {
 };
 
 /// Lends a frame with the pixels of `frame`. 0, ERROR_MEMORY (two are lent already, or out of
-/// memory) or an error of session_reader_frame, with `trouble` set.
+/// memory) or an error of session_reader_frame, with `last_error` set.
 int replay_camera_lend(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
                        struct hal_camera_frame *frame);
 void replay_camera_take_back(struct replay_camera *camera, const struct hal_camera_frame *frame);

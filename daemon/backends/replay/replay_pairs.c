@@ -59,7 +59,7 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     if (self->next_pair >= self->pair_count) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;
-        return message_set(&self->trouble, ERROR_TIMEOUT,
+        return message_set(&self->last_error, ERROR_TIMEOUT,
                            "%s: all %u recorded pairs were delivered", self->session.path,
                            self->pair_count);
     }

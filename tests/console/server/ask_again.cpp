@@ -172,7 +172,7 @@ int main(int count, char **arguments) {
     if (count != 3) {
         give_up("wants RIG SESSION; see its source");
     }
-    message trouble{};
+    message last_error{};
     auto backend = std::make_unique<sim_backend>();
     expect(sim_backend_open(backend.get(), arguments[1], patience_ms), "cannot connect");
     const rig_ports inner = sim_backend_ports(backend.get());
@@ -181,9 +181,9 @@ int main(int count, char **arguments) {
     Asker asker;
     record_init(recorder.get(), &inner, &asker.ports);
     expect(session_writer_begin(writer.get(), AT_FDCWD, arguments[2], "test", "rig",
-                                "2026-01-01T00:00:00Z", &trouble),
-           trouble.text);
-    expect(record_start(recorder.get(), writer.get(), &trouble), trouble.text);
+                                "2026-01-01T00:00:00Z", &last_error),
+           last_error.text);
+    expect(record_start(recorder.get(), writer.get(), &last_error), last_error.text);
     std::vector<std::string> calls;
     for (std::string line; std::getline(std::cin, line);) {
         calls.push_back(line);
@@ -202,8 +202,8 @@ int main(int count, char **arguments) {
         }
         asker.ask(calls[i]);
     }
-    expect(record_stop(recorder.get(), &trouble), trouble.text);
-    expect(session_writer_end(writer.get(), &trouble), trouble.text);
+    expect(record_stop(recorder.get(), &last_error), last_error.text);
+    expect(session_writer_end(writer.get(), &last_error), last_error.text);
     sim_backend_close(backend.get());
     return 0;
 }

@@ -157,7 +157,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const hal_clock *clock = play.ports.clock;
     const std::uint64_t before_us = clock->operations->now_us(clock->self);
     if (play.ended) {
-        FUZZ_CHECK(play.trouble.text[0] != '\0');
+        FUZZ_CHECK(play.last_error.text[0] != '\0');
         FUZZ_CHECK(clock->operations->now_us(clock->self) > before_us ||
                    before_us > ~0ull - 2000000);
     }

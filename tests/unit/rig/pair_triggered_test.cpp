@@ -186,7 +186,7 @@ struct Triggered {
         memory.assign(pair_values(&rig, &options), 0);
         return pair_capture(&rig, &options, memory.data(), memory.size(), &pair);
     }
-    std::string text() const { return rig.trouble.text; }
+    std::string text() const { return rig.last_error.text; }
     // The line is inactive and no frame is left on loan.
     void check_rest() {
         CHECK(!world.active);
@@ -357,13 +357,13 @@ TEST_CASE("a camera that goes is named, and the line is at rest") {
     Triggered two;
     two.right.gone = true;
     CHECK(rig_bringup(&two.rig) == ERROR_DEVICE);
-    CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(two.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     two.right.gone = false;
     REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
     two.left.gone = true;
     ::pair pair{};
     CHECK(two.capture(pair) == ERROR_DEVICE);
-    CHECK(two.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(two.rig.last_error.part == RIG_PART_LEFT_CAMERA);
     CHECK(two.rig.state == RIG_SAFE);
     two.check_rest();
 }

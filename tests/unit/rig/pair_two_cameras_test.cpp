@@ -186,7 +186,7 @@ TEST_CASE("the skew is reported, and rejected beyond the limit") {
     ::pair pair{};
     CHECK(slow.capture(pair) == ERROR_MOVED);
     CHECK(std::llabs(pair.skew_us) == 70000);
-    const std::string text = slow.rig.trouble.text;
+    const std::string text = slow.rig.last_error.text;
     CHECK_MESSAGE(text.rfind("right camera: its frame began 70 ms", 0) == 0, text);
     CHECK_MESSAGE(text.find("allowed: 50 ms") != std::string::npos, text);
     CHECK_MESSAGE(text.find("rig.skew_limit") != std::string::npos, text);
@@ -210,14 +210,14 @@ TEST_CASE("a camera that is missing or goes is named, and the rig is safe") {
     TwoCameras two(33333, 10000);
     two.right.gone = true;
     CHECK(rig_bringup(&two.rig) == ERROR_DEVICE);
-    CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(two.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     CHECK(two.rig.state == RIG_SAFE);
     two.right.gone = false;
     REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
     two.left.gone = true;
     ::pair pair{};
     CHECK(two.capture(pair) == ERROR_DEVICE);
-    CHECK(two.rig.trouble.part == RIG_PART_LEFT_CAMERA);
+    CHECK(two.rig.last_error.part == RIG_PART_LEFT_CAMERA);
     CHECK(two.rig.state == RIG_SAFE);
     CHECK(!two.right.started);
 }
@@ -253,7 +253,7 @@ TEST_CASE("frames that are exposed for longer than the profile's frame time are 
     }
     ::pair pair{};
     const int error = two.capture(pair);
-    const std::string text = two.rig.trouble.text;
+    const std::string text = two.rig.last_error.text;
     CAPTURE(text);
     CHECK(error == ERROR_OK);
     CHECK(two.rig.state == RIG_READY);
@@ -265,7 +265,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     two.ports[RIG_LEFT].operations = two.ports[RIG_RIGHT].operations = &kControlled;
     told_control = kExposureUs;
     const int error = rig_bringup(&two.rig);
-    INFO(two.rig.trouble.text);
+    INFO(two.rig.last_error.text);
     REQUIRE(error == ERROR_OK);
     CHECK(two.rig.exposure_us[RIG_LEFT] == 0);  // not set by any program
     ::pair pair{};
@@ -276,7 +276,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     two.right.fails_with = ERROR_TIMEOUT;
     const uint64_t begin_us = two.time.time_us;
     CHECK(rig_bringup(&two.rig) == ERROR_TIMEOUT);
-    CHECK(two.rig.trouble.part == RIG_PART_RIGHT_CAMERA);
+    CHECK(two.rig.last_error.part == RIG_PART_RIGHT_CAMERA);
     CHECK(two.time.time_us - begin_us <= 2 * uint64_t(kExposureUs) + 2000000);
     CHECK(two.rig.state == RIG_SAFE);
     // Impossible values are not accepted.
@@ -303,7 +303,7 @@ TEST_CASE("a camera that reports impossible values of its controls is named") {
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         CHECK(rig_gain(&two.rig, 1u << RIG_RIGHT, 16, &gain_q3) == ERROR_VERIFY);
         CHECK(two.rig.state == RIG_SAFE);
-        const std::string text = two.rig.trouble.text;
+        const std::string text = two.rig.last_error.text;
         CHECK_MESSAGE(text.rfind("right camera: ", 0) == 0, text);
         CHECK_MESSAGE(text.find("setting " + std::to_string(told)) != std::string::npos, text);
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
@@ -334,10 +334,10 @@ static unsigned run_with(unsigned sides, unsigned from, unsigned to, int error) 
                                   ? two.left.failed_us
                                   : std::min(two.left.failed_us, two.right.failed_us);
     if (result != ERROR_OK) {
-        const std::string text = two.rig.trouble.text;
+        const std::string text = two.rig.last_error.text;
         CAPTURE(text);
         CHECK(two.time.time_us - first_us < kLimitUs);
-        const rig_part part = two.rig.trouble.part;
+        const rig_part part = two.rig.last_error.part;
         CHECK((part == RIG_PART_LEFT_CAMERA || part == RIG_PART_RIGHT_CAMERA));
         CHECK((sides >> (part - RIG_PART_LEFT_CAMERA) & 1) == 1);
         CHECK(text.rfind(rig_part_text(part), 0) == 0);

@@ -65,15 +65,15 @@ bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image 
     image_request request{};
     request.bayer = mosaic ? IMAGE_BAYER_GRBG : IMAGE_BAYER_BY_FORMAT;
     const file_owner file(new image_file{});
-    message trouble{};
+    message last_error{};
     int code = ERROR_TOO_LARGE;
     for (int shrink = 1; code == ERROR_TOO_LARGE && shrink <= max_shrink; shrink++) {
         request.scale = 1.0 / shrink;
         code = image_file_read(path.c_str(), formats.first, formats.count, &request, file.get(),
-                               &trouble);
+                               &last_error);
     }
     if (code != ERROR_OK) {
-        *error = trouble.text;
+        *error = last_error.text;
         return false;
     }
     image->width_px = file->image.width_px;

@@ -135,15 +135,15 @@ class expander {
     }
 
     bool session(const std::string &path) {
-        message trouble{};
+        message last_error{};
         const auto add_shot = [](void *names, const session_pair_files *files) {
             static_cast<calibrate_names *>(names)->shots.push_back(
                 {{files->path[0], files->path[1]},
                  files->mosaic,
                  std::make_shared<calibration_match_state>(files->state)});
         };
-        return session_pairs_read(path.c_str(), add_shot, names_, &trouble) > 0 ||
-               fail(trouble.text);
+        return session_pairs_read(path.c_str(), add_shot, names_, &last_error) > 0 ||
+               fail(last_error.text);
     }
 
     bool folder(const std::string &path) {
@@ -202,11 +202,11 @@ class expander {
     }
 
     bool read_text(const std::string &path, std::string *text) {
-        struct message trouble;
-        const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
-                                                            std::fclose);
+        struct message last_error;
+        const std::unique_ptr<FILE, int (*)(FILE *)> stream(
+            input_file_open(path.c_str(), &last_error), std::fclose);
         if (stream == nullptr) {
-            return fail(trouble.text);
+            return fail(last_error.text);
         }
         char block[4096];
         for (size_t count; (count = std::fread(block, 1, sizeof block, stream.get())) > 0;) {

@@ -98,9 +98,9 @@ class runner {
     }
 
     int begin() {
-        message trouble{};
-        if (outdir_begin(&out_.directory, job_.out_path.c_str(), &trouble) != ERROR_OK) {
-            return fail(CLIENT_FAILED, trouble.text);
+        message last_error{};
+        if (outdir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
+            return fail(CLIENT_FAILED, last_error.text);
         }
         threads_.reset(workers_create(job_.threads));
         return threads_ != nullptr ? CLIENT_OK : fail(CLIENT_FAILED, "out of memory for threads");
@@ -275,12 +275,12 @@ class runner {
         const auto file = std::make_unique<output_file>();
         output_file_open(file.get(), path);
         output_file_write(file.get(), text.data(), text.size());
-        message trouble{};
-        const int code = output_file_close(file.get(), &trouble);
+        message last_error{};
+        const int code = output_file_close(file.get(), &last_error);
         stop_if_interrupted();
         if (code != ERROR_OK) {
-            outdir_name_final(&out_.directory, &trouble);
-            return fail(CLIENT_FAILED, trouble.text);
+            outdir_name_final(&out_.directory, &last_error);
+            return fail(CLIENT_FAILED, last_error.text);
         }
         return CLIENT_OK;
     }
@@ -353,10 +353,10 @@ class runner {
         if (code != CLIENT_OK) {
             return code;
         }
-        message trouble{};
+        message last_error{};
         if (outdir_commit(&out_.directory, result_names, result_count, "calibration.json",
-                          &trouble) != ERROR_OK) {
-            return fail(CLIENT_FAILED, trouble.text);
+                          &last_error) != ERROR_OK) {
+            return fail(CLIENT_FAILED, last_error.text);
         }
         return CLIENT_OK;
     }

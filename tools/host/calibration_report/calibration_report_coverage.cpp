@@ -104,14 +104,14 @@ std::string distance_plot(const calibration_figures &figures) {
 }
 
 /// Everything reported about one image.
-struct trouble {
+struct defect {
     std::vector<std::string> sentences;
     std::vector<std::pair<double, double>> marks_px;
 };
 
-using troubles = std::map<std::pair<std::size_t, int>, trouble>;
+using defects = std::map<std::pair<std::size_t, int>, defect>;
 
-void add_corners(const calib::solution &result, troubles *all) {
+void add_corners(const calib::solution &result, defects *all) {
     std::map<std::pair<std::size_t, int>, std::map<int, const calib::corner_residual_px *>> seen;
     for (const calib::corner_residual_px &corner : result.residuals) {
         if (!corner.used) {
@@ -119,7 +119,7 @@ void add_corners(const calib::solution &result, troubles *all) {
         }
     }
     for (const calib::rejected_corner &corner : result.rejected_corners) {
-        trouble &one = (*all)[{corner.sighting, corner.camera}];
+        defect &one = (*all)[{corner.sighting, corner.camera}];
         if (one.sentences.size() < 6) {
             one.sentences.push_back(
                 report_text_format("Corner %d, %.1f px off: ", corner.index, corner.off_px) +
@@ -135,8 +135,8 @@ void add_corners(const calib::solution &result, troubles *all) {
     }
 }
 
-troubles collect_troubles(const calibration_page &page) {
-    troubles all;
+defects collect_errors(const calibration_page &page) {
+    defects all;
     for (std::size_t i = 0; i < page.seen->sightings.size(); i++) {
         for (int camera = 0; camera < page.seen->cameras; camera++) {
             const auto &view = page.seen->sightings[i].view[static_cast<std::size_t>(camera)];
@@ -153,8 +153,8 @@ troubles collect_troubles(const calibration_page &page) {
     return all;
 }
 
-std::string trouble_figure(const calibration_page &page, std::size_t sighting, int camera,
-                           const trouble &what, bool with_picture) {
+std::string disturbance_figure(const calibration_page &page, std::size_t sighting, int camera,
+                               const defect &what, bool with_picture) {
     std::string words;
     for (const std::string &sentence : what.sentences) {
         words += "<br>" + report_text_escape(sentence) + ".";
@@ -190,15 +190,15 @@ std::string calibration_report_coverage(const calibration_page &page,
 }
 
 std::string calibration_report_rejected(const calibration_page &page) {
-    const troubles all = collect_troubles(page);
+    const defects all = collect_errors(page);
     if (all.empty()) {
         return "<p class=\"lead\">Nothing: every image and every corner counts.</p>\n";
     }
     std::string html = "<div class=\"grid small\">\n";
     std::size_t shown = 0;
     for (const auto &one : all) {
-        html += trouble_figure(page, one.first.first, one.first.second, one.second,
-                               shown++ < MAX_PICTURES);
+        html += disturbance_figure(page, one.first.first, one.first.second, one.second,
+                                   shown++ < MAX_PICTURES);
     }
     return html + "</div>\n";
 }

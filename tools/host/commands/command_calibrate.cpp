@@ -172,10 +172,10 @@ std::string check_texts(const request &asked) {
 
 bool read_cache(const char *path, const calib::board &board, std::vector<calib::cached_view> *views,
                 std::string *error) {
-    message trouble{};
-    FILE *stream = input_file_open(path, &trouble);
+    message last_error{};
+    FILE *stream = input_file_open(path, &last_error);
     if (stream == nullptr) {
-        *error = trouble.text;
+        *error = last_error.text;
         return false;
     }
     std::fclose(stream);

@@ -30,11 +30,11 @@ bool exists(const std::string &path) {
 }
 
 import_file read_file(const std::string &path) {
-    struct message trouble;
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
+    struct message last_error;
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &last_error),
                                                         std::fclose);
     if (stream == nullptr) {
-        fail(ERROR_ARGUMENT, trouble.text);
+        fail(ERROR_ARGUMENT, last_error.text);
     }
     import_file file{path, {}};
     char block[65536];

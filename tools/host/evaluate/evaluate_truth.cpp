@@ -31,9 +31,9 @@ struct grey_png {
         const image_format png = {"PNG", "png", image_png_probe, image_png_read};
         image_request request{};
         request.scale = 1;
-        struct message trouble;
-        if (image_file_read(path.c_str(), &png, 1, &request, &file, &trouble) != 0) {
-            *message = trouble.text;
+        struct message last_error;
+        if (image_file_read(path.c_str(), &png, 1, &request, &file, &last_error) != 0) {
+            *message = last_error.text;
             return false;
         }
         if (file.image.layout != PIXEL_GREY) {
@@ -57,8 +57,8 @@ struct grey_png {
 
 bool is_png(const std::string &path) {
     unsigned char head[8] = {0};
-    struct message trouble;  // reported when the whole file is read
-    std::FILE *file = input_file_open(path.c_str(), &trouble);
+    struct message last_error;  // reported when the whole file is read
+    std::FILE *file = input_file_open(path.c_str(), &last_error);
     if (file == nullptr) {
         return false;
     }
@@ -144,11 +144,11 @@ bool evaluate_truth_load(const std::string &path, const std::string &mask_path, 
 int evaluate_truth_check(const reconstruct_context *context, int size_px[2],
                          struct message *message) {
     evaluate_truth truth;
-    std::string trouble;
+    std::string last_error;
     if (!evaluate_truth_load(context->ground_truth_path,
                              context->mask_path != nullptr ? context->mask_path : "",
-                             context->ground_truth_scale, &truth, &trouble)) {
-        return message_set(message, ERROR_SYNTAX, "%s", trouble.c_str());
+                             context->ground_truth_scale, &truth, &last_error)) {
+        return message_set(message, ERROR_SYNTAX, "%s", last_error.c_str());
     }
     size_px[0] = truth.width_px;
     size_px[1] = truth.height_px;

@@ -117,10 +117,10 @@ bool pfm_parse(const unsigned char *data, std::size_t length, pfm_image *image,
 }
 
 bool pfm_read(const std::string &path, pfm_image *image, std::string *message) {
-    struct message trouble;
-    const file_handle file(input_file_open(path.c_str(), &trouble));
+    struct message last_error;
+    const file_handle file(input_file_open(path.c_str(), &last_error));
     if (!file) {
-        *message = trouble.text;
+        *message = last_error.text;
         return false;
     }
     std::vector<unsigned char> bytes;

@@ -14,8 +14,8 @@ void info_page::add_number(const std::string &key, const std::string &label, dou
 }
 
 std::string info_head(const std::string &path) {
-    struct message trouble;  // reported when the whole file is read
-    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &trouble),
+    struct message last_error;  // reported when the whole file is read
+    const std::unique_ptr<FILE, int (*)(FILE *)> stream(input_file_open(path.c_str(), &last_error),
                                                         std::fclose);
     char head[64];
     return stream == nullptr ? std::string()

@@ -27,7 +27,7 @@ struct reading {
     session_pairs pairs{};
     session_event begin{};
     calibration_match_state state{};  // of the current pair
-    message trouble{};
+    message last_error{};
 
     reading() { reader.directory = -1; }
     reading(const reading &) = delete;
@@ -39,12 +39,12 @@ struct reading {
 bool read_picture(reading *self, int side, picture_stats *found) {
     pair_frame frame = self->pairs.pair.pair.frame[side];
     const uint32_t crc32 = self->pairs.pair.frame_crc[side];
-    if (session_reader_frame_fits(&self->reader, &frame, crc32, &self->trouble) != ERROR_OK) {
+    if (session_reader_frame_fits(&self->reader, &frame, crc32, &self->last_error) != ERROR_OK) {
         return false;
     }
     std::vector<uint16_t> values(size_t{session_frame_row_values(&frame)} * frame.height_px);
     if (session_reader_frame(&self->reader, &frame, crc32, values.data(), values.size(),
-                             &self->trouble) != ERROR_OK) {
+                             &self->last_error) != ERROR_OK) {
         return false;
     }
     if (!frame.has_picture) {
@@ -166,14 +166,14 @@ bool add_calibration(reading *self, info_page *page, document *object) {
     char name[SESSION_NAME_MAX + 1], text[CALIBRATION_TEXT_MAX_BYTES];
     session_calibration_name(self->pairs.calibration_crc, name);
     const int length = session_reader_calibration(&self->reader, self->pairs.calibration_crc, text,
-                                                  sizeof text, &self->trouble);
+                                                  sizeof text, &self->last_error);
     if (length < 0) {
         return false;
     }
     calibration value;
     calibration_fault fault{};
     if (calibration_parse(text, static_cast<size_t>(length), &value, &fault) != ERROR_OK) {
-        message_set(&self->trouble, ERROR_SYNTAX, "%s/%s:%d: %s: %s", self->reader.path, name,
+        message_set(&self->last_error, ERROR_SYNTAX, "%s/%s:%d: %s: %s", self->reader.path, name,
                     fault.line, fault.field, fault.reason);
         return false;
     }
@@ -246,20 +246,20 @@ bool info_session(const std::string &path, info_page *page, std::string *message
     const auto self = std::make_unique<reading>();
     page->kind = "session";
     int got =
-        session_reader_open(&self->reader, AT_FDCWD, path.c_str(), &self->begin, &self->trouble);
+        session_reader_open(&self->reader, AT_FDCWD, path.c_str(), &self->begin, &self->last_error);
     page->add("build", "made by", std::string("build ") + self->begin.build, self->begin.build);
     page->add("profile", "instrument", self->begin.profile, self->begin.profile);
     page->add("date", "date", self->begin.date, self->begin.date);
     info_page rows;
     document list = document::array();
     while (got >= 0 &&
-           (got = session_pairs_next(&self->pairs, &self->reader, &self->trouble)) == 1) {
+           (got = session_pairs_next(&self->pairs, &self->reader, &self->last_error)) == 1) {
         got = add_pair(self.get(), &rows, &list) ? got : ERROR_CRC;
     }
     // A session without pairs is valid.
     if (got < 0 &&
         !(got == ERROR_MISSING && self->pairs.count == 0 && self->reader.text != nullptr)) {
-        *message = self->trouble.text;
+        *message = self->last_error.text;
         return false;
     }
     page->add("cut_off", "end",

@@ -77,13 +77,13 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
     evaluate_truth loaded;
     if (!evaluate_truth_load(context.ground_truth_path,
                              context.mask_path != nullptr ? context.mask_path : "",
-                             context.ground_truth_scale, &loaded, &truth->trouble)) {
+                             context.ground_truth_scale, &loaded, &truth->last_error)) {
         return;
     }
     if (loaded.width_px != width || loaded.height_px != height) {
-        truth->trouble = "the ground truth is " + std::to_string(loaded.width_px) + "x" +
-                         std::to_string(loaded.height_px) + ", the rectified left image " +
-                         std::to_string(width) + "x" + std::to_string(height);
+        truth->last_error = "the ground truth is " + std::to_string(loaded.width_px) + "x" +
+                            std::to_string(loaded.height_px) + ", the rectified left image " +
+                            std::to_string(width) + "x" + std::to_string(height);
         return;
     }
     truth->disparity_px.swap(loaded.disparity_px);

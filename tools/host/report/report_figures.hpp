@@ -27,8 +27,8 @@ struct report_histogram {
 
 /// Ground truth in the pixels of the rectified left image.
 struct report_truth {
-    bool given = false;   // a file was named
-    std::string trouble;  // why it cannot be compared; empty when it can
+    bool given = false;      // a file was named
+    std::string last_error;  // why it cannot be compared; empty when it can
     std::vector<float> disparity_px;
     std::vector<std::uint8_t> mask;  // empty: none
     evaluate_result score;

@@ -114,7 +114,7 @@ std::string report_sections_notes(const reconstruct_context &context,
     std::string items;
     const std::string remark = context.calibration != nullptr ? context.calibration->note : "";
     bool remark_shown = remark.empty();
-    bool truth_shown = figures.truth.trouble.empty();
+    bool truth_shown = figures.truth.last_error.empty();
     for (int i = 0; i < context.warning_count; i++) {
         const std::string text = context.warnings[i].text;
         remark_shown = remark_shown || text.find(remark) != std::string::npos;
@@ -129,7 +129,7 @@ std::string report_sections_notes(const reconstruct_context &context,
                       "No pixel could be measured. The map of reasons below shows why.");
     }
     if (!truth_shown) {
-        items += note("warning", "Ground truth not used", figures.truth.trouble);
+        items += note("warning", "Ground truth not used", figures.truth.last_error);
     }
     return items.empty() ? items : "<ul class=\"notes\">\n" + items + "</ul>";
 }
@@ -184,7 +184,7 @@ std::string report_sections_histogram(const report_figures &figures) {
 
 std::string report_sections_accuracy(const reconstruct_context &context,
                                      const report_figures &figures, const report_grid &grid) {
-    if (!figures.truth.given || !figures.truth.trouble.empty()) {
+    if (!figures.truth.given || !figures.truth.last_error.empty()) {
         return "";
     }
     const evaluate_result &score = figures.truth.score;

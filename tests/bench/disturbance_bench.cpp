@@ -10,15 +10,15 @@
 #include <opencv2/core/version.hpp>
 #include <stdexcept>
 
+#include "bench/disturbance.hpp"
 #include "bench/harness/bench_arguments.hpp"
 #include "bench/harness/bench_run.hpp"
-#include "bench/trouble.hpp"
 #include "daemon/base/json.h"
 
 namespace {
 
 constexpr const char *kUsage =
-    "usage: trouble_bench [options] DIR...\n"
+    "usage: disturbance_bench [options] DIR...\n"
     "  DIR            a folder with left.png right.png meta.json disparity.pfm and, optional,\n"
     "                 mask.png; or a folder of such folders\n"
     "  --only TEXT    methods whose name contains TEXT (and SGBM 3-way plain)\n"
@@ -32,7 +32,7 @@ constexpr int kNameWidth = 30;
 constexpr int kColumnWidth = 9;
 
 // One method: for each case, one value per pair.
-struct troubled {
+struct disturbed {
     std::string method;
     std::map<std::string, std::vector<double>> bad_percent;   // by photometric change
     std::map<std::string, std::vector<double>> kept_percent;  // by pair without a surface
@@ -47,7 +47,7 @@ double mean(const std::vector<double> &values) {
 }
 
 // NaN if the clean images have no error.
-double growth(const troubled &one, const char *name) {
+double growth(const disturbed &one, const char *name) {
     const double clean = mean(one.bad_percent.at("clean"));
     return clean > 0 ? mean(one.bad_percent.at(name)) / clean
                      : std::numeric_limits<double>::quiet_NaN();
@@ -55,18 +55,18 @@ double growth(const troubled &one, const char *name) {
 
 // The cases to run.
 struct plan {
-    std::vector<trouble_case> photometric;
-    std::vector<trouble_nothing> nothing;
+    std::vector<disturbance> photometric;
+    std::vector<disturbance_nothing> nothing;
 };
 
 plan plan_of(bool quick) {
-    plan all = {photometric_troubles(), no_surface_troubles()};
+    plan all = {photometric_disturbances(), no_surface_disturbances()};
     if (quick) {
         const auto is_named = [](const char *name) {
             return [name](const auto &one) { return std::strcmp(one.name, name) == 0; };
         };
         const auto exposure = std::find_if(all.photometric.begin(), all.photometric.end(),
-                                           is_named(trouble_exposure));
+                                           is_named(disturbance_exposure));
         all.photometric = {all.photometric.front(), *exposure};
         all.nothing = {all.nothing.back()};
     }
@@ -80,16 +80,16 @@ std::vector<float> matched(const bench_method_entry &entry, const bench_pair &pa
 }
 
 void run_pair(const std::vector<bench_method_entry> &methods, const plan &plan,
-              const bench_pair &pair, const bench_pair &other, std::vector<troubled> &results) {
-    for (const trouble_case &one : plan.photometric) {
-        bench_pair changed = trouble_copy(pair);
+              const bench_pair &pair, const bench_pair &other, std::vector<disturbed> &results) {
+    for (const disturbance &one : plan.photometric) {
+        bench_pair changed = disturbance_copy(pair);
         one.apply(changed);
         for (std::size_t i = 0; i < methods.size(); i++) {
             const bench_error error = bench_error_of(changed, matched(methods[i], changed));
             results[i].bad_percent[one.name].push_back(error.all.filled_visible.bad_percent[1]);
         }
     }
-    for (const trouble_nothing &one : plan.nothing) {
+    for (const disturbance_nothing &one : plan.nothing) {
         const bench_pair made = one.make(pair, other);
         for (std::size_t i = 0; i < methods.size(); i++) {
             results[i].kept_percent[one.name].push_back(
@@ -101,14 +101,14 @@ void run_pair(const std::vector<bench_method_entry> &methods, const plan &plan,
 // One line per method, one column per case.
 template <typename Case>
 void print_table(const char *title, const std::vector<Case> &cases,
-                 const std::vector<troubled> &results,
-                 const std::function<std::string(const troubled &, const char *name)> &cell) {
+                 const std::vector<disturbed> &results,
+                 const std::function<std::string(const disturbed &, const char *name)> &cell) {
     std::printf("\n%s\n  %-*s", title, kNameWidth, "");
     for (const Case &one : cases) {
         std::printf(" %*s", kColumnWidth, one.name);
     }
     std::printf("\n");
-    for (const troubled &result : results) {
+    for (const disturbed &result : results) {
         std::printf("  %-*s", kNameWidth, result.method.c_str());
         for (const Case &one : cases) {
             std::printf(" %*s", kColumnWidth, cell(result, one.name).c_str());
@@ -126,27 +126,27 @@ std::string decimals(int count, double value) {
     return text;
 }
 
-void print_tables(const std::vector<troubled> &results, const plan &plan, std::size_t pairs) {
+void print_tables(const std::vector<disturbed> &results, const plan &plan, std::size_t pairs) {
     const std::string title = "bad-1.0 in percent, filled, non-occluded, mean of " +
                               std::to_string(pairs) + (pairs > 1 ? " pairs" : " pair");
     print_table(title.c_str(), plan.photometric, results,
-                [](const troubled &one, const char *name) {
+                [](const disturbed &one, const char *name) {
                     return decimals(2, mean(one.bad_percent.at(name)));
                 });
     print_table(
         "growth: the same over that of the clean images", plan.photometric, results,
-        [](const troubled &one, const char *name) { return decimals(2, growth(one, name)); });
+        [](const disturbed &one, const char *name) { return decimals(2, growth(one, name)); });
     print_table("kept where there is no surface, percent of all pixels: mean (and maximum)",
-                plan.nothing, results, [](const troubled &one, const char *name) {
+                plan.nothing, results, [](const disturbed &one, const char *name) {
                     const std::vector<double> &values = one.kept_percent.at(name);
                     return decimals(1, mean(values)) + "(" +
                            decimals(0, bench_quantile(values, 1)) + ")";
                 });
     std::printf("\n");
-    for (const trouble_case &one : plan.photometric) {
+    for (const disturbance &one : plan.photometric) {
         std::printf("  %-10s %s\n", one.name, one.what);
     }
-    for (const trouble_nothing &one : plan.nothing) {
+    for (const disturbance_nothing &one : plan.nothing) {
         std::printf("  %-10s %s\n", one.name, one.what);
     }
 }
@@ -155,7 +155,7 @@ void put_values(json *out, const char *name, const std::vector<double> &values) 
     json_reals(out, name, values.data(), static_cast<int>(values.size()), 6);
 }
 
-void put_troubled(json *out, const troubled &one) {
+void put_disturbed(json *out, const disturbed &one) {
     json_open_object(out, nullptr);
     json_text(out, "method", one.method.c_str());
     json_open_array(out, "photometric");
@@ -180,7 +180,7 @@ void put_troubled(json *out, const troubled &one) {
     json_close_object(out);
 }
 
-void print_json(const std::vector<troubled> &results, const std::vector<bench_pair> &pairs,
+void print_json(const std::vector<disturbed> &results, const std::vector<bench_pair> &pairs,
                 const std::string &pypi_version) {
     json out;
     json_begin(&out, stdout);
@@ -193,8 +193,8 @@ void print_json(const std::vector<troubled> &results, const std::vector<bench_pa
     }
     json_close_array(&out);
     json_open_array(&out, "results");
-    for (const troubled &one : results) {
-        put_troubled(&out, one);
+    for (const disturbed &one : results) {
+        put_disturbed(&out, one);
     }
     json_close_array(&out);
     json_close_object(&out);
@@ -209,7 +209,7 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
     }
     const bench_choice choice = bench_choice_of(arguments);
     const std::vector<bench_method_entry> methods = bench_methods(choice);
-    std::vector<troubled> results;
+    std::vector<disturbed> results;
     for (const bench_method_entry &entry : methods) {
         results.push_back({entry.name, {}, {}});
     }
@@ -228,6 +228,6 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
 }  // namespace
 
 int main(int argc, char **argv) {
-    return bench_main({"trouble_bench", kUsage, {"--only", "--quick", "--pypi", "--json"}}, argc,
-                      argv, run);
+    return bench_main({"disturbance_bench", kUsage, {"--only", "--quick", "--pypi", "--json"}},
+                      argc, argv, run);
 }

@@ -8,9 +8,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "bench/disturbance.hpp"
 #include "bench/harness/bench_ours.hpp"
 #include "bench/harness/bench_run.hpp"
-#include "bench/trouble.hpp"
 
 namespace {
 
@@ -53,9 +53,16 @@ double bad_1px(match_preset preset, const bench_pair &pair) {
 // Bounds slightly above the measured values. Without clipping the error grows by 0.98 to 1.05. If
 // white was clipped, the left image still has the texture that the right one lost.
 const std::map<std::string, double> max_growth = {
-    {"gain.7", 1.25},   {"off-20", 1.25},   {"off+20", 1.25},         {"gamma.7", 1.25},
-    {"gamma1.4", 1.25}, {"vignette", 1.25}, {trouble_exposure, 1.25}, {"gain1.3", 2.7},
-    {"clipped", 1.9},   {"half row", 2.8},
+    {"gain.7", 1.25},
+    {"off-20", 1.25},
+    {"off+20", 1.25},
+    {"gamma.7", 1.25},
+    {"gamma1.4", 1.25},
+    {"vignette", 1.25},
+    {disturbance_exposure, 1.25},
+    {"gain1.3", 2.7},
+    {"clipped", 1.9},
+    {"half row", 2.8},
 };
 
 // In percent of all pixels. Of such pairs three-way SGBM keeps 63 and more without its filters, 30
@@ -72,15 +79,15 @@ TEST_CASE("images of different exposure are matched nearly as well") {
         const double clean = bad_1px(preset, pair);
         CHECK(clean < (preset == MATCH_PRESET_PAPER ? 12 : 8));
         std::size_t checked = 0;
-        for (const trouble_case &trouble : photometric_troubles()) {
-            const auto limit = max_growth.find(trouble.name);
+        for (const disturbance &disturbance : photometric_disturbances()) {
+            const auto limit = max_growth.find(disturbance.name);
             if (limit == max_growth.end()) {
                 continue;  // noise: the benchmark chooses its amount
             }
-            bench_pair changed = trouble_copy(pair);
-            trouble.apply(changed);
+            bench_pair changed = disturbance_copy(pair);
+            disturbance.apply(changed);
             const double growth = bad_1px(preset, changed) / clean;
-            MESSAGE(std::string(match_preset_name(preset)), ", ", std::string(trouble.what),
+            MESSAGE(std::string(match_preset_name(preset)), ", ", std::string(disturbance.what),
                     ": the error grows by ", growth);
             CHECK(growth <= limit->second);
             checked++;
@@ -93,12 +100,12 @@ TEST_CASE("hardly anything is kept of a pair without a surface") {
     const bench_pair pair = aloe();
     for (int i = 0; i < MATCH_PRESET_COUNT; i++) {
         const auto preset = static_cast<match_preset>(i);
-        for (const trouble_nothing &trouble : no_surface_troubles()) {
+        for (const disturbance_nothing &disturbance : no_surface_disturbances()) {
             const double kept_percent =
-                bench_density_percent(matched(preset, trouble.make(pair, pair)));
-            MESSAGE(std::string(match_preset_name(preset)), ", ", std::string(trouble.what),
+                bench_density_percent(matched(preset, disturbance.make(pair, pair)));
+            MESSAGE(std::string(match_preset_name(preset)), ", ", std::string(disturbance.what),
                     ": kept ", kept_percent, " %");
-            CHECK(kept_percent <= max_kept.at(trouble.name));
+            CHECK(kept_percent <= max_kept.at(disturbance.name));
         }
     }
 }

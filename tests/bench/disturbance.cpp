@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench/trouble.hpp"
+#include "bench/disturbance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -139,8 +139,8 @@ bench_pair unrelated(const bench_pair &pair, const bench_pair &other) {
 
 }  // namespace
 
-const std::vector<trouble_case> &photometric_troubles() {
-    static const std::vector<trouble_case> all = {
+const std::vector<disturbance> &photometric_disturbances() {
+    static const std::vector<disturbance> all = {
         {"clean", "no change", [](bench_pair &) {}},
         {"gain.7", "right image times 0.7", [](bench_pair &p) { gain(p.right, 0.7); }},
         {"gain1.3", "right image times 1.3, cut off", [](bench_pair &p) { gain(p.right, 1.3); }},
@@ -161,14 +161,14 @@ const std::vector<trouble_case> &photometric_troubles() {
          [](bench_pair &p) { saturate(p.right, 0.2); }},
         {"half row", "right image half a pixel lower",
          [](bench_pair &p) { shift_down(p.right, 0.5); }},
-        {trouble_exposure, "right image exposed 0.6 times as long",
+        {disturbance_exposure, "right image exposed 0.6 times as long",
          [](bench_pair &p) { gain(p.right, 0.6); }},
     };
     return all;
 }
 
-const std::vector<trouble_nothing> &no_surface_troubles() {
-    static const std::vector<trouble_nothing> all = {
+const std::vector<disturbance_nothing> &no_surface_disturbances() {
+    static const std::vector<disturbance_nothing> all = {
         {"no texture", "both images grey, noise of 2 grey levels", no_texture},
         {"stripes", "both images the same stripes of 12 px, noise of 1 grey level", stripes},
         {"one black", "the right image black", one_black},
@@ -178,7 +178,7 @@ const std::vector<trouble_nothing> &no_surface_troubles() {
     return all;
 }
 
-bench_pair trouble_copy(const bench_pair &pair) {
+bench_pair disturbance_copy(const bench_pair &pair) {
     bench_pair copy = pair;
     copy.left = pair.left.clone();
     copy.right = pair.right.clone();
