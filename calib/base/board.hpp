@@ -35,8 +35,8 @@ struct corner {
 /// What was found of the board in one image. Corners are sorted by index, each at most once.
 struct board_view {
     std::vector<corner> corners;
-    std::string refusal;  // why the view cannot be used, one line; "" when it can
-    double clipped = 0;   // overexposed share of the white squares, 0..1
+    std::string rejection;  // why the view cannot be used, one line; "" when it can
+    double clipped = 0;     // overexposed share of the white squares, 0..1
 
     bool overexposed() const { return clipped > 0.5; }
 };

@@ -92,7 +92,7 @@ class reader {
                         " corners, the board has " + std::to_string(board_.corner_count()));
         }
         if (!views_.empty() && views_.back().view.corners.empty()) {
-            views_.back().view.refusal = "no board found (from the corner cache)";
+            views_.back().view.rejection = "no board found (from the corner cache)";
         }
         return true;
     }

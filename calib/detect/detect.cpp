@@ -5,7 +5,7 @@
 
 #include "calib/detect/detect_exposure.hpp"
 #include "calib/detect/detect_order.hpp"
-#include "calib/detect/detect_refusal.hpp"
+#include "calib/detect/detect_rejection.hpp"
 
 namespace calib {
 
@@ -119,12 +119,12 @@ std::string reason(search *state) {
         state->nearest.blur_px = refined.blur_px;
         state->nearest.spacing_px = refined.spacing_px;
     }
-    return refusal_of(state->board, state->levels, state->nearest);
+    return rejection_of(state->board, state->levels, state->nearest);
 }
 
 board_view refused(std::string why) {
     board_view view;
-    view.refusal = std::move(why);
+    view.rejection = std::move(why);
     return view;
 }
 

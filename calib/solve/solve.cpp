@@ -114,7 +114,7 @@ class solver {
 
     solution failed(const std::string &reason) {
         solution result = describe(seen_, ordered_, records_, state_);
-        result.verdict = refusal(reason);
+        result.verdict = rejection(reason);
         return result;
     }
 
@@ -266,7 +266,7 @@ solution solve(const observations &seen, const solve_options &options) {
     const std::string fault = check_observations(seen);
     if (!fault.empty()) {
         solution result;
-        result.verdict = refusal(fault);
+        result.verdict = rejection(fault);
         return result;
     }
     return solver(seen, options).run();

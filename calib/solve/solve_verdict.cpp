@@ -297,7 +297,7 @@ std::string sentence_on_good(const bundle &data, const solution &found) {
 
 }  // namespace
 
-verdict refusal(const std::string &reason) {
+verdict rejection(const std::string &reason) {
     return {false, "Not calibrated: " + reason + ".", {reason}, {}};
 }
 

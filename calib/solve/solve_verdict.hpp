@@ -11,7 +11,7 @@
 namespace calib {
 
 /// The verdict on a failed solution.
-verdict refusal(const std::string &reason);
+verdict rejection(const std::string &reason);
 
 /// The verdict on a solution whose other members are complete.
 verdict judge_solution(const bundle &data, const bundle_state &state, const solution &found);

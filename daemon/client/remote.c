@@ -227,7 +227,7 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
         return message_set(message, ERROR_DEVICE, "connection lost");
     }
     if (is_turned_away(text)) {
-        remote_show_refusal(self, show, cookie, text);
+        remote_show_rejection(self, show, cookie, text);
         return 1;
     }
     return strcmp(text, "OK") == 0

@@ -155,7 +155,7 @@ void remote_show_written(struct remote *self, remote_show *show, void *cookie,
                          const struct remote_written *written);
 void remote_show_error(struct remote *self, remote_show *show, void *cookie, int error,
                        const char *message);
-void remote_show_refusal(struct remote *self, remote_show *show, void *cookie, const char *text);
+void remote_show_rejection(struct remote *self, remote_show *show, void *cookie, const char *text);
 
 /// Runs an interactive session at a terminal; returns the process's exit code.
 int remote_terminal(struct remote *self);

@@ -75,7 +75,7 @@ void remote_show_error(struct remote *self, remote_show *show, void *cookie, int
     show_json(self, show, cookie, NULL, error, message);
 }
 
-void remote_show_refusal(struct remote *self, remote_show *show, void *cookie, const char *text) {
+void remote_show_rejection(struct remote *self, remote_show *show, void *cookie, const char *text) {
     char name[32] = "";
     int used = 0;
     int error = ERROR_REFUSED;

@@ -69,9 +69,9 @@ static enum transfer transfer_of(const char *const *words, size_t count) {
 static void show_failure(struct remote *self, remote_show *show, void *cookie, int error,
                          const struct message *message) {
     if (error == ERROR_REFUSED && self->refused) {
-        char refusal[MESSAGE_BYTES + 8];
-        snprintf(refusal, sizeof refusal, "ERR %s", message->text);  // from the daemon
-        remote_show_refusal(self, show, cookie, refusal);
+        char rejection[MESSAGE_BYTES + 8];
+        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
+        remote_show_rejection(self, show, cookie, rejection);
     } else if (error < 0) {
         remote_show_error(self, show, cookie, error, message->text);
     }

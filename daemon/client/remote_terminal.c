@@ -74,7 +74,7 @@ static void show(struct remote *remote, void *cookie, const char *text) {
     fflush(stdout);
 }
 
-static void tell_refusal(struct remote *remote, void *cookie, const char *text) {
+static void print_rejection(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     (void)cookie;
     if (strncmp(text, "ERR ", 4) == 0) {
@@ -171,7 +171,7 @@ int remote_terminal(struct remote *remote) {
     struct message message;
     INVARIANT(!remote->json);
     *self = (struct terminal){.remote = remote};
-    const int heard = remote_ask(remote, "version", tell_refusal, NULL, &message);
+    const int heard = remote_ask(remote, "version", print_rejection, NULL, &message);
     if (heard < 0) {
         fputs("vergence: ", stderr);
         printable_print(stderr, message.text);

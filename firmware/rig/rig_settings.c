@@ -35,7 +35,7 @@ static int refuse_control(struct rig *self, enum rig_part part, int error,
                    ? "exposure # us is not supported (the nearest is # us)"
                    : "this value is not supported (choose one closer to its range)";
     }
-    return watch_refusal(self, part, error, what, numbers);
+    return watch_rejection(self, part, error, what, numbers);
 }
 
 // Whether a value that a camera reports is possible. Data from a driver is untrusted.

@@ -138,7 +138,7 @@ int watch_failed(struct rig *self, enum rig_part part, int error, const char *wh
     return watch_error(self, part, error, missing != NULL ? missing : what, NULL);
 }
 
-int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
-                  const int32_t *numbers) {
+int watch_rejection(struct rig *self, enum rig_part part, int error, const char *what,
+                    const int32_t *numbers) {
     return write_error(&self->rejected, part, error, what, numbers);
 }

@@ -44,8 +44,8 @@ int watch_error(struct rig *self, enum rig_part part, int error, const char *wha
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what);
 
 /// As watch_error, but sets `refusal`.
-int watch_refusal(struct rig *self, enum rig_part part, int error, const char *what,
-                  const int32_t *numbers);
+int watch_rejection(struct rig *self, enum rig_part part, int error, const char *what,
+                    const int32_t *numbers);
 
 #ifdef __cplusplus
 }

@@ -198,8 +198,8 @@ class Rig(RigTest):
         before = self.asked("status")["pairs"]
         for name in ("one", "../x", ".hid", "q\"x", "\"a b\"", "a\\b", "caf\u00e9", "'", "a;b"):
             for command in ("capture", "record start"):
-                refusal, = self.first.ask(f"{command} {name}")
-                self.assertEqual(refusal[:12], "ERR ARGUMENT", name)
+                rejection, = self.first.ask(f"{command} {name}")
+                self.assertEqual(rejection[:12], "ERR ARGUMENT", name)
         self.assertIn("letters (A-Z, a-z), digits and - _ . + = , @ alone",
                       self.first.ask("capture q\"x")[0])
         self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
@@ -213,8 +213,8 @@ class Rig(RigTest):
             self.assertEqual(file.read().count("_window=864,648,1"), 2)
         # The last one captured here, whatever other sessions exist.
         os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
-        refusal, = self.first.ask("reconstruct")
-        self.assertTrue(refusal.startswith(f"ERR MISSING {last}: no calibration in the session"), refusal)
+        rejection, = self.first.ask("reconstruct")
+        self.assertTrue(rejection.startswith(f"ERR MISSING {last}: no calibration in the session"), rejection)
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))
@@ -226,11 +226,11 @@ class Troubles(RigTest):
     settings = ("rig.skew_limit=1ms", "rig.width=128px", "rig.height=96px")
 
     def test_a_past_fault_does_not_cause_a_safe_state(self):
-        refusal = self.first.ask("capture")[-1]
-        self.assertEqual(refusal[:9], "ERR MOVED")
+        rejection = self.first.ask("capture")[-1]
+        self.assertEqual(rejection[:9], "ERR MOVED")
         for command in ("status", "health"):
             told = self.asked(command)
-            self.assertEqual((told["state"], told["last_trouble"]), ("ready", refusal[10:]))
+            self.assertEqual((told["state"], told["last_trouble"]), ("ready", rejection[10:]))
             self.assertNotIn("trouble", told)
         self.asked("safe")
         self.assertRegex(self.first.ask("pan 1")[-1], "^ERR NOT_READY pan: .*safe state.*bringup")
@@ -240,10 +240,10 @@ class Troubles(RigTest):
     def test_a_lasting_fault_is_reported_as_the_reason(self):
         self.fault("camera left unplug")
         self.addCleanup(self.fault, "camera left ok")
-        refusal = self.first.ask("capture")[-1]
-        self.assertEqual(self.asked("status")["trouble"], refusal.split(" ", 2)[2])
+        rejection = self.first.ask("capture")[-1]
+        self.assertEqual(self.asked("status")["trouble"], rejection.split(" ", 2)[2])
         self.asked("safe")
-        self.assertIn(refusal.split(" ", 2)[2], self.first.ask("pan 1")[-1])
+        self.assertIn(rejection.split(" ", 2)[2], self.first.ask("pan 1")[-1])
 
 
 class RigsThatGo(DaemonTest):

@@ -33,7 +33,7 @@ fault_plan plan_of(const char *script) {
     return plan;
 }
 
-std::string refusal(const char *script) {
+std::string rejection(const char *script) {
     fault_plan plan;
     message text;
     CHECK(fault_plan_parse(&plan, script, &text) != ERROR_OK);
@@ -143,7 +143,7 @@ TEST_CASE("only error names are accepted, and all of them") {
     }
     ERROR_LIST(CHECK_NAME)
 #undef CHECK_NAME
-    CHECK(names(refusal("i2c.transfer@1=ok"), {"unknown error"}));
+    CHECK(names(rejection("i2c.transfer@1=ok"), {"unknown error"}));
 }
 
 TEST_CASE("an invalid script is rejected with the rule and the reason") {
@@ -160,7 +160,7 @@ TEST_CASE("an invalid script is rejected with the rule and the reason") {
         {"seed=x", {"not an integer"}},
     };
     for (const auto &one : wrong) {
-        const std::string text = refusal(one.rule);
+        const std::string text = rejection(one.rule);
         CAPTURE(text);
         CHECK(text.find("fault \"" + std::string(one.rule) + "\": ") == 0);
         CHECK(names(text, one.words));
@@ -170,13 +170,13 @@ TEST_CASE("an invalid script is rejected with the rule and the reason") {
           "*.*@99999999999=io", "*.*%=io", "*.*%nan=io", "*.*@1=", "*.*@1=io/", "*.*@1=io/later",
           "*.*@1+x=io", "seed=", "averyverylongpartname.read@1=io",
           "i2c.averyverylongoperation@1=io"}) {
-        CHECK_FALSE(refusal(script).empty());
+        CHECK_FALSE(rejection(script).empty());
     }
     std::string many;
     for (int i = 0; i < FAULT_PLAN_RULES + 1; i++) {
         many += "*.*@1=io,";
     }
-    CHECK(names(refusal(many.c_str()), {"too many rules", "16"}));
+    CHECK(names(rejection(many.c_str()), {"too many rules", "16"}));
 }
 
 TEST_CASE("an unknown part or operation is rejected with the known ones") {
@@ -195,7 +195,7 @@ TEST_CASE("an unknown part or operation is rejected with the known ones") {
           "load, save, remove, feed or *"}},
     };
     for (const auto &one : wrong) {
-        const std::string text = refusal(one.rule);
+        const std::string text = rejection(one.rule);
         CAPTURE(text);
         CHECK(text.find("fault \"" + std::string(one.rule) + "\": ") == 0);
         CHECK(names(text, one.words));

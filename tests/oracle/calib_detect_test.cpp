@@ -52,7 +52,7 @@ corner_lists ours(std::vector<cv::Mat> images) {
     corner_lists found;
     for (cv::Mat &image : images) {
         const calib::board_view view = calib::detect_board(board, view_of(image), {});
-        CHECK(view.refusal == "");
+        CHECK(view.rejection == "");
         REQUIRE(view.corners.size() == 54);
         found.push_back(points_of(view));
     }
@@ -143,7 +143,7 @@ TEST_CASE("coded boards as OpenCV draws them") {
         board.dictionary = "5x5_100";
         board.marker_mm = 21;
         const calib::board_view view = calib::detect_board(board, view_of(seen), {});
-        REQUIRE(view.refusal == "");
+        REQUIRE(view.rejection == "");
         REQUIRE(static_cast<int>(view.corners.size()) == board.corner_count());
 
         std::vector<std::vector<cv::Point2f>> markers;

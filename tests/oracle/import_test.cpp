@@ -110,7 +110,7 @@ calibration load(const std::string &path, const import_options &options) {
     return value;
 }
 
-std::string refusal(const std::string &path, const import_options &options, int code) {
+std::string rejection(const std::string &path, const import_options &options, int code) {
     calibration value{};
     std::string message;
     CHECK(calibration_file_load(path, options, &value, nullptr, &message) == code);
@@ -178,7 +178,7 @@ TEST_CASE("OpenCV: other names, one file, size stated, metres") {
              << name.R << made.R << name.T << made.T.t() << "rms" << 0.25;
         file.release();
         import_options options;
-        CHECK(holds(refusal(path, options, ERROR_BASELINE), "--unit"));
+        CHECK(holds(rejection(path, options, ERROR_BASELINE), "--unit"));
         options.unit = "m";
         const calibration value = load(path, options);
         check_lens(value.left, made.M1, made.D1, made.size);
@@ -241,8 +241,8 @@ TEST_CASE("OpenCV: the rational model is refitted within the stated error") {
     CHECK(holds(value.note, "D1: rational distortion refitted"));
     made.D1.at<double>(5) = 3;  // far from any polynomial of that degree
     write_pair(made, here.path, ".yml");
-    CHECK(
-        holds(refusal(here.path, with_size(made.size), ERROR_DISTORTION), "CALIB_RATIONAL_MODEL"));
+    CHECK(holds(rejection(here.path, with_size(made.size), ERROR_DISTORTION),
+                "CALIB_RATIONAL_MODEL"));
 }
 
 TEST_CASE("OpenCV: what cannot be represented is refused by name") {
@@ -258,7 +258,7 @@ TEST_CASE("OpenCV: what cannot be represented is refused by name") {
         made.T = good.T.clone();
         change(made);
         write_pair(made, here.path, ".yml");
-        return refusal(here.path, options, code);
+        return rejection(here.path, options, code);
     };
     const auto at = [](cv::Mat &matrix, int i) -> double & { return matrix.at<double>(i); };
     CHECK(holds(message([&](rig &r) { at(r.D1, 9) = 0.1; }, ERROR_DISTORTION), "thin prism"));
@@ -280,12 +280,13 @@ TEST_CASE("OpenCV: what cannot be represented is refused by name") {
         cv::FileStorage fish(here.path + "/fish.yml", cv::FileStorage::WRITE);
         fish << "fisheye_model" << 1 << "M1" << good.M1;
     }
-    CHECK(holds(refusal(here.path + "/fish.yml", options, ERROR_DISTORTION), "fisheye"));
+    CHECK(holds(rejection(here.path + "/fish.yml", options, ERROR_DISTORTION), "fisheye"));
     write_pair(good, here.path, ".yml");
     std::filesystem::remove(here.path + "/extrinsics.yml");
-    CHECK(holds(refusal(here.path + "/intrinsics.yml", options, ERROR_MISSING), "extrinsics.yml"));
+    CHECK(
+        holds(rejection(here.path + "/intrinsics.yml", options, ERROR_MISSING), "extrinsics.yml"));
     write_pair(good, here.path, ".yml");
-    CHECK(holds(refusal(here.path, {}, ERROR_MISSING), "size"));
+    CHECK(holds(rejection(here.path, {}, ERROR_MISSING), "size"));
 }
 
 TEST_CASE("OpenCV: damaged files are refused without a crash") {
@@ -330,7 +331,7 @@ TEST_CASE("OpenCV: counts of rows and columns are whole numbers that there can b
             << "{\"M1\": {\"type_id\": \"opencv-matrix\", " << one.counts
             << ", \"dt\": \"d\", \"data\": [" << one.data << "]}}";
         INFO(std::string(one.counts));
-        CHECK(holds(refusal(here.path + "/pair.json", {}, ERROR_SYNTAX), "rows times cols"));
+        CHECK(holds(rejection(here.path + "/pair.json", {}, ERROR_SYNTAX), "rows times cols"));
     }
 }
 
@@ -339,7 +340,7 @@ TEST_CASE("OpenCV: its sample files") {
     REQUIRE_MESSAGE(std::filesystem::exists(samples + "/left_intrinsics.yml"),
                     "Debian's opencv-doc is needed");
     const std::string one = samples + "/left_intrinsics.yml";
-    CHECK(holds(refusal(one, {}, ERROR_MISSING), "one camera"));
+    CHECK(holds(rejection(one, {}, ERROR_MISSING), "one camera"));
     const folder here;
     const cv::Mat R = cv::Mat::eye(3, 3, CV_64F);
     const cv::Mat T = (cv::Mat_<double>(3, 1) << -60, 1, 0.5);

@@ -145,13 +145,13 @@ class VirtualTime(Bench):
 
     def test_waiting_for_frames(self):
         board = self.board
-        self.assert_refusal(NO_FRAME_ARMED, board.frame)
+        self.assert_rejection(NO_FRAME_ARMED, board.frame)
         board.arm(64, 48)
         before = board.time_us()
-        self.assert_refusal(DEADLINE, board.frame, 3000)
+        self.assert_rejection(DEADLINE, board.frame, 3000)
         self.assertEqual(board.time_us(), before + 3000)
         board.ask(FRAME_CANCEL)
-        self.assert_refusal(NO_FRAME_ARMED, board.frame)
+        self.assert_rejection(NO_FRAME_ARMED, board.frame)
         board.bring_up()
         board.arm(64, 48)
         self.assertEqual(board.advance(400000, WAKE_FRAME)[1], WAKE_FRAME)
@@ -170,8 +170,8 @@ class VirtualTime(Bench):
 
     def test_roles(self):
         control = self.running.client(CONTROLLER)
-        self.assert_refusal(NOT_ALLOWED, control.read, BRIDGE, 0)
-        self.assert_refusal(NOT_ALLOWED, control.arm, 4, 4)
+        self.assert_rejection(NOT_ALLOWED, control.read, BRIDGE, 0)
+        self.assert_rejection(NOT_ALLOWED, control.arm, 4, 4)
         self.assertIn("time_s:", control.control("status"))
         self.assertEqual(control.advance(1000)[0], self.board.time_us())
         self.assertIn("time_s:", self.board.control("status"))
@@ -185,7 +185,7 @@ class VirtualTime(Bench):
                 self.board = self.running.client(BOARD)
             except Refused:
                 time.sleep(0.01)
-        self.assert_refusal(NO_FRAME_ARMED, self.board.frame)
+        self.assert_rejection(NO_FRAME_ARMED, self.board.frame)
         self.board.advance(200)
         self.assertEqual(self.board.read(BRIDGE, 0), 0x5B1D)
 

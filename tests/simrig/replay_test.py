@@ -61,17 +61,17 @@ class Control(Bench):
     def test_truth_in_files(self):
         board = self.board
         board.bring_up()
-        self.assert_refusal(FAILED, board.control, "truth left a")
+        self.assert_rejection(FAILED, board.control, "truth left a")
         take(board)
         for name in ("../x", "/x", "a/b", "", "." * 3, "x" * 65):
-            self.assert_refusal(FAILED, board.control, f"truth left {name}")
+            self.assert_rejection(FAILED, board.control, f"truth left {name}")
         self.assertEqual(board.control("truth left a"), 
                          "a.pfm\na_normal.pfm\na_object.pgm\na.yaml\n")
         depth = cv2.imread(str(self.folder / "a.pfm"), cv2.IMREAD_UNCHANGED)
         self.assertTrue(numpy.array_equal(depth, self.depth()))
         self.assertIn("rotation_world_camera:", (self.folder / "a.yaml").read_text())
         plain = self.start()
-        self.assertIn("--files", self.assert_refusal(FAILED, plain.client(CONTROLLER).control,
+        self.assertIn("--files", self.assert_rejection(FAILED, plain.client(CONTROLLER).control,
                                                      "view x"))
 
     def test_faults_of_the_cameras(self):
@@ -89,10 +89,10 @@ class Control(Bench):
         self.assertEqual(take(board)[5], 0)
         board.advance(20000)
         board.arm(64, 48)
-        self.assert_refusal(DEADLINE, board.frame, 5000)
+        self.assert_rejection(DEADLINE, board.frame, 5000)
         self.assertEqual([board.read(s, 0) for s in (LEFT, RIGHT)], [0x1621, 0x1621])
         board.control("fault camera left unplug")
-        self.assert_refusal(NACK_ADDRESS, board.read, LEFT, 0)
+        self.assert_rejection(NACK_ADDRESS, board.read, LEFT, 0)
         self.assertEqual(board.read(RIGHT, 0), 0x1621)
         board.control("fault camera right stuck")
         self.assertRaises(Refused, board.read, RIGHT, 0)
@@ -258,7 +258,7 @@ class Replay(Bench):
         control.control("restore before")
         self.assertEqual(board.time_us(), then)
         self.assertEqual([take(board)[6], ask_lens(board, 60000)], first)
-        self.assert_refusal(FAILED, control.control, "restore later")
+        self.assert_rejection(FAILED, control.control, "restore later")
         # Another branch.
         control.control("restore before")
         control.control("fault camera left torn 9")

@@ -258,7 +258,7 @@ class Bench(unittest.TestCase):
         for word in words:
             self.assertIn(word, done.stderr)
 
-    def assert_refusal(self, status, call, *arguments):
+    def assert_rejection(self, status, call, *arguments):
         with self.assertRaises(Refused) as caught:
             call(*arguments)
         self.assertEqual(caught.exception.status, status, caught.exception.text)

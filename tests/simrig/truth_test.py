@@ -142,9 +142,9 @@ class Truth(Bench):
         read = cv2.imread(str(self.folder / "a_object.pgm"), cv2.IMREAD_UNCHANGED)
         self.assertTrue(numpy.array_equal(read, objects))
 
-    def test_refusals(self):
+    def test_rejections(self):
         def refused(status, *numbers):
-            return self.assert_refusal(status, self.board.ask, TRUTH_ROWS,
+            return self.assert_rejection(status, self.board.ask, TRUTH_ROWS,
                                        struct.pack("<BBHH", *numbers))
         self.assertIn("no frame", refused(FAILED, 1, DEPTH, 0, 1))
         self.take()
@@ -153,7 +153,7 @@ class Truth(Bench):
             refused(BAD_REQUEST, *numbers)
         self.assertIn("48 rows", refused(FAILED, 0, DEPTH, 40, 9))
         for body in (b"", b"\0\1\0\0\1", b"\0\1\0\0\1\0\0"):
-            self.assert_refusal(BAD_REQUEST, self.board.ask, TRUTH_ROWS, body)
+            self.assert_rejection(BAD_REQUEST, self.board.ask, TRUTH_ROWS, body)
 
     def test_more_than_a_reply_holds(self):
         board = self.board
@@ -163,7 +163,7 @@ class Truth(Bench):
         board.advance(400000)
         board.arm(2048, 1536)
         self.assertEqual(board.frame(2000000)[5], 0)
-        text = self.assert_refusal(FAILED, board.ask, TRUTH_ROWS,
+        text = self.assert_rejection(FAILED, board.ask, TRUTH_ROWS,
                                    struct.pack("<BBHH", 0, NORMAL, 0, 1536))
         maximum = int(re.search(r"at most (\d+) such rows", text)[1])
         self.assertLessEqual(2048 * 12 * maximum, 1 << 24)

@@ -40,7 +40,7 @@ std::string replaced(std::string text, const std::string &what, const std::strin
     return text.replace(at, what.size(), by);
 }
 
-std::string refusal(const std::string &text, bool as_rig) {
+std::string rejection(const std::string &text, bool as_rig) {
     const ShortLivedFile bad(text);
     try {
         as_rig ? static_cast<void>(world::load_rig(bad.path()))
@@ -85,19 +85,19 @@ TEST_CASE("every mistake in a scene is named with its line") {
         {"ambient: [300, 300, 300]\n", "", ":1: 'ambient' is missing"},
         {"      name: b\n", "", ":12: 'name' is missing"},
     };
-    CHECK(refusal(kScene, false) == "accepted");
+    CHECK(rejection(kScene, false) == "accepted");
     for (const Case &c : cases) {
-        const std::string answer = refusal(replaced(kScene, c.what, c.by), false);
+        const std::string answer = rejection(replaced(kScene, c.what, c.by), false);
         CHECK_MESSAGE(answer.rfind(c.expected, 0) == 0, answer);
     }
-    CHECK(refusal("", false) != "accepted");
-    CHECK(refusal("- 1\n", false) != "accepted");
+    CHECK(rejection("", false) != "accepted");
+    CHECK(rejection("- 1\n", false) != "accepted");
     CHECK_THROWS_AS(world::load_scene("/nowhere/scene.yaml"), world::BadFile);
 }
 
 TEST_CASE("every mistake in a rig is named with its line") {
     const std::string rig = contents(file("rigs/default.yaml"));
-    CHECK(refusal(rig, true) == "accepted");
+    CHECK(rejection(rig, true) == "accepted");
     using Mistake = std::pair<const char *, const char *>;
     for (const Mistake &mistake : std::initializer_list<Mistake>{
              {"bow_mm: -0.45", "bow_mm: banana"},
@@ -105,7 +105,7 @@ TEST_CASE("every mistake in a rig is named with its line") {
              {"frequency_hz: 100", "frequency_hz: 0"},
              {"axis_direction: [0.004, 1, -0.003]", "axis_direction: [0, 0, 0]"},
              {"mains:", "main:"}}) {
-        const std::string answer = refusal(replaced(rig, mistake.first, mistake.second), true);
+        const std::string answer = rejection(replaced(rig, mistake.first, mistake.second), true);
         CHECK_MESSAGE(answer != "accepted", mistake.first);
         CHECK(answer[0] == ':');
         CHECK(std::atoi(answer.c_str() + 1) > 0);

@@ -74,7 +74,7 @@ class Board(unittest.TestCase):
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         return done.stderr
 
-    def test_refusals(self):
+    def test_rejections(self):
         out = ["--out", self.page]
         line = self.refuse(2, "--board", "9x6", "--square", "30", *out)
         self.assertIn("does not fit on A4", line)

@@ -376,7 +376,7 @@ class Ends(Recorded):
                 self.assertIn(str(program), complaint)
                 self.assertIn(words, complaint)
 
-    def test_the_system_s_refusals_name_the_file(self):
+    def test_the_system_s_rejections_name_the_file(self):
         accepted = self.start(VERGENCE, "--accept", "first", self.folder)
         self.ended(0, accepted)
         file = self.folder / "calibration.txt"

@@ -67,7 +67,7 @@ void check(const Message &message) {
     } catch (const Refused &why) {
         FUZZ_CHECK(why.status < 0 && !why.text.empty());
         FUZZ_CHECK(why.text.find('\n') == std::string::npos);
-        FUZZ_CHECK(refusal(why).size() == 4 + why.text.size());
+        FUZZ_CHECK(rejection(why).size() == 4 + why.text.size());
     }
 }
 

@@ -27,7 +27,7 @@ std::vector<calib::cached_view> some_views() {
         }
     }
     part.view.clipped = 0.83;
-    none.view.refusal = "no board found";
+    none.view.rejection = "no board found";
     return {whole, part, none};
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("a cache is read back as it was written") {
     for (size_t i = 0; i < views.size(); i++) {
         CHECK(back[i].filename == views[i].filename);
         CHECK(back[i].view.clipped == doctest::Approx(views[i].view.clipped).epsilon(1e-6));
-        CHECK(back[i].view.refusal.empty() == views[i].view.refusal.empty());
+        CHECK(back[i].view.rejection.empty() == views[i].view.rejection.empty());
         REQUIRE(back[i].view.corners.size() == views[i].view.corners.size());
         for (size_t k = 0; k < views[i].view.corners.size(); k++) {
             const calib::corner &a = back[i].view.corners[k], &b = views[i].view.corners[k];
@@ -93,7 +93,7 @@ TEST_CASE("other programs' formats are read") {
           doctest::Approx(2 * views[0].view.corners[0].sigma_px));
     CHECK(views[0].view.corners[2].index == 5);
     CHECK(views[1].view.corners.empty());
-    CHECK(views[1].view.refusal != "");
+    CHECK(views[1].view.rejection != "");
     std::istringstream weights(
         "# filename x y weight\n"
         "a 1 2 1\na 3 4 0.25\na 5 6 0\na 1 2 1\na 1 2 1\na 1 2 1\n");

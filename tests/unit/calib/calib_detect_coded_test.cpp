@@ -81,7 +81,7 @@ TEST_CASE("a coded board is read whole, in parts and upside down") {
         hold.shift_x = c.shift_x;
         BoardImage image = photograph_of(board, hold, random);
         const calib::board_view view = calib::detect_board(board, image.view(), {});
-        CHECK(view.refusal == "");
+        CHECK(view.rejection == "");
         CHECK(view.corners.size() >= c.at_least);
         Errors errors;
         errors.add(image, view);
@@ -111,13 +111,13 @@ TEST_CASE("a coded board that is mirrored, of other markers or of another size i
     Random random(12);
     const calib::board board = coded_board(9, 6, "4x4_50");
     BoardImage image = photograph_of(board, random_hold(0.7, 0.2, 0.2, random), random);
-    const auto refusal = [&](const calib::board &wanted) {
+    const auto rejection = [&](const calib::board &wanted) {
         const calib::board_view view = calib::detect_board(wanted, image.view(), {});
         CHECK(view.corners.empty());
-        return view.refusal;
+        return view.rejection;
     };
-    CHECK(refusal(coded_board(9, 6, "6x6_250")).find("dictionary 6x6_250") != std::string::npos);
-    CHECK(refusal(coded_board(8, 6, "4x4_50")) != "");
+    CHECK(rejection(coded_board(9, 6, "6x6_250")).find("dictionary 6x6_250") != std::string::npos);
+    CHECK(rejection(coded_board(8, 6, "4x4_50")) != "");
     mirror(&image);
-    CHECK(refusal(board) == "the board is mirrored: its markers read backwards");
+    CHECK(rejection(board) == "the board is mirrored: its markers read backwards");
 }

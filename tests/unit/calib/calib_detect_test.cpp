@@ -51,7 +51,7 @@ TEST_CASE("corners of plain boards are accurate, and so is their predicted sigma
             light.seed = random.bits();
             BoardImage image = photograph(board, camera, pose, light);
             const calib::board_view view = calib::detect_board(board, image.view(), {});
-            CHECK(view.refusal == "");
+            CHECK(view.rejection == "");
             CHECK(view.corners.size() == 54);
             errors.add(image, view);
         }
@@ -108,7 +108,7 @@ TEST_CASE("a board with unique colours is numbered from its black corner in any 
             light.seed = random.bits();
             BoardImage image = photograph(board, camera, hold_board(board, camera, hold), light);
             const calib::board_view view = calib::detect_board(board, image.view(), {});
-            REQUIRE(view.refusal == "");
+            REQUIRE(view.rejection == "");
             Errors straight, half;
             straight.add(image, view);
             calib::board_view other = view;

@@ -59,8 +59,8 @@ calibration made() {
     return value;
 }
 
-std::string refusal_of(const calibration &value, const calibration_match_state &state,
-                       int expected = ERROR_MISMATCH) {
+std::string rejection_of(const calibration &value, const calibration_match_state &state,
+                         int expected = ERROR_MISMATCH) {
     message why{};
     CHECK(calibration_match(&value, &state, "--accept-mismatch", &why) == expected);
     return why.text;
@@ -77,7 +77,7 @@ void check_names(const std::string &text, std::initializer_list<const char *> wo
 std::string changed(const std::function<void(struct pair &)> &change) {
     struct pair pair = captured();
     change(pair);
-    return refusal_of(made(), state_of(pair));
+    return rejection_of(made(), state_of(pair));
 }
 
 }  // namespace
@@ -85,13 +85,13 @@ std::string changed(const std::function<void(struct pair &)> &change) {
 TEST_CASE("a pair with the calibrated axes matches") {
     const calibration value = made();
     CHECK(value.origin.side[0].axis[CALIBRATION_PAN].mean == doctest::Approx(3.57).epsilon(0.01));
-    CHECK(refusal_of(value, state_of(captured()), ERROR_OK).empty());
+    CHECK(rejection_of(value, state_of(captured()), ERROR_OK).empty());
     struct pair pair = captured();
     for (pair_frame &frame : pair.frame) {  // by its repeatability
         frame.before.position[LENS_ZOOM] += 4;
         frame.after.position[LENS_ZOOM] += 4;
     }
-    CHECK(refusal_of(value, state_of(pair), ERROR_OK).empty());
+    CHECK(rejection_of(value, state_of(pair), ERROR_OK).empty());
 }
 
 TEST_CASE("a moved axis is rejected by name, with both values and a remedy") {
@@ -114,11 +114,12 @@ TEST_CASE("a moved axis is rejected by name, with both values and a remedy") {
 TEST_CASE("other cameras, another instrument and another window are rejected by name") {
     calibration_match_state state = state_of(captured());
     std::swap(state.origin.side[0].camera, state.origin.side[1].camera);
-    check_names(refusal_of(made(), state), {"swapped", "Cam at usb-2", "left camera"});
+    check_names(rejection_of(made(), state), {"swapped", "Cam at usb-2", "left camera"});
     state = state_of(captured());
     std::strcpy(state.origin.side[1].camera, "Cam at usb-7");
-    check_names(refusal_of(made(), state), {"right camera", "Cam at usb-7", "Cam at usb-2"});
-    check_names(refusal_of(made(), state_of(captured(), "bench")), {"instrument", "bench", "rig"});
+    check_names(rejection_of(made(), state), {"right camera", "Cam at usb-7", "Cam at usb-2"});
+    check_names(rejection_of(made(), state_of(captured(), "bench")),
+                {"instrument", "bench", "rig"});
     check_names(changed([](struct pair &pair) { pair.frame[RIG_LEFT].window.skip = 2; }),
                 {"left window", "skip 2", "skip 1"});
     check_names(changed([](struct pair &pair) { pair.frame[RIG_RIGHT].window.row_px = 8; }),
@@ -147,13 +148,13 @@ TEST_CASE("a calibration of the whole sensor fits every window of it") {
         camera.height_px = MT9T001_HEIGHT_PX;
         value.origin.side[side].window = {0, 0, 1};
     }
-    CHECK(refusal_of(value, state_of(captured()), ERROR_OK).empty());
+    CHECK(rejection_of(value, state_of(captured()), ERROR_OK).empty());
 }
 
 TEST_CASE("values that one side does not know are not compared, which is reported") {
     const calibration old = calibration_examples::example();
     const calibration_match_state state = state_of(captured());
-    CHECK(refusal_of(old, state, ERROR_OK).empty());
+    CHECK(rejection_of(old, state, ERROR_OK).empty());
     CHECK(calibration_match_is_partial(&old, &state.origin));
     const calibration value = made();
     CHECK_FALSE(calibration_match_is_partial(&value, &state.origin));
@@ -166,10 +167,10 @@ TEST_CASE("values that one side does not know are not compared, which is reporte
     const calibration_match_state unsent = state_of(pair);
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
-    check_names(refusal_of(value, unsent), {"left pan", "not set", "pan left 3.568"});
+    check_names(rejection_of(value, unsent), {"left pan", "not set", "pan left 3.568"});
     calibration_match_state elsewhere = unsent;  // of an instrument with unknown servos
     elsewhere.instrument.servo_q4_per_rad[0] = 0;
-    CHECK(refusal_of(value, elsewhere, ERROR_OK).empty());
+    CHECK(rejection_of(value, elsewhere, ERROR_OK).empty());
 }
 
 TEST_CASE("a session without an instrument uses its built-in profile") {

@@ -42,7 +42,7 @@ struct pairs {
     }
 
     /// "" when they are consistent.
-    std::string refusal(calibration_origin *origin) const {
+    std::string rejection(calibration_origin *origin) const {
         std::string error;
         const bool good = calibrate_origin_of(shots, solution, origin, &error);
         CHECK(good == error.empty());
@@ -59,7 +59,7 @@ TEST_CASE("axes have the mean and the largest deviation of the pairs that count"
     taken.add(state_at(3.57, 424));
     taken.add(state_at(9, 700), false);  // a rejected one, which was not used in the solution
     calibration_origin origin;
-    CHECK(taken.refusal(&origin).empty());
+    CHECK(taken.rejection(&origin).empty());
     CHECK(std::string(origin.instrument) == "rig");
     CHECK(origin.side[0].window.row_px == 568);
     CHECK(origin.side[1].axis[CALIBRATION_PAN].mean == doctest::Approx(3.57));
@@ -70,25 +70,25 @@ TEST_CASE("axes have the mean and the largest deviation of the pairs that count"
 }
 
 TEST_CASE("an axis that moved between the pairs is rejected by name, and so are other cameras") {
-    const auto refusal = [](const calibration_match_state &other) {
+    const auto rejection = [](const calibration_match_state &other) {
         pairs taken;
         taken.add(state_at(3.57, 421));
         taken.add(other);
         calibration_origin origin;
-        return taken.refusal(&origin);
+        return taken.rejection(&origin);
     };
-    CHECK(refusal(state_at(3.8, 425)).empty());
-    CHECK(refusal(state_at(4.5, 421)).find("left pan") == 0);
-    CHECK(refusal(state_at(3.57, 426)).find("left zoom") == 0);
+    CHECK(rejection(state_at(3.8, 425)).empty());
+    CHECK(rejection(state_at(4.5, 421)).find("left pan") == 0);
+    CHECK(rejection(state_at(3.57, 426)).find("left zoom") == 0);
     calibration_match_state other = state_at(3.57, 421);
     std::strcpy(other.origin.instrument, "bench");
-    CHECK(refusal(other).find("instrument") != std::string::npos);
+    CHECK(rejection(other).find("instrument") != std::string::npos);
     other = state_at(3.57, 421);
     other.origin.side[1].window.skip = 2;
-    CHECK(refusal(other).find("right window") != std::string::npos);
+    CHECK(rejection(other).find("right window") != std::string::npos);
     other = state_at(3.57, 421);
     std::strcpy(other.origin.side[0].camera, "B");
-    CHECK(refusal(other).find("left camera") != std::string::npos);
+    CHECK(rejection(other).find("left camera") != std::string::npos);
 }
 
 TEST_CASE("a servo that was not set is noted") {
@@ -97,7 +97,7 @@ TEST_CASE("a servo that was not set is noted") {
     state.origin.side[1].axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
     taken.add(state);
     calibration_origin origin;
-    CHECK(taken.refusal(&origin).empty());
+    CHECK(taken.rejection(&origin).empty());
     CHECK(calibrate_origin_notes(taken.shots, origin).empty());  // it has no servo
     state.instrument.servo_q4_per_rad[1] = 9442;
     taken.shots[0].state = std::make_shared<calibration_match_state>(state);
@@ -112,7 +112,7 @@ TEST_CASE("pictures without a session make all of it unknown") {
     taken.add(state_at(3.57, 421));
     taken.shots[1].state = nullptr;
     calibration_origin origin;
-    CHECK(taken.refusal(&origin).empty());
+    CHECK(taken.rejection(&origin).empty());
     CHECK(origin.instrument[0] == '\0');
     CHECK(origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
 }

@@ -125,7 +125,7 @@ TEST_CASE("pages: the same bytes, without pictures, without a solution, without 
     for (calib::sighting &sighting : nothing.sightings) {
         for (calib::board_view &view : sighting.view) {
             view.corners.clear();
-            view.refusal = "the board is not in the picture";
+            view.rejection = "the board is not in the picture";
         }
     }
     const calib::solution unsolved = solve(nothing);

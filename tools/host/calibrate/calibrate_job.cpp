@@ -21,7 +21,7 @@
 #include "daemon/files/output_file.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_mirror.hpp"
-#include "tools/host/calibrate/calibrate_refusal.hpp"
+#include "tools/host/calibrate/calibrate_rejection.hpp"
 #include "tools/host/calibrate/calibrate_result.hpp"
 #include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/calibration_report/calibration_report.hpp"
@@ -183,7 +183,7 @@ class runner {
 
     /// Reports what is missing in one line, before the solver would.
     bool have_enough() {
-        message_ = calibrate_refusal_text(views_);
+        message_ = calibrate_rejection_text(views_);
         if (message_.empty()) {
             return true;
         }
@@ -243,7 +243,7 @@ class runner {
     }
 
     std::string hint_for_unsolved() const {
-        const bool few = views_.pictures - static_cast<int>(views_.refusals.size()) < 10;
+        const bool few = views_.pictures - static_cast<int>(views_.rejections.size()) < 10;
         return few ? " Photograph the board in about fifteen positions, tilted in different "
                      "directions."
                    : "";

@@ -128,8 +128,8 @@ json view_json(const calibrate_result &result, size_t shot, size_t camera) {
                    {"corners", sighting.view[camera].corners.size()},
                    {"corners_used", summary.corners_used},
                    {"rms_px", summary.used ? json(summary.rms_px) : json(nullptr)}};
-    if (!sighting.view[camera].refusal.empty()) {
-        object["refused"] = sighting.view[camera].refusal;
+    if (!sighting.view[camera].rejection.empty()) {
+        object["refused"] = sighting.view[camera].rejection;
     }
     return object;
 }

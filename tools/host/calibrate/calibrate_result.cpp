@@ -96,9 +96,9 @@ const std::string &name_of(const calibrate_result &result, size_t shot, int came
 
 /// Pictures with the same reason on one line.
 std::vector<std::string> grouped(const calibrate_result &result,
-                                 const std::vector<calibrate_refusal> &refusals) {
+                                 const std::vector<calibrate_rejection> &rejections) {
     std::vector<std::pair<std::string, std::vector<std::string>>> groups;
-    for (const calibrate_refusal &one : refusals) {
+    for (const calibrate_rejection &one : rejections) {
         const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto &group) {
             return group.first == one.reason;
         });
@@ -207,7 +207,7 @@ std::string calibrate_result_text(const calibrate_result &result) {
 }
 
 std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result) {
-    std::vector<calibrate_refusal> overexposed;
+    std::vector<calibrate_rejection> overexposed;
     const auto &sightings = result.views->seen.sightings;
     for (size_t shot = 0; shot < sightings.size(); shot++) {
         for (int camera = 0; camera < result.views->seen.cameras; camera++) {
@@ -222,7 +222,7 @@ std::vector<std::string> calibrate_result_overexposed(const calibrate_result &re
 }
 
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result) {
-    std::vector<std::string> lines = grouped(result, result.views->refusals);
+    std::vector<std::string> lines = grouped(result, result.views->rejections);
     for (const calib::rejected_view &view : result.solution->rejected_views) {
         lines.push_back(name_of(result, view.sighting, view.camera) + ": " + view.reason +
                         (view.repaired ? " (mended)" : " (left out)"));

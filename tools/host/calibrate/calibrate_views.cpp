@@ -9,7 +9,7 @@
 #include "calib/base/pair_order.hpp"
 #include "calib/detect/detect.hpp"
 #include "core/invariant.h"
-#include "tools/host/calibrate/calibrate_refusal.hpp"
+#include "tools/host/calibrate/calibrate_rejection.hpp"
 
 namespace {
 
@@ -154,7 +154,7 @@ class finder {
             picture->view = calib::detect_board(request_.board, grey, {});
             enlarge(image->shrink, &picture->view);
         }
-        picture->reason = picture->view.refusal;
+        picture->reason = picture->view.rejection;
     }
 
     void refuse(size_t i, const std::string &reason) {
@@ -208,7 +208,7 @@ class finder {
         int asked_for = 0;
         for (const size_t i : named_) {
             std::pair<int, int> size;
-            if (calibrate_refusal_size(pictures_[i].reason, &size.first, &size.second)) {
+            if (calibrate_rejection_size(pictures_[i].reason, &size.first, &size.second)) {
                 others[size]++;
             }
             asked_for += !pictures_[i].view.corners.empty();
@@ -286,8 +286,8 @@ class finder {
                 sighting.view[camera] = one.view;
                 result.boards += !one.view.corners.empty();
                 if (!one.reason.empty()) {
-                    sighting.view[camera].refusal = one.reason;
-                    result.refusals.push_back({shot, static_cast<int>(camera), one.reason});
+                    sighting.view[camera].rejection = one.reason;
+                    result.rejections.push_back({shot, static_cast<int>(camera), one.reason});
                 }
             }
             result.pairs += !sighting.view[0].corners.empty() && !sighting.view[1].corners.empty();

@@ -32,7 +32,7 @@ bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image 
 void calibrate_image_enlarge(calibrate_image *image);
 
 /// A picture that does not count, and why.
-struct calibrate_refusal {
+struct calibrate_rejection {
     size_t shot;
     int camera;
     std::string reason;  // without the picture's name
@@ -41,7 +41,7 @@ struct calibrate_refusal {
 struct calibrate_views {
     /// Board positions in the order of the shots, named without the folder common to all.
     calib::observations seen;
-    std::vector<calibrate_refusal> refusals;
+    std::vector<calibrate_rejection> rejections;
     int pictures = 0, boards = 0;  // named pictures, pictures with a usable board
     int pairs = 0;                 // shots with a usable board in both pictures
 };

@@ -140,8 +140,8 @@ defects collect_errors(const calibration_page &page) {
     for (std::size_t i = 0; i < page.seen->sightings.size(); i++) {
         for (int camera = 0; camera < page.seen->cameras; camera++) {
             const auto &view = page.seen->sightings[i].view[static_cast<std::size_t>(camera)];
-            if (!view.refusal.empty()) {
-                all[{i, camera}].sentences.push_back(view.refusal);
+            if (!view.rejection.empty()) {
+                all[{i, camera}].sentences.push_back(view.rejection);
             }
         }
     }

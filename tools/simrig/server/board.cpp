@@ -73,7 +73,7 @@ std::optional<Body> Board::begin(uint16_t type, const Body &body, simrig_role ro
         }
         return std::visit([this](const auto &asked) { return answer(asked); }, request);
     } catch (const Refused &why) {
-        return refusal(why);
+        return rejection(why);
     }
 }
 
@@ -268,7 +268,7 @@ std::optional<Body> Board::step() {
             return std::nullopt;
         }
         pending_.reset();
-        return done ? frame() : refusal({SIMRIG_DEADLINE, "no frame came until the deadline"});
+        return done ? frame() : rejection({SIMRIG_DEADLINE, "no frame came until the deadline"});
     }
     const uint32_t woken = rig_.advance(end_us, pending.wake);
     if (woken == 0 && end_us < pending.until_us) {

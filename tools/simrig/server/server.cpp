@@ -112,7 +112,7 @@ void Server::accept_client() {
     auto client = std::make_unique<Client>(socket);
     if (clients_.size() >= kMaxClients) {
         client->connection.send({SIMRIG_HELLO | SIMRIG_REPLY, 0,
-                                 refusal({SIMRIG_BUSY, "too many clients (at most 32)"})});
+                                 rejection({SIMRIG_BUSY, "too many clients (at most 32)"})});
         client->connection.flush();
         return;
     }
@@ -133,7 +133,7 @@ void Server::serve(Client &client) {
             return;
         }
         connection.send({uint16_t(message->type | SIMRIG_REPLY), message->tag,
-                         refusal({SIMRIG_BAD_REQUEST, "a message has at most 16777216 bytes"})});
+                         rejection({SIMRIG_BAD_REQUEST, "a message has at most 16777216 bytes"})});
         connection.finish();
     }
 }
@@ -181,9 +181,9 @@ std::optional<Body> Server::snapshots(const Message &message) {
             }
         }
     } catch (const std::runtime_error &error) {
-        return refusal({SIMRIG_FAILED, error.what()});
+        return rejection({SIMRIG_FAILED, error.what()});
     }
-    return refusal({SIMRIG_OK, ""});
+    return rejection({SIMRIG_OK, ""});
 }
 
 void Server::handle(Client &client, const Message &message) {
@@ -195,14 +195,14 @@ void Server::handle(Client &client, const Message &message) {
         try {
             answer(greet(client, message));
         } catch (const Refused &why) {
-            answer(refusal(why));
+            answer(rejection(why));
             connection.finish();
         }
         return;
     }
     if (session_.board().busy() &&
         (message.type == SIMRIG_ADVANCE || message.type == SIMRIG_FRAME_WAIT)) {
-        answer(refusal({SIMRIG_BUSY, "another client is letting time pass"}));
+        answer(rejection({SIMRIG_BUSY, "another client is letting time pass"}));
         return;
     }
     std::optional<Body> reply = snapshots(message);

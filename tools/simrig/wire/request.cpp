@@ -187,7 +187,7 @@ Request decode(uint16_t type, const Body &body) {
     }
 }
 
-Body refusal(const Refused &why) {
+Body rejection(const Refused &why) {
     BodyWriter reply;
     reply.u32(uint32_t(int32_t(why.status)));
     reply.text(why.text);

@@ -72,7 +72,7 @@ bool is_for_board(const Request &request);
 Request decode(uint16_t type, const Body &body);
 
 /// A reply that reports an error.
-Body refusal(const Refused &why);
+Body rejection(const Refused &why);
 
 }  // namespace simrig
 

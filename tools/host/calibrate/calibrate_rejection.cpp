@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/calibrate/calibrate_refusal.hpp"
+#include "tools/host/calibrate/calibrate_rejection.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -56,7 +56,7 @@ std::string without_names(const std::string &reason) {
 /// The reason for which most pictures were rejected, and how many; 0 when none was rejected.
 std::pair<std::string, int> commonest(const calibrate_views &views) {
     std::map<std::string, int> count;
-    for (const calibrate_refusal &one : views.refusals) {
+    for (const calibrate_rejection &one : views.rejections) {
         count[without_names(one.reason)]++;
     }
     const auto max = std::max_element(count.begin(), count.end(), [](const auto &a, const auto &b) {
@@ -67,7 +67,7 @@ std::pair<std::string, int> commonest(const calibrate_views &views) {
 
 }  // namespace
 
-std::string calibrate_refusal_text(const calibrate_views &views) {
+std::string calibrate_rejection_text(const calibrate_views &views) {
     const bool no_board = views.boards == 0;
     if (!no_board && (views.seen.cameras == 1 || views.pairs > 0)) {
         return "";
@@ -85,7 +85,7 @@ std::string calibrate_refusal_text(const calibrate_views &views) {
     return text + (help.empty() ? "" : "; " + help);
 }
 
-bool calibrate_refusal_size(const std::string &reason, int *columns, int *rows) {
+bool calibrate_rejection_size(const std::string &reason, int *columns, int *rows) {
     int length = 0;
     // As worded by the detector.
     return std::sscanf(reason.c_str(), "found %d x %d corners, not %n", columns, rows, &length) ==

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Why an image shows no usable board, in one line for the user.
-#ifndef VERGENCE_CALIB_DETECT_DETECT_REFUSAL_HPP
-#define VERGENCE_CALIB_DETECT_DETECT_REFUSAL_HPP
+#ifndef VERGENCE_CALIB_DETECT_DETECT_REJECTION_HPP
+#define VERGENCE_CALIB_DETECT_DETECT_REJECTION_HPP
 
 #include <string>
 #include <vector>
@@ -26,8 +26,8 @@ near_miss near_miss_of(const plane &level, const grid &found);
 /// Whether the squares' edges blend into each other, so that no corner can be measured.
 bool too_blurred(double blur_px, double spacing_px);
 
-std::string refusal_of(const board &board, const std::vector<plane> &levels,
-                       const near_miss &nearest);
+std::string rejection_of(const board &board, const std::vector<plane> &levels,
+                         const near_miss &nearest);
 
 }  // namespace calib::detect
 

@@ -246,7 +246,7 @@ class Clients(Bench):
         self.refuse_greeting(BAD_REQUEST, hello + b"x" * 65)
         first = self.running.client()
         self.refuse_greeting(BUSY, hello)
-        self.assert_refusal(BAD_REQUEST, first.ask, HELLO, hello)
+        self.assert_rejection(BAD_REQUEST, first.ask, HELLO, hello)
         self.assertEqual(first.advance(10)[1], 0)
 
     def test_another_protocol(self):
@@ -274,7 +274,7 @@ class Clients(Bench):
                            (I2C, struct.pack("<IHBBH", 100000, 1, 0x80, 1, 1)),
                            (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 2, 1)),
                            (I2C, struct.pack("<IHBBH", 100000, 1, 0x2C, 0, 9))):
-            text = self.assert_refusal(BAD_REQUEST, client.ask, kind, body)
+            text = self.assert_rejection(BAD_REQUEST, client.ask, kind, body)
             self.assertTrue(text)
         self.assertEqual(client.advance(10)[1], 0)
 
@@ -288,7 +288,7 @@ class Clients(Bench):
                      "move board 1 2 x", "move board 1 2 nan", "move board 1 2 3 4", "restore x",
                      "snapshot", "snapshot a b", "status x", "help x", "fault bus ok extra",
                      "scene \x1b[2J\n"):
-            text = self.assert_refusal(FAILED, client.control, line)
+            text = self.assert_rejection(FAILED, client.control, line)
             self.assertTrue(text and "\x1b" not in text, line)
         self.assertIn("time_s", client.control("status"))
 
@@ -308,7 +308,7 @@ class Clients(Bench):
         board.send(FRAME_WAIT, struct.pack("<Q", board.time_us() + 10 ** 9))
         board.close()
         board = self.next_board()
-        self.assert_refusal(NO_FRAME_ARMED, board.frame)
+        self.assert_rejection(NO_FRAME_ARMED, board.frame)
         for _ in range(200):
             board.send(CONTROL, b"help")
         board.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
@@ -344,8 +344,8 @@ class Clients(Bench):
         now = board.time_us()
         board.send(ADVANCE, struct.pack("<QI", 80000 * 10 ** 6, 0))
         wait_until(lambda: control.time_us() > now)
-        self.assert_refusal(BUSY, control.advance, 10)
-        self.assert_refusal(FAILED, control.control, "snapshot a")
+        self.assert_rejection(BUSY, control.advance, 10)
+        self.assert_rejection(FAILED, control.control, "snapshot a")
         board.close()
         self.assert_alive()
 

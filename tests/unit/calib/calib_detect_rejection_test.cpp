@@ -32,10 +32,10 @@ struct Image {
     }
 };
 
-std::string refusal_of(const calib::board &board, const image_u8 &image) {
+std::string rejection_of(const calib::board &board, const image_u8 &image) {
     const calib::board_view view = calib::detect_board(board, image, {});
     CHECK(view.corners.empty());
-    return view.refusal;
+    return view.rejection;
 }
 
 BoardImage board_image(const calib::board &board, double width_share, double shift_x,
@@ -54,14 +54,14 @@ BoardImage board_image(const calib::board &board, double width_share, double shi
 TEST_CASE("each refusal names its reason") {
     const calib::board board = plain_board(9, 6);
     BoardImage smaller = board_image(plain_board(8, 6), 0.7, 0);
-    CHECK(refusal_of(board, smaller.view()) == "found 8 x 6 corners, not 9 x 6");
+    CHECK(rejection_of(board, smaller.view()) == "found 8 x 6 corners, not 9 x 6");
     BoardImage larger = board_image(plain_board(10, 7), 0.7, 0);
-    CHECK(refusal_of(board, larger.view()) == "found 10 x 7 corners, not 9 x 6");
+    CHECK(rejection_of(board, larger.view()) == "found 10 x 7 corners, not 9 x 6");
     BoardImage upright = board_image(plain_board(5, 8), 0.3, 0);
-    CHECK(refusal_of(board, upright.view()) == "found 8 x 5 corners, not 9 x 6");
+    CHECK(rejection_of(board, upright.view()) == "found 8 x 5 corners, not 9 x 6");
 
     BoardImage cut = board_image(board, 0.7, 0.35);
-    const std::string cut_off = refusal_of(board, cut.view());
+    const std::string cut_off = rejection_of(board, cut.view());
     CAPTURE(cut_off);
     CHECK(cut_off.find("cut off") != std::string::npos);
     CHECK(cut_off.find("of 54 corners") != std::string::npos);
@@ -72,7 +72,7 @@ TEST_CASE("each refusal names its reason") {
             hidden.pixels[static_cast<size_t>(y * hidden.width + x)] = 110;
         }
     }
-    const std::string partly = refusal_of(board, hidden.view());
+    const std::string partly = rejection_of(board, hidden.view());
     CAPTURE(partly);
     CHECK(partly.find("only ") == 0);
     CHECK(partly.find("of 54 corners visible") != std::string::npos);
@@ -80,7 +80,7 @@ TEST_CASE("each refusal names its reason") {
     BoardLight light;
     light.blur_px = 22;
     BoardImage blurred = board_image(board, 0.7, 0, light);
-    const std::string soft = refusal_of(board, blurred.view());
+    const std::string soft = rejection_of(board, blurred.view());
     CAPTURE(soft);
     CHECK(soft.find("blurred") != std::string::npos);
 
@@ -88,16 +88,16 @@ TEST_CASE("each refusal names its reason") {
     light.dark_grey = 246;
     light.light_grey = light.background_grey = 300;
     BoardImage bright = board_image(board, 0.7, 0, light);
-    const std::string over = refusal_of(board, bright.view());
+    const std::string over = rejection_of(board, bright.view());
     CAPTURE(over);
     CHECK(over.find("overexposed") != std::string::npos);
 
     light.dark_grey = 5;
     light.light_grey = light.background_grey = 6;
     BoardImage night = board_image(board, 0.7, 0, light);
-    CHECK(refusal_of(board, night.view()).find("too dark") != std::string::npos);
+    CHECK(rejection_of(board, night.view()).find("too dark") != std::string::npos);
     Image empty(640, 480);
-    CHECK(refusal_of(board, empty.view()) == "no board found");
+    CHECK(rejection_of(board, empty.view()) == "no board found");
 }
 
 TEST_CASE("two boards in view are rejected") {
@@ -109,7 +109,7 @@ TEST_CASE("two boards in view are rejected") {
             one.pixels[at] = two.pixels[at];
         }
     }
-    CHECK(refusal_of(board, one.view()) == "two boards of this size are in view");
+    CHECK(rejection_of(board, one.view()) == "two boards of this size are in view");
 }
 
 TEST_CASE("frames without a board are rejected quickly") {
@@ -118,9 +118,9 @@ TEST_CASE("frames without a board are rejected quickly") {
     Random random(seed);
     const calib::board board = plain_board(9, 6);
     Image image(2048, 1536);
-    const auto timed_refusal = [&](const std::string &what) {
+    const auto timed_rejection = [&](const std::string &what) {
         const auto start = std::chrono::steady_clock::now();
-        const std::string why = refusal_of(board, image.view());
+        const std::string why = rejection_of(board, image.view());
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
         MESSAGE(what << ": " << why << ", " << took.count() << " s");
         CHECK(why != "");
@@ -128,24 +128,24 @@ TEST_CASE("frames without a board are rejected quickly") {
         CHECK(took.count() < 20);
     };
     image.paint([&](int, int) { return 128 + 60 * random.normal(); });
-    timed_refusal("strong noise");
+    timed_rejection("strong noise");
     image.paint([&](int, int) { return random.uniform(0, 2) < 1 ? 0.0 : 255.0; });
-    timed_refusal("black and white noise");
+    timed_rejection("black and white noise");
     image.paint([&](int x, int y) {
         const int row = y / 24, column = (x + (row % 2) * 30) / 60;
         const bool joint = y % 24 < 4 || (x + (row % 2) * 30) % 60 < 4;
         return (joint ? 200 : 90 + (row * 7 + column * 13) % 40) + 3 * random.normal();
     });
-    timed_refusal("bricks");
+    timed_rejection("bricks");
     image.paint([&](int x, int y) {
         const bool window = x % 80 > 20 && x % 80 < 62 && y % 110 > 30 && y % 110 < 88;
         return (window ? 40 : 180) + 3 * random.normal();
     });
-    timed_refusal("windows");
+    timed_rejection("windows");
     image.paint([&](int x, int y) { return (x / 10 + y / 10) % 2 == 0 ? 40.0 : 210.0; });
-    timed_refusal("an endless chessboard");
+    timed_rejection("an endless chessboard");
     image.paint([&](int x, int y) { return 128 + 100 * std::sin(x * 0.4) * std::sin(y * 0.4); });
-    timed_refusal("an egg crate");
+    timed_rejection("an egg crate");
 }
 
 TEST_CASE("odd images and odd boards do no harm") {
@@ -166,7 +166,7 @@ TEST_CASE("odd images and odd boards do no harm") {
             board = coded_board(board.columns, board.rows, "4x4_50");
         }
         const calib::board_view view = calib::detect_board(board, image.view(), {});
-        CHECK(view.corners.empty() != view.refusal.empty());
+        CHECK(view.corners.empty() != view.rejection.empty());
         for (const calib::corner &c : view.corners) {
             CHECK(c.index >= 0);
             CHECK(c.index < board.corner_count());
@@ -176,8 +176,8 @@ TEST_CASE("odd images and odd boards do no harm") {
     for (const auto &[width, height] :
          {std::pair{1, 1}, {4000, 1}, {1, 4000}, {4000, 17}, {16, 16}, {33, 2000}}) {
         Image image(width, height);
-        CHECK(refusal_of(plain_board(9, 6), image.view()) != "");
+        CHECK(rejection_of(plain_board(9, 6), image.view()) != "");
     }
     Image nothing(0, 0);
-    CHECK(refusal_of(plain_board(255, 255), nothing.view()) != "");
+    CHECK(rejection_of(plain_board(255, 255), nothing.view()) != "");
 }

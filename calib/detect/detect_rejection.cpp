@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/detect/detect_refusal.hpp"
+#include "calib/detect/detect_rejection.hpp"
 
 #include <algorithm>
 #include <array>
@@ -82,13 +82,13 @@ double steepest_edge_blur_px(const std::vector<plane> &levels) {
     return contrast / (slope * 2.507) * static_cast<double>(1 << level);
 }
 
-std::string size_refusal(const board &board, const near_miss &nearest) {
+std::string size_rejection(const board &board, const near_miss &nearest) {
     const bool wide = (nearest.columns >= nearest.rows) == (board.columns >= board.rows);
     return sentence("found %d x %d corners, not %d x %d", wide ? nearest.columns : nearest.rows,
                     wide ? nearest.rows : nearest.columns, board.columns, board.rows);
 }
 
-std::string coded_refusal(const board &board, const near_miss &nearest) {
+std::string coded_rejection(const board &board, const near_miss &nearest) {
     if (nearest.mirrored) {
         return "the board is mirrored: its markers read backwards";
     }
@@ -104,7 +104,7 @@ std::string coded_refusal(const board &board, const near_miss &nearest) {
                     nearest.corners);
 }
 
-std::string image_refusal(const std::vector<plane> &levels) {
+std::string image_rejection(const std::vector<plane> &levels) {
     const std::array<double, 256> shares =
         shares_of_greys(levels[std::min<size_t>(1, levels.size() - 1)]);
     double white = 0, dark = 0;
@@ -141,18 +141,18 @@ near_miss near_miss_of(const plane &level, const grid &found) {
     return miss;
 }
 
-std::string refusal_of(const board &board, const std::vector<plane> &levels,
-                       const near_miss &nearest) {
+std::string rejection_of(const board &board, const std::vector<plane> &levels,
+                         const near_miss &nearest) {
     const int wanted = board.corner_count();
     if (nearest.corners < std::min(fewest_corners, wanted)) {
-        return image_refusal(levels);
+        return image_rejection(levels);
     }
     if (nearest.blur_px > suspect_blur_share * nearest.spacing_px) {
         return sentence("too blurred (edges are %.1f pixels wide, squares %.0f pixels)",
                         2.5 * nearest.blur_px, nearest.spacing_px);
     }
     if (board.coded()) {
-        return coded_refusal(board, nearest);
+        return coded_rejection(board, nearest);
     }
     const int longer = std::max(nearest.columns, nearest.rows);
     const int shorter = std::min(nearest.columns, nearest.rows);
@@ -160,7 +160,7 @@ std::string refusal_of(const board &board, const std::vector<plane> &levels,
                         shorter > std::min(board.columns, board.rows);
     const bool whole = nearest.corners == nearest.columns * nearest.rows;
     if (larger || (whole && !nearest.cut && nearest.corners < wanted)) {
-        return size_refusal(board, nearest);
+        return size_rejection(board, nearest);
     }
     if (nearest.cut) {
         return sentence("the board is cut off by the image border (%d of %d corners)",
