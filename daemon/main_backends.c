@@ -75,15 +75,15 @@ static int open_replay(struct main_backends *self, struct config *config, struct
     self->replay_opener =
         (struct rig_opener){.open = open_nothing, .missing = why_played_part_fails, .self = self};
     ports->opener = &self->replay_opener;
-    const char *lack = rig_ports_lack(&config->profile, ports);
-    if (lack != NULL && calls) {
+    const char *missing = rig_ports_missing(&config->profile, ports);
+    if (missing != NULL && calls) {
         return message_set(
             message, ERROR_ARGUMENT,
             "backend = replay %s: the recording does not contain %s, which its profile "
             "requires",
-            config->backend_place, lack);
+            config->backend_place, missing);
     }
-    if (lack != NULL) {
+    if (missing != NULL) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: pairs without recorded calls replay as two "
                            "cameras only (set profile = two-cameras, rig.trigger = no, and "

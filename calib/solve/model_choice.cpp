@@ -160,9 +160,9 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     const double spare =
         residuals - double(POSE_PLACES * best.corners.size()) - parameters_of(data, best.candidate);
     const double variance = best.squares / std::max(1.0, spare);
-    const int lacking =
+    const int missing =
         parameters_of(data, best.candidate) - parameters_of(data, simpler.candidate);
-    return simpler.squares - best.squares > 2 * std::max(0, lacking) * variance;
+    return simpler.squares - best.squares > 2 * std::max(0, missing) * variance;
 }
 
 // The candidate with the smallest error when held out. Those before `usual` must beat it by more

@@ -67,7 +67,7 @@ static void show_lines(struct hearing *self, size_t length) {
 }
 
 /// Whether a successful watch may have lost rounds.
-static bool lacks_rounds(const struct hearing *self) {
+static bool needs_rounds(const struct hearing *self) {
     return self->rounds && self->ever_damaged;
 }
 
@@ -106,7 +106,7 @@ static enum outcome hear_text(struct hearing *self, char *line) {
     const bool ok = strcmp(line, "OK") == 0;
     show_lines(self, length);
     self->rounds = self->rounds || line[0] == '\0';
-    if (!ok || !lacks_rounds(self)) {
+    if (!ok || !needs_rounds(self)) {
         show_line(self, line);
     }
     return line[0] == '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
@@ -131,7 +131,7 @@ static enum outcome hear_json(struct hearing *self, char *line) {
     }
     const bool ok = json_reader_true(json_reader_member(all, "ok"));
     self->rounds = self->rounds || strcmp(event, "watch") == 0;
-    if (!ok || !lacks_rounds(self)) {
+    if (!ok || !needs_rounds(self)) {
         remote_seal_strip_json(line);
         show_line(self, line);
     }
@@ -165,7 +165,7 @@ static enum outcome hear(struct hearing *self) {
 static int conclude(const struct hearing *self, enum outcome outcome, bool perhaps,
                     struct message *message) {
     const char *const doubt = perhaps ? "; it is unknown whether the command was executed" : "";
-    if (outcome == ANSWERED_OK && lacks_rounds(self)) {
+    if (outcome == ANSWERED_OK && needs_rounds(self)) {
         return message_set(message, ERROR_CRC,
                            "rounds of the watch may be missing: the line damages data");
     }

@@ -82,9 +82,9 @@ static int write_report(const struct command_call *call, struct output *output) 
 
 static int run_bugreport(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
-    const int lacking = files_need_directory(call);
-    if (lacking != 0) {
-        return lacking;
+    const int unavailable = files_need_directory(call);
+    if (unavailable != 0) {
+        return unavailable;
     }
     struct output output;
     struct reply *reply = malloc(sizeof *reply);

@@ -158,7 +158,7 @@ static int make_request(struct surface *self) {
     if (error != 0) {
         return surroundings_refuse(self->call, error, "%s", message.text);
     }
-    self->source.lack = ", and none is saved (\"calibration set FILE\" first)";
+    self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
     self->source.parent = around->files_fd;
     self->source.path = self->session;
     self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;

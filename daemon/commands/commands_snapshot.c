@@ -92,9 +92,9 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
 static int run_snapshot(const struct command_call *call) {
     static struct snapshot snapshot;  // one thread has the rig
     const struct pair_options options = {.check_static = false};
-    const int lacking = files_need_directory(call);
-    if (lacking != 0) {
-        return lacking;
+    const int unavailable = files_need_directory(call);
+    if (unavailable != 0) {
+        return unavailable;
     }
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);

@@ -58,38 +58,39 @@ static void blame(const struct check *self, size_t key) {
 // ---- the profile
 
 /// "an even number, 16 to 2048 px", "no".
-static void print_range(const struct rig_profile_flaw *flaw, char text[RANGE_BYTES]) {
+static void print_range(const struct rig_profile_error *profile_error, char text[RANGE_BYTES]) {
     size_t count = 0;
-    const struct config_key *key = &config_keys(&count)[key_of(CONFIG_RIG, flaw->field)];
+    const struct config_key *key = &config_keys(&count)[key_of(CONFIG_RIG, profile_error->field)];
     char word[COMMAND_CHOICE_MAX];
     char range[QUANTITY_RANGE_BYTES];
     if (key->choices != NULL) {
-        const bool found = command_words_choice_at(key->choices, flaw->min, word);
+        const bool found = command_words_choice_at(key->choices, profile_error->min, word);
         INVARIANT(found);
         snprintf(text, RANGE_BYTES, "%s", word);
-    } else if (flaw->min == flaw->max) {
-        quantity_print(key->quantity, flaw->min, range);
+    } else if (profile_error->min == profile_error->max) {
+        quantity_print(key->quantity, profile_error->min, range);
         snprintf(text, RANGE_BYTES, "%s", range);
     } else {
-        quantity_print_range(key->quantity, flaw->min, flaw->max, range);
+        quantity_print_range(key->quantity, profile_error->min, profile_error->max, range);
         snprintf(text, RANGE_BYTES, "%s%s",
-                 flaw->other  ? "a different one, "
-                 : flaw->even ? "an even number, "
-                              : "",
+                 profile_error->other  ? "a different one, "
+                 : profile_error->even ? "an even number, "
+                                       : "",
                  range);
     }
 }
 
 /// Starts with the field or, where no line has set it, with a cause that a line has set.
-static int tell_flaw(const struct check *self, const struct rig_profile_flaw *flaw) {
-    const size_t field = key_of(CONFIG_RIG, flaw->field);
+static int report_profile_error(const struct check *self,
+                                const struct rig_profile_error *profile_error) {
+    const size_t field = key_of(CONFIG_RIG, profile_error->field);
     size_t count = 0;
     char range[RANGE_BYTES];
     char setting[SETTING_BYTES];
     char causes[RIG_PROFILE_CAUSES * SETTING_BYTES] = "";
-    print_range(flaw, range);
-    for (size_t i = 0; i < RIG_PROFILE_CAUSES && flaw->causes[i] != NULL; i++) {
-        const size_t cause = key_of(CONFIG_RIG, flaw->causes[i]);
+    print_range(profile_error, range);
+    for (size_t i = 0; i < RIG_PROFILE_CAUSES && profile_error->causes[i] != NULL; i++) {
+        const size_t cause = key_of(CONFIG_RIG, profile_error->causes[i]);
         char other[SETTING_BYTES];
         print_setting(self, cause, other);
         if (self->lines[field] == 0 && self->lines[cause] != 0) {
@@ -337,9 +338,9 @@ static int check_name(const struct check *self) {
 }
 
 static int check_rig(const struct check *self) {
-    struct rig_profile_flaw flaw;
-    const int error = rig_profile_check(&self->config->profile, &flaw);
-    return error != 0 ? tell_flaw(self, &flaw) : check_name(self);
+    struct rig_profile_error profile_error;
+    const int error = rig_profile_check(&self->config->profile, &profile_error);
+    return error != 0 ? report_profile_error(self, &profile_error) : check_name(self);
 }
 
 int config_check_lines(const struct config *config, const int *lines, int *line,

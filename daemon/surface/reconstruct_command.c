@@ -99,7 +99,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
         session.path = request.session_path;
         session.pair = (uint32_t)request.pair;
         session.load_calibration = files.load_calibration;
-        session.lack =
+        session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";
         source = (struct reconstruct_source){reconstruct_session_read, &session};
     }

@@ -97,7 +97,7 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
             error_text(self->kept_error));
     } else {
         return message_set(message, ERROR_MISSING, "%s: no calibration in the session%s",
-                           self->path, self->lack);
+                           self->path, self->missing);
     }
     if (error != ERROR_OK) {
         return error;

@@ -26,7 +26,7 @@ struct reconstruct_session {
     uint32_t pair;          // pair number, from 1; 0: the last
     const char *kept_text;  // the saved calibration, for sessions without one; NULL: none
     size_t kept_length;     // length of its text
-    const char *lack;       // advice if there is no calibration: how to get one
+    const char *missing;    // advice if there is no calibration: how to get one
     /// Loads the calibration that a request names; NULL if requests never name one.
     calibration_loader *load_calibration;
     int kept_error;  // error of reading the saved one; 0: none is saved

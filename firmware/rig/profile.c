@@ -110,8 +110,8 @@ static bool is_same(const char *a, const char *b) {
 int rig_profile_named(const char *name, struct rig_profile *profile) {
     const struct rig_profile all[] = {full_rig(), two_cameras(), two_cameras_lens()};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
-        struct rig_profile_flaw flaw;
-        INVARIANT(rig_profile_check(&all[i], &flaw) == ERROR_OK);
+        struct rig_profile_error profile_error;
+        INVARIANT(rig_profile_check(&all[i], &profile_error) == ERROR_OK);
         if (is_same(name, all[i].name)) {
             *profile = all[i];
             return ERROR_OK;

@@ -65,7 +65,7 @@ void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses
 
 /// An error of a profile: a field, and its range in the unit of struct rig_profile. Fields have the
 /// names of the daemon's settings, without "rig.". Static storage.
-struct rig_profile_flaw {
+struct rig_profile_error {
     const char *field;
     int32_t min, max;
     /// Fields that determine the range; NULL after the last.
@@ -75,7 +75,7 @@ struct rig_profile_flaw {
 };
 
 /// Whether the profile is consistent. ERROR_RANGE: `*flaw` is the first error.
-int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw *flaw);
+int rig_profile_check(const struct rig_profile *profile, struct rig_profile_error *profile_error);
 
 #ifdef __cplusplus
 }

@@ -38,25 +38,28 @@ enum {
 /// A field's value, and its range.
 struct limit {
     int64_t value;
-    struct rig_profile_flaw range;
+    struct rig_profile_error range;
 };
 
-static int check_all(const struct limit *limits, size_t count, struct rig_profile_flaw *flaw) {
+static int check_all(const struct limit *limits, size_t count,
+                     struct rig_profile_error *profile_error) {
     for (size_t i = 0; i < count; i++) {
-        const struct rig_profile_flaw *range = &limits[i].range;
+        const struct rig_profile_error *range = &limits[i].range;
         const int64_t value = limits[i].value;
         INVARIANT(range->min <= range->max);
         if (value < range->min || value > range->max || (range->even && value % 2 != 0)) {
-            *flaw = *range;
+            *profile_error = *range;
             return ERROR_RANGE;
         }
     }
     return ERROR_OK;
 }
 
-#define CHECK(limits, flaw) check_all(limits, sizeof(limits) / sizeof(limits)[0], flaw)
+#define CHECK(limits, profile_error) \
+    check_all(limits, sizeof(limits) / sizeof(limits)[0], profile_error)
 
-static int check_frames(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_frames(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
     // The system reports what cameras with ports of their own support.
     const char *cause = profile->bridge ? "bridge" : NULL;
     const int32_t width_px = profile->bridge ? MT9T001_WIDTH_PX : SIZE_MAX_PX;
@@ -67,21 +70,22 @@ static int check_frames(const struct rig_profile *profile, struct rig_profile_fl
         {profile->frame_us, {"frame_interval", FRAME_MIN_US, FRAME_MAX_US, .causes = {NULL}}},
         {profile->skew_limit_us, {"skew_limit", 1, FRAME_MAX_US, .causes = {NULL}}},
     };
-    return CHECK(limits, flaw);
+    return CHECK(limits, profile_error);
 }
 
 /// Whether an I2C address differs from another one.
 static int check_address(uint8_t address, uint8_t taken, const char *field, const char *other,
-                         struct rig_profile_flaw *flaw) {
+                         struct rig_profile_error *profile_error) {
     if (address != taken) {
         return ERROR_OK;
     }
-    *flaw = (struct rig_profile_flaw){field, ADDRESS_MIN, ADDRESS_MAX, .causes = {other},
-                                      .other = true};
+    *profile_error = (struct rig_profile_error){field, ADDRESS_MIN, ADDRESS_MAX, .causes = {other},
+                                                .other = true};
     return ERROR_RANGE;
 }
 
-static int check_bridge(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_bridge(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
     static const char bridge[] = "bridge_address";
     static const char left[] = "sensor_address_left", right[] = "sensor_address_right";
     const uint8_t *address = profile->sensor_address;
@@ -95,15 +99,17 @@ static int check_bridge(const struct rig_profile *profile, struct rig_profile_fl
         {profile->watchdog_ms,
          {"servo_watchdog", WATCHDOG_MIN_MS, WATCHDOG_MAX_MS, .causes = {"bridge"}}},
     };
-    int error = CHECK(limits, flaw);
+    int error = CHECK(limits, profile_error);
     if (error == ERROR_OK) {
-        error = check_address(address[RIG_LEFT], profile->bridge_address, left, bridge, flaw);
+        error =
+            check_address(address[RIG_LEFT], profile->bridge_address, left, bridge, profile_error);
     }
     if (error == ERROR_OK) {
-        error = check_address(address[RIG_RIGHT], profile->bridge_address, right, bridge, flaw);
+        error = check_address(address[RIG_RIGHT], profile->bridge_address, right, bridge,
+                              profile_error);
     }
     return error == ERROR_OK
-               ? check_address(address[RIG_RIGHT], address[RIG_LEFT], right, left, flaw)
+               ? check_address(address[RIG_RIGHT], address[RIG_LEFT], right, left, profile_error)
                : error;
 }
 
@@ -121,7 +127,7 @@ static const struct servo_fields servo_fields[RIG_SIDES] = {
 
 /// Within the bridge's own limits of a pulse.
 static int check_servo(const struct rig_profile *profile, unsigned side,
-                       struct rig_profile_flaw *flaw) {
+                       struct rig_profile_error *profile_error) {
     const struct servo_model *servo = &profile->servo[side];
     const struct servo_fields *fields = &servo_fields[side];
     const struct bridge_register *min = fpga_bridge_register(BRIDGE_SERVO0_MIN_Q4);
@@ -132,7 +138,7 @@ static int check_servo(const struct rig_profile *profile, unsigned side,
         {servo->q4_per_rad, {fields->q4_per_rad, 1, Q4_PER_RAD_MAX, .causes = {"servos"}}},
         {servo->urad_per_s, {fields->urad_per_s, 1, URAD_PER_S_MAX, .causes = {"servos"}}},
     };
-    const int error = CHECK(first, flaw);
+    const int error = CHECK(first, profile_error);
     if (error != ERROR_OK) {
         return error;
     }
@@ -142,11 +148,11 @@ static int check_servo(const struct rig_profile *profile, unsigned side,
         {servo->min_q4, {fields->min, min->min, min_max_q4, .causes = {fields->centre, "servos"}}},
         {servo->max_q4, {fields->max, max_min_q4, max->max, .causes = {fields->centre, "servos"}}},
     };
-    return CHECK(limits, flaw);
+    return CHECK(limits, profile_error);
 }
 
 /// Within the range of both servos.
-static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_pan(const struct rig_profile *profile, struct rig_profile_error *profile_error) {
     int32_t min_urad = INT32_MIN, max_urad = INT32_MAX;
     const struct servo_fields *leftmost = NULL, *rightmost = NULL;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
@@ -172,16 +178,17 @@ static int check_pan(const struct rig_profile *profile, struct rig_profile_flaw 
          {"pan_min", min_urad, profile->pan_max_urad - 1,
           .causes = {leftmost->min, leftmost->centre, leftmost->q4_per_rad}}},
     };
-    const int error = CHECK(limits, flaw);
+    const int error = CHECK(limits, profile_error);
     if (error != ERROR_OK && profile->pan_min_urad >= profile->pan_max_urad &&
-        flaw->field == limits[1].range.field) {
-        flaw->causes[0] = "pan_max";
-        flaw->causes[1] = NULL;
+        profile_error->field == limits[1].range.field) {
+        profile_error->causes[0] = "pan_max";
+        profile_error->causes[1] = NULL;
     }
     return error;
 }
 
-static int check_servos(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_servos(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
     const struct bridge_register *slew = fpga_bridge_register(BRIDGE_SERVO0_SLEW_Q4);
     const struct limit limits[] = {
         // The bridge generates the pulses.
@@ -190,14 +197,15 @@ static int check_servos(const struct rig_profile *profile, struct rig_profile_fl
         {profile->pan_repeatability_urad,
          {"pan_repeatability", 0, PAN_REPEATABILITY_MAX_URAD, .causes = {"servos"}}},
     };
-    int error = CHECK(limits, flaw);
+    int error = CHECK(limits, profile_error);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = check_servo(profile, side, flaw);
+        error = check_servo(profile, side, profile_error);
     }
-    return error == ERROR_OK ? check_pan(profile, flaw) : error;
+    return error == ERROR_OK ? check_pan(profile, profile_error) : error;
 }
 
-static int check_lenses(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_lenses(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
     static const char *const speeds[LENS_AXES] = {
         [LENS_ZOOM] = "lens_zoom_speed_min",
         [LENS_FOCUS] = "lens_focus_speed_min",
@@ -208,7 +216,7 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
         const struct limit speed[] = {
             {profile->lens_counts_per_s[axis],
              {speeds[axis], 1, LENS_COUNTS_PER_S_MAX, .causes = {"lenses"}}}};
-        error = CHECK(speed, flaw);
+        error = CHECK(speed, profile_error);
     }
     const struct limit limits[] = {
         {profile->lens_backlash_counts,
@@ -219,36 +227,38 @@ static int check_lenses(const struct rig_profile *profile, struct rig_profile_fl
          {"lens_repeatability", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
         {profile->lens_zoom_ppm, {"lens_zoom_step", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
     };
-    return error == ERROR_OK ? CHECK(limits, flaw) : error;
+    return error == ERROR_OK ? CHECK(limits, profile_error) : error;
 }
 
-static int check_trigger(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
+static int check_trigger(const struct rig_profile *profile,
+                         struct rig_profile_error *profile_error) {
     const struct limit limits[] = {
         // The sensors behind the bridge run freely.
         {profile->bridge, {"trigger", 0, 0, .causes = {"bridge"}}},
         {profile->trigger_us,
          {"trigger_pulse", TRIGGER_MIN_US, TRIGGER_MAX_US, .causes = {"trigger"}}},
     };
-    return CHECK(limits, flaw);
+    return CHECK(limits, profile_error);
 }
 
-int rig_profile_check(const struct rig_profile *profile, struct rig_profile_flaw *flaw) {
-    INVARIANT(profile != NULL && flaw != NULL);
+int rig_profile_check(const struct rig_profile *profile, struct rig_profile_error *profile_error) {
+    INVARIANT(profile != NULL && profile_error != NULL);
     const struct limit kinds[] = {
         {profile->lenses, {"lenses", RIG_LENSES_FIXED, RIG_LENSES_V1LC, .causes = {NULL}}}};
-    int error = check_frames(profile, flaw);
+    int error = check_frames(profile, profile_error);
     if (error == ERROR_OK && profile->bridge) {
-        error = check_bridge(profile, flaw);
+        error = check_bridge(profile, profile_error);
     }
     if (error == ERROR_OK && profile->trigger) {
-        error = check_trigger(profile, flaw);
+        error = check_trigger(profile, profile_error);
     }
     if (error == ERROR_OK && profile->servos) {
-        error = check_servos(profile, flaw);
+        error = check_servos(profile, profile_error);
     }
     if (error == ERROR_OK) {
-        error = CHECK(kinds, flaw);
+        error = CHECK(kinds, profile_error);
     }
-    return error == ERROR_OK && profile->lenses != RIG_LENSES_FIXED ? check_lenses(profile, flaw)
-                                                                    : error;
+    return error == ERROR_OK && profile->lenses != RIG_LENSES_FIXED
+               ? check_lenses(profile, profile_error)
+               : error;
 }

@@ -10,7 +10,7 @@
 #include "rig/trigger.h"
 #include "rig/watch.h"
 
-const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports) {
+const char *rig_ports_missing(const struct rig_profile *profile, const struct rig_ports *ports) {
     if (ports->clock == NULL) {
         return "a clock";
     }
@@ -30,9 +30,9 @@ const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_p
 
 void rig_init(struct rig *self, const struct rig_profile *profile, const struct rig_ports *ports,
               const struct rig_observer *observer) {
-    struct rig_profile_flaw flaw;
-    INVARIANT(rig_profile_check(profile, &flaw) == ERROR_OK);
-    INVARIANT(rig_ports_lack(profile, ports) == NULL);
+    struct rig_profile_error profile_error;
+    INVARIANT(rig_profile_check(profile, &profile_error) == ERROR_OK);
+    INVARIANT(rig_ports_missing(profile, ports) == NULL);
     *self = (struct rig){.profile = *profile, .ports = *ports, .state = RIG_DOWN};
     if (observer != NULL) {
         self->observer = *observer;

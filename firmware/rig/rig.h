@@ -20,7 +20,7 @@ extern "C" {
 
 /// The interface that this profile requires but the ports do not have, such as "an I2C bus"; NULL:
 /// none is missing. Static storage.
-const char *rig_ports_lack(const struct rig_profile *profile, const struct rig_ports *ports);
+const char *rig_ports_missing(const struct rig_profile *profile, const struct rig_ports *ports);
 
 /// Copies profile, ports and observer (NULL: none). Does not touch any device. The profile must
 /// pass rig_profile_check, and the ports must have every interface that it requires.

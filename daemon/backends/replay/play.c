@@ -180,10 +180,10 @@ static void bring_rig(struct play *self) {
         depart(self, "%s: invalid settings: %.900s", self->session.path, why.text);
         return;
     }
-    const char *lack = rig_ports_lack(&self->config.profile, &self->replay.ports);
-    if (lack != NULL) {
+    const char *missing = rig_ports_missing(&self->config.profile, &self->replay.ports);
+    if (missing != NULL) {
         depart(self, "%s: its settings require %s, which was not recorded", self->session.path,
-               lack);
+               missing);
         return;
     }
     rig_init(&self->rig, &self->config.profile, &self->replay.ports, &observer);

@@ -37,8 +37,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         FUZZ_CHECK(std::strncmp(said.text, "FILE:", 5) == 0);
         return 0;
     }
-    rig_profile_flaw flaw;
-    FUZZ_CHECK(rig_profile_check(&settings.profile, &flaw) == 0);
+    rig_profile_error profile_error;
+    FUZZ_CHECK(rig_profile_check(&settings.profile, &profile_error) == 0);
     const std::string text = printed(settings);
     config again;
     config_defaults(&again);

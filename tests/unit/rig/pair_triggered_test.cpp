@@ -173,7 +173,7 @@ struct Triggered {
         hangs_on.clock = &clock;
         hangs_on.camera[RIG_LEFT] = &ports[RIG_LEFT];
         hangs_on.camera[RIG_RIGHT] = &ports[RIG_RIGHT];
-        CHECK(std::string(rig_ports_lack(&profile, &hangs_on)) == "a trigger line");
+        CHECK(std::string(rig_ports_missing(&profile, &hangs_on)) == "a trigger line");
         hangs_on.gpio = &gpio;
         const rig_observer observer = {
             [](void *self) { return static_cast<World *>(self)->go_on(); }, nullptr, &world};

@@ -26,8 +26,8 @@ rig_profile named(const char *name) {
 TEST_CASE("the profiles that everybody has are good, and have the parts that their names say") {
     for (const char *name : {"rig", "two-cameras", "two-cameras-lens"}) {
         const rig_profile profile = named(name);
-        rig_profile_flaw flaw{};
-        CHECK(rig_profile_check(&profile, &flaw) == ERROR_OK);
+        rig_profile_error profile_error{};
+        CHECK(rig_profile_check(&profile, &profile_error) == ERROR_OK);
         CHECK(std::string(profile.name) == name);
     }
     CHECK(named("rig").bridge);
@@ -41,11 +41,11 @@ TEST_CASE("the profiles that everybody has are good, and have the parts that the
 
 TEST_CASE("a lens gets the numbers of its controller") {
     rig_profile profile = named("two-cameras");
-    rig_profile_flaw flaw{};
+    rig_profile_error profile_error{};
     for (const auto lenses : {RIG_LENSES_V1LC, RIG_LENSES_V3LC, RIG_LENSES_FIXED}) {
         rig_profile_set_lenses(&profile, lenses);
         CHECK(profile.lenses == lenses);
-        CHECK(rig_profile_check(&profile, &flaw) == ERROR_OK);
+        CHECK(rig_profile_check(&profile, &profile_error) == ERROR_OK);
         const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MAX - LENS_V1LC_MIN
                                                          : LENS_V3LC_MAX - LENS_V3LC_MIN;
         for (int axis = 0; axis < LENS_AXES && lenses != RIG_LENSES_FIXED; axis++) {
@@ -122,8 +122,8 @@ TEST_CASE("each number that makes no sense is named") {
     for (const auto &test : cases) {
         rig_profile profile = named(test.base);
         test.spoil(profile);
-        rig_profile_flaw flaw{};
-        CHECK(rig_profile_check(&profile, &flaw) != ERROR_OK);
-        CHECK(std::string(flaw.field) == test.field);
+        rig_profile_error profile_error{};
+        CHECK(rig_profile_check(&profile, &profile_error) != ERROR_OK);
+        CHECK(std::string(profile_error.field) == test.field);
     }
 }
