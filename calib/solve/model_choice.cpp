@@ -165,18 +165,18 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     return simpler.squares - best.squares > 2 * std::max(0, missing) * variance;
 }
 
-// The candidate with the smallest error when held out. Those before `usual` must beat it by more
-// than chance. Error bars ignore a distortion that is left out although it exists, while a
+// The candidate with the smallest error when held out. Those before `default_index` must beat it by
+// more than chance. Error bars ignore a distortion that is left out although it exists, while a
 // distortion estimated needlessly inflates them only where nothing is known.
-size_t find_best(const std::vector<contender> &contenders, size_t usual) {
-    size_t best = usual;
+size_t find_best(const std::vector<contender> &contenders, size_t default_index) {
+    size_t best = default_index;
     for (size_t k = 0; k < contenders.size(); k++) {
         if (!contenders[k].possible) {
             continue;
         }
-        const difference to_usual = compare(contenders[k], contenders[usual]);
+        const difference to_default = compare(contenders[k], contenders[default_index]);
         if (mean_of(contenders[k].cost) < mean_of(contenders[best].cost) &&
-            (k > usual || to_usual.mean < -to_usual.error)) {
+            (k > default_index || to_default.mean < -to_default.error)) {
             best = k;
         }
     }
@@ -184,13 +184,13 @@ size_t find_best(const std::vector<contender> &contenders, size_t usual) {
 }
 
 // Candidates are in order of simplicity; returns the index of the chosen one.
-size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t usual,
+size_t elect(const bundle &data, const std::vector<contender> &contenders, size_t default_index,
              std::vector<model_score> *scores) {
-    while (usual > 0 && !contenders[usual].possible) {
-        usual--;
+    while (default_index > 0 && !contenders[default_index].possible) {
+        default_index--;
     }
-    const size_t best = find_best(contenders, usual);
-    const size_t simplest = std::min(best, usual);
+    const size_t best = find_best(contenders, default_index);
+    const size_t simplest = std::min(best, default_index);
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {
         const difference to_best = compare(contenders[k], contenders[best]);
@@ -220,7 +220,7 @@ void forget_absent(const model_candidate &candidate, bundle_state *state) {
     }
 }
 
-model_candidate modest_model() {
+model_candidate basic_model() {
     return {{lens_model::K1, true}, {}};
 }
 

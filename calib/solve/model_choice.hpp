@@ -25,9 +25,9 @@ struct model_choice {
     bundle_state state;  // the least-squares solution of the chosen model
 };
 
-/// Minimum number of board positions for a choice; with fewer, `modest_model` is used.
+/// Minimum number of board positions for a choice; with fewer, `basic_model` is used.
 const int MIN_FOR_CHOICE = 5;
-model_candidate modest_model();
+model_candidate basic_model();
 
 /// Sets the parameters that a candidate does not estimate to their neutral values.
 void forget_absent(const model_candidate &candidate, bundle_state *state);

@@ -44,7 +44,7 @@ int fewest_views(const bundle &data) {
 bundle_options cleaning_options(const bundle &data) {
     const int views = fewest_views(data);
     if (views < MIN_FOR_CHOICE) {
-        return options_of(modest_model().model, modest_model().target, LOSS);
+        return options_of(basic_model().model, basic_model().target, LOSS);
     }
     const bool shape = views >= WARP_FROM;
     return options_of({lens_model::K1_K2_P1_P2, false}, {shape, shape}, LOSS);
@@ -147,7 +147,7 @@ class solver {
         if (!options_.choose_model) {
             chosen_ = {options_.model, options_.target};
         } else if (fewest_views(data()) < MIN_FOR_CHOICE) {
-            chosen_ = modest_model();
+            chosen_ = basic_model();
             chosen_.model.distortion = options_.distortion.value_or(chosen_.model.distortion);
         } else {
             const model_choice choice =

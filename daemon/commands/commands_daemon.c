@@ -17,7 +17,7 @@
 #include "daemon/reply/logbook.h"
 #include "daemon/settings/config.h"
 
-enum { LOG_USUAL_LINES = 20, USAGE_BYTES = 160 };
+enum { LOG_DEFAULT_LINES = 20, USAGE_BYTES = 160 };
 
 static const double us_per_s = 1e6;
 
@@ -100,7 +100,7 @@ static int run_config(const struct command_call *call) {
 static int run_log(const struct command_call *call) {
     const struct surroundings *around = surroundings_of(call);
     const uint64_t max =
-        call->values[0].given ? (uint64_t)call->values[0].integer : LOG_USUAL_LINES;
+        call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
     struct logbook_line line;
     uint64_t back = max;
     item_begin(call, "lines", true);

@@ -108,7 +108,8 @@ static int send_block(const struct command_call *call, int fd) {
     static _Thread_local char data[FILES_BLOCK_MAX];
     static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MAX)];
     const int64_t offset = call->values[1].integer;
-    const size_t max = call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_USUAL;
+    const size_t max =
+        call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_DEFAULT;
     INVARIANT(max <= sizeof data);
     const ssize_t bytes = pread(fd, data, max, offset);
     if (bytes < 0) {

@@ -138,7 +138,7 @@ static void load_kept(struct surface *self) {
 static int make_request(struct surface *self) {
     const struct surroundings *around = surroundings_of(self->call);
     const struct command_value *values = self->call->values;
-    self->request = reconstruct_request_usual();
+    self->request = reconstruct_request_defaults();
     if (values[SCALE].given) {
         self->request.scale = values[SCALE].number;
     }
@@ -268,7 +268,7 @@ static int compute(struct surface *self) {
     job->source = &source;
     job->words = &words;
     job->observer = &observer;
-    job->modest = true;
+    job->check_free_memory = true;
     int error = reconstruct_job_run(job);
     if (error == 0) {
         put_figures(self);

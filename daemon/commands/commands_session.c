@@ -333,9 +333,9 @@ static void begin_afresh(struct rig *rig) {
 static int write_settings(const struct command_call *call, struct message *message) {
     const struct config *config = surroundings_of(call)->config;
     const bool named = strcmp(config->profile.name, config->like) == 0;
-    struct config usual;
-    config_defaults(&usual);
-    int error = config_set(&usual, CONFIG_PROFILE_KEY, config->like, message);
+    struct config defaults;
+    config_defaults(&defaults);
+    int error = config_set(&defaults, CONFIG_PROFILE_KEY, config->like, message);
     INVARIANT(error == 0);
     if (!named) {
         error = session_writer_setting(&session.writer, CONFIG_PROFILE_KEY, config->like, message);
@@ -344,11 +344,11 @@ static int write_settings(const struct command_call *call, struct message *messa
         char value[CONFIG_TEXT_BYTES + 16];
         char before[CONFIG_TEXT_BYTES + 16];
         config_key_print(config, i, value, sizeof value);
-        config_key_print(&usual, i, before, sizeof before);
+        config_key_print(&defaults, i, before, sizeof before);
         if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
             error = session_writer_setting(&session.writer, config_key_name(i), value, message);
             // A key may set others too, which then need not be written.
-            error = error != 0 ? error : config_set(&usual, config_key_name(i), value, message);
+            error = error != 0 ? error : config_set(&defaults, config_key_name(i), value, message);
         }
     }
     return error;

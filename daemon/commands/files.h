@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-enum { FILES_NAME_MAX = 200, FILES_BLOCK_MAX = 49152, FILES_BLOCK_USUAL = 3072 };
+enum { FILES_NAME_MAX = 200, FILES_BLOCK_MAX = 49152, FILES_BLOCK_DEFAULT = 3072 };
 
 /// Opens a regular file for reading. Returns its descriptor, which the caller closes, or an error
 /// with the call's message.

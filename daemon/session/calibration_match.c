@@ -278,7 +278,7 @@ static bool is_known(const struct calibration *calibration, int side, int axis) 
 
 double calibration_match_sigma_mm(const struct calibration *calibration,
                                   const struct session_instrument *instrument, double depth_mm) {
-    struct session_instrument usual;
+    struct session_instrument defaults;
     const bool given = instrument != NULL;
     INVARIANT(depth_mm >= 0);
     if (!calibration->has_origin) {
@@ -288,8 +288,8 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
         struct rig_profile rig;
         const int error = rig_profile_named("rig", &rig);
         INVARIANT(error == ERROR_OK);
-        usual = calibration_match_instrument(&rig);
-        instrument = &usual;
+        defaults = calibration_match_instrument(&rig);
+        instrument = &defaults;
     }
     const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * rad_per_degree;
     // The depth scales with the mean of both focal lengths.

@@ -21,11 +21,11 @@ FILE *session_reader_file(const struct session_reader *self, const char *name,
     const int file = openat(self->directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     struct stat about;
     const bool known = file >= 0 && fstat(file, &about) == 0;
-    const bool usual = known && S_ISREG(about.st_mode);
-    FILE *stream = usual ? fdopen(file, "rb") : NULL;
+    const bool regular = known && S_ISREG(about.st_mode);
+    FILE *stream = regular ? fdopen(file, "rb") : NULL;
     if (stream == NULL) {
         message_set(message, ERROR_MISSING, "%s/%s: cannot be read: %s", self->path, name,
-                    known && !usual ? "not a regular file" : strerror(errno));
+                    known && !regular ? "not a regular file" : strerror(errno));
         if (file >= 0) {
             close(file);
         }

@@ -247,7 +247,7 @@ static int allocate(struct reconstruct_job *job) {
         reconstruct_need_bytes(job->context.left.width_px, job->context.left.height_px,
                                &job->result.plan, &job->options, job->context.threads);
     job->context.arena_bytes = job->memory_bytes;
-    if (job->modest && job->memory_bytes > memory_available_bytes()) {
+    if (job->check_free_memory && job->memory_bytes > memory_available_bytes()) {
         return refuse_memory(job);
     }
     job->memory = mmap(NULL, job->memory_bytes, PROT_READ | PROT_WRITE,

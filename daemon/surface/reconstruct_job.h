@@ -60,7 +60,8 @@ struct reconstruct_job {
     const struct reconstruct_source *source;
     const struct reconstruct_words *words;
     const struct reconstruct_observer *observer;
-    bool modest;  // refuse to start if free memory is short, so that the kernel kills no process
+    bool check_free_memory;  // refuse to start if free memory is short, so that the kernel kills no
+                             // process
 
     struct reconstruct_context context;  // after a run: everything about it
     struct message message;              // after a failed run: the reason

@@ -256,7 +256,7 @@ static int check_lengths(const struct reconstruct_request *request, struct messa
                                        message);
 }
 
-struct reconstruct_request reconstruct_request_usual(void) {
+struct reconstruct_request reconstruct_request_defaults(void) {
     return (struct reconstruct_request){.scale = 1,
                                         .region_px = {0, 0, -1, -1},
                                         .unit = -1,
@@ -269,7 +269,7 @@ struct reconstruct_request reconstruct_request_usual(void) {
 }
 
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
-    *request = reconstruct_request_usual();
+    *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);

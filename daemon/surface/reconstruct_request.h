@@ -43,7 +43,7 @@ struct reconstruct_request {
 };
 
 /// The request with all defaults.
-struct reconstruct_request reconstruct_request_usual(void);
+struct reconstruct_request reconstruct_request_defaults(void);
 
 /// Parses and checks the command line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.

@@ -45,8 +45,8 @@ def of_one_size(pairs):
     for pair in pairs:
         images = [cv2.imread(path, cv2.IMREAD_GRAYSCALE) for path in pair]
         sizes.append(tuple(None if image is None else image.shape for image in images))
-    usual = statistics.mode(sizes) if sizes else None
-    return [pair for pair, size in zip(pairs, sizes) if size == usual]
+    typical = statistics.mode(sizes) if sizes else None
+    return [pair for pair, size in zip(pairs, sizes) if size == typical]
 
 
 def make_stage(folder, pairs):

@@ -163,7 +163,7 @@ class Endurance:
 
     # ---- what may happen
 
-    def usual(self):
+    def ordinary(self):
         pick, side = self.chance, self.chance.choice(("left", "right", "both"))
         command = pick.choice((
             f"pan {side} {pick.uniform(-25, 25):.2f}", f"zoom {side} {pick.randrange(300, 850)}",
@@ -278,7 +278,7 @@ class Endurance:
         if kind < 0.35:
             self.must(f"wait {pick.uniform(0.1, 30):.1f}")
         elif kind < 0.88:
-            self.usual()
+            self.ordinary()
         else:
             act = pick.choice((self.cancel, self.vanish, self.be_killed, self.be_deaf,
                                self.send_rubbish))

@@ -13,9 +13,9 @@ using namespace motion;
 
 namespace {
 
-uint64_t draws(uint64_t usual) {
+uint64_t draws(uint64_t default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
-    return text != nullptr ? std::strtoull(text, nullptr, 0) : usual;
+    return text != nullptr ? std::strtoull(text, nullptr, 0) : default_value;
 }
 
 double part(std::vector<double> &values, double share) {

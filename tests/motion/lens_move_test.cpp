@@ -16,9 +16,9 @@ namespace {
 
 constexpr unsigned kLeft = 1, kRight = 2, kBoth = 3;
 
-uint64_t draws(uint64_t usual) {
+uint64_t draws(uint64_t default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
-    return text != nullptr ? std::strtoull(text, nullptr, 0) : usual;
+    return text != nullptr ? std::strtoull(text, nullptr, 0) : default_value;
 }
 
 double between(simrig::Noise &noise, double low, double high) {

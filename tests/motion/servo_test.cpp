@@ -18,9 +18,9 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-int draws(int usual) {
+int draws(int default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
-    return text != nullptr ? std::atoi(text) : usual;
+    return text != nullptr ? std::atoi(text) : default_value;
 }
 
 // Time from a request until the simulated horn has stopped, with pulses as the bridge sends them:

@@ -115,9 +115,9 @@ RigViews empty_views(const RigViewsPlan &plan, Random &random) {
 
 }  // namespace
 
-int draws(int usual) {
+int draws(int default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
-    return text != nullptr ? std::max(1, std::atoi(text)) : usual;
+    return text != nullptr ? std::max(1, std::atoi(text)) : default_value;
 }
 
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed) {

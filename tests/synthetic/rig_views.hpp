@@ -53,8 +53,8 @@ struct RigViews {
 /// moves the corners. Throws when hardly any board of the plan is in view.
 RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
 
-/// The number of random draws of a test: VERGENCE_DRAWS from the environment, else `usual`.
-int draws(int usual);
+/// The number of random draws of a test: VERGENCE_DRAWS from the environment, else `default_value`.
+int draws(int default_value);
 
 }  // namespace synthetic
 

@@ -22,10 +22,10 @@ constexpr bool kSanitized = __has_feature(address_sanitizer);
 constexpr bool kSanitized = false;
 #endif
 
-/// The number of random cases of a statistical test: `usual`, but `sanitized` under the address
-/// sanitizer, which finds an error in one case as well as in a hundred.
-constexpr int rounds(int usual, int sanitized) {
-    return kSanitized ? sanitized : usual;
+/// The number of random cases of a statistical test: `default_value`, but `sanitized` under the
+/// address sanitizer, which finds an error in one case as well as in a hundred.
+constexpr int rounds(int default_value, int sanitized) {
+    return kSanitized ? sanitized : default_value;
 }
 
 }  // namespace synthetic

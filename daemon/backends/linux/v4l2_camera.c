@@ -36,7 +36,7 @@ static uint32_t frame_time_us(const struct v4l2_camera *self) {
 }
 
 /// Time limit for the next frame after a frame.
-static uint32_t usual_patience_us(const struct v4l2_camera *self) {
+static uint32_t default_patience_us(const struct v4l2_camera *self) {
     const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
     return patience_us < MISSED_US    ? MISSED_US
            : patience_us > UINT32_MAX ? UINT32_MAX
@@ -47,8 +47,8 @@ static uint32_t usual_patience_us(const struct v4l2_camera *self) {
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
     self->alive_us = monotonic_now_us();
-    const uint32_t usual_us = usual_patience_us(self);
-    self->patience_us = usual_us > FIRST_FRAME_US ? usual_us : FIRST_FRAME_US;
+    const uint32_t default_us = default_patience_us(self);
+    self->patience_us = default_us > FIRST_FRAME_US ? default_us : FIRST_FRAME_US;
 }
 
 static bool make_slots(struct v4l2_camera *self, size_t values) {
@@ -296,7 +296,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         }
         const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
-        self->patience_us = usual_patience_us(self);
+        self->patience_us = default_patience_us(self);
         number(self, filled.sequence);
         struct hal_camera_frame got = {.data = NULL};
         set_times(self, &filled, now_us, &got);
@@ -346,8 +346,8 @@ static int control(void *opaque, enum hal_camera_control which, int32_t value, i
     if (error == ERROR_OK &&
         (which == HAL_CAMERA_EXPOSURE_US || which == HAL_CAMERA_EXPOSURE_FOUND_US)) {
         self->exposure_us = *applied > 0 ? (uint32_t)*applied : 0;
-        const uint32_t usual_us = usual_patience_us(self);
-        self->patience_us = usual_us > self->patience_us ? usual_us : self->patience_us;
+        const uint32_t default_us = default_patience_us(self);
+        self->patience_us = default_us > self->patience_us ? default_us : self->patience_us;
     }
     return error;
 }

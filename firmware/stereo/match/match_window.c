@@ -4,9 +4,9 @@
 #include "core/invariant.h"
 
 // Lowest and highest index that the coarser level found near a tile; low > high: none was found.
-// `usual`: roughly where most of them are.
+// `default_value`: roughly where most of them are.
 struct reach {
-    int low, high, usual;
+    int low, high, default_value;
     bool doubtful;  // most have a rival
 };
 
@@ -87,7 +87,7 @@ static struct reach reach_of_tile(const struct match_level *level, int t,
             count += 2;
         }
     }
-    reach.usual = count > 0 ? sum / count : 0;
+    reach.default_value = count > 0 ? sum / count : 0;
     reach.doubtful = doubts > 0;
     return reach;
 }
@@ -121,7 +121,7 @@ static void set_window(const struct match_level *level, struct reach reach, int 
         // Not enough room: keep the end with the majority.
         lanes = max_lanes;
         lowest_base = highest_base =
-            reach.usual - low < high - reach.usual ? low : high + 1 - lanes;
+            reach.default_value - low < high - reach.default_value ? low : high + 1 - lanes;
     }
     lowest_base = clamp(lowest_base, 0, level->lanes - lanes);
     highest_base = clamp(highest_base, lowest_base, level->lanes - lanes);

@@ -145,7 +145,7 @@ class Port(WithPort):
         self.assertRegex(self.the_token(), "^[0-9a-f]{64}$")
 
 
-class UsualPlace(WithPort):
+class DefaultPlace(WithPort):
     """The daemon makes the file where the client looks for it."""
 
     @classmethod

@@ -58,7 +58,7 @@ class Rig(Kept, DaemonTest):
         first = self.client()
         self.assertIn('"settings save"', self.refused(first, "settings", "MISSING"))
         self.assertIn("bringup", self.refused(first, "settings save", "NOT_READY"))
-        usual = self.ok(first, "bringup", "status")
+        default_value = self.ok(first, "bringup", "status")
         kept = self.ok(first, "window 640 480 2", "exposure left 7000", "exposure right 9000",
                        "gain left 2.5", "gain right 4", "pan both 3.97 -3.5", "zoom both 420",
                        "focus left 500", "focus right 505", "settings save")
@@ -73,7 +73,7 @@ class Rig(Kept, DaemonTest):
         self.refused(client, "settings restore", "NOT_READY")
         self.ok(client, "bringup")
         self.assertNotEqual(self.status(client), before)
-        self.assertEqual(self.ok(client, "status")["window"], usual["window"])
+        self.assertEqual(self.ok(client, "status")["window"], default_value["window"])
         self.assertEqual(self.ok(client, "settings restore"), kept)
         self.assertEqual(self.status(client), before)
         lenses = self.ok(client, "zoom"), self.ok(client, "focus")

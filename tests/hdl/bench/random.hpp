@@ -31,10 +31,10 @@ class Random {
     uint64_t state_;
 };
 
-/// Number of rounds of a random test: VERGENCE_DRAWS from the environment, else `usual`.
-inline uint64_t draws(uint64_t usual) {
+/// Number of rounds of a random test: VERGENCE_DRAWS from the environment, else `default_value`.
+inline uint64_t draws(uint64_t default_value) {
     const char *text = std::getenv("VERGENCE_DRAWS");
-    return text != nullptr ? std::strtoull(text, nullptr, 0) : usual;
+    return text != nullptr ? std::strtoull(text, nullptr, 0) : default_value;
 }
 
 }  // namespace hdl

@@ -19,7 +19,7 @@ std::string coverage_map(const calibration_page &page, const calibration_figures
     const calibration_camera_figures &own = figures.camera[static_cast<std::size_t>(camera)];
     const double width_px = own.camera.width_px, height_px = own.camera.height_px;
     const double cell_x = width_px / CALIBRATION_AREAS_X, cell_y = height_px / CALIBRATION_AREAS_Y;
-    const double usual =
+    const double typical =
         std::max(1.0, static_cast<double>(own.used) / (CALIBRATION_AREAS_X * CALIBRATION_AREAS_Y));
     std::string svg = report_text_format(
         "<svg class=\"field\" viewBox=\"-0.5 -0.5 %.0f %.0f\" role=\"img\" aria-label=\"Corners in "
@@ -32,7 +32,7 @@ std::string coverage_map(const calibration_page &page, const calibration_figures
                 "<rect class=\"%s\" x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" "
                 "fill-opacity=\"%.2f\"><title>%d corners</title></rect>\n",
                 count > 0 ? "area-full" : "area-empty", column * cell_x - 0.5, row * cell_y - 0.5,
-                cell_x, cell_y, count > 0 ? 0.12 + 0.4 * std::min(1.0, count / usual / 2) : 0.16,
+                cell_x, cell_y, count > 0 ? 0.12 + 0.4 * std::min(1.0, count / typical / 2) : 0.16,
                 count);
         }
     }

@@ -8,7 +8,7 @@
 
 namespace {
 
-const int USUAL_POSITIONS = 12;     // positions of the board that a calibration should have
+const int DEFAULT_POSITIONS = 12;   // positions of the board that a calibration should have
 const double TILT_ENOUGH_DEG = 15;  // a board turned this far separates focal length from distance
 const double DEPTH_ENOUGH = 1.3;    // farthest over nearest board
 
@@ -100,7 +100,7 @@ std::string length_text(double length_mm) {
                             : report_text_format("%.1f m", length_mm / 1000);
 }
 
-std::string area_hint(const calibration_figures &figures, const area &where, double usual) {
+std::string area_hint(const calibration_figures &figures, const area &where, double typical) {
     const std::string sigma =
         where.sigma_px >= 0
             ? report_text_format(" A direction is known there to %.2f px (one sigma).",
@@ -110,7 +110,7 @@ std::string area_hint(const calibration_figures &figures, const area &where, dou
         return "There is no corner in " + area_text(figures, where) +
                ", so the lens is guessed there." + sigma;
     }
-    if (static_cast<double>(where.corners) < 0.35 * usual) {
+    if (static_cast<double>(where.corners) < 0.35 * typical) {
         return "Only few corners (" + report_text_count(where.corners) + ") are in " +
                area_text(figures, where) + "." + sigma;
     }
@@ -132,7 +132,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     const std::string area_words = area_hint(figures, weakest, static_cast<double>(corners) / 9);
     const bool flat = tilted.max_deg < TILT_ENOUGH_DEG;
     const bool shallow = depth.far_mm < DEPTH_ENOUGH * depth.near_mm;
-    const bool few = result.sightings_used < USUAL_POSITIONS;
+    const bool few = result.sightings_used < DEFAULT_POSITIONS;
     const bool complete = area_words.empty() && !flat && !shallow && !few;
 
     // The single most useful picture, then why.
@@ -148,7 +148,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     if (few) {
         hints.push_back(report_text_format(
             "%d board positions are used; take %d more: each lowers all error bars.",
-            result.sightings_used, USUAL_POSITIONS - result.sightings_used));
+            result.sightings_used, DEFAULT_POSITIONS - result.sightings_used));
     }
     if (!area_words.empty()) {
         hints.push_back(area_words);

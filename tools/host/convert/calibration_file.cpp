@@ -93,7 +93,7 @@ std::vector<std::string> files_in(std::string directory) {
     if (directory.back() != '/') {
         directory += '/';
     }
-    static const std::vector<std::vector<const char *>> usual = {
+    static const std::vector<std::vector<const char *>> default_names = {
         {"calibration.txt"},
         {"rig.calibration"},
         {"intrinsics.yml", "extrinsics.yml"},
@@ -108,7 +108,7 @@ std::vector<std::string> files_in(std::string directory) {
         {"calib_cam_to_cam.txt"},
     };
     std::vector<std::string> found;
-    for (const auto &names : usual) {
+    for (const auto &names : default_names) {
         const bool all = std::all_of(names.begin(), names.end(),
                                      [&](const char *name) { return exists(directory + name); });
         if (!all) {

@@ -207,7 +207,7 @@ void read_file(const import_file &file, int file_side, findings *result) {
 }
 
 const finding &required(const import_file &file, const findings &from, role what, int side,
-                        const std::string &usual_name) {
+                        const std::string &default_name) {
     const finding *found = from.find(what, side);
     if (found == nullptr && from.find(MATRIX, 2) != nullptr) {
         import_fail(ERROR_MISSING, file,
@@ -216,7 +216,7 @@ const finding &required(const import_file &file, const findings &from, role what
     }
     if (found == nullptr) {
         import_fail(ERROR_MISSING, file,
-                    usual_name +
+                    default_name +
                         " is missing: name both files, INTRINSICS,EXTRINSICS, or put them "
                         "side by side as intrinsics.yml and extrinsics.yml");
     }

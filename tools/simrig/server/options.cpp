@@ -123,9 +123,9 @@ void set_option(Options &options, const std::string &name, const std::string &va
 }
 
 void check_view(const Options &options) {
-    const Options usual;
+    const Options defaults;
     if (options.view.empty() &&
-        (options.zoom != usual.zoom || options.focus_mm != usual.focus_mm)) {
+        (options.zoom != defaults.zoom || options.focus_mm != defaults.focus_mm)) {
         throw WrongUsage(
             "--zoom and --focus require --view (clients move the lenses of a rig that "
             "serves)");
