@@ -322,7 +322,7 @@ static int start(struct daemon *self, struct message *message) {
         return message_set(message, ERROR_IO, "cannot start a thread");
     }
     self->backends.record.scribe = &self->scribe;
-    const struct rig_observer observer = crew_observer(&self->server.rig_crew);
+    const struct rig_observer observer = worker_observer(&self->server.rig_worker);
     rig_init(&self->rig, &self->config.profile, &ports, &observer);
     return server_start(&self->server, message);
 }

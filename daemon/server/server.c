@@ -47,18 +47,18 @@ static int parse(void *cookie, const char *line, struct job *job, char *message,
 }
 
 /// The worker that runs the job.
-static struct crew *crew_of(struct server *self, const struct job *job) {
-    const bool desk = (job->command->flags & COMMAND_NO_RIG) != 0;
-    return desk ? &self->desk_crew : &self->rig_crew;
+static struct worker *worker_of(struct server *self, const struct job *job) {
+    const bool general = (job->command->flags & COMMAND_NO_RIG) != 0;
+    return general ? &self->general_worker : &self->rig_worker;
 }
 
 static bool withdraw(void *cookie, struct job *job) {
-    return crew_withdraw(crew_of(cookie, job), job);
+    return worker_withdraw(worker_of(cookie, job), job);
 }
 
 static void submit(void *cookie, struct job *job) {
     struct server *self = cookie;
-    if (!crew_submit(crew_of(self, job), job)) {
+    if (!worker_submit(worker_of(self, job), job)) {
         atomic_store(&job->state, JOB_FREE);
         answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
     }
@@ -67,7 +67,7 @@ static void submit(void *cookie, struct job *job) {
 static void complete(void *cookie, const char *typed, char *words) {
     const struct server *self = cookie;
     // Uses only what never changes: the worker runs in another thread.
-    completion_words(&self->desk_crew.surroundings, typed, words, EDITOR_WORDS_BYTES);
+    completion_words(&self->general_worker.surroundings, typed, words, EDITOR_WORDS_BYTES);
 }
 
 /// Makes signals readable from a descriptor. Threads started later inherit the mask.
@@ -100,10 +100,11 @@ static bool open_clients(struct server *self) {
     return reply_open(&self->reply);
 }
 
-static void open_crew(struct server *self, struct crew *crew, const struct server_parts *parts) {
-    crew->rig = parts->rig;
-    crew->wake_fd = self->wake_fd;
-    crew->surroundings = (struct surroundings){
+static void open_worker(struct server *self, struct worker *worker,
+                        const struct server_parts *parts) {
+    worker->rig = parts->rig;
+    worker->wake_fd = self->wake_fd;
+    worker->surroundings = (struct surroundings){
         .config = parts->config,
         .table = parts->table,
         .table_count = parts->table_count,
@@ -140,10 +141,10 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
         return message_set(message, ERROR_MEMORY, "out of memory for %u clients",
                            (unsigned)parts->config->clients);
     }
-    open_crew(self, &self->rig_crew, parts);
-    open_crew(self, &self->desk_crew, parts);
-    self->rig_crew.has_rig = true;
-    self->rig_crew.time_passes = parts->time_passes;
+    open_worker(self, &self->rig_worker, parts);
+    open_worker(self, &self->general_worker, parts);
+    self->rig_worker.has_rig = true;
+    self->rig_worker.time_passes = parts->time_passes;
     const int error = listener_open(self->config->socket, self->config->tcp_port,
                                     self->config->tcp_token, self->listeners, self->token, message);
     return error != 0
@@ -152,8 +153,8 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
 }
 
 int server_start(struct server *self, struct message *message) {
-    if (!crew_start(&self->rig_crew, self->config->queue) ||
-        !crew_start(&self->desk_crew, self->config->queue)) {
+    if (!worker_start(&self->rig_worker, self->config->queue) ||
+        !worker_start(&self->general_worker, self->config->queue)) {
         return message_set(message, ERROR_IO, "cannot start a thread: %s", strerror(errno));
     }
     return 0;
@@ -266,7 +267,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
     connection_step(client, now_us);
     if (atomic_load(&client->job.state) == JOB_WAITING) {
-        crew_tell_wait(crew_of(self, &client->job), &client->job, &self->reply, now_us);
+        worker_report_wait(worker_of(self, &client->job), &client->job, &self->reply, now_us);
     }
     connection_send(client, now_us);
     end_stall(self, client, now_us);
@@ -366,7 +367,7 @@ static void notify(struct server *self, uint64_t now_us) {
     const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
     const unsigned stuck_s = self->config->stuck_s;
     const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
-    const bool alive = crew_silence_us(&self->rig_crew) < (uint64_t)limit_s * 1000000;
+    const bool alive = worker_silence_us(&self->rig_worker) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
         logbook_print(self->logbook, HAL_LOG_ERROR,
                       "the instrument's thread has been stuck for %u s", limit_s);
@@ -441,8 +442,8 @@ void server_close(struct server *self) {
     if (self->config == NULL) {
         return;  // never opened
     }
-    crew_stop(&self->rig_crew);
-    crew_stop(&self->desk_crew);
+    worker_stop(&self->rig_worker);
+    worker_stop(&self->general_worker);
     close_clients(self);
     reply_close(&self->reply);
     console_close(&self->console);

@@ -11,8 +11,8 @@
 #include "daemon/reply/logbook.h"
 #include "daemon/server/connection.h"
 #include "daemon/server/console.h"
-#include "daemon/server/crew.h"
 #include "daemon/server/listener.h"
+#include "daemon/server/worker.h"
 #include "daemon/settings/config.h"
 #include "hal/watchdog.h"
 
@@ -25,7 +25,7 @@ struct server {
     struct logbook *logbook;
     const struct command *table;
     size_t table_count;
-    struct crew rig_crew, desk_crew;
+    struct worker rig_worker, general_worker;
     struct connection_host host;
     struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
     size_t client_count;
@@ -66,7 +66,7 @@ struct server_parts {
 };
 
 /// Blocks the signals that the loop handles, so call it before starting threads; opens sockets and
-/// terminal. 0, or an error with a message. Pass `crew_observer(&rig_crew)` to the rig before
+/// terminal. 0, or an error with a message. Pass `worker_observer(&rig_worker)` to the rig before
 /// server_run. Call server_close also after an error.
 int server_open(struct server *self, const struct server_parts *parts, struct message *message);
 

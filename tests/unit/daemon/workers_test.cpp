@@ -36,11 +36,11 @@ struct pool {
 
 TEST_CASE("every part runs exactly once") {
     for (const int threads : {1, 2, 3, 8}) {
-        const pool crew(threads);
-        CHECK(workers_parallel(crew.handle)->threads == threads);
+        const pool threads_pool(threads);
+        CHECK(workers_parallel(threads_pool.handle)->threads == threads);
         for (const int count : {0, 1, 2, 7, 1000}) {
             tally seen(static_cast<size_t>(count));
-            crew.run(count_part, &seen, count);
+            threads_pool.run(count_part, &seen, count);
             for (const std::atomic<int> &runs : seen.runs) {
                 CHECK(runs == 1);
             }
@@ -49,12 +49,12 @@ TEST_CASE("every part runs exactly once") {
 }
 
 TEST_CASE("short runs in close succession lose and repeat no part") {
-    const pool crew(4);
+    const pool threads_pool(4);
     long wrong = 0;
     for (int round = 0; round < 20000; round++) {
         const int count = 2 + round % 5;
         tally seen(5 + 2);
-        crew.run(count_part, &seen, count);
+        threads_pool.run(count_part, &seen, count);
         for (int i = 0; i < 7; i++) {
             wrong += seen.runs[static_cast<size_t>(i)] != (i < count ? 1 : 0);
         }
@@ -63,11 +63,11 @@ TEST_CASE("short runs in close succession lose and repeat no part") {
 }
 
 TEST_CASE("sleeping threads wake up") {
-    const pool crew(3);
+    const pool threads_pool(3);
     for (int round = 0; round < 5; round++) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         tally seen(64);
-        crew.run(count_part, &seen, 64);
+        threads_pool.run(count_part, &seen, 64);
         for (const std::atomic<int> &runs : seen.runs) {
             CHECK(runs == 1);
         }
@@ -76,15 +76,15 @@ TEST_CASE("sleeping threads wake up") {
 
 TEST_CASE("a part may start a nested run") {
     struct nested {
-        const pool *crew;
+        const pool *threads_pool;
         tally inner{40};
     };
-    const pool crew(2);
-    nested context{&crew};
-    crew.run(
+    const pool threads_pool(2);
+    nested context{&threads_pool};
+    threads_pool.run(
         [](void *self, int) {
             auto *outer = static_cast<nested *>(self);
-            outer->crew->run(count_part, &outer->inner, 40);
+            outer->threads_pool->run(count_part, &outer->inner, 40);
         },
         &context, 10);
     for (const std::atomic<int> &runs : context.inner.runs) {
@@ -93,7 +93,7 @@ TEST_CASE("a part may start a nested run") {
 }
 
 TEST_CASE("all processors by default") {
-    const pool crew(0);
-    CHECK(workers_parallel(crew.handle)->threads >= 1);
-    CHECK(workers_parallel(crew.handle)->threads <= WORKERS_MAX_THREADS);
+    const pool threads_pool(0);
+    CHECK(workers_parallel(threads_pool.handle)->threads >= 1);
+    CHECK(workers_parallel(threads_pool.handle)->threads <= WORKERS_MAX_THREADS);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A worker thread that runs jobs one after the other. There are two: one owns the rig and services
 /// it between jobs, the other runs commands that need no rig.
-#ifndef VERGENCE_DAEMON_SERVER_CREW_H
-#define VERGENCE_DAEMON_SERVER_CREW_H
+#ifndef VERGENCE_DAEMON_SERVER_WORKER_H
+#define VERGENCE_DAEMON_SERVER_WORKER_H
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-struct crew {
+struct worker {
     pthread_t thread;
     bool started;
     pthread_mutex_t lock;
@@ -44,29 +44,29 @@ struct crew {
 };
 
 /// Observer of the rig's long calls, for rig_init; for the worker that owns the rig.
-struct rig_observer crew_observer(struct crew *self);
+struct rig_observer worker_observer(struct worker *self);
 
 /// Starts the thread. The caller sets all fields from `rig` to `wake_fd`, and `surroundings` except
 /// `started_us` and its last three fields; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the thread
 /// cannot be created.
-bool crew_start(struct crew *self, size_t capacity);
+bool worker_start(struct worker *self, size_t capacity);
 
 /// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
-void crew_stop(struct crew *self);
+void worker_stop(struct worker *self);
 
 /// Queues a job whose state is JOB_WAITING. False: the queue is full.
-bool crew_submit(struct crew *self, struct job *job);
+bool worker_submit(struct worker *self, struct job *job);
 
 /// Takes back a job that has not been started; the caller owns it again and must answer it. False:
 /// it is running or done.
-bool crew_withdraw(struct crew *self, struct job *job);
+bool worker_withdraw(struct worker *self, struct job *job);
 
 /// Reports to a client whose job has waited for a while which command it waits for, once for each,
 /// as progress on the caller's `reply`.
-void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us);
+void worker_report_wait(struct worker *self, struct job *job, struct reply *reply, uint64_t now_us);
 
 /// Time since the thread last made progress, in us.
-uint64_t crew_silence_us(const struct crew *self);
+uint64_t worker_silence_us(const struct worker *self);
 
 #ifdef __cplusplus
 }

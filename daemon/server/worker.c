@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/server/crew.h"
+#include "daemon/server/worker.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -22,7 +22,7 @@ enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
 /// Called by a command that runs without the rig.
 static bool go_on(void *cookie) {
-    struct crew *self = cookie;
+    struct worker *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
     const struct job *job = self->running;
     return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
@@ -30,7 +30,7 @@ static bool go_on(void *cookie) {
 
 /// Called by the rig, which ends its command on false; the recording must contain that.
 static bool rig_goes_on(void *cookie) {
-    struct crew *self = cookie;
+    struct worker *self = cookie;
     const struct surroundings *around = &self->surroundings;
     struct job *job = self->running;
     if (job != NULL && around->cancel_is_next != NULL && around->cancel_is_next(around->replay)) {
@@ -45,7 +45,7 @@ static bool rig_goes_on(void *cookie) {
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
-    struct crew *self = cookie;
+    struct worker *self = cookie;
     const uint64_t now_us = monotonic_now_us();
     atomic_store(&self->alive_us, now_us);
     if (self->running == NULL ||
@@ -57,13 +57,13 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
     reply_progress(&self->reply, what, done, total);
 }
 
-struct rig_observer crew_observer(struct crew *self) {
+struct rig_observer worker_observer(struct worker *self) {
     INVARIANT(self->has_rig);
     return (struct rig_observer){.go_on = rig_goes_on, .progress = show_progress, .self = self};
 }
 
 /// Returns a job to the event loop.
-static void finish(struct crew *self, struct job *job) {
+static void finish(struct worker *self, struct job *job) {
     const uint64_t one = 1;
     pthread_mutex_lock(&self->lock);
     self->running = NULL;
@@ -78,7 +78,7 @@ static void finish(struct crew *self, struct job *job) {
 enum { TOLD_LINE_BYTES = 60 };
 
 /// Whether the error is a fault of the instrument or the machine, and not of the input.
-static bool is_fault(const struct crew *self, int error) {
+static bool is_fault(const struct worker *self, int error) {
     static const int faults[] = {
         ERROR_I2C_NACK, ERROR_I2C_ARBITRATION, ERROR_I2C_STUCK, ERROR_TIMEOUT,
         ERROR_DEVICE,   ERROR_VERIFY,          ERROR_RESTARTED, ERROR_IO,
@@ -93,9 +93,9 @@ static bool is_fault(const struct crew *self, int error) {
     return error == ERROR_REFUSED && self->has_rig;
 }
 
-static void tell(const struct crew *self, enum hal_log_level level, const char *format, ...)
+static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-static void tell(const struct crew *self, enum hal_log_level level, const char *format, ...) {
+static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...) {
     const struct hal_log *log = self->surroundings.log;
     char text[LOGBOOK_LINE_BYTES];
     va_list arguments;
@@ -106,7 +106,7 @@ static void tell(const struct crew *self, enum hal_log_level level, const char *
 }
 
 /// Logs a change of the instrument's state and its cause; for an error, with its message.
-static bool tell_state(struct crew *self, const char *line, int error, const char *message) {
+static bool tell_state(struct worker *self, const char *line, int error, const char *message) {
     static const char *const states[] = {
         [RIG_DOWN] = "down", [RIG_READY] = "ready", [RIG_SAFE] = "in its safe state"};
     if (!self->has_rig || self->rig->state == self->told_state) {
@@ -122,7 +122,7 @@ static bool tell_state(struct crew *self, const char *line, int error, const cha
 }
 
 /// Logs that a recording was cut off, as soon as it is known.
-static void tell_cut(struct crew *self) {
+static void tell_cut(struct worker *self) {
     const char *cut = self->has_rig ? record_cut(self->surroundings.record) : NULL;
     if (cut != NULL && !self->cut_told) {
         tell(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
@@ -131,7 +131,7 @@ static void tell_cut(struct crew *self) {
 }
 
 /// Logs the outcome of a command if it matters later.
-static void tell_outcome(struct crew *self, const char *line, int error, const char *message) {
+static void tell_outcome(struct worker *self, const char *line, int error, const char *message) {
     tell_cut(self);
     if (!tell_state(self, line, error, message) && is_fault(self, error)) {
         tell(self, HAL_LOG_ERROR, "%.*s: ERR %s %s", (int)TOLD_LINE_BYTES, line, error_name(error),
@@ -140,7 +140,7 @@ static void tell_outcome(struct crew *self, const char *line, int error, const c
 }
 
 /// Adds advice to a disk-full error.
-static void advise(const struct crew *self, int error, char *message, size_t bytes) {
+static void advise(const struct worker *self, int error, char *message, size_t bytes) {
     const size_t length = strlen(message);
     const bool cut = self->has_rig && record_cut(self->surroundings.record) != NULL;
     if (error == ERROR_FULL) {
@@ -157,7 +157,7 @@ static int put_state(const struct command_call *call) {
     return commands_calibration_put_state(call);
 }
 
-static void run(struct crew *self, struct job *job) {
+static void run(struct worker *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
         .rig = self->rig,
@@ -199,7 +199,7 @@ static void run(struct crew *self, struct job *job) {
 
 /// Services the rig: between two jobs, and while one waits for the disk.
 static void look_after_rig(void *cookie) {
-    struct crew *self = cookie;
+    struct worker *self = cookie;
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
@@ -210,14 +210,14 @@ static void look_after_rig(void *cookie) {
     }
 }
 
-static void idle(struct crew *self) {
+static void idle(struct worker *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     look_after_rig(self);
     tell_cut(self);
 }
 
 /// Replay has no real time: services the rig wherever the recording did.
-static void catch_up(const struct crew *self) {
+static void catch_up(const struct worker *self) {
     const struct surroundings *around = &self->surroundings;
     while (self->has_rig && around->idle_is_next != NULL && around->idle_is_next(around->replay)) {
         rig_idle(self->rig);
@@ -225,7 +225,7 @@ static void catch_up(const struct crew *self) {
 }
 
 /// Waits for the next job; NULL after a while without one.
-static struct job *next_job(struct crew *self) {
+static struct job *next_job(struct worker *self) {
     const struct timespec until = monotonic_timespec(monotonic_now_us() + IDLE_US);
     struct job *job = NULL;
     pthread_mutex_lock(&self->lock);
@@ -244,7 +244,7 @@ static struct job *next_job(struct crew *self) {
 }
 
 static void *work(void *cookie) {
-    struct crew *self = cookie;
+    struct worker *self = cookie;
     uint64_t idle_us = 0;
     for (;;) {
         struct job *job = next_job(self);
@@ -272,7 +272,7 @@ static void *work(void *cookie) {
     return NULL;
 }
 
-bool crew_start(struct crew *self, size_t capacity) {
+bool worker_start(struct worker *self, size_t capacity) {
     INVARIANT(capacity >= 1 && capacity <= CONFIG_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
@@ -297,7 +297,7 @@ bool crew_start(struct crew *self, size_t capacity) {
     return self->started;
 }
 
-void crew_stop(struct crew *self) {
+void worker_stop(struct worker *self) {
     if (!self->started) {
         return;
     }
@@ -316,7 +316,7 @@ void crew_stop(struct crew *self) {
     reply_close(&self->reply);
 }
 
-bool crew_submit(struct crew *self, struct job *job) {
+bool worker_submit(struct worker *self, struct job *job) {
     INVARIANT(atomic_load(&job->state) == JOB_WAITING);
     pthread_mutex_lock(&self->lock);
     const bool room = self->count < self->capacity;
@@ -334,7 +334,7 @@ bool crew_submit(struct crew *self, struct job *job) {
 }
 
 /// Number of jobs queued before a job; `count` if it is not queued. The caller holds the lock.
-static size_t place_of(const struct crew *self, const struct job *job) {
+static size_t place_of(const struct worker *self, const struct job *job) {
     size_t place = 0;
     while (place < self->count && self->waiting[(self->first + place) % CONFIG_QUEUE_MAX] != job) {
         place++;
@@ -342,7 +342,7 @@ static size_t place_of(const struct crew *self, const struct job *job) {
     return place;
 }
 
-bool crew_withdraw(struct crew *self, struct job *job) {
+bool worker_withdraw(struct worker *self, struct job *job) {
     pthread_mutex_lock(&self->lock);
     const size_t place = place_of(self, job);
     const bool waits = place < self->count;
@@ -355,7 +355,8 @@ bool crew_withdraw(struct crew *self, struct job *job) {
     return waits;
 }
 
-void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uint64_t now_us) {
+void worker_report_wait(struct worker *self, struct job *job, struct reply *reply,
+                        uint64_t now_us) {
     char what[COMMAND_LINE_MAX];
     // Under the lock the thread cannot start a job whose answer this would interleave with.
     pthread_mutex_lock(&self->lock);
@@ -374,7 +375,7 @@ void crew_tell_wait(struct crew *self, struct job *job, struct reply *reply, uin
     pthread_mutex_unlock(&self->lock);
 }
 
-uint64_t crew_silence_us(const struct crew *self) {
+uint64_t worker_silence_us(const struct worker *self) {
     const uint64_t now_us = monotonic_now_us();
     const uint64_t alive_us = atomic_load(&self->alive_us);
     return now_us > alive_us ? now_us - alive_us : 0;
