@@ -28,7 +28,7 @@
 #include "daemon/server/confine.h"
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
-#include "daemon/session/scribe.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/config_profile.h"
 
@@ -44,7 +44,7 @@ struct daemon {
     bool store_open;
     struct main_backends backends;
     struct rig rig;
-    struct scribe scribe;
+    struct disk_writer disk_writer;
     struct watchdog_dev watchdog;
     bool watchdog_open;
     struct server server;
@@ -294,7 +294,7 @@ static struct server_parts parts_of(struct daemon *self) {
         .watchdog = main_backends_watchdog(&self->backends,
                                            self->watchdog_open ? &self->watchdog.hal : NULL),
         .record = &self->backends.record,
-        .scribe = &self->scribe,
+        .disk_writer = &self->disk_writer,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
@@ -316,12 +316,12 @@ static int start(struct daemon *self, struct message *message) {
     if (error != 0) {
         return error;
     }
-    self->scribe.held_max_bytes = held_max_bytes();
+    self->disk_writer.held_max_bytes = held_max_bytes();
     // Only now that signals are blocked, as the thread inherits the mask.
-    if (!scribe_start(&self->scribe)) {
+    if (!disk_writer_start(&self->disk_writer)) {
         return message_set(message, ERROR_IO, "cannot start a thread");
     }
-    self->backends.record.scribe = &self->scribe;
+    self->backends.record.disk_writer = &self->disk_writer;
     const struct rig_observer observer = worker_observer(&self->server.rig_worker);
     rig_init(&self->rig, &self->config.profile, &ports, &observer);
     return server_start(&self->server, message);
@@ -379,7 +379,7 @@ static int serve(struct daemon *self) {
     server_close(&self->server);
     close_watchdog(self);
     commands_session_end(&self->backends.record, &self->log);
-    scribe_stop(&self->scribe);
+    disk_writer_stop(&self->disk_writer);
     main_backends_tell_departure(&self->backends);
     main_backends_close(&self->backends);
     if (self->store_open) {

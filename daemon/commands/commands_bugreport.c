@@ -14,8 +14,8 @@
 #include "daemon/reply/item.h"
 #include "daemon/reply/output.h"
 #include "daemon/reply/reply.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
-#include "daemon/session/scribe.h"
 
 static const char *const sections[] = {
     "version",  "system", "config",           "status",         "health",          "calibration",
@@ -71,7 +71,7 @@ static int write_report(const struct command_call *call, struct output *output) 
         return ERROR_MEMORY;
     }
     report.bytes = output_peek(output, report.text, OUTPUT_BYTES);
-    scribe_do(surroundings_of(call)->scribe, write_file, &report);
+    disk_writer_run(surroundings_of(call)->disk_writer, write_file, &report);
     free(report.text);
     if (report.error == 0) {
         item_text(call, "file", report.name);

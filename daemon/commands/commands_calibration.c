@@ -13,8 +13,8 @@
 #include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
-#include "daemon/session/scribe.h"
 #include "daemon/surface/length_check.h"
 #include "rig/rig.h"
 #include "stereo/geometry/calibration.h"
@@ -143,7 +143,7 @@ static int do_record(const struct command_call *call, int what, struct record_jo
     job->store = surroundings_of(call)->store;
     job->what = what;
     job->length = what == SET ? job->length : 0;
-    scribe_do(surroundings_of(call)->scribe, run_record_job, job);
+    disk_writer_run(surroundings_of(call)->disk_writer, run_record_job, job);
     INVARIANT(job->error != 0 || job->length <= CALIBRATION_TEXT_MAX_BYTES);
     return job->error;
 }
@@ -293,7 +293,7 @@ static int check_match(const struct command_call *call, const struct calibration
 static int run_set(const struct command_call *call) {
     struct record_job job = {.call = call, .name = call->values[FILE_NAME].text};
     struct calibration calibration;
-    scribe_do(surroundings_of(call)->scribe, read_file_job, &job);
+    disk_writer_run(surroundings_of(call)->disk_writer, read_file_job, &job);
     int error = job.error;
     error = error != 0 ? error : parse(call, job.name, job.text, job.length, &calibration);
     error = error != 0 ? error : check_match(call, &calibration);

@@ -17,8 +17,8 @@
 #include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
-#include "daemon/session/scribe.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/config.h"
 #include "rig/pair.h"
@@ -105,7 +105,7 @@ static int check_name(const struct command_call *call, const struct command_valu
     }
     error = files_check_new(call, name->text);
     if (error == 0) {
-        scribe_do(surroundings_of(call)->scribe, look_for_name, &beginning);
+        disk_writer_run(surroundings_of(call)->disk_writer, look_for_name, &beginning);
     }
     return error != 0 ? error : beginning.error;
 }
@@ -142,7 +142,7 @@ static int begin_session(const struct command_call *call, const struct command_v
                          const char *kind) {
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
     commands_calibration_instrument(call, &beginning.instrument);
-    scribe_do(surroundings_of(call)->scribe, write_beginning, &beginning);
+    disk_writer_run(surroundings_of(call)->disk_writer, write_beginning, &beginning);
     return beginning.error;
 }
 
@@ -235,7 +235,8 @@ static int keep_pair(const struct command_call *call, const struct pair *pair,
         writing.error = record_flush(around->record, &writing.message);
     }
     if (writing.error == 0) {
-        scribe_do(around->scribe, session.recording ? write_pair : write_whole, &writing);
+        disk_writer_run(around->disk_writer, session.recording ? write_pair : write_whole,
+                        &writing);
     }
     return writing.error == 0
                ? 0
@@ -394,7 +395,7 @@ static int stop_recording(struct record *record, const struct hal_log *log,
         return message_set(message, end.error, "%.900s; the recording is cut off there",
                            end.message.text);
     }
-    scribe_do(record->scribe, write_end, &end);
+    disk_writer_run(record->disk_writer, write_end, &end);
     if (end.error == 0) {
         tell(log, "has ended");
     }

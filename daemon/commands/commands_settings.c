@@ -10,8 +10,8 @@
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
-#include "daemon/session/scribe.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/kept_settings.h"
 #include "rig/rig.h"
@@ -64,7 +64,7 @@ static void put(const struct command_call *call, const struct kept_settings *kep
 // ---- the record
 
 /// An access to the record, for the disk writer; the rig is serviced meanwhile.
-struct errand {
+struct store_job {
     const struct hal_store *store;
     int what;
     char text[KEPT_SETTINGS_BYTES];
@@ -72,8 +72,8 @@ struct errand {
     int error;
 };
 
-static void run_errand(void *cookie) {
-    struct errand *self = cookie;
+static void run_store_job(void *cookie) {
+    struct store_job *self = cookie;
     const struct hal_store_operations *operations = self->store->operations;
     void *store = self->store->self;
     self->error = self->what == SAVE
@@ -83,12 +83,12 @@ static void run_errand(void *cookie) {
                                                             sizeof self->text, &self->length);
 }
 
-static int do_errand(const struct command_call *call, struct errand *errand, int what) {
+static int do_write_job(const struct command_call *call, struct store_job *store_job, int what) {
     const struct surroundings *around = surroundings_of(call);
-    errand->store = around->store;
-    errand->what = what;
-    scribe_do(around->scribe, run_errand, errand);
-    return errand->error;
+    store_job->store = around->store;
+    store_job->what = what;
+    disk_writer_run(around->disk_writer, run_store_job, store_job);
+    return store_job->error;
 }
 
 static int refuse_store(const struct command_call *call, const char *action, int error) {
@@ -96,16 +96,16 @@ static int refuse_store(const struct command_call *call, const char *action, int
 }
 
 static int load(const struct command_call *call, struct kept_settings *kept) {
-    struct errand errand;
+    struct store_job store_job;
     struct message why = {.text = "its checksum is wrong"};
-    int error = do_errand(call, &errand, RESTORE);
+    int error = do_write_job(call, &store_job, RESTORE);
     if (error == ERROR_MISSING) {
         return surroundings_refuse(call, error,
                                    "settings: none saved (\"settings save\" saves those in force)");
     }
     if (error == 0) {
-        INVARIANT(errand.length <= sizeof errand.text);
-        error = kept_settings_parse(errand.text, errand.length, kept, &why);
+        INVARIANT(store_job.length <= sizeof store_job.text);
+        error = kept_settings_parse(store_job.text, store_job.length, kept, &why);
     }
     // Longer than any saved record.
     error = error == ERROR_BUFFER ? ERROR_CRC : error;
@@ -177,10 +177,10 @@ static int run_show(const struct command_call *call) {
 
 static int run_save(const struct command_call *call) {
     struct kept_settings kept;
-    struct errand errand;
+    struct store_job store_job;
     kept_settings_take(call->rig, &kept);
-    errand.length = kept_settings_print(&kept, errand.text);
-    const int error = do_errand(call, &errand, SAVE);
+    store_job.length = kept_settings_print(&kept, store_job.text);
+    const int error = do_write_job(call, &store_job, SAVE);
     if (error != 0) {
         return refuse_store(call, "save to", error);
     }
@@ -198,8 +198,8 @@ static int run_restore(const struct command_call *call) {
 }
 
 static int run_forget(const struct command_call *call) {
-    struct errand errand;
-    const int error = do_errand(call, &errand, FORGET);
+    struct store_job store_job;
+    const int error = do_write_job(call, &store_job, FORGET);
     if (error == ERROR_MISSING) {
         return surroundings_refuse(call, error, "settings: none saved");
     }

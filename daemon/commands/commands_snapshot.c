@@ -10,7 +10,7 @@
 #include "daemon/images/picture.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/capture.h"
-#include "daemon/session/scribe.h"
+#include "daemon/session/disk_writer.h"
 #include "rig/rig.h"
 
 enum { SMALL_SIDE_MAX_PX = 640 };
@@ -79,7 +79,7 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
     if (error != 0) {
         return error;
     }
-    scribe_do(surroundings_of(call)->scribe, make_file, self);
+    disk_writer_run(surroundings_of(call)->disk_writer, make_file, self);
     if (self->error == 0) {
         item_text(call, "file", self->name);
         item_number(call, "size", (double)self->bytes, 0, "bytes");

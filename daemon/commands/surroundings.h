@@ -24,7 +24,7 @@ struct config;
 struct job;
 struct logbook;
 struct record;
-struct scribe;
+struct disk_writer;
 
 /// Name of the calibration's record in the store, and maximum length of its canonical text.
 #define SURROUNDINGS_CALIBRATION "calibration"
@@ -35,9 +35,9 @@ struct surroundings {
     const struct command *table;  ///< all commands
     size_t table_count;
     const struct hal_log *log;
-    struct logbook *logbook;  ///< behind `log`: the last lines
-    struct record *record;    ///< in front of the rig's ports; records on request
-    struct scribe *scribe;    ///< disk writer, for the rig's thread only
+    struct logbook *logbook;          ///< behind `log`: the last lines
+    struct record *record;            ///< in front of the rig's ports; records on request
+    struct disk_writer *disk_writer;  ///< disk writer, for the rig's thread only
     /// Replay: whether the rig idled at this point of the recording. NULL: no replay.
     bool (*idle_is_next)(void *replay);
     /// Replay: whether the running command was cancelled at this point. NULL: no replay.

@@ -49,7 +49,7 @@ struct server_parts {
     const struct hal_log *log;
     const struct hal_store *store;
     struct record *record;
-    struct scribe *scribe;
+    struct disk_writer *disk_writer;
     bool (*idle_is_next)(void *replay);  ///< see struct surroundings
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);

@@ -15,8 +15,8 @@
 #include "daemon/base/thread.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/reply/logbook.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
-#include "daemon/session/scribe.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
 
@@ -282,8 +282,8 @@ bool worker_start(struct worker *self, size_t capacity) {
     self->surroundings.self = self;
     if (self->has_rig) {
         // A hanging disk counts as a stuck thread: alive_us stays.
-        self->surroundings.scribe->meanwhile = look_after_rig;
-        self->surroundings.scribe->self = self;
+        self->surroundings.disk_writer->meanwhile = look_after_rig;
+        self->surroundings.disk_writer->self = self;
     }
     atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
@@ -309,7 +309,7 @@ void worker_stop(struct worker *self) {
     INVARIANT(self->count == 0 && self->running == NULL);
     self->started = false;
     if (self->has_rig) {
-        self->surroundings.scribe->meanwhile = NULL;
+        self->surroundings.disk_writer->meanwhile = NULL;
     }
     pthread_cond_destroy(&self->news);
     pthread_mutex_destroy(&self->lock);

@@ -4,7 +4,7 @@
 ///
 /// Recording never disturbs the instrument: if the disk is full, recording ends and `last_error`
 /// says why; calls continue. Like the rig, it is used by one thread at a time; another thread may
-/// do the writing (`scribe`), so that no hardware call waits for a disk.
+/// do the writing (`disk_writer`), so that no hardware call waits for a disk.
 #ifndef VERGENCE_DAEMON_SESSION_RECORD_H
 #define VERGENCE_DAEMON_SESSION_RECORD_H
 
@@ -14,7 +14,7 @@
 
 #include "console/command.h"
 #include "daemon/base/message.h"
-#include "daemon/session/scribe.h"
+#include "daemon/session/disk_writer.h"
 #include "daemon/session/session_write.h"
 #include "daemon/session/trace.h"
 #include "rig/rig.h"
@@ -44,12 +44,12 @@ struct record {
     struct record_camera camera_state[RIG_SIDES];
 
     /// The disk writer, set by the caller after record_init. NULL: each call writes itself.
-    struct scribe *scribe;
+    struct disk_writer *disk_writer;
 
     struct session_writer *writer;  // NULL: not recording
     bool ending;                    // no more calls are recorded
     bool starved;  // out of memory for a job; `starving` reports it to the disk writer
-    struct scribe_task starving;
+    struct disk_writer_task starving;
     int log;  // descriptor of calls.log
     uint64_t calls;
     char note[SESSION_TEXT_MAX + 1];  // the running command, until its first call; "": none

@@ -49,14 +49,14 @@ static void write_check(struct record *self) {
 
 /// Calls queued for the disk.
 struct lines {
-    struct scribe_task task;
+    struct disk_writer_task task;
     struct record *record;
     bool checked;  // the CRC follows
     size_t length;
     char text[];
 };
 
-static void write_lines(struct scribe_task *task) {
+static void write_lines(struct disk_writer_task *task) {
     // The job is its first member.
     struct lines *lines = (struct lines *)task;
     write_text(lines->record, lines->text, lines->length);
@@ -68,13 +68,13 @@ static void write_lines(struct scribe_task *task) {
 
 /// A frame queued for the disk.
 struct frame_copy {
-    struct scribe_task task;
+    struct disk_writer_task task;
     struct record *record;
     struct pair_frame frame;
     uint16_t data[];
 };
 
-static void write_frame(struct scribe_task *task) {
+static void write_frame(struct disk_writer_task *task) {
     struct frame_copy *copy = (struct frame_copy *)task;
     struct record *record = copy->record;
     uint32_t crc32 = 0;
@@ -90,12 +90,12 @@ static void write_frame(struct scribe_task *task) {
 
 /// A command queued for the index.
 struct command_copy {
-    struct scribe_task task;
+    struct disk_writer_task task;
     struct record *record;
     char text[];
 };
 
-static void write_command(struct scribe_task *task) {
+static void write_command(struct disk_writer_task *task) {
     struct command_copy *copy = (struct command_copy *)task;
     struct record *record = copy->record;
     if (record_disk_failed(record) == 0) {
@@ -118,7 +118,7 @@ static void write_check_and_wait(void *cookie) {
 // ---- on the recording thread
 
 /// A job too, as only the disk writer may set `last_error`.
-static void write_starved(struct scribe_task *task) {
+static void write_starved(struct disk_writer_task *task) {
     char *const place = (char *)task;
     struct record *self = (struct record *)(void *)(place - offsetof(struct record, starving));
     if (record_disk_failed(self) == 0) {
@@ -130,8 +130,8 @@ static void write_starved(struct scribe_task *task) {
 static void no_memory(struct record *self) {
     if (!self->starved) {
         self->starved = true;
-        self->starving = (struct scribe_task){.work = write_starved};
-        scribe_later(self->scribe, &self->starving);
+        self->starving = (struct disk_writer_task){.work = write_starved};
+        disk_writer_submit(self->disk_writer, &self->starving);
     }
 }
 
@@ -145,7 +145,7 @@ static void hand_over(struct record *self, bool checked) {
                                 .checked = checked,
                                 .length = self->filled};
         memcpy(lines->text, self->buffer, self->filled);
-        scribe_later(self->scribe, &lines->task);
+        disk_writer_submit(self->disk_writer, &lines->task);
     }
     self->filled = 0;
 }
@@ -178,10 +178,10 @@ bool record_disk_frame(struct record *self, const struct hal_camera_frame *frame
     }
     saved.data = copy->data;
     *crc32 = session_writer_frame_crc(&saved);
-    copy->task = (struct scribe_task){.work = write_frame, .bytes = bytes};
+    copy->task = (struct disk_writer_task){.work = write_frame, .bytes = bytes};
     copy->record = self;
     copy->frame = saved;
-    scribe_later(self->scribe, &copy->task);
+    disk_writer_submit(self->disk_writer, &copy->task);
     return true;
 }
 
@@ -192,10 +192,10 @@ void record_disk_command(struct record *self, const char *text) {
         no_memory(self);
         return;
     }
-    copy->task = (struct scribe_task){.work = write_command, .bytes = bytes};
+    copy->task = (struct disk_writer_task){.work = write_command, .bytes = bytes};
     copy->record = self;
     strcpy(copy->text, text);
-    scribe_later(self->scribe, &copy->task);
+    disk_writer_submit(self->disk_writer, &copy->task);
 }
 
 void record_disk_send(struct record *self) {
@@ -206,6 +206,6 @@ void record_disk_send(struct record *self) {
 
 int record_disk_flush(struct record *self) {
     hand_over(self, false);
-    scribe_do(self->scribe, write_check_and_wait, self);
+    disk_writer_run(self->disk_writer, write_check_and_wait, self);
     return record_disk_failed(self);
 }

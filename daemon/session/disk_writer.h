@@ -5,8 +5,8 @@
 ///
 /// Jobs run in the order in which they were queued, one at a time, so that data used only by them
 /// needs no lock. One thread at a time queues jobs; jobs themselves may not.
-#ifndef VERGENCE_DAEMON_SESSION_SCRIBE_H
-#define VERGENCE_DAEMON_SESSION_SCRIBE_H
+#ifndef VERGENCE_DAEMON_SESSION_DISK_WRITER_H
+#define VERGENCE_DAEMON_SESSION_DISK_WRITER_H
 
 #include <pthread.h>
 #include <stdbool.h>
@@ -17,14 +17,14 @@ extern "C" {
 #endif
 
 /// A job that is not waited for; `work` frees it. The caller sets its size.
-struct scribe_task {
-    void (*work)(struct scribe_task *task);
+struct disk_writer_task {
+    void (*work)(struct disk_writer_task *task);
     size_t bytes;
-    struct scribe_task *next;  // used by the disk writer
+    struct disk_writer_task *next;  // used by the disk writer
 };
 
 /// The caller owns it: zeroed before the start, with the members before `thread` set.
-struct scribe {
+struct disk_writer {
     /// Called every 50 ms by a waiting thread, unless NULL. Must not be changed by another thread.
     void (*meanwhile)(void *self);
     void *self;
@@ -35,23 +35,23 @@ struct scribe {
     pthread_mutex_t lock;
     pthread_cond_t news;   // there is a job, or a stop was requested
     pthread_cond_t moved;  // a job was done
-    struct scribe_task *first, *last;
+    struct disk_writer_task *first, *last;
     size_t held_bytes;
     bool started, stopping;
 };
 
 /// False: the system cannot start a thread.
-bool scribe_start(struct scribe *self);
+bool disk_writer_start(struct disk_writer *self);
 
 /// Runs the queued jobs, then ends the thread. Allowed if it was not started.
-void scribe_stop(struct scribe *self);
+void disk_writer_stop(struct disk_writer *self);
 
 /// Queues `work` and waits for it. If `self` is NULL or was not started, the caller runs it.
-void scribe_do(struct scribe *self, void (*work)(void *cookie), void *cookie);
+void disk_writer_run(struct disk_writer *self, void (*work)(void *cookie), void *cookie);
 
 /// Queues a job without waiting for it. Blocks only while more than `held_max_bytes` are queued,
 /// and then without calling `meanwhile`. Without a disk writer, the caller runs it.
-void scribe_later(struct scribe *self, struct scribe_task *task);
+void disk_writer_submit(struct disk_writer *self, struct disk_writer_task *task);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The disk writer thread: no job is lost or reordered, and a waiting thread serves the instrument.
-#include "daemon/session/scribe.h"
+#include "daemon/session/disk_writer.h"
 
 #include <doctest/doctest.h>
 
@@ -15,13 +15,13 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Note {
-    scribe_task task = {};
+    disk_writer_task task = {};
     std::vector<std::size_t> *done = nullptr;
     std::size_t number = 0;
     std::chrono::milliseconds takes{0};
 };
 
-void write_note(scribe_task *task) {
+void write_note(disk_writer_task *task) {
     auto *note = reinterpret_cast<Note *>(task);  // its first member
     std::this_thread::sleep_for(note->takes);
     note->done->push_back(note->number);
@@ -32,18 +32,18 @@ void count(void *counter) {
 }
 
 TEST_CASE("a disk writer runs all jobs in order, and a waiting thread serves the instrument") {
-    scribe writer = {};
+    disk_writer writer = {};
     int looks = 0;
     writer.meanwhile = count;
     writer.self = &looks;
     writer.held_max_bytes = 1 << 20;
-    REQUIRE(scribe_start(&writer));
+    REQUIRE(disk_writer_start(&writer));
     std::vector<std::size_t> done;
     std::array<Note, 20> notes;
     const auto begin = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < 20; i++) {
         notes.at(i) = {{write_note, 1, nullptr}, &done, i, 20ms};
-        scribe_later(&writer, &notes.at(i).task);
+        disk_writer_submit(&writer, &notes.at(i).task);
     }
     // Queueing a job does not wait for it.
     CHECK(std::chrono::steady_clock::now() - begin < 300ms);
@@ -52,7 +52,7 @@ TEST_CASE("a disk writer runs all jobs in order, and a waiting thread serves the
         std::vector<std::size_t> *done;
         std::size_t before;
     } last = {&done, 0};
-    scribe_do(
+    disk_writer_run(
         &writer,
         [](void *cookie) {
             auto *self = static_cast<Last *>(cookie);
@@ -65,26 +65,26 @@ TEST_CASE("a disk writer runs all jobs in order, and a waiting thread serves the
         CHECK(done.at(i) == i);
     }
     // Stopping waits for queued jobs.
-    scribe_later(&writer, &notes[7].task);
-    scribe_stop(&writer);
+    disk_writer_submit(&writer, &notes[7].task);
+    disk_writer_stop(&writer);
     CHECK(done.size() == 21);
 }
 
 TEST_CASE("a disk writer holds no more than its limit") {
-    scribe writer = {};
+    disk_writer writer = {};
     writer.held_max_bytes = 1000;
-    REQUIRE(scribe_start(&writer));
+    REQUIRE(disk_writer_start(&writer));
     std::vector<std::size_t> done;
     std::array<Note, 3> notes;
     for (std::size_t i = 0; i < 3; i++) {
         notes.at(i) = {{write_note, 501, nullptr}, &done, i, 100ms};
     }
-    scribe_later(&writer, &notes[0].task);
-    scribe_later(&writer, &notes[1].task);
+    disk_writer_submit(&writer, &notes[0].task);
+    disk_writer_submit(&writer, &notes[1].task);
     const auto begin = std::chrono::steady_clock::now();
-    scribe_later(&writer, &notes[2].task);
+    disk_writer_submit(&writer, &notes[2].task);
     CHECK(std::chrono::steady_clock::now() - begin > 50ms);
-    scribe_stop(&writer);
+    disk_writer_stop(&writer);
     CHECK(done == std::vector<std::size_t>{0, 1, 2});
 }
 
@@ -92,11 +92,11 @@ TEST_CASE("without a disk writer the caller runs its jobs") {
     std::vector<std::size_t> done;
     Note note = {{write_note, 1, nullptr}, &done, 1, 0ms};
     int counter = 0;
-    scribe idle = {};
-    scribe_later(nullptr, &note.task);
-    scribe_do(nullptr, count, &counter);
-    scribe_do(&idle, count, &counter);
-    scribe_stop(&idle);
+    disk_writer idle = {};
+    disk_writer_submit(nullptr, &note.task);
+    disk_writer_run(nullptr, count, &counter);
+    disk_writer_run(&idle, count, &counter);
+    disk_writer_stop(&idle);
     CHECK(done.size() == 1);
     CHECK(counter == 2);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/session/scribe.h"
+#include "daemon/session/disk_writer.h"
 
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
@@ -7,18 +7,18 @@
 
 enum { LOOK_US = 50000 };
 
-static bool has_thread(const struct scribe *self) {
+static bool has_thread(const struct disk_writer *self) {
     return self != NULL && self->started;
 }
 
 static void *run(void *cookie) {
-    struct scribe *self = cookie;
+    struct disk_writer *self = cookie;
     pthread_mutex_lock(&self->lock);
     for (;;) {
         while (self->first == NULL && !self->stopping) {
             pthread_cond_wait(&self->news, &self->lock);
         }
-        struct scribe_task *task = self->first;
+        struct disk_writer_task *task = self->first;
         if (task == NULL) {
             break;
         }
@@ -35,7 +35,7 @@ static void *run(void *cookie) {
     return NULL;
 }
 
-bool scribe_start(struct scribe *self) {
+bool disk_writer_start(struct disk_writer *self) {
     INVARIANT(!self->started);
     pthread_condattr_t attributes;
     if (pthread_mutex_init(&self->lock, NULL) != 0 || pthread_condattr_init(&attributes) != 0) {
@@ -49,7 +49,7 @@ bool scribe_start(struct scribe *self) {
     return self->started;
 }
 
-void scribe_stop(struct scribe *self) {
+void disk_writer_stop(struct disk_writer *self) {
     if (!self->started) {
         return;
     }
@@ -66,7 +66,7 @@ void scribe_stop(struct scribe *self) {
 }
 
 /// With the lock held.
-static void append(struct scribe *self, struct scribe_task *task) {
+static void append(struct disk_writer *self, struct disk_writer_task *task) {
     task->next = NULL;
     if (self->first == NULL) {
         self->first = task;
@@ -78,7 +78,7 @@ static void append(struct scribe *self, struct scribe_task *task) {
     pthread_cond_signal(&self->news);
 }
 
-void scribe_later(struct scribe *self, struct scribe_task *task) {
+void disk_writer_submit(struct disk_writer *self, struct disk_writer_task *task) {
     if (!has_thread(self)) {
         task->work(task);
         return;
@@ -93,39 +93,39 @@ void scribe_later(struct scribe *self, struct scribe_task *task) {
 }
 
 /// A job that its caller waits for.
-struct errand {
-    struct scribe_task task;
-    struct scribe *scribe;
+struct write_job {
+    struct disk_writer_task task;
+    struct disk_writer *disk_writer;
     void (*work)(void *cookie);
     void *cookie;
     bool done;
 };
 
-static void run_errand(struct scribe_task *task) {
+static void run_write_job(struct disk_writer_task *task) {
     // The job is its first member.
-    struct errand *errand = (struct errand *)task;
-    errand->work(errand->cookie);
-    pthread_mutex_lock(&errand->scribe->lock);
-    errand->done = true;
-    pthread_mutex_unlock(&errand->scribe->lock);
+    struct write_job *write_job = (struct write_job *)task;
+    write_job->work(write_job->cookie);
+    pthread_mutex_lock(&write_job->disk_writer->lock);
+    write_job->done = true;
+    pthread_mutex_unlock(&write_job->disk_writer->lock);
 }
 
-void scribe_do(struct scribe *self, void (*work)(void *cookie), void *cookie) {
+void disk_writer_run(struct disk_writer *self, void (*work)(void *cookie), void *cookie) {
     if (!has_thread(self)) {
         work(cookie);
         return;
     }
     INVARIANT(pthread_equal(self->thread, pthread_self()) == 0);
-    struct errand errand = {
-        .task = {.work = run_errand}, .scribe = self, .work = work, .cookie = cookie};
+    struct write_job write_job = {
+        .task = {.work = run_write_job}, .disk_writer = self, .work = work, .cookie = cookie};
     pthread_mutex_lock(&self->lock);
-    append(self, &errand.task);
+    append(self, &write_job.task);
     uint64_t look_us = monotonic_now_us() + LOOK_US;
-    while (!errand.done) {
+    while (!write_job.done) {
         const struct timespec until = monotonic_timespec(look_us);
         pthread_cond_timedwait(&self->moved, &self->lock, &until);
         const uint64_t now_us = monotonic_now_us();
-        if (!errand.done && now_us >= look_us) {
+        if (!write_job.done && now_us >= look_us) {
             pthread_mutex_unlock(&self->lock);
             if (self->meanwhile != NULL) {
                 self->meanwhile(self->self);
