@@ -6,13 +6,13 @@
 
 #include "core/error.h"
 #include "daemon/backends/replay/play.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 
 static int run_replay(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
-    const struct play_observer observer = {around->go_on, around->progress, around->self};
+    const struct command_context *context = context_of(call);
+    const struct play_observer observer = {context->go_on, context->progress, context->self};
     const char *name = call->values[0].text;
     struct play_outcome outcome;
     struct message message;
@@ -21,9 +21,9 @@ static int run_replay(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
-    error = play_session(around->files_fd, name, &observer, &outcome, &message);
+    error = play_session(context->files_fd, name, &observer, &outcome, &message);
     if (error != 0) {
-        return surroundings_refuse(call, error, "%s", message.text);
+        return command_fail(call, error, "%s", message.text);
     }
     item_text(call, "session", name);
     item_text(call, "build", outcome.build);
@@ -37,7 +37,7 @@ static int run_replay(const struct command_call *call) {
     }
     item_number(call, "command", outcome.command, 0, NULL);
     item_number(call, "call", outcome.call, 0, NULL);
-    return surroundings_refuse(call, ERROR_VERIFY, "%s", outcome.departed.text);
+    return command_fail(call, ERROR_VERIFY, "%s", outcome.departed.text);
 }
 
 static const struct command_argument replay_arguments[] = {

@@ -8,9 +8,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/reply/output.h"
 #include "daemon/reply/reply.h"
@@ -27,7 +27,7 @@ enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512
 /// Adds the answer to one command, as text.
 static void add_section(const struct command_call *call, const char *line, struct reply *reply,
                         struct output *output) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     char storage[COMMAND_LINE_MAX + 1];
     char message[MESSAGE_LINE_BYTES] = "";
     struct command_value values[COMMAND_ARGUMENTS_MAX];
@@ -36,7 +36,7 @@ static void add_section(const struct command_call *call, const char *line, struc
     output_put_text(output, "== ");
     output_put_text(output, line);
     output_put_text(output, "\n");
-    int error = command_parse(line, around->table, around->table_count, storage, values, &command,
+    int error = command_parse(line, context->table, context->table_count, storage, values, &command,
                               message, sizeof message);
     INVARIANT(error == 0 && command != NULL);
     struct command_call inner = *call;
@@ -45,7 +45,7 @@ static void add_section(const struct command_call *call, const char *line, struc
     inner.message = message;
     inner.message_bytes = sizeof message;
     reply_begin(reply, output, &request, false);
-    error = record_run(around->record, command, &inner, line);
+    error = record_run(context->record, command, &inner, line);
     reply_end(reply, error, message);
     output_put_text(output, "\n");
 }
@@ -71,7 +71,7 @@ static int write_report(const struct command_call *call, struct output *output) 
         return ERROR_MEMORY;
     }
     report.bytes = output_peek(output, report.text, OUTPUT_BYTES);
-    disk_writer_run(surroundings_of(call)->disk_writer, write_file, &report);
+    disk_writer_run(context_of(call)->disk_writer, write_file, &report);
     free(report.text);
     if (report.error == 0) {
         item_text(call, "file", report.name);
@@ -81,7 +81,7 @@ static int write_report(const struct command_call *call, struct output *output) 
 }
 
 static int run_bugreport(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     const int unavailable = files_need_directory(call);
     if (unavailable != 0) {
         return unavailable;
@@ -95,8 +95,8 @@ static int run_bugreport(const struct command_call *call) {
         error = reply_open(reply) ? 0 : ERROR_MEMORY;
         for (int i = 0; error == 0 && i < SECTIONS; i++) {
             add_section(call, sections[i], reply, &output);
-            around->progress(around->self, "reading", (uint32_t)i + 1, SECTIONS);
-            error = around->go_on(around->self) ? 0 : ERROR_CANCELLED;
+            context->progress(context->self, "reading", (uint32_t)i + 1, SECTIONS);
+            error = context->go_on(context->self) ? 0 : ERROR_CANCELLED;
         }
         if (error == 0) {
             error = write_report(call, &output);

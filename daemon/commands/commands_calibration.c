@@ -7,9 +7,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
@@ -25,7 +25,7 @@ enum { WHAT, FILE_NAME, ACCEPT, ALSO, ARGUMENTS };
 enum { ACCEPT_MISMATCH, ACCEPT_MM };
 #define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
 
-_Static_assert((int)SURROUNDINGS_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
+_Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
                "buffers for the record hold the longest calibration");
 
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
@@ -77,13 +77,13 @@ static int parse(const struct command_call *call, const char *name, const char *
     if (error == 0) {
         return 0;
     }
-    return surroundings_refuse(call, error, "%s:%d: %s%s%s%s%s", name, fault.line, fault.field,
-                               fault.field[0] != '\0' ? ": " : "", error_text(error),
-                               fault.reason[0] != '\0' ? ": " : "", fault.reason);
+    return command_fail(call, error, "%s:%d: %s%s%s%s%s", name, fault.line, fault.field,
+                        fault.field[0] != '\0' ? ": " : "", error_text(error),
+                        fault.reason[0] != '\0' ? ": " : "", fault.reason);
 }
 
 static int refuse_store(const struct command_call *call, const char *action, int error) {
-    return surroundings_refuse_store(call, error, "calibration", action);
+    return command_fail_store(call, error, "calibration", action);
 }
 
 // ---- the record
@@ -108,8 +108,8 @@ static int read_file(struct record_job *self) {
     const ssize_t length = read(fd, self->text, sizeof self->text);
     close(fd);
     if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
-        return surroundings_refuse(self->call, ERROR_SYNTAX,
-                                   "%s: not a calibration file of Vergence", self->name);
+        return command_fail(self->call, ERROR_SYNTAX, "%s: not a calibration file of Vergence",
+                            self->name);
     }
     self->length = (size_t)length;
     return 0;
@@ -126,24 +126,23 @@ static void run_record_job(void *cookie) {
     void *store = self->store->self;
     switch (self->what) {
         case SHOW:
-            self->error = operations->load(store, SURROUNDINGS_CALIBRATION, self->text,
+            self->error = operations->load(store, STORE_CALIBRATION, self->text,
                                            CALIBRATION_TEXT_MAX_BYTES, &self->length);
             break;
         case SET:
-            self->error =
-                operations->save(store, SURROUNDINGS_CALIBRATION, self->text, self->length);
+            self->error = operations->save(store, STORE_CALIBRATION, self->text, self->length);
             break;
         default:
-            self->error = operations->remove(store, SURROUNDINGS_CALIBRATION);
+            self->error = operations->remove(store, STORE_CALIBRATION);
     }
 }
 
 static int do_record(const struct command_call *call, int what, struct record_job *job) {
     job->call = call;
-    job->store = surroundings_of(call)->store;
+    job->store = context_of(call)->store;
     job->what = what;
     job->length = what == SET ? job->length : 0;
-    disk_writer_run(surroundings_of(call)->disk_writer, run_record_job, job);
+    disk_writer_run(context_of(call)->disk_writer, run_record_job, job);
     INVARIANT(job->error != 0 || job->length <= CALIBRATION_TEXT_MAX_BYTES);
     return job->error;
 }
@@ -156,7 +155,7 @@ int commands_calibration_match(const struct command_call *call,
     struct record_job job;
     struct calibration calibration;
     message->text[0] = '\0';
-    if (surroundings_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
+    if (context_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
         return 0;
     }
     if (job.error != 0) {
@@ -212,7 +211,7 @@ static int read_lenses(const struct command_call *call) {
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
         int32_t positions[LENS_AXES];
         if (call->rig->lens[side].operations != NULL &&
-            !record_is_under_way(surroundings_of(call)->record)) {
+            !record_is_under_way(context_of(call)->record)) {
             error = rig_lens_read(call->rig, side, positions);
         }
     }
@@ -224,7 +223,7 @@ int commands_calibration_put_state(const struct command_call *call) {
     struct record_job job;
     struct calibration calibration;
     struct message message;
-    if (surroundings_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
+    if (context_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
         calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
         return 0;  // the command "calibration" reports it
     }
@@ -240,7 +239,7 @@ int commands_calibration_put_state(const struct command_call *call) {
                                                                               : "yes");
     }
     item_end(call);
-    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 // ---- the command
@@ -250,13 +249,13 @@ static int run_show(const struct command_call *call) {
     struct calibration calibration;
     int error = do_record(call, SHOW, &job);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error,
-                                   "calibration: none saved (\"calibration set FILE\" first)");
+        return command_fail(call, error,
+                            "calibration: none saved (\"calibration set FILE\" first)");
     }
     if (error != 0) {
         return refuse_store(call, "read from", error);
     }
-    error = parse(call, SURROUNDINGS_CALIBRATION, job.text, job.length, &calibration);
+    error = parse(call, STORE_CALIBRATION, job.text, job.length, &calibration);
     if (error == 0) {
         show(call, &calibration);
     }
@@ -287,13 +286,13 @@ static int check_match(const struct command_call *call, const struct calibration
         item_text(call, "accepted_mismatch", message.text);
         return 0;
     }
-    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 static int run_set(const struct command_call *call) {
     struct record_job job = {.call = call, .name = call->values[FILE_NAME].text};
     struct calibration calibration;
-    disk_writer_run(surroundings_of(call)->disk_writer, read_file_job, &job);
+    disk_writer_run(context_of(call)->disk_writer, read_file_job, &job);
     int error = job.error;
     error = error != 0 ? error : parse(call, job.name, job.text, job.length, &calibration);
     error = error != 0 ? error : check_match(call, &calibration);
@@ -304,7 +303,7 @@ static int run_set(const struct command_call *call) {
     if (!accepts(call, ACCEPT_MM) &&
         length_check_baseline(calibration_baseline_mm(&calibration), job.name,
                               "\"calibration set FILE mm\" accepts it", &message) != 0) {
-        return surroundings_refuse(call, ERROR_BASELINE, "%s", message.text);
+        return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
     error = do_record(call, SET, &job);
     if (error != 0) {
@@ -318,26 +317,26 @@ static int run_forget(const struct command_call *call) {
     struct record_job job;
     const int error = do_record(call, FORGET, &job);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error, "calibration: none saved");
+        return command_fail(call, error, "calibration: none saved");
     }
     return error == 0 ? 0 : refuse_store(call, "remove from", error);
 }
 
 static int run_calibration(const struct command_call *call) {
-    const struct hal_store *store = surroundings_of(call)->store;
+    const struct hal_store *store = context_of(call)->store;
     const int what = call->values[WHAT].given ? call->values[WHAT].choice : SHOW;
     if (store == NULL) {
-        return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "calibration: saving is disabled: \"store\" is not set");
+        return command_fail(call, ERROR_UNSUPPORTED,
+                            "calibration: saving is disabled: \"store\" is not set");
     }
     if (what == SET && !call->values[FILE_NAME].given) {
-        return surroundings_refuse(call, ERROR_MISSING,
-                                   "calibration: set requires FILE (\"files\" lists them)");
+        return command_fail(call, ERROR_MISSING,
+                            "calibration: set requires FILE (\"files\" lists them)");
     }
     if (what != SET && call->values[FILE_NAME].given) {
-        return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "calibration: unexpected FILE \"%s\" (only \"set\" has one)",
-                                   call->values[FILE_NAME].text);
+        return command_fail(call, ERROR_ARGUMENT,
+                            "calibration: unexpected FILE \"%s\" (only \"set\" has one)",
+                            call->values[FILE_NAME].text);
     }
     return what == SET ? run_set(call) : what == FORGET ? run_forget(call) : run_show(call);
 }

@@ -10,8 +10,8 @@
 #include "core/invariant.h"
 #include "daemon/base/version.h"
 #include "daemon/cli/editor.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/completion.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/reply/job.h"
 #include "daemon/reply/logbook.h"
@@ -45,20 +45,20 @@ static void describe_argument(const struct command_call *call,
 }
 
 static int run_help(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     if (!call->values[0].given) {
-        for (size_t i = 0; i < around->table_count; i++) {
-            item_text(call, around->table[i].name, around->table[i].summary);
+        for (size_t i = 0; i < context->table_count; i++) {
+            item_text(call, context->table[i].name, context->table[i].summary);
         }
         return 0;
     }
     const char *name = call->values[0].text;
-    const struct command *command = command_find(around->table, around->table_count, name);
+    const struct command *command = command_find(context->table, context->table_count, name);
     if (command == NULL) {
-        const char *nearest = command_nearest(around->table, around->table_count, name);
-        return surroundings_refuse(call, ERROR_ARGUMENT, "unknown command \"%s\"%s%s%s", name,
-                                   nearest != NULL ? "; did you mean \"" : "",
-                                   nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
+        const char *nearest = command_nearest(context->table, context->table_count, name);
+        return command_fail(call, ERROR_ARGUMENT, "unknown command \"%s\"%s%s%s", name,
+                            nearest != NULL ? "; did you mean \"" : "",
+                            nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
     }
     char usage[USAGE_BYTES];
     command_usage(command, usage, sizeof usage);
@@ -80,25 +80,25 @@ static int run_version(const struct command_call *call) {
 }
 
 static int run_config(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     bool found = false;
     for (size_t i = 0; i < config_key_count(); i++) {
         const char *name = config_key_name(i);
         if (!call->values[0].given || strcmp(call->values[0].text, name) == 0) {
             char value[CONFIG_TEXT_BYTES + 16];
-            config_key_print(around->config, i, value, sizeof value);
+            config_key_print(context->config, i, value, sizeof value);
             item_text(call, name, value);
             found = true;
         }
     }
     return found ? 0
-                 : surroundings_refuse(call, ERROR_ARGUMENT,
-                                       "config: unknown key \"%.60s\" (\"config\" lists all)",
-                                       call->values[0].text);
+                 : command_fail(call, ERROR_ARGUMENT,
+                                "config: unknown key \"%.60s\" (\"config\" lists all)",
+                                call->values[0].text);
 }
 
 static int run_log(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     const uint64_t max =
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
     struct logbook_line line;
@@ -106,7 +106,7 @@ static int run_log(const struct command_call *call) {
     item_begin(call, "lines", true);
     while (back > 0) {
         back--;
-        if (logbook_line(around->logbook, back, &line)) {
+        if (logbook_line(context->logbook, back, &line)) {
             char when[32];
             char text[LOGBOOK_LINE_BYTES + 64];
             logbook_time_text(line.time_us, when);
@@ -121,21 +121,20 @@ static int run_log(const struct command_call *call) {
 
 /// Checks the command to repeat, so that its rounds need not.
 static int run_watch(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
-    struct job_watch *watch = &around->job->watch;
+    const struct command_context *context = context_of(call);
+    struct job_watch *watch = &context->job->watch;
     const char *line = call->values[1].text;
     const struct command *command = NULL;
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
-    const int error = command_parse(line, around->table, around->table_count, storage, values,
+    const int error = command_parse(line, context->table, context->table_count, storage, values,
                                     &command, call->message, call->message_bytes);
     if (error != 0) {
         return error;
     }
     if (command == NULL || command->run == run_watch || strcmp(command->name, "quit") == 0) {
-        return surroundings_refuse(
-            call, ERROR_ARGUMENT,
-            "watch: COMMAND cannot be repeated (expected one such as \"status\")");
+        return command_fail(call, ERROR_ARGUMENT,
+                            "watch: COMMAND cannot be repeated (expected one such as \"status\")");
     }
     INVARIANT(strlen(line) < sizeof watch->line);
     strcpy(watch->line, line);
@@ -146,13 +145,13 @@ static int run_watch(const struct command_call *call) {
 }
 
 static int run_quit(const struct command_call *call) {
-    surroundings_of(call)->job->quit = true;
+    context_of(call)->job->quit = true;
     return 0;
 }
 
 static int run_complete(const struct command_call *call) {
     static _Thread_local char words[EDITOR_WORDS_BYTES];
-    completion_words(surroundings_of(call), call->values[0].text, words, sizeof words);
+    completion_words(context_of(call), call->values[0].text, words, sizeof words);
     if (words[0] != '\0') {
         item_text(call, "words", words);
     }
@@ -160,9 +159,9 @@ static int run_complete(const struct command_call *call) {
 }
 
 static void add_commands(const struct command_candidates *to) {
-    const struct surroundings *around = to->surroundings;
-    for (size_t i = 0; i < around->table_count; i++) {
-        to->add(to->self, around->table[i].name);
+    const struct command_context *context = to->context;
+    for (size_t i = 0; i < context->table_count; i++) {
+        to->add(to->self, context->table[i].name);
     }
 }
 

@@ -16,9 +16,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/base64.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 
 enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
@@ -81,21 +81,20 @@ static void put_crc(const struct command_call *call, uint32_t crc) {
 /// Reports length and CRC-32 of the whole file.
 static int describe(const struct command_call *call, int fd) {
     static _Thread_local char data[READ_BYTES];
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     uint64_t size = 0;
     uint32_t crc = 0;
     for (;;) {
         const ssize_t bytes = read(fd, data, sizeof data);
         if (bytes < 0) {
-            return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text,
-                                       strerror(errno));
+            return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
         }
         if (bytes == 0) {
             break;
         }
         crc = crc_update(crc, data, (size_t)bytes);
         size += (uint64_t)bytes;
-        if (!around->go_on(around->self)) {
+        if (!context->go_on(context->self)) {
             return ERROR_CANCELLED;
         }
     }
@@ -113,7 +112,7 @@ static int send_block(const struct command_call *call, int fd) {
     INVARIANT(max <= sizeof data);
     const ssize_t bytes = pread(fd, data, max, offset);
     if (bytes < 0) {
-        return surroundings_refuse(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
+        return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
     }
     item_number(call, "offset", (double)offset, 0, "bytes");
     item_number(call, "bytes", (double)bytes, 0, NULL);

@@ -12,9 +12,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
@@ -39,7 +39,7 @@ struct surface {
     char session[FILES_NAME_MAX + 1];
     char result[FILES_NAME_MAX + 64];
     char out_path[OUTDIR_PATH_BYTES];
-    char kept[SURROUNDINGS_CALIBRATION_BYTES];
+    char kept[STORE_CALIBRATION_BYTES];
     struct session_pairs pairs;  // work space
     struct reconstruct_session source;
     struct reconstruct_request request;
@@ -103,9 +103,9 @@ static int choose_session(struct surface *self) {
         error = files_check_plain(call, value->text);
         snprintf(self->session, sizeof self->session, "%s", value->text);
     } else if (!commands_session_last(self->session, sizeof self->session) &&
-               !find_newest(surroundings_of(call)->files_fd, self->session, &self->pairs)) {
-        error = surroundings_refuse(call, ERROR_MISSING,
-                                    "reconstruct: no session with a pair (\"capture\" makes one)");
+               !find_newest(context_of(call)->files_fd, self->session, &self->pairs)) {
+        error = command_fail(call, ERROR_MISSING,
+                             "reconstruct: no session with a pair (\"capture\" makes one)");
     }
     if (error != 0) {
         return error;
@@ -119,12 +119,12 @@ static int choose_session(struct surface *self) {
 }
 
 static void load_kept(struct surface *self) {
-    const struct hal_store *store = surroundings_of(self->call)->store;
+    const struct hal_store *store = context_of(self->call)->store;
     size_t length = 0;
     if (store == NULL) {
         return;
     }
-    const int error = store->operations->load(store->self, SURROUNDINGS_CALIBRATION, self->kept,
+    const int error = store->operations->load(store->self, STORE_CALIBRATION, self->kept,
                                               sizeof self->kept, &length);
     if (error == 0) {
         INVARIANT(length <= sizeof self->kept);
@@ -136,18 +136,17 @@ static void load_kept(struct surface *self) {
 }
 
 static int make_request(struct surface *self) {
-    const struct surroundings *around = surroundings_of(self->call);
+    const struct command_context *daemon_context = context_of(self->call);
     const struct command_value *values = self->call->values;
     self->request = reconstruct_request_defaults();
     if (values[SCALE].given) {
         self->request.scale = values[SCALE].number;
     }
     if (values[NEAR].given && !values[FAR].given) {
-        return surroundings_refuse(self->call, ERROR_MISSING, "reconstruct: NEAR requires FAR");
+        return command_fail(self->call, ERROR_MISSING, "reconstruct: NEAR requires FAR");
     }
     if (values[FAR].given && !(values[NEAR].number < values[FAR].number)) {
-        return surroundings_refuse(self->call, ERROR_RANGE,
-                                   "reconstruct: NEAR must be less than FAR");
+        return command_fail(self->call, ERROR_RANGE, "reconstruct: NEAR must be less than FAR");
     }
     self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
     self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
@@ -156,10 +155,10 @@ static int make_request(struct surface *self) {
     const int error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
                                          "reconstruct: NEAR and FAR", "", &message);
     if (error != 0) {
-        return surroundings_refuse(self->call, error, "%s", message.text);
+        return command_fail(self->call, error, "%s", message.text);
     }
     self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
-    self->source.parent = around->files_fd;
+    self->source.parent = daemon_context->files_fd;
     self->source.path = self->session;
     self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
     return 0;
@@ -170,7 +169,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
                         struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                         struct message *message) {
     struct surface *self = cookie;
-    const char *files = surroundings_of(self->call)->config->files;
+    const char *files = context_of(self->call)->config->files;
     const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
     if (error != 0) {
         return error;
@@ -178,8 +177,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     struct stat about;
     snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
     // Rejects links: results are only written in "files".
-    if (fstatat(surroundings_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) ==
-            0 &&
+    if (fstatat(context_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         S_ISLNK(about.st_mode)) {
         return message_set(message, ERROR_ARGUMENT, "%s: is a link (remove it)", self->result);
     }
@@ -191,16 +189,16 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
 
 static bool go_on(void *cookie) {
     const struct surface *self = cookie;
-    const struct surroundings *around = surroundings_of(self->call);
-    return around->go_on(around->self);
+    const struct command_context *daemon_context = context_of(self->call);
+    return daemon_context->go_on(daemon_context->self);
 }
 
 static void show_progress(void *cookie, int stage, const char *what, int done, int total) {
     const struct surface *self = cookie;
-    const struct surroundings *around = surroundings_of(self->call);
+    const struct command_context *daemon_context = context_of(self->call);
     (void)stage;
     if (total > 0) {
-        around->progress(around->self, what, (uint32_t)done, (uint32_t)total);
+        daemon_context->progress(daemon_context->self, what, (uint32_t)done, (uint32_t)total);
     }
 }
 
@@ -254,7 +252,7 @@ static int refuse_with_notes(const struct surface *self, int error) {
                                    context->warnings[i].text);
     }
     // In this job ERROR_BUFFER is a full disk.
-    return surroundings_refuse(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
+    return command_fail(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
 }
 
 static int compute(struct surface *self) {
@@ -282,7 +280,7 @@ static int compute(struct surface *self) {
 static int run_reconstruct(const struct command_call *call) {
     struct surface *self = calloc(1, sizeof *self);
     if (self == NULL) {
-        return surroundings_refuse(call, ERROR_MEMORY, "reconstruct: out of memory");
+        return command_fail(call, ERROR_MEMORY, "reconstruct: out of memory");
     }
     self->call = call;
     int error = choose_session(self);

@@ -18,9 +18,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/base64.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/files/sync_file.h"
 #include "daemon/reply/item.h"
 
@@ -67,15 +67,13 @@ static int take_arguments(struct receipt *self) {
         return error;
     }
     if (!parse_crc(values[CRC].text, &self->crc)) {
-        return surroundings_refuse(self->call, ERROR_SYNTAX,
-                                   "send: CRC: not eight hexadecimal digits");
+        return command_fail(self->call, ERROR_SYNTAX, "send: CRC: not eight hexadecimal digits");
     }
-    self->root = surroundings_of(self->call)->files_fd;
+    self->root = context_of(self->call)->files_fd;
     if (fstatat(self->root, self->name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         !S_ISREG(about.st_mode)) {
-        return surroundings_refuse(self->call, ERROR_ARGUMENT,
-                                   "%s: exists and is not a regular file: use another name",
-                                   self->name);
+        return command_fail(self->call, ERROR_ARGUMENT,
+                            "%s: exists and is not a regular file: use another name", self->name);
     }
     const int length = snprintf(self->part, sizeof self->part, ".%s.%" PRId64 "-%08" PRIX32 "%s",
                                 self->name, self->size, self->crc, PART_END);
@@ -106,7 +104,7 @@ static void remove_abandoned(int root) {
 /// Sets `*same` to whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
 static int compare(const struct receipt *self, int fd, bool *same) {
     static _Thread_local char data[CHECK_BYTES];
-    const struct surroundings *around = surroundings_of(self->call);
+    const struct command_context *context = context_of(self->call);
     struct stat about;
     uint32_t crc = 0;
     int64_t at = 0;
@@ -121,7 +119,7 @@ static int compare(const struct receipt *self, int fd, bool *same) {
         }
         crc = crc_update(crc, data, (size_t)bytes);
         at += bytes;
-        if (!around->go_on(around->self)) {
+        if (!context->go_on(context->self)) {
             return ERROR_CANCELLED;
         }
     }
@@ -158,9 +156,9 @@ static int finish(struct receipt *self) {
     }
     if (!same) {
         unlinkat(self->root, self->part, 0);
-        return surroundings_refuse(self->call, ERROR_VERIFY,
-                                   "%s: CRC-32 differs from the announced one: send the file again",
-                                   self->name);
+        return command_fail(self->call, ERROR_VERIFY,
+                            "%s: CRC-32 differs from the announced one: send the file again",
+                            self->name);
     }
     if (fsync(self->fd) != 0) {
         // The cached data would pass the next check without being on the disk.
@@ -217,8 +215,7 @@ static long decode_block(const struct receipt *self, uint8_t data[TEXT_MAX]) {
     const long bytes = base64_decode(values[DATA].text, data, TEXT_MAX);
     if (bytes < 0 || !parse_crc(values[BLOCK_CRC].text, &crc) ||
         crc_update(0, data, (size_t)bytes) != crc) {
-        return surroundings_refuse(self->call, ERROR_CRC,
-                                   "wrong CRC-32 of the block: send it again");
+        return command_fail(self->call, ERROR_CRC, "wrong CRC-32 of the block: send it again");
     }
     return bytes;
 }
@@ -231,8 +228,8 @@ static int answer_unannounced(struct receipt *self, int number) {
     if (error != 0 || there) {
         return error != 0 ? error : answer(self, true);
     }
-    return surroundings_refuse(self->call, ERROR_MISSING,
-                               "%s: not announced (\"send NAME SIZE CRC\" first)", self->name);
+    return command_fail(self->call, ERROR_MISSING,
+                        "%s: not announced (\"send NAME SIZE CRC\" first)", self->name);
 }
 
 /// A block may come more than once, as its sender cannot know which answers were lost.
@@ -253,10 +250,10 @@ static int take_block(struct receipt *self) {
     }
     self->have = about.st_size;
     if (offset > self->have || offset + bytes > self->size) {
-        return surroundings_refuse(self->call, ERROR_RANGE,
-                                   "%s: invalid block: bytes %" PRId64 " to %" PRId64
-                                   " (received: %" PRId64 " of %" PRId64 ")",
-                                   self->name, offset, offset + bytes, self->have, self->size);
+        return command_fail(self->call, ERROR_RANGE,
+                            "%s: invalid block: bytes %" PRId64 " to %" PRId64
+                            " (received: %" PRId64 " of %" PRId64 ")",
+                            self->name, offset, offset + bytes, self->have, self->size);
     }
     const int error = write_block(self, offset, data, (size_t)bytes);
     if (error != 0) {
@@ -268,7 +265,7 @@ static int take_block(struct receipt *self) {
 static int run_send(const struct command_call *call) {
     struct receipt receipt = {.call = call, .root = -1, .fd = -1};
     if (call->values[OFFSET].given && !call->values[DATA].given) {
-        return surroundings_refuse(call, ERROR_MISSING, "send: OFFSET requires BLOCK_CRC and DATA");
+        return command_fail(call, ERROR_MISSING, "send: OFFSET requires BLOCK_CRC and DATA");
     }
     int error = take_arguments(&receipt);
     if (error == 0) {

@@ -11,9 +11,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/version.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
@@ -61,14 +61,14 @@ static bool is_name(const struct command_value *value) {
 
 /// Writes the saved calibration, if there is one: it is part of every session.
 static int write_calibration(const struct command_call *call, struct message *message) {
-    const struct hal_store *store = surroundings_of(call)->store;
-    char text[SURROUNDINGS_CALIBRATION_BYTES];
+    const struct hal_store *store = context_of(call)->store;
+    char text[STORE_CALIBRATION_BYTES];
     size_t length = 0;
     if (store == NULL) {
         return 0;
     }
     const int error =
-        store->operations->load(store->self, SURROUNDINGS_CALIBRATION, text, sizeof text, &length);
+        store->operations->load(store->self, STORE_CALIBRATION, text, sizeof text, &length);
     if (error != 0) {
         return error == ERROR_MISSING
                    ? 0
@@ -92,8 +92,8 @@ static void look_for_name(void *cookie) {
     struct beginning *self = cookie;
     struct message message;
     const int error =
-        session_writer_check(surroundings_of(self->call)->files_fd, self->name->text, &message);
-    self->error = error == 0 ? 0 : surroundings_refuse(self->call, error, "%s", message.text);
+        session_writer_check(context_of(self->call)->files_fd, self->name->text, &message);
+    self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
 }
 
 /// Checks, before there is any data, that a session of this name can be started.
@@ -105,7 +105,7 @@ static int check_name(const struct command_call *call, const struct command_valu
     }
     error = files_check_new(call, name->text);
     if (error == 0) {
-        disk_writer_run(surroundings_of(call)->disk_writer, look_for_name, &beginning);
+        disk_writer_run(context_of(call)->disk_writer, look_for_name, &beginning);
     }
     return error != 0 ? error : beginning.error;
 }
@@ -113,7 +113,7 @@ static int check_name(const struct command_call *call, const struct command_valu
 static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     struct message message;
     const time_t now = time(NULL);
     struct tm parts;
@@ -125,16 +125,16 @@ static void write_beginning(void *cookie) {
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    int error = session_writer_begin(&session.writer, around->files_fd, session.name,
+    int error = session_writer_begin(&session.writer, context->files_fd, session.name,
                                      version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
         error = session_writer_instrument(&session.writer, &self->instrument, &message);
         error = error != 0 ? error : write_calibration(call, &message);
         if (error != 0) {
-            session_writer_discard(&session.writer, around->files_fd);
+            session_writer_discard(&session.writer, context->files_fd);
         }
     }
-    self->error = error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    self->error = error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 /// Starts a session; only after `check_name`.
@@ -142,7 +142,7 @@ static int begin_session(const struct command_call *call, const struct command_v
                          const char *kind) {
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
     commands_calibration_instrument(call, &beginning.instrument);
-    disk_writer_run(surroundings_of(call)->disk_writer, write_beginning, &beginning);
+    disk_writer_run(context_of(call)->disk_writer, write_beginning, &beginning);
     return beginning.error;
 }
 
@@ -225,22 +225,20 @@ static void write_pair(void *cookie) {
 /// Writes a pair into its session; in a recording, after all calls that led to it.
 static int keep_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     struct writing writing = {
         .pair = pair,
         .registers = registers,
         .command = call->values[CAPTURE_ACCEPT].given ? "capture " CAPTURE_ACCEPT_WORD : "capture",
-        .files_fd = around->files_fd};
+        .files_fd = context->files_fd};
     if (session.recording) {
-        writing.error = record_flush(around->record, &writing.message);
+        writing.error = record_flush(context->record, &writing.message);
     }
     if (writing.error == 0) {
-        disk_writer_run(around->disk_writer, session.recording ? write_pair : write_whole,
+        disk_writer_run(context->disk_writer, session.recording ? write_pair : write_whole,
                         &writing);
     }
-    return writing.error == 0
-               ? 0
-               : surroundings_refuse(call, writing.error, "%s", writing.message.text);
+    return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
 }
 
 /// Compares the pair with the saved calibration. 0 or, unless accepted, ERROR_MISMATCH with the
@@ -255,13 +253,13 @@ static int match_calibration(const struct command_call *call, const struct pair 
     const int error =
         commands_calibration_match(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error != ERROR_MISMATCH) {
-        return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+        return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
     }
     if (accepted) {
         item_text(call, "accepted_mismatch", message.text);
         return 0;
     }
-    return surroundings_refuse(call, error, "%s", message.text);
+    return command_fail(call, error, "%s", message.text);
 }
 
 static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
@@ -272,9 +270,9 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (error != 0) {
         return error;
     }
-    const struct surroundings *around = surroundings_of(call);
-    if (around->pair_was_taken != NULL) {
-        around->pair_was_taken(around->replay);
+    const struct command_context *context = context_of(call);
+    if (context->pair_was_taken != NULL) {
+        context->pair_was_taken(context->replay);
     }
     const int mismatch = match_calibration(call, &pair);
     if (!session.recording) {
@@ -292,9 +290,9 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
 static int run_capture(const struct command_call *call) {
     const struct pair_options options = capture_options(call->values);
     if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
-        return surroundings_refuse(
-            call, ERROR_ARGUMENT,
-            "capture: NAME is not allowed while recording %s (omit it, or use -)", session.name);
+        return command_fail(call, ERROR_ARGUMENT,
+                            "capture: NAME is not allowed while recording %s (omit it, or use -)",
+                            session.name);
     }
     const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
     if (refused != 0) {
@@ -303,8 +301,7 @@ static int run_capture(const struct command_call *call) {
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);
     if (memory == NULL) {
-        return surroundings_refuse(call, ERROR_MEMORY, "capture: out of memory for %zu pixels",
-                                   values);
+        return command_fail(call, ERROR_MEMORY, "capture: out of memory for %zu pixels", values);
     }
     const int error = take_pair(call, memory, values, &options);
     free(memory);
@@ -332,7 +329,7 @@ static void begin_afresh(struct rig *rig) {
 /// Writes the profile that the instrument is based on, if its name differs, and the settings that
 /// differ from that profile: a replay has neither the configuration nor the profile's file.
 static int write_settings(const struct command_call *call, struct message *message) {
-    const struct config *config = surroundings_of(call)->config;
+    const struct config *config = context_of(call)->config;
     const bool named = strcmp(config->profile.name, config->like) == 0;
     struct config defaults;
     config_defaults(&defaults);
@@ -358,7 +355,7 @@ static int write_settings(const struct command_call *call, struct message *messa
 static int start_recording(const struct command_call *call) {
     struct message message;
     if (session.recording) {
-        return surroundings_refuse(call, ERROR_BUSY, "record: already recording %s", session.name);
+        return command_fail(call, ERROR_BUSY, "record: already recording %s", session.name);
     }
     int error = check_name(call, &call->values[1]);
     error = error != 0 ? error : begin_session(call, &call->values[1], "record");
@@ -367,14 +364,13 @@ static int start_recording(const struct command_call *call) {
     }
     begin_afresh(call->rig);
     error = write_settings(call, &message);
-    error =
-        error != 0 ? error : record_start(surroundings_of(call)->record, &session.writer, &message);
+    error = error != 0 ? error : record_start(context_of(call)->record, &session.writer, &message);
     if (error != 0) {
-        session_writer_discard(&session.writer, surroundings_of(call)->files_fd);
-        return surroundings_refuse(call, error, "%s", message.text);
+        session_writer_discard(&session.writer, context_of(call)->files_fd);
+        return command_fail(call, error, "%s", message.text);
     }
     session.recording = true;
-    tell(surroundings_of(call)->log, "begins");
+    tell(context_of(call)->log, "begins");
     item_text(call, "session", session.name);
     return 0;
 }
@@ -404,7 +400,7 @@ static int stop_recording(struct record *record, const struct hal_log *log,
 }
 
 void commands_session_put_state(const struct command_call *call) {
-    const char *cut = record_cut(surroundings_of(call)->record);
+    const char *cut = record_cut(context_of(call)->record);
     if (!session.recording) {
         return;
     }
@@ -427,18 +423,18 @@ static int run_record(const struct command_call *call) {
         return start_recording(call);
     }
     if (call->values[1].given) {
-        return surroundings_refuse(call, ERROR_ARGUMENT,
-                                   "record: unexpected NAME \"%s\" (only \"start\" has one)",
-                                   call->values[1].text);
+        return command_fail(call, ERROR_ARGUMENT,
+                            "record: unexpected NAME \"%s\" (only \"start\" has one)",
+                            call->values[1].text);
     }
     if (!session.recording) {
-        return surroundings_refuse(call, ERROR_ARGUMENT, "record: not recording");
+        return command_fail(call, ERROR_ARGUMENT, "record: not recording");
     }
     item_text(call, "session", session.name);
     item_number(call, "pairs", session.writer.pairs, 0, NULL);
-    const struct surroundings *around = surroundings_of(call);
-    const int error = stop_recording(around->record, around->log, &message);
-    return error == 0 ? 0 : surroundings_refuse(call, error, "%s", message.text);
+    const struct command_context *context = context_of(call);
+    const int error = stop_recording(context->record, context->log, &message);
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 void commands_session_end(struct record *record, const struct hal_log *log) {

@@ -7,8 +7,8 @@
 #include "console/reply_none.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
@@ -84,15 +84,15 @@ static void run_store_job(void *cookie) {
 }
 
 static int do_write_job(const struct command_call *call, struct store_job *store_job, int what) {
-    const struct surroundings *around = surroundings_of(call);
-    store_job->store = around->store;
+    const struct command_context *context = context_of(call);
+    store_job->store = context->store;
     store_job->what = what;
-    disk_writer_run(around->disk_writer, run_store_job, store_job);
+    disk_writer_run(context->disk_writer, run_store_job, store_job);
     return store_job->error;
 }
 
 static int refuse_store(const struct command_call *call, const char *action, int error) {
-    return surroundings_refuse_store(call, error, "settings", action);
+    return command_fail_store(call, error, "settings", action);
 }
 
 static int load(const struct command_call *call, struct kept_settings *kept) {
@@ -100,8 +100,8 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
     struct message why = {.text = "its checksum is wrong"};
     int error = do_write_job(call, &store_job, RESTORE);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error,
-                                   "settings: none saved (\"settings save\" saves those in force)");
+        return command_fail(call, error,
+                            "settings: none saved (\"settings save\" saves those in force)");
     }
     if (error == 0) {
         INVARIANT(store_job.length <= sizeof store_job.text);
@@ -110,11 +110,10 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
     // Longer than any saved record.
     error = error == ERROR_BUFFER ? ERROR_CRC : error;
     if (error == ERROR_CRC || error == ERROR_SYNTAX) {
-        return surroundings_refuse(
-            call, error,
-            "settings: the record in the store %s is damaged and not used: %s "
-            "(\"settings forget\", or \"settings save\" again)",
-            surroundings_of(call)->config->store, why.text);
+        return command_fail(call, error,
+                            "settings: the record in the store %s is damaged and not used: %s "
+                            "(\"settings forget\", or \"settings save\" again)",
+                            context_of(call)->config->store, why.text);
     }
     return error == 0 ? 0 : refuse_store(call, "read from", error);
 }
@@ -124,28 +123,28 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
 /// Runs a command as if a user had entered it: so a recording contains it, and can be replayed
 /// without the store.
 static int give(const struct command_call *call, const char *line) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const struct command *command = NULL;
-    int error = command_parse(line, around->table, around->table_count, storage, values, &command,
+    int error = command_parse(line, context->table, context->table_count, storage, values, &command,
                               call->message, call->message_bytes);
     INVARIANT(error == 0 && command != NULL);
     struct command_call inner = *call;
     inner.values = values;
     inner.reply = reply_none();
-    error = record_run(around->record, command, &inner, line);
+    error = record_run(context->record, command, &inner, line);
     if (error != 0 && error != ERROR_CANCELLED) {
         char why[256];
         snprintf(why, sizeof why, "%s", call->message);
-        return surroundings_refuse(call, error, "settings: \"%s\" failed: %s", line, why);
+        return command_fail(call, error, "settings: \"%s\" failed: %s", line, why);
     }
     return error;
 }
 
 /// Applies the saved settings to the instrument after checking all of them.
 static int restore(const struct command_call *call, bool axes, struct kept_settings *kept) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
     struct message why;
     size_t of_cameras = 0;
@@ -155,13 +154,13 @@ static int restore(const struct command_call *call, bool axes, struct kept_setti
     }
     error = kept_settings_check(kept, call->rig, &why);
     if (error != 0) {
-        return surroundings_refuse(call, error, "settings: %s", why.text);
+        return command_fail(call, error, "settings: %s", why.text);
     }
     const size_t all = kept_settings_commands(kept, call->rig, lines, &of_cameras);
     const size_t count = axes ? all : of_cameras;
     for (size_t i = 0; i < count && error == 0; i++) {
-        around->progress(around->self, "restoring", (uint32_t)i, (uint32_t)count);
-        error = around->go_on(around->self) ? give(call, lines[i]) : ERROR_CANCELLED;
+        context->progress(context->self, "restoring", (uint32_t)i, (uint32_t)count);
+        error = context->go_on(context->self) ? give(call, lines[i]) : ERROR_CANCELLED;
     }
     return error;
 }
@@ -201,16 +200,16 @@ static int run_forget(const struct command_call *call) {
     struct store_job store_job;
     const int error = do_write_job(call, &store_job, FORGET);
     if (error == ERROR_MISSING) {
-        return surroundings_refuse(call, error, "settings: none saved");
+        return command_fail(call, error, "settings: none saved");
     }
     return error == 0 ? 0 : refuse_store(call, "remove from", error);
 }
 
 static int run_settings(const struct command_call *call) {
     const int what = call->values[0].given ? call->values[0].choice : SHOW;
-    if (surroundings_of(call)->store == NULL) {
-        return surroundings_refuse(call, ERROR_UNSUPPORTED,
-                                   "settings: saving is disabled: \"store\" is not set");
+    if (context_of(call)->store == NULL) {
+        return command_fail(call, ERROR_UNSUPPORTED,
+                            "settings: saving is disabled: \"store\" is not set");
     }
     if ((what == SAVE || what == RESTORE) && call->rig->state != RIG_READY) {
         return commands_not_ready(call, what == SAVE ? "settings save" : "settings restore");
@@ -222,11 +221,11 @@ static int run_settings(const struct command_call *call) {
 }
 
 int commands_settings_after_bringup(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
-    const struct hal_log *log = around->log;
+    const struct command_context *context = context_of(call);
+    const struct hal_log *log = context->log;
     struct kept_settings kept;
     // A recording contains the commands that restored the settings, if any did.
-    if (!around->config->restore || around->store == NULL || around->idle_is_next != NULL) {
+    if (!context->config->restore || context->store == NULL || context->idle_is_next != NULL) {
         return 0;
     }
     const int error = restore(call, false, &kept);

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 
 #include "core/error.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/images/picture.h"
 #include "daemon/reply/item.h"
 #include "daemon/session/capture.h"
@@ -79,7 +79,7 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
     if (error != 0) {
         return error;
     }
-    disk_writer_run(surroundings_of(call)->disk_writer, make_file, self);
+    disk_writer_run(context_of(call)->disk_writer, make_file, self);
     if (self->error == 0) {
         item_text(call, "file", self->name);
         item_number(call, "size", (double)self->bytes, 0, "bytes");
@@ -103,7 +103,7 @@ static int run_snapshot(const struct command_call *call) {
     free(memory);
     return error != ERROR_MEMORY
                ? error
-               : surroundings_refuse(call, error, "snapshot: out of memory for %zu pixels", values);
+               : command_fail(call, error, "snapshot: out of memory for %zu pixels", values);
 }
 
 static const struct command commands[] = {

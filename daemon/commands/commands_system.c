@@ -7,8 +7,8 @@
 
 #include "daemon/base/memory_available.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
-#include "daemon/commands/surroundings.h"
 #include "daemon/reply/item.h"
 
 static const double bytes_per_mib = 1 << 20;
@@ -20,7 +20,7 @@ static void put_date(const struct command_call *call) {
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
     item_text(call, "date", date);
-    const uint64_t up_us = monotonic_now_us() - surroundings_of(call)->started_us;
+    const uint64_t up_us = monotonic_now_us() - context_of(call)->started_us;
     item_number(call, "up", (double)(up_us / MONOTONIC_US_IN_S), 0, "s");
 }
 
@@ -36,7 +36,7 @@ static void put_kernel(const struct command_call *call) {
 }
 
 static void put_room(const struct command_call *call) {
-    const int files_fd = surroundings_of(call)->files_fd;
+    const int files_fd = context_of(call)->files_fd;
     struct statfs about;
     item_number(call, "memory_free", (double)memory_available_bytes() / bytes_per_mib, 1, "MiB");
     if (files_fd >= 0 && fstatfs(files_fd, &about) == 0) {
@@ -48,12 +48,12 @@ static void put_room(const struct command_call *call) {
 }
 
 static int run_system(const struct command_call *call) {
-    const struct surroundings *around = surroundings_of(call);
+    const struct command_context *context = context_of(call);
     put_date(call);
     put_kernel(call);
     put_room(call);
-    if (around->put_devices != NULL) {
-        around->put_devices(around->devices, call);
+    if (context->put_devices != NULL) {
+        context->put_devices(context->devices, call);
     }
     return 0;
 }

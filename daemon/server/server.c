@@ -67,7 +67,7 @@ static void submit(void *cookie, struct job *job) {
 static void complete(void *cookie, const char *typed, char *words) {
     const struct server *self = cookie;
     // Uses only what never changes: the worker runs in another thread.
-    completion_words(&self->general_worker.surroundings, typed, words, EDITOR_WORDS_BYTES);
+    completion_words(&self->general_worker.context, typed, words, EDITOR_WORDS_BYTES);
 }
 
 /// Makes signals readable from a descriptor. Threads started later inherit the mask.
@@ -104,7 +104,7 @@ static void open_worker(struct server *self, struct worker *worker,
                         const struct server_parts *parts) {
     worker->rig = parts->rig;
     worker->wake_fd = self->wake_fd;
-    worker->surroundings = (struct surroundings){
+    worker->context = (struct command_context){
         .config = parts->config,
         .table = parts->table,
         .table_count = parts->table_count,

@@ -50,12 +50,12 @@ struct server_parts {
     const struct hal_store *store;
     struct record *record;
     struct disk_writer *disk_writer;
-    bool (*idle_is_next)(void *replay);  ///< see struct surroundings
+    bool (*idle_is_next)(void *replay);  ///< see struct command_context
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;
     void (*put_devices)(void *devices,
-                        const struct command_call *call);  ///< see struct surroundings
+                        const struct command_call *call);  ///< see struct command_context
     void *devices;
     int files_fd;
     const struct command *table;

@@ -31,15 +31,16 @@ static bool go_on(void *cookie) {
 /// Called by the rig, which ends its command on false; the recording must contain that.
 static bool rig_goes_on(void *cookie) {
     struct worker *self = cookie;
-    const struct surroundings *around = &self->surroundings;
+    const struct command_context *context = &self->context;
     struct job *job = self->running;
-    if (job != NULL && around->cancel_is_next != NULL && around->cancel_is_next(around->replay)) {
+    if (job != NULL && context->cancel_is_next != NULL &&
+        context->cancel_is_next(context->replay)) {
         atomic_store(&job->cancelled, true);
     }
     const bool goes_on = go_on(self);
     if (!goes_on && job != NULL && !self->cancel_recorded) {
         self->cancel_recorded = true;
-        record_cancel(around->record);
+        record_cancel(context->record);
     }
     return goes_on;
 }
@@ -96,7 +97,7 @@ static bool is_fault(const struct worker *self, int error) {
 static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...) {
-    const struct hal_log *log = self->surroundings.log;
+    const struct hal_log *log = self->context.log;
     char text[LOGBOOK_LINE_BYTES];
     va_list arguments;
     va_start(arguments, format);
@@ -123,7 +124,7 @@ static bool tell_state(struct worker *self, const char *line, int error, const c
 
 /// Logs that a recording was cut off, as soon as it is known.
 static void tell_cut(struct worker *self) {
-    const char *cut = self->has_rig ? record_cut(self->surroundings.record) : NULL;
+    const char *cut = self->has_rig ? record_cut(self->context.record) : NULL;
     if (cut != NULL && !self->cut_told) {
         tell(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
     }
@@ -142,7 +143,7 @@ static void tell_outcome(struct worker *self, const char *line, int error, const
 /// Adds advice to a disk-full error.
 static void advise(const struct worker *self, int error, char *message, size_t bytes) {
     const size_t length = strlen(message);
-    const bool cut = self->has_rig && record_cut(self->surroundings.record) != NULL;
+    const bool cut = self->has_rig && record_cut(self->context.record) != NULL;
     if (error == ERROR_FULL) {
         snprintf(message + length, bytes - length, "%s",
                  cut ? "; the recording is cut off: free space on that disk, \"record stop\", "
@@ -166,16 +167,16 @@ static void run(struct worker *self, struct job *job) {
         .message = message,
         .message_bytes = sizeof message,
         .put_state = put_state,
-        .surroundings = &self->surroundings,
+        .context = &self->context,
     };
-    self->surroundings.job = job;
+    self->context.job = job;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
     self->reply.bar_shown = job->bar_shown;
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
         self->cancel_recorded = false;
-        error = record_run(self->surroundings.record, job->command, &call, job->line);
+        error = record_run(self->context.record, job->command, &call, job->line);
         if (error == 0 && strcmp(job->command->name, COMMANDS_BRINGUP) == 0) {
             error = commands_settings_after_bringup(&call);
         }
@@ -203,7 +204,7 @@ static void look_after_rig(void *cookie) {
     if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
         return;
     }
-    record_idle(self->surroundings.record);
+    record_idle(self->context.record);
     const int error = rig_idle(self->rig);
     if (error != 0) {
         tell_outcome(self, "between commands", error, self->rig->last_error.text);
@@ -218,8 +219,9 @@ static void idle(struct worker *self) {
 
 /// Replay has no real time: services the rig wherever the recording did.
 static void catch_up(const struct worker *self) {
-    const struct surroundings *around = &self->surroundings;
-    while (self->has_rig && around->idle_is_next != NULL && around->idle_is_next(around->replay)) {
+    const struct command_context *context = &self->context;
+    while (self->has_rig && context->idle_is_next != NULL &&
+           context->idle_is_next(context->replay)) {
         rig_idle(self->rig);
     }
 }
@@ -264,9 +266,9 @@ static void *work(void *cookie) {
         }
     }
     if (self->has_rig && self->rig->state != RIG_DOWN) {
-        record_command(self->surroundings.record, "safe");
+        record_command(self->context.record, "safe");
         rig_safe(self->rig);
-        record_command_end(self->surroundings.record, 0);
+        record_command_end(self->context.record, 0);
         tell_state(self, "the service ends", 0, "");
     }
     return NULL;
@@ -276,14 +278,14 @@ bool worker_start(struct worker *self, size_t capacity) {
     INVARIANT(capacity >= 1 && capacity <= CONFIG_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
-    self->surroundings.started_us = monotonic_now_us();
-    self->surroundings.go_on = go_on;
-    self->surroundings.progress = show_progress;
-    self->surroundings.self = self;
+    self->context.started_us = monotonic_now_us();
+    self->context.go_on = go_on;
+    self->context.progress = show_progress;
+    self->context.self = self;
     if (self->has_rig) {
         // A hanging disk counts as a stuck thread: alive_us stays.
-        self->surroundings.disk_writer->meanwhile = look_after_rig;
-        self->surroundings.disk_writer->self = self;
+        self->context.disk_writer->meanwhile = look_after_rig;
+        self->context.disk_writer->self = self;
     }
     atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
@@ -309,7 +311,7 @@ void worker_stop(struct worker *self) {
     INVARIANT(self->count == 0 && self->running == NULL);
     self->started = false;
     if (self->has_rig) {
-        self->surroundings.disk_writer->meanwhile = NULL;
+        self->context.disk_writer->meanwhile = NULL;
     }
     pthread_cond_destroy(&self->news);
     pthread_mutex_destroy(&self->lock);

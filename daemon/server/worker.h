@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "daemon/commands/surroundings.h"
+#include "daemon/commands/command_context.h"
 #include "daemon/reply/job.h"
 #include "daemon/reply/reply.h"
 #include "daemon/settings/config.h"
@@ -38,7 +38,7 @@ struct worker {
     bool time_passes;  ///< in real time; if not, nothing is due between jobs
     int wake_fd;       ///< eventfd that wakes the event loop when a job is done
     struct reply reply;
-    struct surroundings surroundings;
+    struct command_context context;
     uint64_t progress_us;  ///< when progress was last shown
     const char *progress_what;
 };
@@ -46,7 +46,7 @@ struct worker {
 /// Observer of the rig's long calls, for rig_init; for the worker that owns the rig.
 struct rig_observer worker_observer(struct worker *self);
 
-/// Starts the thread. The caller sets all fields from `rig` to `wake_fd`, and `surroundings` except
+/// Starts the thread. The caller sets all fields from `rig` to `wake_fd`, and `context` except
 /// `started_us` and its last three fields; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the thread
 /// cannot be created.
 bool worker_start(struct worker *self, size_t capacity);

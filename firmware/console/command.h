@@ -35,7 +35,7 @@ struct command_candidates {
     const char *begun;         ///< the prefix typed so far; other words are ignored
     const char *const *words;  ///< the words before it, from the command's name on
     size_t count;
-    const void *surroundings;  ///< as in struct command_call
+    const void *context;  ///< as in struct command_call
     /// Adds a word, which is copied.
     void (*add)(void *self, const char *word);
     void *self;
@@ -88,7 +88,7 @@ struct command_call {
     /// Called after axes were read, so that the owner of the table can add its own state; the
     /// command returns its error. NULL: not used.
     int (*put_state)(const struct command_call *call);
-    void *surroundings;  ///< context of the table's owner: files, sessions, configuration
+    void *context;  ///< context of the table's owner: files, sessions, configuration
 };
 
 enum {

@@ -111,7 +111,7 @@ static void depart_in_pair(struct play *self) {
 
 /// Keeps what the session would hold of the pair.
 static int run_capture(const struct command_call *call) {
-    struct play *self = call->surroundings;
+    struct play *self = call->context;
     const struct pair_options options = capture_options(call->values);
     const size_t values = pair_values(call->rig, &options);
     uint16_t *memory = malloc(values * sizeof *memory);
@@ -223,7 +223,7 @@ static void run_command(struct play *self) {
                                       .reply = reply_none(),
                                       .message = why,
                                       .message_bytes = COMMAND_MESSAGE_BYTES,
-                                      .surroundings = self};
+                                      .context = self};
     // Its result is irrelevant: it did the same as recorded, or the calls differ.
     (void)command_run(command, &call);
     look_for_error(self);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/commands/surroundings.h"
+#include "daemon/commands/command_context.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -8,7 +8,7 @@
 #include "core/invariant.h"
 #include "daemon/settings/config.h"
 
-int surroundings_refuse(const struct command_call *call, int error, const char *format, ...) {
+int command_fail(const struct command_call *call, int error, const char *format, ...) {
     INVARIANT(error < 0);
     va_list arguments;
     va_start(arguments, format);
@@ -20,8 +20,8 @@ int surroundings_refuse(const struct command_call *call, int error, const char *
     return error;
 }
 
-int surroundings_refuse_store(const struct command_call *call, int error, const char *subject,
-                              const char *action) {
+int command_fail_store(const struct command_call *call, int error, const char *subject,
+                       const char *action) {
     const char *why = error_text(error);
     if (error == ERROR_REFUSED) {
         why = "permission denied: check its owner, and whether its disk is read-only";
@@ -29,6 +29,6 @@ int surroundings_refuse_store(const struct command_call *call, int error, const 
         why =
             "its disk has failed, or the directory was removed: restore it and restart the daemon";
     }
-    return surroundings_refuse(call, error, "%s: cannot %s the store %s: %s", subject, action,
-                               surroundings_of(call)->config->store, why);
+    return command_fail(call, error, "%s: cannot %s the store %s: %s", subject, action,
+                        context_of(call)->config->store, why);
 }

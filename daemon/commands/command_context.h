@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a command of the daemon may use in addition to the rig: `surroundings` of its command_call.
+/// What a command of the daemon may use in addition to the rig: `context` of its command_call.
 /// A module with commands has a table of them (`const struct command *NAME_table(size_t *count)`),
 /// which main_vergenced.c adds to the others.
 ///
 /// Commands flagged COMMAND_NO_RIG run on another thread and must not use `call->rig`, except its
 /// profile, which never changes.
-#ifndef VERGENCE_DAEMON_COMMANDS_SURROUNDINGS_H
-#define VERGENCE_DAEMON_COMMANDS_SURROUNDINGS_H
+#ifndef VERGENCE_DAEMON_COMMANDS_COMMAND_CONTEXT_H
+#define VERGENCE_DAEMON_COMMANDS_COMMAND_CONTEXT_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -27,10 +27,10 @@ struct record;
 struct disk_writer;
 
 /// Name of the calibration's record in the store, and maximum length of its canonical text.
-#define SURROUNDINGS_CALIBRATION "calibration"
-enum { SURROUNDINGS_CALIBRATION_BYTES = 4096 };
+#define STORE_CALIBRATION "calibration"
+enum { STORE_CALIBRATION_BYTES = 4096 };
 
-struct surroundings {
+struct command_context {
     const struct config *config;
     const struct command *table;  ///< all commands
     size_t table_count;
@@ -62,18 +62,18 @@ struct surroundings {
 };
 
 /// The surroundings of a call.
-static inline const struct surroundings *surroundings_of(const struct command_call *call) {
-    return (const struct surroundings *)call->surroundings;
+static inline const struct command_context *context_of(const struct command_call *call) {
+    return (const struct command_context *)call->context;
 }
 
 /// Formats the message of a call as by printf, control characters replaced. Returns `error`, < 0.
-int surroundings_refuse(const struct command_call *call, int error, const char *format, ...)
+int command_fail(const struct command_call *call, int error, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /// The same for an error of the store: "`subject`: cannot `action` the store PATH: reason", where
 /// `action` is "save to", "read from" or "remove from". Returns `error`.
-int surroundings_refuse_store(const struct command_call *call, int error, const char *subject,
-                              const char *action);
+int command_fail_store(const struct command_call *call, int error, const char *subject,
+                       const char *action);
 
 #ifdef __cplusplus
 }
