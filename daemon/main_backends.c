@@ -72,9 +72,9 @@ static int open_replay(struct main_backends *self, struct config *config, struct
         return error;
     }
     *ports = self->replay.ports;
-    self->replay_opener =
-        (struct rig_opener){.open = open_nothing, .missing = why_played_part_fails, .self = self};
-    ports->opener = &self->replay_opener;
+    self->replay_devices =
+        (struct rig_devices){.open = open_nothing, .missing = why_played_part_fails, .self = self};
+    ports->devices = &self->replay_devices;
     const char *missing = rig_ports_missing(&config->profile, ports);
     if (missing != NULL && calls) {
         return message_set(

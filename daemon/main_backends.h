@@ -24,7 +24,7 @@ struct main_backends {
     struct replay replay;
     struct main_linux devices;
     bool has_sim, has_replay;
-    struct rig_opener replay_opener;  ///< opens nothing, but states why a replayed part fails
+    struct rig_devices replay_devices;  ///< opens nothing, but states why a replayed part fails
     const struct hal_log *log;
     bool departure_told;  ///< the end of the replay was logged
 

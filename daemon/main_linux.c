@@ -184,7 +184,7 @@ void main_linux_open(struct main_linux *self, const struct config *config,
     const struct rig_profile *profile = &config->profile;
     *self = (struct main_linux){
         .config = config,
-        .opener = {.open = open_all, .missing = missing, .identity = identity, .self = self}};
+        .devices = {.open = open_all, .missing = missing, .identity = identity, .self = self}};
     self->needed[MAIN_LINUX_I2C] = profile->bridge;
     self->needed[MAIN_LINUX_LEFT_CAMERA] = true;
     self->needed[MAIN_LINUX_RIGHT_CAMERA] = !profile->bridge;
@@ -203,7 +203,7 @@ void main_linux_open(struct main_linux *self, const struct config *config,
     ports->camera[RIG_RIGHT] = &self->camera[profile->bridge ? RIG_LEFT : RIG_RIGHT].hal;
     ports->lens_uart = profile->lenses != RIG_LENSES_FIXED ? &self->uart.hal : NULL;
     ports->gpio = self->needed[MAIN_LINUX_GPIO] ? &self->lines.hal : NULL;
-    ports->opener = &self->opener;
+    ports->devices = &self->devices;
     open_all(self);
     for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
         if (self->missing[i].text[0] != '\0') {

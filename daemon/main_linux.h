@@ -35,7 +35,7 @@ struct main_linux {
     struct termios_uart uart;
     struct gpiod_lines lines;
     struct gpiod_lines_place places[HAL_GPIO_LINES];
-    struct rig_opener opener;
+    struct rig_devices devices;
     bool needed[MAIN_LINUX_DEVICES];
     struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is
     struct message identity;                     ///< of the camera that was queried last

@@ -248,7 +248,7 @@ static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
 
-static void put_devices(void *devices, const struct command_call *call) {
+static void reply_devices(void *devices, const struct command_call *call) {
     main_linux_put(devices, call);
 }
 
@@ -299,7 +299,7 @@ static struct server_parts parts_of(struct daemon *self) {
         .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
         .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
         .replay = &self->backends.replay,
-        .put_devices = self->config.backend == CONFIG_BACKEND_LINUX ? put_devices : NULL,
+        .reply_devices = self->config.backend == CONFIG_BACKEND_LINUX ? reply_devices : NULL,
         .devices = &self->backends.devices,
         .time_passes = self->backends.time_passes,
     };

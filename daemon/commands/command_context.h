@@ -47,7 +47,7 @@ struct command_context {
     void *replay;
     /// Adds the devices behind the rig's ports to the answer, on the rig's thread. NULL: no
     /// devices.
-    void (*put_devices)(void *devices, const struct command_call *call);
+    void (*reply_devices)(void *devices, const struct command_call *call);
     void *devices;
     uint64_t started_us;            ///< monotonic time of the daemon's start
     const struct hal_store *store;  ///< NULL: nothing can be saved

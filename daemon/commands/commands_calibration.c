@@ -170,12 +170,12 @@ int commands_calibration_match(const struct command_call *call,
 
 void commands_calibration_instrument(const struct command_call *call,
                                      struct session_instrument *instrument) {
-    const struct rig_opener *opener = call->rig->ports.opener;
+    const struct rig_devices *devices = call->rig->ports.devices;
     *instrument = calibration_match_instrument(&call->rig->profile);
     for (int side = 0; side < RIG_SIDES; side++) {
         const enum rig_part part = side == RIG_LEFT ? RIG_PART_LEFT_CAMERA : RIG_PART_RIGHT_CAMERA;
-        const char *identity = opener != NULL && opener->identity != NULL
-                                   ? opener->identity(opener->self, part)
+        const char *identity = devices != NULL && devices->identity != NULL
+                                   ? devices->identity(devices->self, part)
                                    : NULL;
         snprintf(instrument->camera[side], sizeof instrument->camera[side], "%s",
                  identity != NULL ? identity : "");

@@ -202,7 +202,7 @@ static void show_progress(void *cookie, int stage, const char *what, int done, i
     }
 }
 
-static void put_figures(const struct surface *self) {
+static void reply_figures(const struct surface *self) {
     const struct command_call *call = self->call;
     const struct reconstruct_context *context = &self->job.context;
     const struct reconstruct_result *result = context->result;
@@ -269,7 +269,7 @@ static int compute(struct surface *self) {
     job->check_free_memory = true;
     int error = reconstruct_job_run(job);
     if (error == 0) {
-        put_figures(self);
+        reply_figures(self);
     } else {
         error = refuse_with_notes(self, error);
     }

@@ -52,8 +52,8 @@ static int run_system(const struct command_call *call) {
     put_date(call);
     put_kernel(call);
     put_room(call);
-    if (context->put_devices != NULL) {
-        context->put_devices(context->devices, call);
+    if (context->reply_devices != NULL) {
+        context->reply_devices(context->devices, call);
     }
     return 0;
 }

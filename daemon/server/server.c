@@ -117,7 +117,7 @@ static void open_worker(struct server *self, struct worker *worker,
         .cancel_is_next = parts->cancel_is_next,
         .pair_was_taken = parts->pair_was_taken,
         .replay = parts->replay,
-        .put_devices = parts->put_devices,
+        .reply_devices = parts->reply_devices,
         .devices = parts->devices,
         .files_fd = parts->files_fd,
     };

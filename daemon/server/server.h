@@ -54,8 +54,8 @@ struct server_parts {
     bool (*cancel_is_next)(void *replay);
     void (*pair_was_taken)(void *replay);
     void *replay;
-    void (*put_devices)(void *devices,
-                        const struct command_call *call);  ///< see struct command_context
+    void (*reply_devices)(void *devices,
+                          const struct command_call *call);  ///< see struct command_context
     void *devices;
     int files_fd;
     const struct command *table;

@@ -98,9 +98,9 @@ int commands_state_status(const struct command_call *call) {
 
 /// Part, state, and why its device could not be opened, if so.
 static void put_state(const struct command_call *call, enum rig_part part, const char *state) {
-    const struct rig_opener *opener = call->rig->ports.opener;
+    const struct rig_devices *devices = call->rig->ports.devices;
     const bool failed = call->rig->health[part].error != 0;
-    const char *why = failed && opener != NULL ? opener->missing(opener->self, part) : NULL;
+    const char *why = failed && devices != NULL ? devices->missing(devices->self, part) : NULL;
     commands_put_text(call, "part", rig_part_text(part));
     commands_put_text(call, "state", state);
     if (why != NULL) {

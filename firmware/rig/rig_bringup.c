@@ -308,12 +308,12 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
 
 // For a part that no step reached: checks whether something else responds in its place.
 static void note_missing(struct rig *self, struct finding *finding, enum rig_part part) {
-    const struct rig_opener *opener = self->ports.opener;
+    const struct rig_devices *devices = self->ports.devices;
     const struct rig_part_health *health = &self->health[part];
-    if (opener == NULL || health->uses != 0 || finding->first.error == ERROR_CANCELLED) {
+    if (devices == NULL || health->uses != 0 || finding->first.error == ERROR_CANCELLED) {
         return;
     }
-    const char *missing = opener->missing(opener->self, part);
+    const char *missing = devices->missing(devices->self, part);
     if (missing != NULL) {
         const int error = watch_used(self, part, ERROR_DEVICE);
         note(self, finding, watch_error(self, part, error, missing, NULL));
@@ -424,8 +424,8 @@ int rig_bringup(struct rig *self) {
     }
     forget(self);
     self->state = RIG_DOWN;
-    if (self->ports.opener != NULL) {
-        self->ports.opener->open(self->ports.opener->self);
+    if (self->ports.devices != NULL) {
+        self->ports.devices->open(self->ports.devices->self);
     }
     struct finding finding = {.first = {.error = ERROR_OK}};
     if (self->profile.bridge) {

@@ -57,7 +57,7 @@ const char *rig_part_text(enum rig_part part);
 
 /// Opens the devices behind the ports. Devices come and go; the calls of a port whose device is
 /// missing fail with ERROR_DEVICE.
-struct rig_opener {
+struct rig_devices {
     /// Opens devices that are not open, and reopens those that have gone. Called at the start of
     /// each bring-up.
     void (*open)(void *self);
@@ -80,7 +80,7 @@ struct rig_ports {
     const struct hal_camera *camera[RIG_SIDES];
     const struct hal_uart *lens_uart;
     const struct hal_log *log;
-    const struct rig_opener *opener;  ///< NULL: devices stay open
+    const struct rig_devices *devices;  ///< NULL: devices stay open
 };
 
 /// Callbacks during a long call. Any pointer may be NULL.

@@ -133,8 +133,8 @@ int watch_error(struct rig *self, enum rig_part part, int error, const char *wha
 }
 
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what) {
-    const struct rig_opener *opener = self->ports.opener;
-    const char *missing = opener == NULL ? NULL : opener->missing(opener->self, part);
+    const struct rig_devices *devices = self->ports.devices;
+    const char *missing = devices == NULL ? NULL : devices->missing(devices->self, part);
     return watch_error(self, part, error, missing != NULL ? missing : what, NULL);
 }
 

@@ -32,7 +32,7 @@ int sim_backend_open(struct sim_backend *self, const char *where, int patience_m
         return ERROR_ARGUMENT;
     }
     strcpy(self->where, where);
-    self->opener = (struct rig_opener){.open = look_for_rig, .missing = missing, .self = self};
+    self->devices = (struct rig_devices){.open = look_for_rig, .missing = missing, .self = self};
     int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, patience_ms);
     if (error != ERROR_OK) {
         return error;
@@ -67,5 +67,5 @@ struct rig_ports sim_backend_ports(const struct sim_backend *self) {
                               .gpio = &self->gpio,
                               .camera = {&self->camera, &self->camera},
                               .lens_uart = &self->uart,
-                              .opener = &self->opener};
+                              .devices = &self->devices};
 }

@@ -29,7 +29,7 @@ struct sim_backend {
     struct hal_camera camera;
     struct hal_gpio gpio;
     struct hal_uart uart;
-    struct rig_opener opener;
+    struct rig_devices devices;
     char where[SIM_BACKEND_WHERE];
 };
 
