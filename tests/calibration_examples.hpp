@@ -42,7 +42,7 @@ inline int parse(const std::string &text, calibration *result, calibration_fault
 }
 
 /// Puts the right checksum on a text whose lines above it were changed.
-inline std::string reseal(const std::string &text) {
+inline std::string reframe(const std::string &text) {
     const std::string body = text.substr(0, text.rfind("crc32 "));
     char line[32];
     std::snprintf(line, sizeof line, "crc32 %08x\n", crc_update(0, body.data(), body.size()));

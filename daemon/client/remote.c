@@ -14,7 +14,7 @@
 #include "daemon/base/monotonic.h"
 #include "daemon/base/printable.h"
 #include "daemon/cli/screen.h"
-#include "daemon/client/remote_seal.h"
+#include "daemon/client/remote_framing.h"
 #include "daemon/files/token.h"
 
 enum {
@@ -282,7 +282,7 @@ static int ask_socket(struct remote *self, const char *command, remote_show *sho
 
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message) {
-    return (self->line.serial ? remote_ask_sealed : ask_socket)(self, command, show, cookie,
+    return (self->line.serial ? remote_ask_framed : ask_socket)(self, command, show, cookie,
                                                                 message);
 }
 
@@ -304,7 +304,7 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
             return error;
         }
         *answer = json_reader_parse(text, strlen(text));
-        const bool whole = answer->text != NULL && remote_seal_fits_json(text);
+        const bool whole = answer->text != NULL && remote_framing_fits_json(text);
         // Anything else is garbage, or the answer to an earlier attempt.
         if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
             id == self->id) {
@@ -349,7 +349,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
         }
         self->id = remote_next_id(self);
         snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
-        if (!remote_seal_request(prefix, command, request)) {
+        if (!remote_framing_request(prefix, command, request)) {
             return message_set(message, ERROR_SYNTAX, "command too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));

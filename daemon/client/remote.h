@@ -92,7 +92,7 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
 
 /// The same over a serial line: only lines that arrived undamaged are shown, and no command is
 /// executed twice.
-int remote_ask_sealed(struct remote *self, const char *command, remote_show *show, void *cookie,
+int remote_ask_framed(struct remote *self, const char *command, remote_show *show, void *cookie,
                       struct message *message);
 
 /// Requests a complete JSON answer, retrying if necessary: for commands that may be repeated.

@@ -62,7 +62,7 @@ static void begin_result(struct reply *self) {
     wipe_bar(self);
     fflush(self->stream);
     self->crc = 0;
-    self->keeps = self->request.once;
+    self->keeps = self->request.exactly_once;
     if (self->keeps) {
         output_keep_begin(self->output);
     }
@@ -238,8 +238,8 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->crc = 0;
 }
 
-static void seal(struct reply *self) {
-    if (self->request.sealed) {
+static void frame_line(struct reply *self) {
+    if (self->request.framed) {
         fflush(self->stream);
         const uint32_t crc = self->crc;
         fprintf(self->stream, ", \"crc\": \"%08" PRIX32 "\"", crc);
@@ -257,7 +257,7 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
         json_text(&self->json, "what", what);
         json_integer(&self->json, "done", done);
         json_integer(&self->json, "total", total);
-        seal(self);
+        frame_line(self);
     } else if (!self->request.json && !self->terminal && self->request.progress) {
         fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
     } else if (!self->request.json && self->terminal) {
@@ -294,8 +294,8 @@ static void close_groups(struct reply *self) {
     }
 }
 
-static void seal_text(struct reply *self) {
-    if (self->request.sealed) {
+static void frame_text(struct reply *self) {
+    if (self->request.framed) {
         fputs(" #", self->stream);
         if (self->request.id != REQUEST_ID_NONE) {
             fprintf(self->stream, "%" PRId32 ",", self->request.id);
@@ -314,13 +314,13 @@ void reply_end(struct reply *self, int error, const char *message) {
         json_text(&self->json, "error", error_name(error));
         json_integer(&self->json, "code", error);
         json_text(&self->json, "message", message);
-        seal(self);
+        frame_line(self);
     } else if (error == 0) {
         fputs("OK", self->stream);
-        seal_text(self);
+        frame_text(self);
     } else {
         fprintf(self->stream, "ERR %s %s", error_name(error), message);
-        seal_text(self);
+        frame_text(self);
     }
     fflush(self->stream);
 }
@@ -329,9 +329,9 @@ void reply_end_round(struct reply *self) {
     close_groups(self);
     if (self->request.json) {
         json_text(&self->json, "event", "watch");
-        seal(self);
+        frame_line(self);
     } else {
-        seal_text(self);
+        frame_text(self);
     }
     fflush(self->stream);
 }

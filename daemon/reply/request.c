@@ -45,18 +45,18 @@ static bool take_word(const char *word, struct request *request) {
     } else if (strncmp(word, "id=", 3) == 0) {
         return parse_id(word + 3, &request->id);
     } else if (strcmp(word, "once") == 0) {
-        request->once = true;
+        request->exactly_once = true;
     } else {
         return false;
     }
     return true;
 }
 
-/// Clears `once`: a command that was not run has no answer to repeat.
+/// Clears `exactly_once`: a command that was not run has no answer to repeat.
 static int refuse(struct request *request, const char *text, char *message, size_t message_bytes,
                   int error) {
     struct command_text sentence = command_text_begin(message, message_bytes);
-    request->once = false;
+    request->exactly_once = false;
     command_text_add(&sentence, text);
     return error;
 }
@@ -64,7 +64,7 @@ static int refuse(struct request *request, const char *text, char *message, size
 static int refuse_option(struct request *request, const char *word, char *message,
                          size_t message_bytes) {
     struct command_text sentence = command_text_begin(message, message_bytes);
-    request->once = false;
+    request->exactly_once = false;
     command_text_add(&sentence, "invalid option \"");
     command_text_add_typed(&sentence, word);
     command_text_add(&sentence,
@@ -82,7 +82,7 @@ struct line_crc {
 static bool take_option(const char *line, const char *at, const char *word, bool last,
                         struct request *request, struct line_crc *crc) {
     if (last && strncmp(word, "crc=", 4) == 0 && parse_hex8(word + 4, &crc->given)) {
-        request->sealed = true;
+        request->framed = true;
         crc->computed = crc_update(0, line, (size_t)(at - line));
         return true;
     }
@@ -108,8 +108,8 @@ static bool take_options(const char *line, const char *end, struct request *requ
 
 int request_parse(const char *line, struct request *request, char *message, size_t message_bytes) {
     request->id = REQUEST_ID_NONE;
-    request->sealed = false;
-    request->once = false;
+    request->framed = false;
+    request->exactly_once = false;
     request->command = line;
     message[0] = '\0';
     if (*line != '@') {
@@ -123,12 +123,12 @@ int request_parse(const char *line, struct request *request, char *message, size
         return refuse_option(request, word, message, message_bytes);
     }
     crc.computed = crc_update(crc.computed, request->command, strlen(request->command));
-    if (request->sealed && crc.given != crc.computed) {
+    if (request->framed && crc.given != crc.computed) {
         request->id = REQUEST_ID_NONE;  // possibly damaged
         return refuse(request, "wrong CRC-32 of the line: send it again", message, message_bytes,
                       ERROR_CRC);
     }
-    if (request->once && (!request->sealed || request->id == REQUEST_ID_NONE)) {
+    if (request->exactly_once && (!request->framed || request->id == REQUEST_ID_NONE)) {
         return refuse(request, "once requires id=N and crc=HEX", message, message_bytes,
                       ERROR_SYNTAX);
     }

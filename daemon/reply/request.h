@@ -26,7 +26,7 @@ extern "C" {
 enum { REQUEST_PREFIX_MAX = 64, REQUEST_ID_NONE = -1 };
 
 struct request {
-    bool json, progress, sealed, once;
+    bool json, progress, framed, exactly_once;
     int32_t id;           ///< REQUEST_ID_NONE: not given, or possibly damaged
     const char *command;  ///< the rest of the line
 };

@@ -53,8 +53,8 @@ void connection_begin(struct connection *self, enum connection_kind kind, int in
     self->hangs_up = NULL;
     self->kind = kind;
     self->program = false;
-    self->sealed = false;
-    self->once_id = REQUEST_ID_NONE;
+    self->framed = false;
+    self->last_request_id = REQUEST_ID_NONE;
     self->in_fd = in_fd;
     self->out_fd = out_fd;
     snprintf(self->name, sizeof self->name, "%s", name);
@@ -109,12 +109,12 @@ static void step_overflow(struct connection *self) {
 /// Checks whether a well-formed line is allowed now. 0, or an error with a message.
 static int look_at_request(const struct connection *self, const struct request *request,
                            char *message, size_t message_bytes) {
-    if (self->sealed && !request->sealed) {
+    if (self->framed && !request->framed) {
         snprintf(message, message_bytes,
                  "this line has no CRC, which \"@sealed\" requires (\"@terminal\" ends that)");
         return ERROR_CRC;
     }
-    if (request->once && !self->sealed) {
+    if (request->exactly_once && !self->framed) {
         snprintf(message, message_bytes,
                  "the console was restarted after \"@sealed\": it does not know which commands "
                  "were run");
@@ -126,11 +126,11 @@ static int look_at_request(const struct connection *self, const struct request *
 /// Repeats the last answer to a command that is run at most once and is asked for again.
 static bool repeat_answer(struct connection *self) {
     const struct request *request = &self->job.request;
-    if (request->once && request->id == self->once_id) {
+    if (request->exactly_once && request->id == self->last_request_id) {
         output_repeat(&self->output);
         return true;
     }
-    self->once_id = request->once ? request->id : self->once_id;
+    self->last_request_id = request->exactly_once ? request->id : self->last_request_id;
     return false;
 }
 
@@ -176,7 +176,7 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     atomic_store(&job->cancelled, false);
     int error = request_parse(line, &job->request, message, sizeof message);
     error = error != 0 ? error : look_at_request(self, &job->request, message, sizeof message);
-    job->request.once = job->request.once && error == 0;
+    job->request.exactly_once = job->request.exactly_once && error == 0;
     if (repeat_answer(self)) {
         return;
     }
@@ -196,15 +196,15 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
 /// Handles @program, @sealed and @terminal, which set the user of a terminal: a program or a
 /// person. False: another line.
 static bool change_side(struct connection *self, const char *line) {
-    const bool sealed = strcmp(line, "@sealed") == 0;
-    const bool program = sealed || strcmp(line, "@program") == 0;
+    const bool framed = strcmp(line, "@sealed") == 0;
+    const bool program = framed || strcmp(line, "@program") == 0;
     if (self->kind != CONNECTION_TERMINAL || (!program && strcmp(line, "@terminal") != 0)) {
         return false;
     }
     const bool returns = self->program && !program;
     self->program = program;
-    self->sealed = sealed;
-    self->once_id = REQUEST_ID_NONE;
+    self->framed = framed;
+    self->last_request_id = REQUEST_ID_NONE;
     self->json = false;
     self->progress = false;
     output_put_text(&self->output, "OK\r\n");
@@ -401,7 +401,7 @@ static void step_watch(struct connection *self, uint64_t now_us) {
 /// A client with CRC-framed lines waits for heartbeats, since an answer may have been lost.
 static void show_life(struct connection *self, uint64_t now_us) {
     static const char idle[] = {CONNECTION_IDLE};
-    if (self->sealed && connection_is_busy(self) && now_us - self->life_us >= LIFE_US &&
+    if (self->framed && connection_is_busy(self) && now_us - self->life_us >= LIFE_US &&
         output_length(&self->output) == 0) {
         self->life_us = now_us;
         output_put(&self->output, idle, sizeof idle);

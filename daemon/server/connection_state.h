@@ -52,16 +52,16 @@ struct connection {
     bool lasting;          ///< the daemon's own terminal: reopened after its end
     enum connection_kind kind;
     bool program;  ///< a terminal used by a program
-    bool sealed;   ///< which frames its lines with a CRC
+    bool framed;   ///< which frames its lines with a CRC
     int in_fd, out_fd;
     char name[CONNECTION_NAME_BYTES];
     const struct connection_host *host;
     struct output output;
     struct job job;
-    bool json, progress;  ///< enabled for all following lines
-    bool ended;           ///< no more input: closed once everything is answered
-    bool gone;            ///< the client has disconnected
-    int32_t once_id;      ///< id of the last command that is run at most once; REQUEST_ID_NONE
+    bool json, progress;      ///< enabled for all following lines
+    bool ended;               ///< no more input: closed once everything is answered
+    bool gone;                ///< the client has disconnected
+    int32_t last_request_id;  ///< id of the last command that is run at most once; REQUEST_ID_NONE
     char input[CONNECTION_INPUT_BYTES];
     size_t input_bytes;
     size_t refused_bytes;  ///< of these, bytes of lines that were followed by a Ctrl-C

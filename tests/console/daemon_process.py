@@ -253,6 +253,6 @@ class DaemonTest(unittest.TestCase):
             text=True, timeout=2 * PATIENCE_S, **options)
 
 
-def sealed(command, words="json,id=1"):
+def framed(command, words="json,id=1"):
     """A request with its CRC."""
     return f"@{words},crc={zlib.crc32(f'@{words},{command}'.encode()):08X} {command}\n"

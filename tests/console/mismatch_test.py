@@ -10,7 +10,7 @@ import unittest
 import zlib
 
 from daemon_process import PATIENCE_S, DaemonTest
-from reconstruct_test import Surfaces, lines_of, sealed_index
+from reconstruct_test import Surfaces, lines_of, framed_index
 
 VERGENCE = os.environ["VERGENCE"]
 SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
@@ -19,7 +19,7 @@ SIDES = ("left", "right")
 AXES = ("zoom", "focus", "iris")
 
 
-def sealed(body):
+def framed(body):
     return f"{body}crc32 {zlib.crc32(body.encode()):08x}\n"
 
 
@@ -41,7 +41,7 @@ def with_origin(text, pair, instrument="rig", cameras=("unknown", "unknown")):
         body += f"{side}_pan_deg {pan_deg(pan):.3f} 0.000\n"
         body += "".join(f"{side}_{axis}_counts {value}.000 1.000\n"
                         for axis, value in zip(AXES, lens))
-    return sealed(body + "scale_sigma 0.000100000\nyaw_sigma_rad 0.000020000\n")
+    return framed(body + "scale_sigma 0.000100000\nyaw_sigma_rad 0.000020000\n")
 
 
 def calibration_of(folder):
@@ -127,7 +127,7 @@ class Pairs(Surfaces):
                             "right_servo=24000,9442 pan_repeatability_urad=5236 "
                             "lens_repeatability_counts=4 lens_zoom_ppm=4187")
         with open(os.path.join(folder, "session.index"), "wb") as file:
-            file.write(sealed_index(lines))
+            file.write(framed_index(lines))
         with open(os.path.join(folder, f"calibration-{zlib.crc32(text.encode()):08x}.txt"), "w",
                   encoding="ascii") as file:
             file.write(text)

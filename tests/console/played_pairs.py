@@ -12,7 +12,7 @@ from daemon_process import DaemonTest
 SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 
 
-def sealed(lines):
+def framed(lines):
     """Writes an index of these events, each line with its CRC."""
     text = b""
     for line in lines:
@@ -28,7 +28,7 @@ def lines_of(folder):
 
 def write_index(folder, lines):
     with open(os.path.join(folder, "session.index"), "wb") as file:
-        file.write(sealed(lines))
+        file.write(framed(lines))
 
 
 class PlayedPairs(DaemonTest):

@@ -28,7 +28,7 @@ WINDOW = (672, 400)
 STAMP = re.compile(rb"^(comment|#) (capture c pair 1: |left: |right: )[^\n]+\n", re.MULTILINE)
 
 
-def sealed_index(lines):
+def framed_index(lines):
     """Writes an index of these events, each line with its CRC."""
     text = b""
     for line in lines:
@@ -93,7 +93,7 @@ class Surfaces(DaemonTest):
             lines = [re.sub(r"((left|right)_after=\S+)", rf"\1 \2_window={window}", line)
                      for line in lines]
         with open(os.path.join(folder, "session.index"), "wb") as file:
-            file.write(sealed_index(lines))
+            file.write(framed_index(lines))
         return folder
 
     def keep(self, text):
@@ -195,7 +195,7 @@ class Reconstruct(Surfaces):
         killed = os.path.join(self.files, "killed")
         os.mkdir(killed)
         with open(os.path.join(killed, "session.index"), "wb") as file:
-            file.write(sealed_index(lines_of(SESSION)[:1]))
+            file.write(framed_index(lines_of(SESSION)[:1]))
         self.assertEqual(self.asked("reconstruct - 0 0.5")["session"], "new")
         self.assertIn("no pair", self.first.ask("reconstruct killed")[-1])
         shutil.rmtree(killed)

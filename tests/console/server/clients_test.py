@@ -12,7 +12,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, sealed
+from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, framed
 
 
 class Clients(DaemonTest):
@@ -74,15 +74,15 @@ class Clients(DaemonTest):
         lines = self.first.answer()
         self.assertEqual((lines[0], lines[-1]), ("... waiting 0/2000", "OK"))
 
-    def test_sealed(self):
-        self.first.send(sealed("version"))
+    def test_framed(self):
+        self.first.send(framed("version"))
         line = self.first.line()
-        head, _, seal = line.rpartition(', "crc": "')
-        self.assertEqual(seal, f'{zlib.crc32(head.encode()):08X}"}}')
+        head, _, crc_text = line.rpartition(', "crc": "')
+        self.assertEqual(crc_text, f'{zlib.crc32(head.encode()):08X}"}}')
         self.assertTrue(json.loads(line)["ok"])
-        self.first.send(sealed("version").replace("version", "vErsion"))
+        self.first.send(framed("version").replace("version", "vErsion"))
         self.assertEqual(json.loads(self.first.line())["error"], "CRC")
-        self.first.send(sealed("log 1", "text"))
+        self.first.send(framed("log 1", "text"))
         lines = [self.first.line()]
         while not lines[-1].startswith("OK"):
             lines.append(self.first.line())
@@ -90,18 +90,18 @@ class Clients(DaemonTest):
         self.assertEqual(text[-8:], f"{zlib.crc32(text[:-8].encode()):08X}")
         self.assertEqual(text[-10:-8], " #")
         # The request's number is covered by the CRC.
-        self.first.send(sealed("wait 0", "text,id=7"))
+        self.first.send(framed("wait 0", "text,id=7"))
         line = self.first.line()
         self.assertEqual(line[:-8], "OK #7,")
         self.assertEqual(line[-8:], f"{zlib.crc32(b'OK #7,'):08X}")
         # So is everything after @, and crc is its last option.
-        self.first.send(sealed("version", "json,id=8").replace("id=8", "id=9"))
+        self.first.send(framed("version", "json,id=8").replace("id=8", "id=9"))
         answer = json.loads(self.first.line())
         self.assertEqual((answer["error"], "id" in answer, "crc" in answer), ("CRC", False, True))
-        line = sealed("version", "text").replace("@text,", "@").replace(" ", ",text ", 1)
+        line = framed("version", "text").replace("@text,", "@").replace(" ", ",text ", 1)
         self.first.send(line)
         self.assertEqual(self.first.line()[:10], "ERR SYNTAX")
-        self.first.send(sealed("version", "text,id=1,once"))
+        self.first.send(framed("version", "text,id=1,once"))
         self.assertEqual(self.first.line()[:13], "ERR RESTARTED")
 
     def test_watch(self):

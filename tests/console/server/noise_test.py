@@ -10,7 +10,7 @@ import unittest
 from urllib.parse import unquote
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal, sealed
+from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal, framed
 
 # All of it takes two minutes, mostly of waiting; without this a short part, always with the same noise.
 WHOLE = os.environ.get("VERGENCE_NOISE") == "whole"
@@ -201,18 +201,18 @@ class Noise(DaemonTest):
             answer = line.line()  # of the prompt
         self.assertEqual(line.ask("wait 0")[:7], "ERR CRC")
         self.assertEqual(line.ask("@json wait 0")[:7], '{"resul')
-        self.assertEqual(line.ask(sealed("wait 0", "text"))[:4], "OK #")
-        self.assertEqual(line.ask(sealed("wait 0", "text,once"))[:10], "ERR SYNTAX")
-        self.assertEqual(line.ask(sealed("wait 0", "text,id=4"))[:6], "OK #4,")
+        self.assertEqual(line.ask(framed("wait 0", "text"))[:4], "OK #")
+        self.assertEqual(line.ask(framed("wait 0", "text,once"))[:10], "ERR SYNTAX")
+        self.assertEqual(line.ask(framed("wait 0", "text,id=4"))[:6], "OK #4,")
         # Repeated, it is another request unless it has "once".
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.assertEqual(self.first.ask("record start sealed")[-1], "OK")
         for words in ("text,id=5", "text,id=6,once", "json,id=7,once"):
-            answers = {line.ask(sealed("wait 0.5", words)) for _ in range(3)}
+            answers = {line.ask(framed("wait 0.5", words)) for _ in range(3)}
             self.assertEqual(len(answers), 1, answers)
-        damaged = sealed("wait 0.6", "text,id=8,once").replace("0.6", "0.7")
+        damaged = framed("wait 0.6", "text,id=8,once").replace("0.6", "0.7")
         self.assertEqual(line.ask(damaged)[:7], "ERR CRC")
-        self.assertEqual(line.ask(sealed("wait 0.6", "text,id=8,once"))[:6], "OK #8,")
+        self.assertEqual(line.ask(framed("wait 0.6", "text,id=8,once"))[:6], "OK #8,")
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
         self.assertEqual(self.recorded("sealed"), ["wait 0.5"] * 5 + ["wait 0.6"])
         self.assertEqual(line.ask("@terminal"), "OK")

@@ -34,7 +34,7 @@ std::string hex(const std::string &text) {
 }
 
 // An answer with the number of the request that it answers.
-std::string sealed(int id, const std::string &inside) {
+std::string framed(int id, const std::string &inside) {
     const std::string line = "{\"id\": " + std::to_string(id) + ", \"result\": {" + inside +
                              "}, \"ok\": true, \"error\": \"OK\", \"message\": \"\"";
     return line + ", \"crc\": \"" + hex(line) + "\"}\n";
@@ -49,12 +49,12 @@ std::string answers(const std::string &text, bool fetch, std::string *content) {
         const std::string line = text.substr(at, end - at);
         const std::string rest = line.substr(std::min<std::size_t>(line.size(), 1));
         if (line[0] == '~') {
-            lines += sealed(++id, rest);
+            lines += framed(++id, rest);
         } else if (line[0] == '=') {
             std::string base64(rest.size() / 3 * 4 + 8, '\0');
             base64_encode(rest.data(), rest.size(), base64.data());
             lines +=
-                sealed(++id, "\"offset\": " + std::to_string(content->size()) + ", \"crc\": \"" +
+                framed(++id, "\"offset\": " + std::to_string(content->size()) + ", \"crc\": \"" +
                                  hex(rest) + "\", \"data\": \"" + base64.c_str() + "\"");
             *content += rest;
         } else {
@@ -65,7 +65,7 @@ std::string answers(const std::string &text, bool fetch, std::string *content) {
     if (!fetch) {
         return lines;
     }
-    return sealed(1, "\"size\": " + std::to_string(content->size()) + ", \"crc\": \"" +
+    return framed(1, "\"size\": " + std::to_string(content->size()) + ", \"crc\": \"" +
                          hex(*content) + "\"") +
            lines;
 }

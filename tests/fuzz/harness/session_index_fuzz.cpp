@@ -15,7 +15,7 @@
 namespace {
 
 // Each line of the input with the CRC that makes it count.
-std::string sealed(const std::string &text) {
+std::string framed(const std::string &text) {
     std::string all;
     std::uint32_t crc = 0;
     for (std::size_t at = 0; at < text.size();) {
@@ -68,6 +68,6 @@ void check(std::string text) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     const std::string text(reinterpret_cast<const char *>(data), size);
     check(text);
-    check(sealed(text));
+    check(framed(text));
     return 0;
 }

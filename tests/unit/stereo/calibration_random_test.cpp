@@ -175,9 +175,9 @@ TEST_CASE("mutated texts are refused or print back as they are") {
                     }
             }
         }
-        const bool sealed = whole(random, 0, 3) != 0 && text.rfind("crc32 ") != std::string::npos;
-        if (sealed) {
-            text = reseal(text);
+        const bool framed = whole(random, 0, 3) != 0 && text.rfind("crc32 ") != std::string::npos;
+        if (framed) {
+            text = reframe(text);
         }
         calibration parsed;
         calibration_fault fault{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/client/remote_seal.h"
+#include "daemon/client/remote_framing.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@ enum { CRC_DIGITS = 8, ID_DIGITS_MAX = 9 };
 static const char json_mark[] = ", \"crc\": \"";
 static const char json_id[] = "{\"id\": ";
 
-bool remote_seal_request(const char *words, const char *command, char *request) {
+bool remote_framing_request(const char *words, const char *command, char *request) {
     const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "\r@%s,", words);
     INVARIANT(begun > 0 && begun < REMOTE_REQUEST_BYTES);
     // The CRC covers neither itself nor what comes before and after the line.
@@ -42,23 +42,24 @@ static bool read_crc(const char *text, uint32_t *crc) {
 static const char *find_json(const char *line) {
     const size_t length = strlen(line);
     const size_t bytes = sizeof json_mark - 1 + CRC_DIGITS + 2;
-    const char *seal = length > bytes ? line + length - bytes : NULL;
-    const bool found = seal != NULL && strncmp(seal, json_mark, sizeof json_mark - 1) == 0 &&
+    const char *crc_text = length > bytes ? line + length - bytes : NULL;
+    const bool found = crc_text != NULL &&
+                       strncmp(crc_text, json_mark, sizeof json_mark - 1) == 0 &&
                        strcmp(line + length - 2, "\"}") == 0;
-    return found ? seal : NULL;
+    return found ? crc_text : NULL;
 }
 
-bool remote_seal_fits_json(const char *line) {
-    const char *seal = find_json(line);
+bool remote_framing_fits_json(const char *line) {
+    const char *crc_text = find_json(line);
     uint32_t crc = 0;
-    return seal != NULL && read_crc(seal + sizeof json_mark - 1, &crc) &&
-           crc == crc_update(0, line, (size_t)(seal - line));
+    return crc_text != NULL && read_crc(crc_text + sizeof json_mark - 1, &crc) &&
+           crc == crc_update(0, line, (size_t)(crc_text - line));
 }
 
-void remote_seal_strip_json(char *line) {
-    const char *seal = find_json(line);
-    INVARIANT(seal != NULL);
-    strcpy(line + (seal - line), "}");
+void remote_framing_strip_json(char *line) {
+    const char *crc_text = find_json(line);
+    INVARIANT(crc_text != NULL);
+    strcpy(line + (crc_text - line), "}");
     if (strncmp(line, json_id, sizeof json_id - 1) == 0) {
         const char *comma = strstr(line, ", ");
         const char *rest = comma != NULL ? comma + 2 : line + strlen(line) - 1;
@@ -69,7 +70,7 @@ void remote_seal_strip_json(char *line) {
 /// Parses what is between # and the digits of the CRC: nothing, or a request id and a comma.
 static bool read_id(const char *text, const char *end, int32_t *id) {
     const size_t digits = strspn(text, "0123456789");
-    *id = REMOTE_SEAL_NO_ID;
+    *id = REMOTE_FRAMING_NO_ID;
     if (text == end) {
         return true;
     }
@@ -80,22 +81,22 @@ static bool read_id(const char *text, const char *end, int32_t *id) {
     return true;
 }
 
-enum remote_seal remote_seal_take_text(char *line, uint32_t crc, int32_t *id) {
+enum remote_framing remote_framing_take_text(char *line, uint32_t crc, int32_t *id) {
     const size_t length = strlen(line);
     char *const begin = strrchr(line, '#');
     if (begin == NULL || begin == line || begin[-1] != ' ' || length < CRC_DIGITS + 1) {
-        return REMOTE_SEAL_NONE;
+        return REMOTE_FRAMING_NONE;
     }
     const char *const digits = line + length - CRC_DIGITS;
     uint32_t stated = 0;
-    int32_t stated_id = REMOTE_SEAL_NO_ID;
+    int32_t stated_id = REMOTE_FRAMING_NO_ID;
     if (!read_id(begin + 1, digits, &stated_id) || !read_crc(digits, &stated)) {
-        return REMOTE_SEAL_NONE;
+        return REMOTE_FRAMING_NONE;
     }
     if (crc_update(crc, line, (size_t)(digits - line)) != stated) {
-        return REMOTE_SEAL_DAMAGED;
+        return REMOTE_FRAMING_DAMAGED;
     }
     *id = stated_id;
     begin[-1] = '\0';
-    return REMOTE_SEAL_WHOLE;
+    return REMOTE_FRAMING_WHOLE;
 }

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client/remote.h"
-#include "daemon/client/remote_seal.h"
+#include "daemon/client/remote_framing.h"
 
 enum {
     TRIES = 12,
@@ -85,14 +85,14 @@ static void keep_line(struct hearing *self, const char *line) {
 
 /// Processes a line of a text answer.
 static enum outcome hear_text(struct hearing *self, char *line) {
-    int32_t id = REMOTE_SEAL_NO_ID;
+    int32_t id = REMOTE_FRAMING_NO_ID;
     const uint32_t crc = crc_update(0, self->text, self->length);
-    const enum remote_seal seal = remote_seal_take_text(line, crc, &id);
-    if (seal == REMOTE_SEAL_DAMAGED) {
+    const enum remote_framing framing = remote_framing_take_text(line, crc, &id);
+    if (framing == REMOTE_FRAMING_DAMAGED) {
         note_damage(self);
         return GOES_ON;
     }
-    if (seal == REMOTE_SEAL_NONE) {
+    if (framing == REMOTE_FRAMING_NONE) {
         keep_line(self, line);
         return GOES_ON;
     }
@@ -100,7 +100,7 @@ static enum outcome hear_text(struct hearing *self, char *line) {
     self->length = 0;
     if (id != self->remote->id) {
         // The answer to another request, or a report that this one was damaged.
-        const bool refused = id == REMOTE_SEAL_NO_ID && strncmp(line, "ERR CRC ", 8) == 0;
+        const bool refused = id == REMOTE_FRAMING_NO_ID && strncmp(line, "ERR CRC ", 8) == 0;
         return refused ? NOT_RECEIVED : GOES_ON;
     }
     const bool ok = strcmp(line, "OK") == 0;
@@ -114,11 +114,11 @@ static enum outcome hear_text(struct hearing *self, char *line) {
 
 /// Processes a line of a JSON answer.
 static enum outcome hear_json(struct hearing *self, char *line) {
-    int64_t id = REMOTE_SEAL_NO_ID;
+    int64_t id = REMOTE_FRAMING_NO_ID;
     char error[32] = "";
     char event[32] = "";
     const struct json_value all = json_reader_parse(line, strlen(line));
-    if (all.text == NULL || !remote_seal_fits_json(line)) {
+    if (all.text == NULL || !remote_framing_fits_json(line)) {
         note_damage(self);
         return GOES_ON;
     }
@@ -126,13 +126,14 @@ static enum outcome hear_json(struct hearing *self, char *line) {
     json_reader_text(json_reader_member(all, "error"), error, sizeof error);
     json_reader_text(json_reader_member(all, "event"), event, sizeof event);
     if (id != self->remote->id) {
-        const bool refused = id == REMOTE_SEAL_NO_ID && strcmp(error, error_name(ERROR_CRC)) == 0;
+        const bool refused =
+            id == REMOTE_FRAMING_NO_ID && strcmp(error, error_name(ERROR_CRC)) == 0;
         return refused ? NOT_RECEIVED : GOES_ON;
     }
     const bool ok = json_reader_true(json_reader_member(all, "ok"));
     self->rounds = self->rounds || strcmp(event, "watch") == 0;
     if (!ok || !needs_rounds(self)) {
-        remote_seal_strip_json(line);
+        remote_framing_strip_json(line);
         show_line(self, line);
     }
     return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
@@ -202,7 +203,7 @@ static enum outcome repeat(struct hearing *self, const char *request, bool *perh
     return outcome;
 }
 
-int remote_ask_sealed(struct remote *self, const char *command, remote_show *show, void *cookie,
+int remote_ask_framed(struct remote *self, const char *command, remote_show *show, void *cookie,
                       struct message *message) {
     struct hearing hearing = {.remote = self, .show = show, .cookie = cookie};
     char request[REMOTE_REQUEST_BYTES];
@@ -211,7 +212,7 @@ int remote_ask_sealed(struct remote *self, const char *command, remote_show *sho
     self->id = remote_next_id(self);
     snprintf(words, sizeof words, "%sprogress,id=%" PRId32 ",once", self->json ? "json," : "",
              self->id);
-    if (!remote_seal_request(words, command, request)) {
+    if (!remote_framing_request(words, command, request)) {
         return message_set(message, ERROR_SYNTAX, "command too long");
     }
     hearing.text = malloc(REMOTE_LINE_BYTES);
