@@ -129,7 +129,7 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
         bool extra = false;
         const uint64_t now_us = monotonic_now_us();
         // On a serial line any data or keepalive restarts the wait.
-        since_us = line->serial && line->heard_us > since_us ? line->heard_us : since_us;
+        since_us = line->serial && line->last_rx_us > since_us ? line->last_rx_us : since_us;
         const int64_t left_ms = limit_ms - (int64_t)((now_us - since_us) / MONOTONIC_US_IN_MS);
         if (limit_ms >= 0 && left_ms <= 0) {
             return ERROR_TIMEOUT;

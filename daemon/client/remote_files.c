@@ -30,9 +30,9 @@ static const char *without_end(const char *name, char *text) {
 static bool is_directory(struct remote *self, const char *name) {
     char command[REMOTE_REQUEST_BYTES];
     struct json_value result;
-    struct message unheard;
+    struct message ignored;
     return remote_files_command(name, NULL, command) &&
-           remote_call(self, command, &result, &unheard) == 0;
+           remote_call(self, command, &result, &ignored) == 0;
 }
 
 /// Carries out "fetch" or "send"; `other` is the second name.

@@ -31,7 +31,7 @@ enum outcome {
 };
 
 /// An answer being received.
-struct hearing {
+struct receiving {
     struct remote *remote;
     remote_show *show;
     void *cookie;
@@ -42,20 +42,20 @@ struct hearing {
     bool rounds;  ///< of a watch have arrived
 };
 
-static void note_damage(struct hearing *self) {
+static void note_damage(struct receiving *self) {
     self->damaged = true;
     self->ever_damaged = true;
     self->length = 0;
 }
 
 /// Shows a verified line.
-static void show_line(struct hearing *self, const char *line) {
+static void show_line(struct receiving *self, const char *line) {
     remote_progress(self->remote, "", 0, 0);
     self->show(self->remote, self->cookie, line);
 }
 
 /// Shows the first `length` bytes of lines, now verified.
-static void show_lines(struct hearing *self, size_t length) {
+static void show_lines(struct receiving *self, size_t length) {
     for (size_t at = 0; at < length;) {
         char *line = self->text + at;
         char *end = memchr(line, '\n', length - at);
@@ -67,12 +67,12 @@ static void show_lines(struct hearing *self, size_t length) {
 }
 
 /// Whether a successful watch may have lost rounds.
-static bool needs_rounds(const struct hearing *self) {
+static bool needs_rounds(const struct receiving *self) {
     return self->rounds && self->ever_damaged;
 }
 
 /// Keeps a line until its CRC arrives with the last line; progress is shown at once.
-static void keep_line(struct hearing *self, const char *line) {
+static void keep_line(struct receiving *self, const char *line) {
     const size_t bytes = strlen(line) + 1;
     if (bytes > REMOTE_LINE_BYTES - self->length) {
         note_damage(self);
@@ -84,7 +84,7 @@ static void keep_line(struct hearing *self, const char *line) {
 }
 
 /// Processes a line of a text answer.
-static enum outcome hear_text(struct hearing *self, char *line) {
+static enum outcome receive_text(struct receiving *self, char *line) {
     int32_t id = REMOTE_FRAMING_NO_ID;
     const uint32_t crc = crc_update(0, self->text, self->length);
     const enum remote_framing framing = remote_framing_take_text(line, crc, &id);
@@ -113,7 +113,7 @@ static enum outcome hear_text(struct hearing *self, char *line) {
 }
 
 /// Processes a line of a JSON answer.
-static enum outcome hear_json(struct hearing *self, char *line) {
+static enum outcome receive_json(struct receiving *self, char *line) {
     int64_t id = REMOTE_FRAMING_NO_ID;
     char error[32] = "";
     char event[32] = "";
@@ -140,10 +140,10 @@ static enum outcome hear_json(struct hearing *self, char *line) {
 }
 
 /// Waits for the answer as long as keepalives arrive.
-static enum outcome hear(struct hearing *self) {
+static enum outcome receive(struct receiving *self) {
     const struct remote_line *line = &self->remote->line;
     enum outcome outcome = GOES_ON;
-    uint64_t from = line->heard_bytes;
+    uint64_t from = line->rx_bytes;
     self->length = 0;
     self->damaged = false;
     while (outcome == GOES_ON) {
@@ -153,17 +153,17 @@ static enum outcome hear(struct hearing *self) {
         if (error != 0) {
             return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
         }
-        outcome = self->remote->json ? hear_json(self, text) : hear_text(self, text);
+        outcome = self->remote->json ? receive_json(self, text) : receive_text(self, text);
         // No valid answer is that long.
-        if (outcome == GOES_ON && line->heard_bytes - from > RUBBISH_BYTES) {
+        if (outcome == GOES_ON && line->rx_bytes - from > RUBBISH_BYTES) {
             return UNANSWERED;
         }
-        from = self->rounds && !self->damaged ? line->heard_bytes : from;
+        from = self->rounds && !self->damaged ? line->rx_bytes : from;
     }
     return outcome;
 }
 
-static int conclude(const struct hearing *self, enum outcome outcome, bool perhaps,
+static int conclude(const struct receiving *self, enum outcome outcome, bool perhaps,
                     struct message *message) {
     const char *const doubt = perhaps ? "; it is unknown whether the command was executed" : "";
     if (outcome == ANSWERED_OK && needs_rounds(self)) {
@@ -185,17 +185,17 @@ static int conclude(const struct hearing *self, enum outcome outcome, bool perha
 
 /// Sends the request until its outcome is known, or the peer is gone. `perhaps`: it may have been
 /// executed.
-static enum outcome repeat(struct hearing *self, const char *request, bool *perhaps) {
+static enum outcome repeat(struct receiving *self, const char *request, bool *perhaps) {
     struct remote *remote = self->remote;
     enum outcome outcome = UNANSWERED;
     int silent = 0;
     for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(remote); i++) {
-        const uint64_t before = remote->line.heard_bytes;
+        const uint64_t before = remote->line.rx_bytes;
         // A failed send counts as not received.
         const bool sent = remote_line_send(&remote->line, request, strlen(request));
-        outcome = sent ? hear(self) : BROKEN;
+        outcome = sent ? receive(self) : BROKEN;
         *perhaps = *perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
-        silent = remote->line.heard_bytes == before ? silent + 1 : 0;
+        silent = remote->line.rx_bytes == before ? silent + 1 : 0;
         if (outcome != UNANSWERED && outcome != NOT_RECEIVED) {
             break;
         }
@@ -205,7 +205,7 @@ static enum outcome repeat(struct hearing *self, const char *request, bool *perh
 
 int remote_ask_framed(struct remote *self, const char *command, remote_show *show, void *cookie,
                       struct message *message) {
-    struct hearing hearing = {.remote = self, .show = show, .cookie = cookie};
+    struct receiving receiving = {.remote = self, .show = show, .cookie = cookie};
     char request[REMOTE_REQUEST_BYTES];
     char words[64];
     bool perhaps = false;
@@ -215,12 +215,12 @@ int remote_ask_framed(struct remote *self, const char *command, remote_show *sho
     if (!remote_framing_request(words, command, request)) {
         return message_set(message, ERROR_SYNTAX, "command too long");
     }
-    hearing.text = malloc(REMOTE_LINE_BYTES);
-    if (hearing.text == NULL) {
+    receiving.text = malloc(REMOTE_LINE_BYTES);
+    if (receiving.text == NULL) {
         return message_set(message, ERROR_MEMORY, "out of memory");
     }
-    const enum outcome outcome = repeat(&hearing, request, &perhaps);
+    const enum outcome outcome = repeat(&receiving, request, &perhaps);
     remote_progress(self, "", 0, 0);
-    free(hearing.text);
-    return conclude(&hearing, outcome, perhaps, message);
+    free(receiving.text);
+    return conclude(&receiving, outcome, perhaps, message);
 }

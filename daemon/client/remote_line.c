@@ -254,8 +254,8 @@ static void take_in(struct remote_line *self, size_t bytes) {
             self->data[kept++] = self->data[at];
         }
     }
-    self->heard_us = monotonic_now_us();
-    self->heard_bytes += kept - self->filled;
+    self->last_rx_us = monotonic_now_us();
+    self->rx_bytes += kept - self->filled;
     self->filled = kept;
 }
 

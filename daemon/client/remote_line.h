@@ -26,9 +26,9 @@ struct remote_line {
     uint64_t opened_us;  ///< monotonic: when opening began
     char *data;          ///< REMOTE_LINE_BYTES of it
     size_t used, filled;
-    bool skipping;         ///< skipping the rest of a line that was too long
-    uint64_t heard_us;     ///< monotonic: last receipt of anything, keepalives included
-    uint64_t heard_bytes;  ///< bytes received in total, without keepalives
+    bool skipping;        ///< skipping the rest of a line that was too long
+    uint64_t last_rx_us;  ///< monotonic: last receipt of anything, keepalives included
+    uint64_t rx_bytes;    ///< bytes received in total, without keepalives
 };
 
 /// Opens `where`: unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). On a

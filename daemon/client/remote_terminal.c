@@ -21,7 +21,7 @@ struct terminal {
     struct editor editor;
     char ahead[AHEAD_BYTES];  ///< typed ahead, not yet processed
     size_t ahead_begin, ahead_end;
-    bool deaf;  ///< overflow: input is discarded up to the end of a line
+    bool input_paused;  ///< overflow: input is discarded up to the end of a line
     bool ended, broken;
 };
 
@@ -39,21 +39,21 @@ static void listen(struct terminal *self, bool runs) {
     for (ssize_t i = 0; i < bytes; i++) {
         if (data[i] == CTRL_C) {
             self->ahead_begin = self->ahead_end = 0;
-            self->deaf = false;
+            self->input_paused = false;
         }
         if (data[i] == CTRL_C && runs) {
             // Send it again if the first one had no effect.
             self->remote->interrupted = false;
             remote_interrupt(self->remote);
-        } else if (self->deaf) {
-            self->deaf = runs || data[i] != '\r';
+        } else if (self->input_paused) {
+            self->input_paused = runs || data[i] != '\r';
         } else {
             self->ahead[self->ahead_end++] = data[i];
         }
         if (self->ahead_end == sizeof self->ahead) {
             // Discard the rest of a cut line, which must not be taken for a command.
             self->ahead_begin = self->ahead_end = 0;
-            self->deaf = true;
+            self->input_paused = true;
             fputc(BELL, stdout);
             fflush(stdout);
         }
@@ -171,14 +171,14 @@ int remote_terminal(struct remote *remote) {
     struct message message;
     INVARIANT(!remote->json);
     *self = (struct terminal){.remote = remote};
-    const int heard = remote_ask(remote, "version", print_rejection, NULL, &message);
-    if (heard < 0) {
+    const int received = remote_ask(remote, "version", print_rejection, NULL, &message);
+    if (received < 0) {
         fputs("vergence: ", stderr);
         printable_print(stderr, message.text);
         fputc('\n', stderr);
     }
-    if (heard != 0) {
-        return heard < 0 ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
+    if (received != 0) {
+        return received < 0 ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
     }
     editor_init(&self->editor, send_to_screen, complete, self, "vergence> ");
     if (tcgetattr(STDIN_FILENO, &settings) != 0) {

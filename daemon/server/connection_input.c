@@ -34,17 +34,17 @@ size_t connection_input_room(const struct connection *self) {
     }
     // Short commands free the buffer soon: pasted input may wait for them.
     const bool listens = self->kind == CONNECTION_TERMINAL && connection_is_busy(self) &&
-                         (self->overflowed || monotonic_now_us() - self->heard_us > PATIENCE_US);
+                         (self->overflowed || monotonic_now_us() - self->last_rx_us > PATIENCE_US);
     return self->overflowed || (listens && self->input_bytes == sizeof self->input)
                ? sizeof self->input
                : sizeof self->input - self->input_bytes;
 }
 
 bool connection_input_is_overflowing(const struct connection *self) {
-    return self->overflowed && monotonic_now_us() - self->heard_us <= QUIET_US;
+    return self->overflowed && monotonic_now_us() - self->last_rx_us <= QUIET_US;
 }
 
-bool connection_input_is_deaf(const struct connection *self) {
+bool connection_input_is_paused(const struct connection *self) {
     return self->used && !self->ended && !self->gone && connection_is_busy(self) &&
            connection_input_room(self) == 0;
 }
@@ -136,11 +136,11 @@ void connection_input_receive(struct connection *self, const char *data, size_t 
             self->input[self->input_bytes++] = data[i];
         }
     }
-    self->heard_us = monotonic_now_us();
+    self->last_rx_us = monotonic_now_us();
     self->ended = self->ended || end;
 }
 
-void connection_input_look_ahead(struct connection *self, const char *data, size_t bytes) {
+void connection_input_peek(struct connection *self, const char *data, size_t bytes) {
     if (!self->ctrl_c_ahead && memchr(data, CTRL_C, bytes) != NULL) {
         self->ctrl_c_ahead = true;
         cancel_job(self);
@@ -176,18 +176,18 @@ static void receive(struct connection *self) {
 }
 
 /// A Ctrl-C may be pending behind what a client has sent ahead. On a pipe it cannot be seen.
-static void look_ahead(struct connection *self) {
+static void peek(struct connection *self) {
     char data[LOOK_BYTES];
     const ssize_t bytes = recv(self->in_fd, data, sizeof data, MSG_PEEK | MSG_DONTWAIT);
     if (bytes > 0) {
-        connection_input_look_ahead(self, data, (size_t)bytes);
+        connection_input_peek(self, data, (size_t)bytes);
     }
 }
 
 void connection_input_take(struct connection *self, short input, uint64_t now_us) {
-    if (connection_input_is_deaf(self) && now_us - self->looked_us >= LOOK_US) {
+    if (connection_input_is_paused(self) && now_us - self->looked_us >= LOOK_US) {
         self->looked_us = now_us;
-        look_ahead(self);
+        peek(self);
     }
     if ((input & POLLIN) != 0 && connection_input_room(self) > 0) {
         receive(self);

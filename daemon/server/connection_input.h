@@ -18,9 +18,9 @@ size_t connection_input_room(const struct connection *self);
 /// reported.
 void connection_input_receive(struct connection *self, const char *data, size_t bytes, bool end);
 /// Whether a command runs that a Ctrl-C behind the full input could not cancel.
-bool connection_input_is_deaf(const struct connection *self);
+bool connection_input_is_paused(const struct connection *self);
 /// Examines bytes that are pending but not read: a Ctrl-C among them takes effect now.
-void connection_input_look_ahead(struct connection *self, const char *data, size_t bytes);
+void connection_input_peek(struct connection *self, const char *data, size_t bytes);
 
 /// Whether dropped input may still be arriving: more of it came just now.
 bool connection_input_is_overflowing(const struct connection *self);

@@ -67,7 +67,7 @@ struct connection {
     size_t refused_bytes;  ///< of these, bytes of lines that were followed by a Ctrl-C
     bool ctrl_c_ahead;     ///< a Ctrl-C follows more lines than fit
     uint64_t looked_us;    ///< when a Ctrl-C was last searched for
-    uint64_t heard_us;     ///< when input was last received
+    uint64_t last_rx_us;   ///< when input was last received
     bool skipping;         ///< dropping the rest of a line that was too long
     bool overflowed;  ///< terminals only: input that arrived after the buffer filled was dropped
     bool dropping;    ///< the dropped input ends in the middle of a line

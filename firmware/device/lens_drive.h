@@ -48,7 +48,7 @@ struct lens_drive_operations {
     /// Reads all LENS_AXES axes at once; missing axes read 0.
     int (*read)(void *self, uint64_t deadline_us, struct lens_reading *readings);
     /// Time when the controller last sent anything, valid or not; 0: never.
-    uint64_t (*heard)(const void *self);
+    uint64_t (*last_rx)(const void *self);
 };
 
 /// A lens with motors. The driver owns what `self` points to, which must outlive all users.

@@ -144,7 +144,7 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
         return error == ERROR_TIMEOUT ? ERROR_OK : error;
     }
     INVARIANT(count <= sizeof bytes);
-    self->quiet_us = self->heard_us = now_us(self);
+    self->quiet_us = self->last_rx_us = now_us(self);
     for (size_t i = 0; i < count; i++) {
         switch (lens_v3lc_answer_take(&self->answer, self->single, bytes[i])) {
             case LENS_V3LC_ANSWER:
@@ -281,9 +281,9 @@ static int stop(void *self, uint64_t deadline_us) {
     return ERROR_UNSUPPORTED;
 }
 
-static uint64_t heard(const void *self) {
+static uint64_t last_rx(const void *self) {
     const struct lens_v3lc_lens *lens = self;
-    return lens->controller->heard_us;
+    return lens->controller->last_rx_us;
 }
 
 void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
@@ -302,7 +302,7 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
 }
 
 struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number) {
-    static const struct lens_drive_operations operations = {open, limits, go, stop, read, heard};
+    static const struct lens_drive_operations operations = {open, limits, go, stop, read, last_rx};
     INVARIANT(number < LENS_V3LC_LENSES && (number == 0 || !self->single));
     return (struct lens_drive){.operations = &operations, .self = &self->lenses[number]};
 }

@@ -64,8 +64,8 @@ struct lens_v3lc {
     bool spoilt;   ///< its answer came and was invalid
     bool broken;   ///< the next line to the controller begins with the rest of a truncated one
     uint32_t patience_us;
-    uint64_t quiet_us;  ///< time of the last byte in either direction
-    uint64_t heard_us;  ///< time of its last byte; 0: none
+    uint64_t quiet_us;    ///< time of the last byte in either direction
+    uint64_t last_rx_us;  ///< time of its last byte; 0: none
     struct lens_v3lc_answer answer;
     int16_t believed[LENS_V3LC_VALUES];  ///< duration of the last answer
     struct lens_v3lc_counts counts;

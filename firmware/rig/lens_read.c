@@ -75,9 +75,9 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
 
 int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
     const struct lens_drive *lens = &self->lens[side];
-    const uint64_t heard_us = lens->operations->heard(lens->self);
+    const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
     const bool silent =
-        now_us - (heard_us > since_us ? heard_us : since_us) >= LENS_READ_SILENCE_US;
+        now_us - (last_rx_us > since_us ? last_rx_us : since_us) >= LENS_READ_SILENCE_US;
     if (!silent && now_us - since_us < LENS_READ_NONSENSE_US) {
         return ERROR_OK;
     }

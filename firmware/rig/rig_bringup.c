@@ -251,8 +251,8 @@ static int open_sensor(struct rig *self, unsigned side) {
 // answering earlier questions, those of another program, or be on a slow line.
 static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
                              uint64_t patience_us) {
-    const uint64_t heard_us = lens->operations->heard(lens->self);
-    const uint64_t silent_us = (heard_us > since_us ? heard_us : since_us) + patience_us;
+    const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
+    const uint64_t silent_us = (last_rx_us > since_us ? last_rx_us : since_us) + patience_us;
     const uint64_t max_us = since_us + patience_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
     return silent_us < max_us ? silent_us : max_us;
 }

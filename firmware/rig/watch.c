@@ -16,7 +16,7 @@ uint64_t watch_now_us(const struct rig *self) {
     return self->ports.clock->operations->now_us(self->ports.clock->self);
 }
 
-static bool hungry(const struct rig *self, uint64_t now_us) {
+static bool feed_is_due(const struct rig *self, uint64_t now_us) {
     const bool alive = self->profile.bridge && self->state == RIG_READY;
     const uint64_t period_us = (uint64_t)self->profile.watchdog_ms * US_PER_MS;
     return alive && period_us > 0 && now_us - self->fed_us >= period_us / FEEDS_PER_PERIOD;
@@ -37,7 +37,7 @@ void watch_fed(struct rig *self) {
 
 int watch_feed(struct rig *self) {
     const uint64_t now_us = watch_now_us(self);
-    if (!hungry(self, now_us)) {
+    if (!feed_is_due(self, now_us)) {
         return ERROR_OK;
     }
     const int error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_watchdog_feed(&self->bridge));

@@ -62,7 +62,7 @@ class Endurance:
         self.chance = random.Random(seed)
         self.faulty = 0  # commands until faults are repaired; 0: no faults
         self.ready = False
-        self.deaf = []
+        self.input_paused = []
         self.told, self.bringups, self.commands, self.cancelled = 0, 0, 0, 0
         self.gap_ms, self.base = 0.0, None
         self.began_s, self.at_s = 0.0, 0.0
@@ -255,7 +255,7 @@ class Endurance:
             client.send(400 * b"help\n")
         except OSError:
             pass
-        self.deaf.append(client)
+        self.input_paused.append(client)
 
     def send_rubbish(self):
         with self.new_client() as client:
@@ -291,9 +291,9 @@ class Endurance:
     def settle(self):
         """Only one client, no recording and no faults."""
         self.mend()
-        for client in self.deaf:
+        for client in self.input_paused:
             client.socket.close()
-        self.deaf = []
+        self.input_paused = []
         self.ask("record stop")
         self.ask("wait 1")
         health = self.ask("health")["result"]

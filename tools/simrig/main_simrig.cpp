@@ -219,7 +219,7 @@ std::string hint_of(std::string text, const std::string &name) {
     return text.empty() ? text : text + "\n";
 }
 
-void must_be_heard() {
+void must_be_received() {
     if (std::fflush(stdout) != 0) {
         throw std::runtime_error(std::string("cannot write standard output: ") +
                                  std::strerror(errno));
@@ -248,7 +248,7 @@ int serve(const Options &options, const Plan &plan) {
     Server server(listener, *session, plan.head.rig, tick);
     std::printf("listening on %s\n%s", listener.name().c_str(),
                 hint_of(options.hint, listener.name()).c_str());
-    must_be_heard();
+    must_be_received();
     server.run(stop_pipe[0]);
     return session->log_failed() ? 1 : 0;
 }
@@ -285,7 +285,7 @@ int main(int count, char **arguments) {
     }
     try {
         const int code = run(parse_options(count, arguments));
-        must_be_heard();
+        must_be_received();
         return code;
     } catch (const WrongUsage &error) {
         return complain(std::string(error.what()) + "; see simrig --help", 2);

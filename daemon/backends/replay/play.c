@@ -284,7 +284,7 @@ static int play_event(struct play *self, struct message *message) {
 }
 
 /// Checks the whole index before anything is replayed.
-static int look_ahead(struct play *self, int parent, const char *path, struct message *message) {
+static int peek(struct play *self, int parent, const char *path, struct message *message) {
     struct play_outcome *outcome = self->outcome;
     uint32_t commands = 0;
     int got = session_reader_open(&self->session, parent, path, &self->event, message);
@@ -307,7 +307,7 @@ static int look_ahead(struct play *self, int parent, const char *path, struct me
 }
 
 static int open_all(struct play *self, int parent, const char *path, struct message *message) {
-    int error = look_ahead(self, parent, path, message);
+    int error = peek(self, parent, path, message);
     if (error == 0) {
         error = replay_open(&self->replay, parent, path, NULL, message);
     }

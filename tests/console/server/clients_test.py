@@ -264,8 +264,8 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.ask("wait 0"), ["OK"])
 
     def test_a_client_that_never_reads(self):
-        deaf = self.client()
-        deaf.socket.settimeout(0.2)
+        input_paused = self.client()
+        input_paused.socket.settimeout(0.2)
         end = time.monotonic() + PATIENCE_S
         dropped = False
         while not dropped and time.monotonic() < end:
@@ -273,7 +273,7 @@ class Clients(DaemonTest):
             self.assertEqual(self.first.ask("version")[-1], "OK")
             self.assertLess(time.monotonic() - begin, 5)
             try:
-                deaf.socket.send(200 * b"help\n")
+                input_paused.socket.send(200 * b"help\n")
             except TimeoutError:
                 pass
             except OSError:

@@ -28,9 +28,9 @@ constexpr std::uint16_t kWidth = 4, kHeight = 2;
 struct Rig {
     std::string input;
     std::size_t at = 0;
-    bool greets = false;  // sends a valid greeting
-    std::string heard;    // a request's bytes
-    std::string reply;    // what is still to come of it
+    bool greets = false;   // sends a valid greeting
+    std::string received;  // a request's bytes
+    std::string reply;     // what is still to come of it
     bool raw = false;
 
     std::uint8_t byte() {
@@ -38,7 +38,7 @@ struct Rig {
     }
 
     void answer(std::int32_t status, const std::string &body) {
-        const auto *request = reinterpret_cast<const std::uint8_t *>(heard.data());
+        const auto *request = reinterpret_cast<const std::uint8_t *>(received.data());
         std::uint8_t head[SIMRIG_HEADER_BYTES + 4];
         sim_bytes_put_u32(head, static_cast<std::uint32_t>(4 + body.size()));
         sim_bytes_put_u16(head + 4,
@@ -52,7 +52,7 @@ struct Rig {
     void begin_reply() {
         raw = false;
         const std::uint16_t type =
-            sim_bytes_u16(reinterpret_cast<const std::uint8_t *>(heard.data()) + 4);
+            sim_bytes_u16(reinterpret_cast<const std::uint8_t *>(received.data()) + 4);
         if (type == SIMRIG_HELLO && greets) {
             answer(SIMRIG_OK, std::string("\1\0\0\0simrig", 10));
         } else if (at < input.size() && byte() % 2 == 0) {
@@ -64,11 +64,11 @@ struct Rig {
         } else {
             raw = true;
         }
-        heard.clear();
+        received.clear();
     }
 
     int receive(char *data, std::size_t bytes) {
-        if (reply.empty() && !heard.empty()) {
+        if (reply.empty() && !received.empty()) {
             begin_reply();
         }
         std::string &from = raw ? input : reply;
@@ -94,7 +94,7 @@ extern "C" {
 
 int sim_socket_connect(const char *, std::int64_t) {
     // Unread bytes of the previous connection are lost.
-    rig.heard.clear();
+    rig.received.clear();
     rig.reply.clear();
     rig.raw = false;
     return kSocket;
@@ -106,7 +106,7 @@ bool sim_socket_has_ended(int) {
 
 int sim_socket_send(int, const void *data, std::size_t bytes, std::int64_t) {
     if (rig.raw || rig.reply.empty()) {
-        rig.heard.append(static_cast<const char *>(data), bytes);
+        rig.received.append(static_cast<const char *>(data), bytes);
         return ERROR_OK;
     }
     FUZZ_CHECK(false);  // a reply is taken whole before the next request

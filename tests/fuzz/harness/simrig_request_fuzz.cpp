@@ -71,36 +71,36 @@ void check(const Message &message) {
     }
 }
 
-struct Heard {
+struct Received {
     std::vector<Message> messages;
     bool too_long = false;
 };
 
 // In pieces of `step` bytes.
-Heard hear(const std::uint8_t *data, std::size_t size, std::size_t step) {
+Received receive(const std::uint8_t *data, std::size_t size, std::size_t step) {
     Inbox inbox;
-    Heard heard;
-    for (std::size_t at = 0; at < size && !heard.too_long; at += step) {
+    Received received;
+    for (std::size_t at = 0; at < size && !received.too_long; at += step) {
         inbox.add(data + at, std::min(step, size - at));
         while (const std::optional<Message> message = inbox.next()) {
-            heard.messages.push_back(*message);
+            received.messages.push_back(*message);
         }
-        heard.too_long = inbox.too_long().has_value();
+        received.too_long = inbox.too_long().has_value();
     }
-    return heard;
+    return received;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
-    const Heard whole = hear(data, size, size + 1);
+    const Received whole = receive(data, size, size + 1);
     Body again;
     for (const Message &message : whole.messages) {
         check(message);
         append(again, message);
     }
     FUZZ_CHECK(again.size() <= size && std::equal(again.begin(), again.end(), data));
-    const Heard pieces = hear(data, size, 1 + size % 7);
+    const Received pieces = receive(data, size, 1 + size % 7);
     FUZZ_CHECK(pieces.too_long == whole.too_long);
     FUZZ_CHECK(pieces.messages.size() == whole.messages.size());
     for (std::size_t i = 0; i < whole.messages.size(); i++) {

@@ -89,12 +89,12 @@ void Server::wait_for_events(int stop_pipe) {
 // False: the client disconnected.
 bool Server::attend(Client &client, short seen) {
     Connection &connection = client.connection;
-    const bool may_be_heard = (seen & POLLIN) != 0;
+    const bool may_be_received = (seen & POLLIN) != 0;
     if ((seen & POLLERR) != 0 || (client.waits && (seen & (POLLRDHUP | POLLHUP)) != 0) ||
-        ((seen & POLLHUP) != 0 && !may_be_heard) || connection.overdue()) {
+        ((seen & POLLHUP) != 0 && !may_be_received) || connection.overdue()) {
         return false;
     }
-    if (may_be_heard && !connection.receive()) {
+    if (may_be_received && !connection.receive()) {
         client.silent = true;
     }
     serve(client);
