@@ -11,7 +11,7 @@
 static int open_sim(struct main_backends *self, const struct config *config,
                     struct rig_ports *ports, struct message *message) {
     const int error =
-        sim_backend_open(&self->sim, config->backend_place, SIM_CONNECTION_PATIENCE_MS);
+        sim_backend_open(&self->sim, config->backend_place, SIM_CONNECTION_TIMEOUT_MS);
     if (error != 0) {
         return message_set(message, error, "backend = sim %s: %s", config->backend_place,
                            self->sim.connection.text);

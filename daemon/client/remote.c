@@ -336,7 +336,7 @@ static int read_answer(struct remote *self, struct json_value answer, struct jso
 
 int remote_call(struct remote *self, const char *command, struct json_value *result,
                 struct message *message) {
-    const int patience_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
+    const int timeout_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     int error = ERROR_TIMEOUT;
     int silent = 0;
     self->refused = false;
@@ -353,7 +353,7 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
             return message_set(message, ERROR_SYNTAX, "command too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
-        error = sent ? take_answer(self, patience_ms, &answer) : ERROR_DEVICE;
+        error = sent ? take_answer(self, timeout_ms, &answer) : ERROR_DEVICE;
         if (error == ERROR_DEVICE) {
             return message_set(message, ERROR_DEVICE, "connection lost");
         }

@@ -22,7 +22,7 @@ bool connection_is_busy(const struct connection *self) {
 enum {
     CTRL_C = 3,
     BELL = 7,
-    PATIENCE_US = 1000000,    ///< for a command that may be a long one
+    TIMEOUT_US = 1000000,     ///< for a command that may be a long one
     LOOK_BYTES = 256 * 1024,  ///< more than a socket buffers
     LOOK_US = 200000,         ///< between two looks for a Ctrl-C
     QUIET_US = 300000         ///< after which pasted input has ended
@@ -34,7 +34,7 @@ size_t connection_input_room(const struct connection *self) {
     }
     // Short commands free the buffer soon: pasted input may wait for them.
     const bool listens = self->kind == CONNECTION_TERMINAL && connection_is_busy(self) &&
-                         (self->overflowed || monotonic_now_us() - self->last_rx_us > PATIENCE_US);
+                         (self->overflowed || monotonic_now_us() - self->last_rx_us > TIMEOUT_US);
     return self->overflowed || (listens && self->input_bytes == sizeof self->input)
                ? sizeof self->input
                : sizeof self->input - self->input_bytes;

@@ -239,8 +239,8 @@ static void end_silence(struct server *self, struct connection *client, uint64_t
 
 /// Drops a client that does not read its answers.
 static void end_stall(struct server *self, struct connection *client, uint64_t now_us) {
-    const uint64_t patience_us = (uint64_t)self->config->reader_timeout_s * 1000000;
-    const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > patience_us;
+    const uint64_t timeout_us = (uint64_t)self->config->reader_timeout_s * 1000000;
+    const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > timeout_us;
     // Nothing waits for a client on the daemon's own output, so it may read as slowly as it likes.
     const bool own = console_is_stdio(&self->console, client);
     if (client->gone || own || (!stalled && !output_overrun(&client->output))) {
@@ -337,7 +337,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
 }
 
 /// Time until something is due, in ms.
-static int patience_ms(const struct server *self, uint64_t now_us) {
+static int timeout_ms(const struct server *self, uint64_t now_us) {
     uint64_t due_us = now_us + (uint64_t)TICK_MS * 1000;
     // An overdue heartbeat waits for the instrument's thread and must not keep the loop spinning.
     const uint64_t notify_us = self->notified_us + self->notify_us;
@@ -384,7 +384,7 @@ static void turn(struct server *self) {
     struct pollfd fds[FDS_MAX];
     int at[CONFIG_CLIENTS_MAX + 1][2];
     const nfds_t count = gather(self, fds, at);
-    const int ready = poll(fds, count, patience_ms(self, monotonic_now_us()));
+    const int ready = poll(fds, count, timeout_ms(self, monotonic_now_us()));
     const uint64_t now_us = monotonic_now_us();
     if (ready < 0) {
         INVARIANT(errno == EINTR || errno == ENOMEM);

@@ -10,7 +10,7 @@ enum {
     UNANSWERED_MAX = 100,
     // Invalid data must not make questions come faster than the line can carry answers.
     MIN_GAP_US = 100000,
-    PATIENCE_MORE_US = 100000,
+    TIMEOUT_MORE_US = 100000,
     ALL_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS | 1 << LENS_IRIS,
     SINGLE_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS,
 };
@@ -96,11 +96,11 @@ static bool plausible(const struct lens_v3lc *self) {
     return true;
 }
 
-static void learn_patience(struct lens_v3lc *self, uint64_t took_us) {
-    const uint64_t wanted_us = 2 * took_us + PATIENCE_MORE_US;
-    self->patience_us = wanted_us < LENS_V3LC_PATIENCE_MIN_US   ? LENS_V3LC_PATIENCE_MIN_US
-                        : wanted_us > LENS_V3LC_PATIENCE_MAX_US ? LENS_V3LC_PATIENCE_MAX_US
-                                                                : (uint32_t)wanted_us;
+static void learn_timeout(struct lens_v3lc *self, uint64_t took_us) {
+    const uint64_t wanted_us = 2 * took_us + TIMEOUT_MORE_US;
+    self->timeout_us = wanted_us < LENS_V3LC_TIMEOUT_MIN_US   ? LENS_V3LC_TIMEOUT_MIN_US
+                       : wanted_us > LENS_V3LC_TIMEOUT_MAX_US ? LENS_V3LC_TIMEOUT_MAX_US
+                                                              : (uint32_t)wanted_us;
 }
 
 // A complete answer has arrived.
@@ -117,7 +117,7 @@ static void take_answer(struct lens_v3lc *self) {
         return;
     }
     if (lens->unanswered == 0) {  // otherwise it is not known which question this answers
-        learn_patience(self, now_us(self) - lens->last_us);
+        learn_timeout(self, now_us(self) - lens->last_us);
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
         self->believed[axis] = (axes_of(self) & 1u << axis) != 0 ? self->answer.values[axis] : 0;
@@ -162,10 +162,10 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
 
 // Deadline of the questions to a lens: the line was quiet for the timeout. If the line is never
 // quiet, the wait still ends.
-static uint64_t patience_ends_us(const struct lens_v3lc *self, const struct lens_v3lc_lens *lens) {
+static uint64_t timeout_at_us(const struct lens_v3lc *self, const struct lens_v3lc_lens *lens) {
     const uint64_t since_us = self->quiet_us > lens->last_us ? self->quiet_us : lens->last_us;
-    const uint64_t quiet_us = since_us + self->patience_us;
-    const uint64_t max_us = lens->last_us + LENS_V3LC_PATIENCE_MAX_US;
+    const uint64_t quiet_us = since_us + self->timeout_us;
+    const uint64_t max_us = lens->last_us + LENS_V3LC_TIMEOUT_MAX_US;
     return quiet_us < max_us ? quiet_us : max_us;
 }
 
@@ -175,9 +175,9 @@ static void note_silence(struct lens_v3lc *self) {
         return;
     }
     self->counts.silent++;
-    self->patience_us = 2 * self->patience_us < LENS_V3LC_PATIENCE_MAX_US
-                            ? 2 * self->patience_us
-                            : (uint32_t)LENS_V3LC_PATIENCE_MAX_US;
+    self->timeout_us = 2 * self->timeout_us < LENS_V3LC_TIMEOUT_MAX_US
+                           ? 2 * self->timeout_us
+                           : (uint32_t)LENS_V3LC_TIMEOUT_MAX_US;
     self->broken = true;  // the controller may be waiting for the end of a line
 }
 
@@ -192,7 +192,7 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
         const bool again = self->waiting;
         const bool open = again || lens->unanswered > 0;
         const uint64_t spoilt_us = lens->last_us + MIN_GAP_US;
-        const uint64_t until_us = again && self->spoilt ? spoilt_us : patience_ends_us(self, lens);
+        const uint64_t until_us = again && self->spoilt ? spoilt_us : timeout_at_us(self, lens);
         const uint64_t time_us = now_us(self);
         int error = ERROR_OK;
         if (time_us >= deadline_us) {
@@ -293,7 +293,7 @@ void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
         .uart = uart,
         .clock = clock,
         .single = single,
-        .patience_us = LENS_V3LC_PATIENCE_MIN_US,
+        .timeout_us = LENS_V3LC_TIMEOUT_MIN_US,
     };
     for (unsigned number = 0; number < LENS_V3LC_LENSES; number++) {
         self->lenses[number].controller = self;

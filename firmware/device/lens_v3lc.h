@@ -40,8 +40,8 @@ enum {
     LENS_V3LC_BEYOND = 40,
     /// An answer takes 57 ms at 9600 baud. A question without an answer is repeated after a
     /// timeout, which adapts within these limits.
-    LENS_V3LC_PATIENCE_MIN_US = 200000,
-    LENS_V3LC_PATIENCE_MAX_US = 1600000,
+    LENS_V3LC_TIMEOUT_MIN_US = 200000,
+    LENS_V3LC_TIMEOUT_MAX_US = 1600000,
 };
 
 /// Statistics of the line; all wrap.
@@ -63,7 +63,7 @@ struct lens_v3lc {
     uint8_t lens;  ///< its lens
     bool spoilt;   ///< its answer came and was invalid
     bool broken;   ///< the next line to the controller begins with the rest of a truncated one
-    uint32_t patience_us;
+    uint32_t timeout_us;
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none
     struct lens_v3lc_answer answer;

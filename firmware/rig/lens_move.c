@@ -329,7 +329,7 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
             return error;
         }
         const uint64_t now_us = watch_now_us(self);
-        error = lens_read_patience(self, mover->side, begin_us, now_us);
+        error = lens_read_timeout(self, mover->side, begin_us, now_us);
         if (error != ERROR_OK) {
             return error;
         }

@@ -73,7 +73,7 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
-int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
+int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
     const struct lens_drive *lens = &self->lens[side];
     const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
     const bool silent =
@@ -97,7 +97,7 @@ static int read_now(struct rig *self, unsigned side, struct lens_reading reading
         if (error != ERROR_TIMEOUT) {
             return error;
         }
-        error = lens_read_patience(self, side, since_us, watch_now_us(self));
+        error = lens_read_timeout(self, side, since_us, watch_now_us(self));
         error = error == ERROR_OK ? watch_look(self) : error;
         if (error != ERROR_OK) {
             return error;

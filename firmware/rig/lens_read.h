@@ -31,7 +31,7 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
 /// To be called after a try without a reading. Returns 0 while a reading requested at `since_us`
 /// may still come at `now_us`; ERROR_TIMEOUT with `trouble` set if the controller is silent or
 /// sends no valid replies.
-int lens_read_patience(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us);
+int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us);
 
 /// The part to name in messages.
 enum rig_part lens_read_part(unsigned side);

@@ -250,19 +250,19 @@ static int open_sensor(struct rig *self, unsigned side) {
 // Deadline for a lens first asked at `since_us`. A controller that sends something may still be
 // answering earlier questions, those of another program, or be on a slow line.
 static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
-                             uint64_t patience_us) {
+                             uint64_t timeout_us) {
     const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
-    const uint64_t silent_us = (last_rx_us > since_us ? last_rx_us : since_us) + patience_us;
-    const uint64_t max_us = since_us + patience_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
+    const uint64_t silent_us = (last_rx_us > since_us ? last_rx_us : since_us) + timeout_us;
+    const uint64_t max_us = since_us + timeout_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
     return silent_us < max_us ? silent_us : max_us;
 }
 
 // Waits in steps, as the time may be long.
-static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
+static int open_lens(struct rig *self, unsigned side, uint64_t timeout_us) {
     const struct lens_drive *lens = &self->lens[side];
     const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
     const uint64_t since_us = watch_now_us(self);
-    uint64_t deadline_us = since_us + patience_us;
+    uint64_t deadline_us = since_us + timeout_us;
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
         error = watch_look(self);
@@ -272,7 +272,7 @@ static int open_lens(struct rig *self, unsigned side, uint64_t patience_us) {
         const uint64_t step_us = watch_now_us(self) + LENS_STEP_US;
         const uint64_t until_us = step_us < deadline_us ? step_us : deadline_us;
         error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
-        deadline_us = lens_ends_us(lens, since_us, patience_us);
+        deadline_us = lens_ends_us(lens, since_us, timeout_us);
     }
     watch_used(self, part, error);
     if (error == ERROR_OK) {
@@ -290,16 +290,16 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
         return;
     }
     lens_v3lc_init(&self->v3lc, self->ports.lens_uart, self->ports.clock, single);
-    uint64_t patience_us = LENS_READ_SILENCE_US;
+    uint64_t timeout_us = LENS_READ_SILENCE_US;
     for (unsigned side = 0; side < (single ? 1u : (unsigned)RIG_SIDES); side++) {
         if (finding->first.error == ERROR_CANCELLED) {
             return;
         }
         self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
-        if (!note(self, finding, open_lens(self, side, patience_us))) {
+        if (!note(self, finding, open_lens(self, side, timeout_us))) {
             self->lens[side].operations = NULL;
-            patience_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
-                                          // reported soon enough
+            timeout_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
+                                         // reported soon enough
         }
     }
 }

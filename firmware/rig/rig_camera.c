@@ -9,16 +9,16 @@
 enum {
     // Time to wait for a frame: this many frame periods, for the one under way at the start, the
     // one wanted and one lost, plus this constant.
-    PATIENCE_FRAMES = 3,
-    PATIENCE_US = 250000,
+    TIMEOUT_FRAMES = 3,
+    TIMEOUT_US = 250000,
     // Webcams need up to this long from start to the first frame.
     FIRST_FRAME_US = 1700000,
     // Plus this many exposures: of the frame under way at the start, which may be lost, and of the
     // frame itself.
     FIRST_EXPOSURES = 2,
     SWITCH_LOOK_US = 5000,
-    SWITCH_PATIENCE_US = 600000,  // twice the longest limit of the bridge, plus frames
-    COUNT_FULL = 255,             // where the bridge's error counters saturate
+    SWITCH_TIMEOUT_US = 600000,  // twice the longest limit of the bridge, plus frames
+    COUNT_FULL = 255,            // where the bridge's error counters saturate
 };
 
 static uint64_t later(uint64_t a, uint64_t b) {
@@ -158,7 +158,7 @@ static int choose(struct rig *self, unsigned side) {
     struct fpga_bridge_source source;
     const uint64_t frame_us =
         later(rig_camera_frame_us(self, RIG_LEFT), rig_camera_frame_us(self, RIG_RIGHT));
-    const uint64_t deadline_us = watch_now_us(self) + 2 * frame_us + SWITCH_PATIENCE_US;
+    const uint64_t deadline_us = watch_now_us(self) + 2 * frame_us + SWITCH_TIMEOUT_US;
     bool asked = false;
     for (;;) {
         int error = failure_of_bridge(self, fpga_bridge_camera_source(&self->bridge, &source));
@@ -223,7 +223,7 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
         later(later(not_before_us, self->settled_us[side]), still_us(self, side));
     const uint64_t now_us = watch_now_us(self);
     uint64_t deadline_us =
-        later(begin_us, now_us) + PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
+        later(begin_us, now_us) + TIMEOUT_FRAMES * rig_camera_frame_us(self, side) + TIMEOUT_US;
     if (!self->profile.bridge) {
         deadline_us = later(deadline_us, self->started_us[side] + FIRST_FRAME_US);
     }

@@ -10,8 +10,8 @@
 enum {
     // Time to wait for a frame: this many of the longest frame periods, plus this constant. All
     // attempts together stay below two seconds if frames take 200 ms.
-    PATIENCE_FRAMES = 2,
-    PATIENCE_US = 100000,
+    TIMEOUT_FRAMES = 2,
+    TIMEOUT_US = 100000,
     HELD_MAX = 32,  // more frames than a driver can buffer
 };
 
@@ -47,7 +47,7 @@ static int failed(struct rig *self, unsigned side, int error) {
 // Deadline for a camera's frame of the last pulse.
 static uint64_t deadline_of(const struct rig *self, unsigned side) {
     return self->triggered_us + self->profile.trigger_us +
-           PATIENCE_FRAMES * rig_camera_frame_us(self, side) + PATIENCE_US;
+           TIMEOUT_FRAMES * rig_camera_frame_us(self, side) + TIMEOUT_US;
 }
 
 // Waits for a frame that was not complete by `after_us`, in steps so that the observer is called;
@@ -187,7 +187,7 @@ int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]) {
 int trigger_check_quiet(struct rig *self) {
     int error = drop_all(self);
     const uint64_t begin_us = watch_now_us(self);
-    const uint64_t end_us = begin_us + (uint64_t)PATIENCE_FRAMES * self->profile.frame_us;
+    const uint64_t end_us = begin_us + (uint64_t)TIMEOUT_FRAMES * self->profile.frame_us;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         struct hal_camera_frame frame;
         error = wait(self, side, begin_us, end_us, &frame);

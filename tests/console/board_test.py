@@ -13,7 +13,7 @@ import unittest
 import cv2
 import numpy
 
-from daemon_process import PATIENCE_S, SIMRIG, VERGENCE
+from daemon_process import TIMEOUT_S, SIMRIG, VERGENCE
 from fake_devices import DeviceTest
 
 ASK_AGAIN = os.environ.get("VERGENCE_ASK_AGAIN", "")
@@ -83,7 +83,7 @@ class Board(DeviceTest):
     def ask_again(self, calls, name):
         """Repeats the calls at another rig."""
         subprocess.run([ASK_AGAIN, self.simulate("other.sock"), os.path.join(self.files, name)],
-                       input="\n".join(calls) + "\n", text=True, check=True, timeout=PATIENCE_S)
+                       input="\n".join(calls) + "\n", text=True, check=True, timeout=TIMEOUT_S)
         return self.calls(name)
 
 
@@ -102,7 +102,7 @@ class Everything(Board):
         self.assertEqual(self.asked("record stop")["pairs"], 2)
         self.assertNotRegex(self.said(), "warning|error")
         done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, "r1")],
-                              capture_output=True, text=True, timeout=PATIENCE_S)
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertIn("r1: identical: ", done.stdout + done.stderr)
         calls = self.calls("r1")
         again = self.ask_again(calls, "again")

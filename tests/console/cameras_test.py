@@ -10,7 +10,7 @@ import unittest
 
 import cv2
 
-from daemon_process import PATIENCE_S, VERGENCED
+from daemon_process import TIMEOUT_S, VERGENCED
 from fake_devices import FRAME_US, DeviceTest, LensController, show, texture
 
 NOT_THERE = "No such file or directory; check that it is connected and its driver is loaded"
@@ -29,7 +29,7 @@ class TwoCameras(DeviceTest):
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, session)}", self.profile,
              "socket=none", f"files={self.files}", "store=none", "console=stdio", "confine=no",
-             *settings], input=script, text=True, capture_output=True, timeout=PATIENCE_S)
+             *settings], input=script, text=True, capture_output=True, timeout=TIMEOUT_S)
         self.assertEqual(done.stdout.count("OK\n"), script.count("\n"), done.stdout + done.stderr)
 
     def test_from_the_bring_up_to_a_pair(self):

@@ -18,7 +18,7 @@ import zlib
 VERGENCED = os.environ["VERGENCED"]
 VERGENCE = os.environ["VERGENCE_BOARD"]
 SIMRIG = os.environ.get("SIMRIG", "")
-PATIENCE_S = 60
+TIMEOUT_S = 60
 # Independent of the user that runs the tests: the system's defaults, with the log on standard
 # error.
 os.environ["STATE_DIRECTORY"] = "/var/lib/vergence"
@@ -85,7 +85,7 @@ class Terminal:
 
     def wait(self, condition):
         """Until condition(self) holds, or fails."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while not condition(self):
             if time.monotonic() > end:
                 raise AssertionError(f"never seen; the screen: {self.screen.lines[-8:]}")
@@ -115,7 +115,7 @@ class Client:
 
     def __init__(self, path):
         self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.settimeout(PATIENCE_S)
+        self.socket.settimeout(TIMEOUT_S)
         self.socket.connect(path)
         self.left = b""
 
@@ -214,7 +214,7 @@ class DaemonTest(unittest.TestCase):
 
     @staticmethod
     def wait_for(path):
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while not os.path.exists(path):
             assert time.monotonic() < end, f"{path} does not come"
             time.sleep(0.02)
@@ -225,7 +225,7 @@ class DaemonTest(unittest.TestCase):
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
             try:
-                process.wait(PATIENCE_S)
+                process.wait(TIMEOUT_S)
             except subprocess.TimeoutExpired:
                 process.kill()
                 raise
@@ -250,7 +250,7 @@ class DaemonTest(unittest.TestCase):
         """The shipped client."""
         return subprocess.run(
             [VERGENCE, "--connect", where or f"unix:{cls.path}", *words], capture_output=True,
-            text=True, timeout=2 * PATIENCE_S, **options)
+            text=True, timeout=2 * TIMEOUT_S, **options)
 
 
 def framed(command, words="json,id=1"):

@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, Terminal
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 TEXT = (ROOT / "daemon" / "README.md").read_text(encoding="utf-8")
@@ -27,7 +27,7 @@ def commands():
 class Settings(unittest.TestCase):
     def test_the_table_names_every_setting(self):
         help_config = subprocess.run([VERGENCED, "--help-config"], capture_output=True, text=True,
-                                     timeout=PATIENCE_S, check=True).stdout
+                                     timeout=TIMEOUT_S, check=True).stdout
         keys = {key for key in re.findall(r"^#?\s*([a-z0-9_.]+) = ", help_config, re.M)
                 if not key.startswith("rig.")}
         table = TEXT.split("## Settings")[1].split("### Profiles")[0]
@@ -54,7 +54,7 @@ class Commands(unittest.TestCase):
     def run_line(self, line):
         done = subprocess.run(["bash", "-c", line], cwd=self.folder, env=self.environment,
                               stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              timeout=4 * PATIENCE_S, check=False)
+                              timeout=4 * TIMEOUT_S, check=False)
         self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
 
     def begin(self, line, path):

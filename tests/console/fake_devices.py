@@ -13,7 +13,7 @@ import tty
 
 import numpy
 
-from daemon_process import PATIENCE_S, DaemonTest
+from daemon_process import TIMEOUT_S, DaemonTest
 
 LIBRARY = os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"]
 WIDTH, HEIGHT = 640, 480
@@ -166,7 +166,7 @@ class DeviceTest(DaemonTest):
 
     def assert_said(self, text):
         """Waits until the log contains this."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while text not in self.said() and time.monotonic() < end:
             time.sleep(0.02)
         self.assertIn(text, self.said())

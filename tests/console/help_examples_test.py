@@ -14,7 +14,7 @@ import numpy
 
 from as_user import AS_USER, VERGENCE, UserTest
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, SIMRIG, VERGENCED, Terminal
+from daemon_process import TIMEOUT_S, SIMRIG, VERGENCED, Terminal
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 sys.path.insert(0, str(ROOT / "tests" / "command"))
@@ -35,7 +35,7 @@ NOT_RUN = {}
 
 
 def page_of(*words):
-    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=PATIENCE_S,
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=TIMEOUT_S,
                           check=True)
     return done.stdout
 
@@ -87,7 +87,7 @@ class Examples(UserTest):
             if "listening on" in told or "serving" in told:
                 program.send_signal(signal.SIGTERM)
         program.stdout.close()
-        self.assertEqual(program.wait(PATIENCE_S), 0, f"{line}\n{''.join(said)}")
+        self.assertEqual(program.wait(TIMEOUT_S), 0, f"{line}\n{''.join(said)}")
         self.assertRegex("".join(said), "listening on|serving", line)
 
     def write_images(self):

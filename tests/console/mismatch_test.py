@@ -9,7 +9,7 @@ import subprocess
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, DaemonTest
+from daemon_process import TIMEOUT_S, DaemonTest
 from reconstruct_test import Surfaces, lines_of, framed_index
 
 VERGENCE = os.environ["VERGENCE"]
@@ -146,7 +146,7 @@ class Pairs(Surfaces):
 
     def on_pc(self, *arguments):
         return subprocess.run([VERGENCE, "reconstruct", *arguments], capture_output=True, text=True,
-                              timeout=PATIENCE_S)
+                              timeout=TIMEOUT_S)
 
     def test_reconstruct_refuses_by_name(self):
         cases = (("left pan", self.moved("left", 0, DEGREE_Q4), {}),
@@ -170,7 +170,7 @@ class Pairs(Surfaces):
             self.assertEqual(len(done.stderr.splitlines()), 1)
             self.assertFalse(os.path.exists(out))
             told = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
-                                  timeout=PATIENCE_S)
+                                  timeout=TIMEOUT_S)
             self.assertEqual(told.returncode, 3, told.stderr)
             self.assertIn("ERR MISMATCH", told.stderr)
             for text in (told.stdout, told.stderr):
@@ -205,7 +205,7 @@ class Pairs(Surfaces):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("accepted", done.stderr + done.stdout)
         told = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
-                              timeout=PATIENCE_S)
+                              timeout=TIMEOUT_S)
         self.assertEqual((told.returncode, told.stderr), (0, ""))
         self.assertIn(", matches", told.stdout)
         self.assertIn("common ", done.stdout)

@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED
 from played_pairs import PlayedPairs, lines_of, write_index
 
 SHIPPED = os.path.join(os.environ["VERGENCE_SOURCE"], "daemon", "install", "profiles")
@@ -213,7 +213,7 @@ class OwnInstrument(PlayedPairs):
         self.assertTrue(answer["ok"], answer)
         self.assertEqual((answer["result"]["commands"], answer["result"]["pairs"]), (4, 1))
         done = subprocess.run([VERGENCE, "replay", folder, "--json"], capture_output=True,
-                              text=True, timeout=PATIENCE_S)
+                              text=True, timeout=TIMEOUT_S)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue(json.loads(done.stdout)["same"])
         # A daemon that plays it is that instrument, whatever its settings say.
@@ -222,7 +222,7 @@ class OwnInstrument(PlayedPairs):
                 [VERGENCED, f"backend=replay {folder}", "socket=none", "console=stdio",
                  f"files={self.files}", "store=none", *words],
                 input="status\nbringup\nwindow 672 400\nexposure 7000\ncapture again\n", text=True,
-                capture_output=True, timeout=PATIENCE_S)
+                capture_output=True, timeout=TIMEOUT_S)
             self.assertIn("profile: bench-2", done.stdout, done.stderr)
             ends = [line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
             self.assertEqual(ends, 5 * ["OK"], done.stdout + done.stderr)

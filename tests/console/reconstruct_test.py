@@ -16,7 +16,7 @@ import zlib
 
 import numpy
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, small_stack
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, small_stack
 from fake_devices import preloaded
 
 SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
@@ -141,7 +141,7 @@ class Reconstruct(Surfaces):
         done = subprocess.run(
             [VERGENCE, "reconstruct", *frames, "--calibration", calibration, "--bayer", "grbg",
              "--bits", "10", "--depth", "1600:2300", "--out", out, "--json"],
-            capture_output=True, text=True, timeout=PATIENCE_S)
+            capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in FILES - {"result.json"}:
             # Except how the pair was captured, which images do not record.
@@ -269,7 +269,7 @@ class Reconstruct(Surfaces):
         done = subprocess.run(
             [VERGENCE, "reconstruct", os.path.join(self.files, session), "--calibration",
              os.path.join(self.files, "kept.txt"), "--depth", "1600:2300", "--out", out],
-            capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+            capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         name = "disparity.pfm"
         self.assertEqual(self.bytes_of(name, out), self.bytes_of(f"surface-{session}-1/{name}"))

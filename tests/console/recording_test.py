@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
 
 LEAD = ("bringup", "window 64 48")
 
@@ -32,7 +32,7 @@ class Recording(DaemonTest):
 
     def kill(self):
         self.daemon.kill()
-        self.daemon.wait(PATIENCE_S)
+        self.daemon.wait(TIMEOUT_S)
         self.daemon.returncode = 0  # intended: not a crash for the clean-up
 
     def restart(self):
@@ -48,7 +48,7 @@ class Recording(DaemonTest):
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
              f"files={self.files}", "store=none", "console=stdio", "confine=no"],
-            input=script, text=True, capture_output=True, timeout=PATIENCE_S, check=False)
+            input=script, text=True, capture_output=True, timeout=TIMEOUT_S, check=False)
         self.assertEqual(done.stdout.count("OK\n"), len(LEAD) + captures,
                          done.stdout + done.stderr)
         for i in range(captures):
@@ -149,7 +149,7 @@ class Recording(DaemonTest):
         self.assertTrue(os.path.exists(self.path))
         inode = os.stat(self.path).st_ino
         type(self).start()
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while os.stat(self.path).st_ino == inode and time.monotonic() < end:
             time.sleep(0.02)
         self.first = self.client()

@@ -10,7 +10,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED
 from played_pairs import SESSION, PlayedPairs, lines_of, write_index
 
 COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "snapshot", "capture", "wait 0.1",
@@ -45,7 +45,7 @@ class Replay(PlayedPairs):
         """At the console, then on a PC: both give the same result."""
         answer = self.first.ask_json(f"replay {name}")
         done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, name), "--json"],
-                              capture_output=True, text=True, timeout=PATIENCE_S)
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
         if answer["error"] not in ("OK", "VERIFY"):
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
                              done.stderr)
@@ -77,7 +77,7 @@ class Replay(PlayedPairs):
                          (len(COMMANDS), 2, "no"))
         self.assertGreater(result["calls"], 40)
         done = subprocess.run([VERGENCE, "replay", self.recorded], capture_output=True, text=True,
-                              timeout=PATIENCE_S)
+                              timeout=TIMEOUT_S)
         self.assertRegex(done.stdout, "identical: 9 commands, [0-9]+ calls, 2 pairs$")
 
     def test_what_is_not_there_is_missing(self):
@@ -90,13 +90,13 @@ class Replay(PlayedPairs):
         self.assertGreaterEqual(len(sessions), 3)
         for index in sessions:
             done = subprocess.run([VERGENCE, "replay", os.path.dirname(index), "--json"],
-                                  capture_output=True, text=True, timeout=PATIENCE_S)
+                                  capture_output=True, text=True, timeout=TIMEOUT_S)
             self.assertEqual((done.returncode, done.stderr), (0, ""), index)
             told = json.loads(done.stdout)
             self.assertEqual((told["same"], told["cut_off"], told["pairs"]), (True, False, 1))
             self.assertGreaterEqual(told["commands"], 8)
         done = subprocess.run([VERGENCE, "replay", os.path.dirname(sessions[0])],
-                              capture_output=True, text=True, timeout=PATIENCE_S)
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertRegex(done.stdout, ", 1 pair$")
 
     def test_all_commands_are_recorded(self):
@@ -186,7 +186,7 @@ class Replay(PlayedPairs):
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, name)}", "socket=none",
              "console=stdio", f"files={self.files}", "store=none", *self.settings],
-            input=commands, text=True, capture_output=True, timeout=PATIENCE_S)
+            input=commands, text=True, capture_output=True, timeout=TIMEOUT_S)
         return done.stdout, done.stderr
 
     def test_other_commands_than_the_recorded_ones(self):
@@ -270,7 +270,7 @@ class Replay(PlayedPairs):
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'cancelled')}", "socket=none",
              "console=stdio", f"files={self.files}", "store=none", *self.settings],
             input="bringup\nwait 100000\nexposure 8000\ncapture again\n", text=True,
-            capture_output=True, timeout=PATIENCE_S)
+            capture_output=True, timeout=TIMEOUT_S)
         ends = [line[:13] for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
         self.assertEqual(ends, ["OK", "ERR CANCELLED", "OK", "OK"], done.stdout + done.stderr)
 
@@ -297,7 +297,7 @@ class Replay(PlayedPairs):
         self.first.send("wait 100000\n")
         time.sleep(0.1)
         self.daemon.kill()
-        self.daemon.wait(PATIENCE_S)
+        self.daemon.wait(TIMEOUT_S)
         self.daemon.returncode = 0
         os.unlink(self.path)
         self.start()

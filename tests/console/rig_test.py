@@ -6,7 +6,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
 
 
 CONTROL = os.path.join(os.environ["VERGENCE_SOURCE"], "tools/simrig/control")
@@ -26,7 +26,7 @@ class RigTest(DaemonTest):
 
     def fault(self, what):
         subprocess.run([CONTROL, f"unix:{self.rig_path}", f"fault {what}"], check=True,
-                       timeout=PATIENCE_S, stdout=subprocess.DEVNULL)
+                       timeout=TIMEOUT_S, stdout=subprocess.DEVNULL)
 
     def logged(self):
         """The lines of the log, without their times."""
@@ -124,9 +124,9 @@ class Rig(RigTest):
 
     def test_what_is_refused_after_a_cancelled_bringup(self):
         self.addCleanup(self.asked, "bringup")
-        for patience_s in (0.02, 0.05, 0.1, 0.2, 0.4):
+        for timeout_s in (0.02, 0.05, 0.1, 0.2, 0.4):
             self.first.send("bringup\n")
-            time.sleep(patience_s)
+            time.sleep(timeout_s)
             self.first.send("\x03")
             self.first.answer()
             self.assertNotEqual(self.asked("status").get("trouble"), "")  # a cancellation, not an error
@@ -173,7 +173,7 @@ class Rig(RigTest):
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'r1')}", "socket=none",
              f"files={self.files}", "store=none", "console=stdio", "confine=no"],
-            input=script, text=True, capture_output=True, timeout=PATIENCE_S)
+            input=script, text=True, capture_output=True, timeout=TIMEOUT_S)
         self.assertEqual(done.stdout.count("OK\n"), len(commands), done.stdout)
         played = self.frames_of("p1") + self.frames_of("p2")
         self.assertEqual(len(played), 4)

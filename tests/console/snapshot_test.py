@@ -14,7 +14,7 @@ import cv2
 import numpy
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
 from person import Person
 from played_pairs import SESSION, PlayedPairs
 
@@ -99,7 +99,7 @@ class Snapshot(Looking, PlayedPairs):
         image = self.shown(self.asked("snapshot full")["file"])
         out = os.path.join(self.folder, "exported")
         subprocess.run([VERGENCE, "export", SESSION, "--out", out, "--quiet"], check=True,
-                       timeout=PATIENCE_S)
+                       timeout=TIMEOUT_S)
         sides = [self.shown(f"cylinder_1x-pair1-{side}.png", out) for side in ("left", "right")]
         self.assertEqual(image.shape, (400, 2 * 672, 3))
         self.assertTrue(numpy.array_equal(image, numpy.hstack(sides)))

@@ -15,7 +15,7 @@ import unittest
 import cv2
 import numpy
 
-from daemon_process import PATIENCE_S, VERGENCED
+from daemon_process import TIMEOUT_S, VERGENCED
 from fake_devices import FRAME_US, preloaded, show
 
 VERGENCE = os.environ["VERGENCE"]
@@ -78,7 +78,7 @@ class Webcams(unittest.TestCase):
         daemon = subprocess.Popen(["bash", "-c", "exec " + command[:-1]], cwd=self.folder,
                                   env=self.environment, stdin=subprocess.DEVNULL)
         self.addCleanup(self.stop, daemon)
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while not os.path.exists(self.place("rig.sock")):
             self.assertIsNone(daemon.poll(), "the daemon has gone")
             self.assertLess(time.monotonic(), end)
@@ -87,7 +87,7 @@ class Webcams(unittest.TestCase):
 
     def stop(self, daemon):
         daemon.send_signal(signal.SIGTERM)
-        self.assertEqual(daemon.wait(PATIENCE_S), 0)
+        self.assertEqual(daemon.wait(TIMEOUT_S), 0)
 
     def is_whole(self, session):
         index = pathlib.Path(self.folder, "files", session, "session.index")
@@ -107,11 +107,11 @@ class Webcams(unittest.TestCase):
             self.show(pair)
             loop.stdin.write(b"\n")
             loop.stdin.flush()
-            end = time.monotonic() + PATIENCE_S
+            end = time.monotonic() + TIMEOUT_S
             while not self.is_whole(f"board-{number:02d}"):
                 self.assertLess(time.monotonic(), end, f"view {number} never came")
                 time.sleep(0.02)
-        said, _ = loop.communicate(timeout=PATIENCE_S)
+        said, _ = loop.communicate(timeout=TIMEOUT_S)
         self.assertEqual(loop.returncode, 0, said)
         self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
 

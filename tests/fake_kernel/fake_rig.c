@@ -84,7 +84,7 @@ static uint64_t rig_time_us(uint64_t time_us) {
 
 void fake_rig_connect(const char *where) {
     begin_asking();
-    if (sim_backend_open(&backend, where, SIM_CONNECTION_PATIENCE_MS) != ERROR_OK) {
+    if (sim_backend_open(&backend, where, SIM_CONNECTION_TIMEOUT_MS) != ERROR_OK) {
         stop(where);
     }
     backend.connection.now_us = backend.clock.operations->now_us(backend.clock.self);

@@ -126,10 +126,10 @@ struct Bench {
     explicit Bench(Script script, bool single = false) : line(std::move(script)) {
         lens_v3lc_init(&driver, line.uart(), line.clock(), single);
     }
-    // Within `patience_us`.
-    int read(unsigned number, uint64_t patience_us) {
+    // Within `timeout_us`.
+    int read(unsigned number, uint64_t timeout_us) {
         const lens_drive lens = lens_v3lc_lens(&driver, number);
-        return lens.operations->read(lens.self, line.now_us + patience_us, readings);
+        return lens.operations->read(lens.self, line.now_us + timeout_us, readings);
     }
     int go(unsigned number, lens_axis axis, int32_t position) {
         const lens_drive lens = lens_v3lc_lens(&driver, number);
@@ -218,7 +218,7 @@ TEST_CASE("patience is learnt from answers") {
     REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);  // asked twice, so the timeout does not adapt
     prompt.line.now_us += 5000 * kMs;
     REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);
-    CHECK(prompt.driver.patience_us == 900 * kMs);  // twice 400 ms and 100
+    CHECK(prompt.driver.timeout_us == 900 * kMs);  // twice 400 ms and 100
 }
 
 TEST_CASE("another lens is asked at once, even during a wait for the first") {

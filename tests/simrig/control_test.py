@@ -3,13 +3,13 @@
 import subprocess
 import unittest
 
-from simrig_client import FILES, PATIENCE_S, SCENE, Bench
+from simrig_client import FILES, TIMEOUT_S, SCENE, Bench
 
 
 class Control(Bench):
     def control(self, *words):
         return subprocess.run([FILES / "control", *words], capture_output=True, text=True,
-                              timeout=PATIENCE_S, check=False)
+                              timeout=TIMEOUT_S, check=False)
 
     def refuse(self, code, words, *texts):
         done = self.control(*words)

@@ -7,7 +7,7 @@ import unittest
 
 import cv2
 
-from simrig_client import FILES, PATIENCE_S, SIMRIG, Bench
+from simrig_client import FILES, TIMEOUT_S, SIMRIG, Bench
 
 VERGENCE = os.environ["VERGENCE"]
 
@@ -27,7 +27,7 @@ class Docs(Bench):
         said = ""
         for block in self.blocks("sh"):
             done = subprocess.run(["bash", "-ec", block], cwd=self.folder, text=True,
-                                  capture_output=True, timeout=2 * PATIENCE_S,
+                                  capture_output=True, timeout=2 * TIMEOUT_S,
                                   env={**os.environ, "PATH": path})
             self.assertEqual((done.returncode, done.stderr), (0, ""), block + done.stdout)
             said += done.stdout
@@ -61,7 +61,7 @@ class Docs(Bench):
     def test_simulate(self):
         def run(*arguments):
             return subprocess.run([VERGENCE, "simulate", *arguments], capture_output=True,
-                                  text=True, timeout=PATIENCE_S, cwd=self.folder)
+                                  text=True, timeout=TIMEOUT_S, cwd=self.folder)
         done = run("--help")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("still_life", done.stdout)

@@ -14,7 +14,7 @@ import unittest
 
 SIMRIG = os.environ["SIMRIG"]
 FILES = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools" / "simrig"
-PATIENCE_S = 60
+TIMEOUT_S = 60
 
 MAGIC, VERSION = 0x47495256, 1
 HELLO, TIME, ADVANCE = 1, 2, 3
@@ -64,11 +64,11 @@ class Client:
         kind, _, place = where.partition(":")
         if kind == "unix":
             self.socket = socket.socket(socket.AF_UNIX)
-            self.socket.settimeout(PATIENCE_S)
+            self.socket.settimeout(TIMEOUT_S)
             self.socket.connect(place)
         else:
             host, _, port = place.rpartition(":")
-            self.socket = socket.create_connection((host, int(port)), timeout=PATIENCE_S)
+            self.socket = socket.create_connection((host, int(port)), timeout=TIMEOUT_S)
         self.tag = 0
         if greet:
             try:
@@ -212,7 +212,7 @@ class Rig:
         """Ends it; returns the exit code."""
         if self.process.poll() is None:
             self.process.send_signal(how or 15)
-        code = self.process.wait(PATIENCE_S)
+        code = self.process.wait(TIMEOUT_S)
         self.process.stdout.close()
         return code
 
@@ -248,7 +248,7 @@ class Bench(unittest.TestCase):
     def run_simrig(self, *arguments, **options):
         """Runs a simrig that exits without a signal."""
         return subprocess.run([SIMRIG, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=PATIENCE_S, cwd=self.folder, **options)
+                              timeout=TIMEOUT_S, cwd=self.folder, **options)
 
     def assert_refused(self, done, code, *words):
         """One clear line on standard error, nothing on standard output, this exit code."""
@@ -283,7 +283,7 @@ def children_cpu_s():
 
 
 def wait_until(condition):
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + TIMEOUT_S
     while not condition():
         if time.monotonic() > end:
             raise AssertionError("waited in vain")

@@ -20,7 +20,7 @@ SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 RENDER = pathlib.Path(os.environ["SIMRIG"]).parent / "simrig-render"
 SIMRIG = SOURCE / "tools" / "simrig"
 SEED = int(os.environ.get("VERGENCE_SEED", "20261122"))
-PATIENCE_S = 300
+TIMEOUT_S = 300
 
 sys.dont_write_bytecode = True
 _loader = importlib.machinery.SourceFileLoader("compare", str(SIMRIG / "compare"))
@@ -32,11 +32,11 @@ def render(folder, scene="cylinder", *options):
     for side in ("left", "right"):
         subprocess.run([RENDER, SIMRIG / "scenes" / f"{scene}.yaml", SIMRIG / "rigs/default.yaml",
                         "--out", folder / side, "--camera", side, "--exposure", "9000",
-                        *map(str, options)], check=True, timeout=PATIENCE_S)
+                        *map(str, options)], check=True, timeout=TIMEOUT_S)
 
 
 def run(*words):
-    return subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S)
+    return subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=TIMEOUT_S)
 
 
 def canonical(text):

@@ -22,7 +22,7 @@ import tempfile
 import time
 
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
-PATIENCE_S = 600
+TIMEOUT_S = 600
 # Both cameras look at and focus on the middle of the scene, 1.8 m away.
 AIM = ("bringup", "pan both 3.570 -3.272", "focus both 538")
 # Scene, settings, scale of the reconstruction: if the texture is fainter than the noise of a pixel, a
@@ -45,7 +45,7 @@ class Failed(Exception):
 
 def run(command, **options):
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                          timeout=PATIENCE_S, check=False, **options)
+                          timeout=TIMEOUT_S, check=False, **options)
     if done.returncode != 0:
         raise Failed(f"{' '.join(map(str, command))}: {done.stdout}{done.stderr}".strip())
     return done.stdout

@@ -36,19 +36,19 @@ static uint32_t frame_time_us(const struct v4l2_camera *self) {
 }
 
 /// Time limit for the next frame after a frame.
-static uint32_t default_patience_us(const struct v4l2_camera *self) {
-    const uint64_t patience_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
-    return patience_us < MISSED_US    ? MISSED_US
-           : patience_us > UINT32_MAX ? UINT32_MAX
-                                      : (uint32_t)patience_us;
+static uint32_t default_timeout_us(const struct v4l2_camera *self) {
+    const uint64_t timeout_us = (uint64_t)MISSED_FRAMES * frame_time_us(self);
+    return timeout_us < MISSED_US    ? MISSED_US
+           : timeout_us > UINT32_MAX ? UINT32_MAX
+                                     : (uint32_t)timeout_us;
 }
 
 /// Resets numbering after a stream start; the first frame may take long.
 static void begin_waiting(struct v4l2_camera *self) {
     self->has_sequence = false;
     self->alive_us = monotonic_now_us();
-    const uint32_t default_us = default_patience_us(self);
-    self->patience_us = default_us > FIRST_FRAME_US ? default_us : FIRST_FRAME_US;
+    const uint32_t default_us = default_timeout_us(self);
+    self->timeout_us = default_us > FIRST_FRAME_US ? default_us : FIRST_FRAME_US;
 }
 
 static bool make_slots(struct v4l2_camera *self, size_t values) {
@@ -188,12 +188,12 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
         int error = ERROR_IO;
         if (self->stream.on) {
             const uint64_t lost_us =
-                self->triggered ? UINT64_MAX : self->alive_us + self->patience_us;
+                self->triggered ? UINT64_MAX : self->alive_us + self->timeout_us;
             error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
                                      filled);
             if (error == ERROR_TIMEOUT && lost_us < deadline_us) {
                 message_set(&self->stream.last_error, 0, "no frame for %u ms",
-                            self->patience_us / 1000);
+                            self->timeout_us / 1000);
                 error = ERROR_IO;
             }
         }
@@ -296,7 +296,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         }
         const uint64_t now_us = monotonic_now_us();
         self->alive_us = now_us;
-        self->patience_us = default_patience_us(self);
+        self->timeout_us = default_timeout_us(self);
         number(self, filled.sequence);
         struct hal_camera_frame got = {.data = NULL};
         set_times(self, &filled, now_us, &got);
@@ -346,8 +346,8 @@ static int control(void *opaque, enum hal_camera_control which, int32_t value, i
     if (error == ERROR_OK &&
         (which == HAL_CAMERA_EXPOSURE_US || which == HAL_CAMERA_EXPOSURE_FOUND_US)) {
         self->exposure_us = *applied > 0 ? (uint32_t)*applied : 0;
-        const uint32_t default_us = default_patience_us(self);
-        self->patience_us = default_us > self->patience_us ? default_us : self->patience_us;
+        const uint32_t default_us = default_timeout_us(self);
+        self->timeout_us = default_us > self->timeout_us ? default_us : self->timeout_us;
     }
     return error;
 }

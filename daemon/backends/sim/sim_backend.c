@@ -25,7 +25,7 @@ static const char *missing(void *opaque, enum rig_part part) {
     return self->connection.socket < 0 ? self->connection.text : NULL;
 }
 
-int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms) {
+int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms) {
     if (strlen(where) >= sizeof self->where) {
         self->connection = (struct sim_connection){.socket = -1};
         snprintf(self->connection.text, sizeof self->connection.text, "the address is too long");
@@ -33,7 +33,7 @@ int sim_backend_open(struct sim_backend *self, const char *where, int patience_m
     }
     strcpy(self->where, where);
     self->devices = (struct rig_devices){.open = look_for_rig, .missing = missing, .self = self};
-    int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, patience_ms);
+    int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, timeout_ms);
     if (error != ERROR_OK) {
         return error;
     }

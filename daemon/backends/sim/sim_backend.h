@@ -33,9 +33,9 @@ struct sim_backend {
     char where[SIM_BACKEND_WHERE];
 };
 
-/// Connects as the board (see sim_connection_open for `where`, `patience_ms` and errors) and
+/// Connects as the board (see sim_connection_open for `where`, `timeout_ms` and errors) and
 /// allocates two full frames. On an error `connection.text` has the details.
-int sim_backend_open(struct sim_backend *self, const char *where, int patience_ms);
+int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms);
 void sim_backend_close(struct sim_backend *self);
 
 /// The ports for a rig with the profile "rig", without a log. Each bring-up reconnects if the

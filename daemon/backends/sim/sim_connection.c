@@ -19,7 +19,7 @@ enum {
     HELLO_BYTES = 8,
     REPLY_HELLO_BYTES = 4,
     BUSY_PAUSE_NS = 1000000,
-    RENEW_PATIENCE_MS = 2000,
+    RENEW_TIMEOUT_MS = 2000,
 };
 
 // The rig rejects more than a day.
@@ -44,7 +44,7 @@ void sim_connection_close(struct sim_connection *self) {
 static int give_up(struct sim_connection *self, int error, const char *doing) {
     if (error == ERROR_TIMEOUT) {
         say(self, "no answer from the simulated rig for %d s while %s",
-            (self->patience_ms + 500) / 1000, doing);
+            (self->timeout_ms + 500) / 1000, doing);
     } else if (error == ERROR_SYNTAX) {
         say(self, "not a simulated rig, or another version (%s)", doing);
     } else {
@@ -136,7 +136,7 @@ static int run_once(struct sim_connection *self, struct sim_exchange *exchange,
 int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchange) {
     INVARIANT(exchange->bytes <= SIMRIG_BODY_MAX);
     INVARIANT(exchange->head != NULL || exchange->head_bytes == 0);
-    const int64_t deadline_ms = monotonic_now_ms() + self->patience_ms;
+    const int64_t deadline_ms = monotonic_now_ms() + self->timeout_ms;
     for (;;) {
         if (self->socket < 0) {
             return ERROR_DEVICE;
@@ -185,11 +185,11 @@ static int greet(struct sim_connection *self, uint16_t role) {
 }
 
 int sim_connection_open(struct sim_connection *self, const char *where, uint16_t role,
-                        int patience_ms) {
+                        int timeout_ms) {
     INVARIANT(role == SIMRIG_ROLE_BOARD || role == SIMRIG_ROLE_CONTROL);
-    INVARIANT(patience_ms > 0);
-    *self = (struct sim_connection){.socket = -1, .patience_ms = patience_ms};
-    const int made = sim_socket_connect(where, monotonic_now_ms() + patience_ms);
+    INVARIANT(timeout_ms > 0);
+    *self = (struct sim_connection){.socket = -1, .timeout_ms = timeout_ms};
+    const int made = sim_socket_connect(where, monotonic_now_ms() + timeout_ms);
     if (made == ERROR_ARGUMENT) {
         say(self, "invalid address '%s' of a simulated rig (expected unix:PATH or tcp:HOST:PORT)",
             where);
@@ -234,9 +234,9 @@ int sim_connection_ask_time(struct sim_connection *self) {
 int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role) {
     const struct sim_connection before = *self;
     sim_connection_close(self);
-    const int patience_ms =
-        before.patience_ms < RENEW_PATIENCE_MS ? before.patience_ms : RENEW_PATIENCE_MS;
-    int error = sim_connection_open(self, where, role, patience_ms);
+    const int timeout_ms =
+        before.timeout_ms < RENEW_TIMEOUT_MS ? before.timeout_ms : RENEW_TIMEOUT_MS;
+    int error = sim_connection_open(self, where, role, timeout_ms);
     if (error == ERROR_OK) {
         error = sim_connection_ask_time(self);
     }
@@ -245,7 +245,7 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
         sim_connection_close(self);
         error = ERROR_REFUSED;
     }
-    self->patience_ms = before.patience_ms;
+    self->timeout_ms = before.timeout_ms;
     if (self->now_us < before.now_us) {
         self->ahead_us = before.now_us - self->now_us;
         self->now_us = before.now_us;

@@ -15,7 +15,7 @@ extern "C" {
 
 enum {
     /// Real time per answer: rendering an image of three million pixels takes seconds.
-    SIM_CONNECTION_PATIENCE_MS = 120000,
+    SIM_CONNECTION_TIMEOUT_MS = 120000,
     SIM_CONNECTION_TEXT = 200,
 };
 
@@ -23,7 +23,7 @@ enum {
 struct sim_connection {
     int socket;  ///< not connected, or the rig has gone
     bool wall;   ///< the rig runs in real time
-    int patience_ms;
+    int timeout_ms;
     uint16_t tag;
     uint64_t now_us;                 ///< latest time reported by the rig
     uint64_t ahead_us;               ///< offset of `now_us` ahead of the rig's own time
@@ -44,11 +44,11 @@ struct sim_exchange {
 };
 
 /// Connects to `where` (unix:PATH or tcp:HOST:PORT) in a role (SIMRIG_ROLE_*) and greets.
-/// `patience_ms` limits the real time of this and every later exchange. 0; ERROR_ARGUMENT: `where`
+/// `timeout_ms` limits the real time of this and every later exchange. 0; ERROR_ARGUMENT: `where`
 /// is neither form; ERROR_IO: no listener, or no answer; ERROR_VERSION, ERROR_REFUSED: another
 /// version, or the rig already has a board. `text` has the details.
 int sim_connection_open(struct sim_connection *self, const char *where, uint16_t role,
-                        int patience_ms);
+                        int timeout_ms);
 void sim_connection_close(struct sim_connection *self);
 
 /// Whether the rig has gone, as far as can be seen without a request.

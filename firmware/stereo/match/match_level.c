@@ -334,7 +334,7 @@ static void relax(const struct parallel *parallel) {
 // that band is taken or earlier bands are slow to be taken, the first one left. In this order a
 // thread that waits for the band above its own waits for a thread that is running.
 static int take_a_band(struct part_context *context, const struct parallel *parallel, int index) {
-    enum { PATIENCE = 1000 };
+    enum { TIMEOUT = 1000 };
     const int own = parallel->thread == NULL ? index : parallel->thread(parallel->self);
     for (int wait = 0;; wait++) {
         unsigned taken = atomic_load(&context->taken);
@@ -343,7 +343,7 @@ static int take_a_band(struct part_context *context, const struct parallel *para
             first++;
         }
         INVARIANT(first < context->level->bands);
-        if (own > first && own < context->level->bands && wait < PATIENCE &&
+        if (own > first && own < context->level->bands && wait < TIMEOUT &&
             (taken >> own & 1) == 0) {
             relax(parallel);
         } else if (atomic_compare_exchange_weak(&context->taken, &taken, taken | 1u << first)) {

@@ -13,7 +13,7 @@ import unittest
 from pairs import VERGENCE, run
 
 SCRIPT = os.path.join(os.path.dirname(VERGENCE), "install", "completion.bash")
-PATIENCE_S = 60
+TIMEOUT_S = 60
 # Like bash: the last word ends at the cursor, and : and = are separate words.
 ASK = """
 source "$1" || exit
@@ -35,7 +35,7 @@ class Completion(unittest.TestCase):
 
     def offered(self, line, **environment):
         done = subprocess.run(["bash", "--norc", "-c", ASK, "ask", SCRIPT, line], cwd=self.folder,
-                              capture_output=True, text=True, timeout=PATIENCE_S,
+                              capture_output=True, text=True, timeout=TIMEOUT_S,
                               env={**os.environ, **environment})
         self.assertEqual((done.returncode, done.stderr), (0, ""), line)
         return done.stdout.split()
@@ -117,7 +117,7 @@ class Completion(unittest.TestCase):
                                 ("vergence recon\t--pres\tstand\t\n",
                                  "got reconstruct --preset standard.")):
             os.write(fd, typed.encode())
-            end = time.monotonic() + PATIENCE_S
+            end = time.monotonic() + TIMEOUT_S
             while expected not in shown:
                 self.assertTrue(select.select([fd], [], [], max(0, end - time.monotonic()))[0], shown)
                 shown += os.read(fd, 4096).decode(errors="replace")

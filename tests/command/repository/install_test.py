@@ -14,11 +14,11 @@ from pairs import VERGENCE
 ROOT = os.environ["VERGENCE_SOURCE"]
 BUILD = os.path.dirname(os.path.dirname(VERGENCE))
 HAS_RIG = os.path.exists(os.path.join(BUILD, "tools", "simrig", "simrig"))
-PATIENCE_S = 300
+TIMEOUT_S = 300
 
 
 def install(prefix, **environment):
-    subprocess.run(["cmake", "--install", BUILD, "--prefix", prefix], check=True, timeout=PATIENCE_S,
+    subprocess.run(["cmake", "--install", BUILD, "--prefix", prefix], check=True, timeout=TIMEOUT_S,
                    capture_output=True, env={**os.environ, **environment})
 
 
@@ -33,7 +33,7 @@ class Installed(unittest.TestCase):
         cls.environment = {**os.environ, "PATH": f"{cls.prefix}/bin:/usr/bin:/bin"}
 
     def run_installed(self, *words, **options):
-        return subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S,
+        return subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT_S,
                               cwd=self.folder, env=self.environment, **options)
 
     def test_all_of_it_is_there(self):

@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, Client, DaemonTest
 
 GREETING_S = 10
 
@@ -25,7 +25,7 @@ class Tcp(Client):
     """A program at the daemon's port."""
 
     def __init__(self, port):
-        self.socket = socket.create_connection(("127.0.0.1", port), PATIENCE_S)
+        self.socket = socket.create_connection(("127.0.0.1", port), TIMEOUT_S)
         self.left = b""
 
     def line(self):
@@ -75,7 +75,7 @@ class Port(WithPort):
         client = self.client()
         self.assertEqual(client.ask("bringup")[-1], "OK")
         self.assertEqual(client.ask("pan left 1")[-1], "OK")
-        page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE_S)
+        page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=TIMEOUT_S)
         self.addCleanup(page.close)
         answered = post(page, "pan left 5\n")
         # What was sent with it has been read or never will be, as later requests are handled later.
@@ -191,7 +191,7 @@ class Refused(unittest.TestCase):
             [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
              "right_camera=/dev/none2", "store=none", "files=none", "socket=none",
              "log_level=error", f"tcp_port={free_port()}", f"tcp_token={path}"],
-            capture_output=True, text=True, timeout=PATIENCE_S)
+            capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         self.assertIn(f"tcp_token = {path}: ", done.stderr)
         self.assertIn(word, done.stderr)
@@ -209,15 +209,15 @@ class Readme(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "log")
             daemon = subprocess.Popen([VERGENCED, *serve, f"log={log}"], cwd=folder)
-            self.addCleanup(daemon.wait, PATIENCE_S)
+            self.addCleanup(daemon.wait, TIMEOUT_S)
             self.addCleanup(daemon.terminate)
             DaemonTest.wait_for(os.path.join(folder, "rig.token"))
             done = subprocess.run([VERGENCE, *ask], cwd=folder, capture_output=True, text=True,
-                                  timeout=PATIENCE_S)
+                                  timeout=TIMEOUT_S)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertIn("state: down", done.stdout)
             daemon.terminate()
-            daemon.wait(PATIENCE_S)
+            daemon.wait(TIMEOUT_S)
 
 
 class Silent(WithPort):

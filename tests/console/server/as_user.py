@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import unittest
 
-from daemon_process import PATIENCE_S
+from daemon_process import TIMEOUT_S
 
 VERGENCE = os.environ["VERGENCE"]
 # Builds and sources may be readable only by root: a namespace keeps that, and drops root.
@@ -41,7 +41,7 @@ class UserTest(unittest.TestCase):
 
         def end():
             program.send_signal(signal.SIGTERM)
-            program.wait(PATIENCE_S)
+            program.wait(TIMEOUT_S)
             for stream in (program.stdout, program.stderr):
                 if stream:
                     stream.close()
@@ -66,7 +66,7 @@ class UserTest(unittest.TestCase):
 
     def run_as_user(self, *command, **options):
         return subprocess.run([*AS_USER, *command], cwd=self.home, env=self.environment, text=True,
-                              capture_output=True, timeout=8 * PATIENCE_S, check=False, **options)
+                              capture_output=True, timeout=8 * TIMEOUT_S, check=False, **options)
 
     def ask(self, *words, **options):
         return self.run_as_user(VERGENCE, "--connect", *words, **options)

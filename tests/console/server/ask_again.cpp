@@ -27,7 +27,7 @@
 
 namespace {
 
-const int patience_ms = 60000;
+const int timeout_ms = 60000;
 // The recorded port was always armed. A port armed at the last moment misses a frame, and one armed
 // long before gets another: the rig's shortest frames are 886 us apart.
 const std::uint64_t lead_us = 800;
@@ -174,7 +174,7 @@ int main(int count, char **arguments) {
     }
     message last_error{};
     auto backend = std::make_unique<sim_backend>();
-    expect(sim_backend_open(backend.get(), arguments[1], patience_ms), "cannot connect");
+    expect(sim_backend_open(backend.get(), arguments[1], timeout_ms), "cannot connect");
     const rig_ports inner = sim_backend_ports(backend.get());
     auto recorder = std::make_unique<record>();
     auto writer = std::make_unique<session_writer>();

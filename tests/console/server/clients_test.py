@@ -12,7 +12,7 @@ import time
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, framed
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, framed
 
 
 class Clients(DaemonTest):
@@ -24,7 +24,7 @@ class Clients(DaemonTest):
 
     def seated(self):
         """A client that is served. Slots of closed connections become free soon, not at once."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while True:
             client = self.client()
             try:
@@ -186,7 +186,7 @@ class Clients(DaemonTest):
         self.addCleanup(process.stderr.close)
         time.sleep(0.5)
         process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(PATIENCE_S), 130)
+        self.assertEqual(process.wait(TIMEOUT_S), 130)
         self.assertLess(time.monotonic() - begin, 5)
         self.assertEqual(process.stderr.read(), "ERR CANCELLED cancelled\n")
         self.first.send("\x03")
@@ -266,7 +266,7 @@ class Clients(DaemonTest):
     def test_a_client_that_never_reads(self):
         input_paused = self.client()
         input_paused.socket.settimeout(0.2)
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         dropped = False
         while not dropped and time.monotonic() < end:
             begin = time.monotonic()
@@ -313,7 +313,7 @@ class Clients(DaemonTest):
                                         "space left on device\n")):
                 done = subprocess.run([VERGENCE, "--connect", f"unix:{self.path}"],
                                       input="version\nnix\n", stdout=output,
-                                      stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S)
+                                      stderr=subprocess.PIPE, text=True, timeout=TIMEOUT_S)
                 self.assertEqual((done.returncode, done.stderr), (code, told))
 
     def test_the_socket_is_for_owner_and_group(self):
@@ -321,7 +321,7 @@ class Clients(DaemonTest):
 
     def test_a_second_daemon_does_not_take_the_socket(self):
         done = subprocess.run([VERGENCED, *replaced(self.arguments(), "store=none")],
-                              capture_output=True, text=True, timeout=PATIENCE_S)
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual(done.returncode, 3)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertEqual(self.first.ask("version")[-1], "OK")

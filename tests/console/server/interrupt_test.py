@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest
 from person import Person
 
 INTERRUPTED = 130
@@ -27,7 +27,7 @@ class Interrupt(DaemonTest):
 
     def check_interrupted(self, process):
         try:
-            output, _ = process.communicate(timeout=PATIENCE_S)
+            output, _ = process.communicate(timeout=TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self.fail("it does not end")
         # Before its handler is installed the signal itself ends it.
@@ -76,7 +76,7 @@ class Interrupt(DaemonTest):
             process.stdin.flush()
             process.stdout.readline()
             process.send_signal(signal.SIGINT)
-            self.assertEqual(process.wait(PATIENCE_S), INTERRUPTED)
+            self.assertEqual(process.wait(TIMEOUT_S), INTERRUPTED)
             process.stdin.close()
 
     def test_invalid_lines(self):
@@ -102,7 +102,7 @@ class Interrupt(DaemonTest):
         for _ in range(3):
             process.stdout.readline()
         process.stdout.close()
-        self.assertEqual(process.wait(PATIENCE_S), 141)
+        self.assertEqual(process.wait(TIMEOUT_S), 141)
         self.assertEqual(process.stderr.read(), "")
 
     def test_ctrl_c_drops_pasted_text(self):
@@ -184,7 +184,7 @@ class Interrupt(DaemonTest):
         person = Person.of(self)
         self.end(self.daemon)
         person.type("version\r")
-        self.assertEqual(person.process.wait(PATIENCE_S), 3)
+        self.assertEqual(person.process.wait(TIMEOUT_S), 3)
         type(self).start()
 
 

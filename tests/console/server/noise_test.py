@@ -10,7 +10,7 @@ import unittest
 from urllib.parse import unquote
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal, framed
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal, framed
 
 # All of it takes two minutes, mostly of waiting; without this a short part, always with the same noise.
 WHOLE = os.environ.get("VERGENCE_NOISE") == "whole"
@@ -72,7 +72,7 @@ class Noise(DaemonTest):
         """Exit code, answer, and error output."""
         begin = time.monotonic()
         process = self.begin(*words, **options)
-        output, told = process.communicate(timeout=3 * PATIENCE_S)
+        output, told = process.communicate(timeout=3 * TIMEOUT_S)
         self.assertLess(time.monotonic() - begin, SOON_S, (words, output, told))
         return process.returncode, output, told
 
@@ -172,7 +172,7 @@ class Noise(DaemonTest):
             process.wait(12)  # longer than any tolerated silence
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1], "ERR CANCELLED cancelled")
-        output, told = process.communicate(timeout=PATIENCE_S)
+        output, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual((process.returncode, output, told),
                          (0, "state: down\nprofile: rig\nOK\n", ""))
 
@@ -184,7 +184,7 @@ class Noise(DaemonTest):
                 time.sleep(0.01)
             self.line.limit = self.line.carried + more
             begin = time.monotonic()
-            output, told = process.communicate(timeout=PATIENCE_S)
+            output, told = process.communicate(timeout=TIMEOUT_S)
             self.assertLess(time.monotonic() - begin, 20)
             self.check_failed(form, process.returncode, output, told)
             self.line.limit = None

@@ -12,7 +12,7 @@ import threading
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
 from person import Person
 
 INTERRUPTED = 130
@@ -36,12 +36,12 @@ class Peers(DaemonTest):
 
     def wait_line(self, file):
         """The next line as it arrives, without waiting for the end of the process."""
-        self.assertTrue(select.select([file], [], [], PATIENCE_S)[0], "nothing is told")
+        self.assertTrue(select.select([file], [], [], TIMEOUT_S)[0], "nothing is told")
         return file.readline()
 
     def check_given_up(self, process, words):
         """No answer: exit code 3 and one line, or its JSON."""
-        output, told = process.communicate(timeout=PATIENCE_S)
+        output, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual(process.returncode, 3, (words, output, told))
         if "--json" in words:
             self.assertEqual((json.loads(output)["error"], told), ("TIMEOUT", b""))
@@ -95,7 +95,7 @@ class Peers(DaemonTest):
             process, peer = begin(*words)
             self.assertEqual(peer.recv(4096), b"@text\n")
             process.send_signal(signal.SIGINT)
-            output, told = process.communicate(timeout=PATIENCE_S)
+            output, told = process.communicate(timeout=TIMEOUT_S)
             self.assertEqual(process.returncode, INTERRUPTED, (output, told))
             if "--json" in words:
                 self.assertEqual((json.loads(output)["error"], told), ("CANCELLED", b""))
@@ -109,7 +109,7 @@ class Peers(DaemonTest):
         process = self.begin(stdin=terminal.slave)
         self.assertEqual(self.wait_line(process.stderr), SILENT)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=PATIENCE_S)
+        _, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual((process.returncode, told), (INTERRUPTED, b"vergence: interrupted\n"))
 
     def test_a_long_command_is_waited_for_in_silence(self):
@@ -135,7 +135,7 @@ class Peers(DaemonTest):
             process = self.begin(*words, where=f"unix:{path}")
             peer = server.accept()[0]
             self.addCleanup(peer.close)
-            peer.settimeout(PATIENCE_S)
+            peer.settimeout(TIMEOUT_S)
             for text in said:
                 peer.recv(4096)
                 peer.sendall(text)
@@ -151,7 +151,7 @@ class Peers(DaemonTest):
             process.send_signal(signal.SIGINT)
             self.assertEqual(peer.recv(4096), b"\x03")
             process.send_signal(signal.SIGINT)
-            output, told = process.communicate(timeout=PATIENCE_S)
+            output, told = process.communicate(timeout=TIMEOUT_S)
             why = "interrupted twice: ended before vergenced confirmed the cancellation"
             self.assertEqual(process.returncode, INTERRUPTED)
             if "--json" in words:
@@ -165,7 +165,7 @@ class Peers(DaemonTest):
         begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
         for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
             process, _ = begin(*words)
-            output, told = process.communicate(timeout=PATIENCE_S)
+            output, told = process.communicate(timeout=TIMEOUT_S)
             self.assertEqual(process.returncode, 3, (output, told))
             if "--json" in words:
                 answer = json.loads(output)
@@ -179,16 +179,16 @@ class Peers(DaemonTest):
         good = "name: a\\x1b]0;x\\x07\\x7f\\xc2\\x9b1m\\x9bz\\x09b \u00e9 \u20ac"
         begin = self.fake(b"OK\n", evil + b"\nERR IO " + evil + b"\n")
         process, _ = begin("status")
-        output, told = process.communicate(timeout=PATIENCE_S)
+        output, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual((output.decode(), told.decode()), (f"{good}\n", f"ERR IO {good}\n"))
         # A peer that rejects it.
         process, _ = self.fake(b"ERR BUSY \x1b[2J\n")("status")
-        output, told = process.communicate(timeout=PATIENCE_S)
+        output, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual(told, b"ERR BUSY \\x1b[2J\n")
         # JSON stays JSON.
         line = b'{"ok":\ttrue, "result": {"name": "\x7f\xc2\x9b\xc3\xa9"}}\r \n'
         process, _ = self.fake(b"OK\n", line)("--json", "status")
-        output, told = process.communicate(timeout=PATIENCE_S)
+        output, told = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual(json.loads(output)["result"]["name"], "\x7f\x9b\u00e9")
         self.assertEqual([byte for byte in output[:-1] if byte < 32 or byte == 127], [])
         self.assertNotIn(b"\x9b", output)
@@ -207,7 +207,7 @@ class Peers(DaemonTest):
 
         thread = threading.Thread(target=serve)
         thread.start()
-        self.addCleanup(thread.join, PATIENCE_S)
+        self.addCleanup(thread.join, TIMEOUT_S)
         person = Person(path)
         self.addCleanup(person.close)
         # No control character reaches the screen.
@@ -224,7 +224,7 @@ class Peers(DaemonTest):
                                      (closed, "Bad file descriptor", "IO")):
             for words in ([], ["--json"]):
                 done = subprocess.run([*launcher, *connect, *words], stdin=directory, text=True,
-                                      capture_output=True, timeout=PATIENCE_S)
+                                      capture_output=True, timeout=TIMEOUT_S)
                 why_all = f"cannot read standard input: {why}"
                 self.assertEqual(done.returncode, 1, done)
                 if words:
@@ -271,7 +271,7 @@ class Peers(DaemonTest):
                  'put "--keep-going" between ADDRESS and the command'),
                 (["--connect", "unix:", "status"], 'invalid address "unix:" (expected unix:PATH)')):
             done = subprocess.run([VERGENCE, *words], capture_output=True, text=True,
-                                  timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
+                                  timeout=TIMEOUT_S, stdin=subprocess.DEVNULL)
             self.assertEqual((done.returncode, done.stdout, done.stderr),
                              (2, "", f"vergence: {why}\n"))
         # A whole line as one argument is only for the daemon.

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from as_user import VERGENCE, UserTest
-from daemon_process import PATIENCE_S, SIMRIG, VERGENCED
+from daemon_process import TIMEOUT_S, SIMRIG, VERGENCED
 
 CAMERAS = ("profile=two-cameras", "left_camera=/dev/none1", "right_camera=/dev/none2")
 
@@ -35,7 +35,7 @@ class Places(UserTest):
         self.assertIn("build", self.ask("--json", input="version\n").stdout)
         self.assertIn("build", self.assert_answers(f"unix:{self.socket}", "version"))
         self.daemon.send_signal(signal.SIGTERM)
-        self.assertEqual(self.daemon.wait(PATIENCE_S), 0)
+        self.assertEqual(self.daemon.wait(TIMEOUT_S), 0)
         self.assertIn("serving", places["log"].read_text())
 
     def test_variables_name_other_places(self):
@@ -98,7 +98,7 @@ class Places(UserTest):
     def test_a_socket_that_was_left_behind(self):
         self.begin_daemon(VERGENCED, *CAMERAS)
         self.daemon.kill()
-        self.daemon.wait(PATIENCE_S)
+        self.daemon.wait(TIMEOUT_S)
         done = self.ask("status")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
         self.assertIn(f"{self.socket} (Connection refused)", done.stderr)

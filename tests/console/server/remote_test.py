@@ -15,7 +15,7 @@ import time
 import unittest
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, VERGENCED, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, DaemonTest, Terminal
 from person import Person
 
 
@@ -62,7 +62,7 @@ class Remote(DaemonTest):
 
     def test_its_usage_is_printed_once(self):
         done = subprocess.run([VERGENCE, "--connect", "unix:/x", "--help"], capture_output=True,
-                              text=True, timeout=PATIENCE_S)
+                              text=True, timeout=TIMEOUT_S)
         self.assertIn("\nusage: vergence --connect [ADDRESS] [OPTIONS] [COMMAND [ARGUMENT ...]]\n",
                       done.stdout)
 
@@ -129,7 +129,7 @@ class Remote(DaemonTest):
                         peer.recv(1)
                         peer.sendall(said)
                         peer.shutdown(socket.SHUT_WR)
-                        output, told = process.communicate(timeout=PATIENCE_S)
+                        output, told = process.communicate(timeout=TIMEOUT_S)
                 os.remove(path)
                 self.assertEqual(process.returncode, 3, (said, words, output, told))
                 if "--json" in words:
@@ -176,7 +176,7 @@ class Remote(DaemonTest):
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         time.sleep(0.5)
         process.send_signal(2)
-        _, errors = process.communicate(timeout=PATIENCE_S)
+        _, errors = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual((process.returncode, errors), (130, "ERR CANCELLED cancelled\n"))
 
     def test_fetch(self):
@@ -319,7 +319,7 @@ class Remote(DaemonTest):
         person.type("\x03")
         person.until(lambda: person.said("ERR CANCELLED cancelled") and person.at_prompt())
         person.type("\x04")
-        self.assertEqual(person.process.wait(PATIENCE_S), 0)
+        self.assertEqual(person.process.wait(TIMEOUT_S), 0)
 
     def test_a_window_of_any_width(self):
         person = Person.of(self)
@@ -386,7 +386,7 @@ class Remote(DaemonTest):
         first = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "wait", "100000"],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(first.kill)
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while not self.is_claimed(line.name) and time.monotonic() < end:
             time.sleep(0.02)
         for words in ((), ("--json",)):
@@ -396,7 +396,7 @@ class Remote(DaemonTest):
                           done.stdout + done.stderr)
             self.assertEqual((done.stdout + done.stderr).count("\n"), 1)
         first.send_signal(signal.SIGINT)
-        first.wait(PATIENCE_S)
+        first.wait(TIMEOUT_S)
         done = self.vergence("version", where=f"serial:{line.name}")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
@@ -405,7 +405,7 @@ class Remote(DaemonTest):
         done = subprocess.run(
             [VERGENCED, "store=none", "files=none", f"socket={self.folder}/second.sock",
              f"console={self.console.name}"], stdin=subprocess.DEVNULL, capture_output=True,
-            text=True, timeout=PATIENCE_S, check=False)
+            text=True, timeout=TIMEOUT_S, check=False)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn(f"console = {self.console.name}: in use by another program",
                       done.stderr)

@@ -13,7 +13,7 @@ import unittest
 import zlib
 
 from bad_line import BadLine
-from daemon_process import PATIENCE_S, VERGENCE, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
 
 SEED = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
 print(f"VERGENCE_TEST_SEED={SEED}")
@@ -70,7 +70,7 @@ class Send(DaemonTest):
     def restart(self):
         """Kills the daemon at any point and starts another."""
         self.daemon.send_signal(signal.SIGKILL)
-        self.daemon.wait(PATIENCE_S)
+        self.daemon.wait(TIMEOUT_S)
         self.daemon.returncode = 0  # intended: not a crash for the class's clean-up
         os.unlink(self.path)
         self.start()
@@ -191,12 +191,12 @@ class Send(DaemonTest):
         line.limit = line.carried + 30000
         process = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "send", path,
                                     "broken"])
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while line.carried < line.limit:
             self.assertLess(time.monotonic(), end)
             time.sleep(0.01)
         process.kill()  # killed, as a person would not wait for the client to give up
-        process.wait(PATIENCE_S)
+        process.wait(TIMEOUT_S)
         had = os.path.getsize(self.parts()[0])
         self.assertGreater(had, 5000)
         line.limit, before = None, line.carried

@@ -11,7 +11,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
 
 
 SERVICE = os.path.join(os.path.dirname(VERGENCED), "vergenced.service")
@@ -43,7 +43,7 @@ def expanded(names):
             calls.add(name)
             continue
         said = subprocess.run([analyze(), "syscall-filter", name], check=True, text=True,
-                              capture_output=True, timeout=PATIENCE_S).stdout.splitlines()
+                              capture_output=True, timeout=TIMEOUT_S).stdout.splitlines()
         calls |= expanded(line.strip() for line in said[1:] if line.strip()[:1] not in ("", "#"))
     return calls
 
@@ -57,7 +57,7 @@ class Manager(DaemonTest):
         cls.addClassCleanup(shutil.rmtree, cls.manager_folder)
         cls.manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         cls.addClassCleanup(cls.manager.close)
-        cls.manager.settimeout(PATIENCE_S)
+        cls.manager.settimeout(TIMEOUT_S)
         path = os.path.join(cls.manager_folder, "notify")
         cls.manager.bind(path)
         os.environ["NOTIFY_SOCKET"] = path
@@ -181,7 +181,7 @@ class Filtered(Manager):
         done = subprocess.run(
             [self.filter, narrow, VERGENCED, "store=none", "files=none",
              f"socket={self.folder}/narrow.sock"], stdin=subprocess.DEVNULL, capture_output=True,
-            timeout=PATIENCE_S, check=False)
+            timeout=TIMEOUT_S, check=False)
         self.assertEqual(done.returncode, -signal.SIGSYS, done.stderr)
 
 
@@ -219,7 +219,7 @@ class Installed(unittest.TestCase):
             self.assertIn(root + words[0], found)
             self.assertIn(root + words[2], found)
             done = subprocess.run([root + words[0], "--check", root + words[2]],
-                                  capture_output=True, text=True, timeout=PATIENCE_S)
+                                  capture_output=True, text=True, timeout=TIMEOUT_S)
             self.assertEqual(done.returncode, 0, done.stderr)
             # So do the profiles next to the settings that may name one.
             with open(root + words[2], encoding="utf-8") as file:
@@ -228,7 +228,7 @@ class Installed(unittest.TestCase):
                 with open(root + words[2], "w", encoding="utf-8") as file:
                     file.write(text.replace("profile = rig", f"profile = profiles/{name}.profile"))
                 done = subprocess.run([root + words[0], "--check", root + words[2]],
-                                      capture_output=True, text=True, timeout=PATIENCE_S)
+                                      capture_output=True, text=True, timeout=TIMEOUT_S)
                 self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((unit["Type"], unit["User"]), ("notify", "vergence"))
             # A forbidden call is a reported error, not an unexplained kill.
@@ -243,7 +243,7 @@ class Installed(unittest.TestCase):
             with open(copy, "w", encoding="utf-8") as file:
                 file.write(text)
             done = subprocess.run([analyze(), "verify", "--man=no", copy], capture_output=True,
-                                  text=True, timeout=PATIENCE_S)
+                                  text=True, timeout=TIMEOUT_S)
             complaints = [line for line in done.stderr.splitlines() if "check.service" in line]
             self.assertEqual(complaints, [])
 

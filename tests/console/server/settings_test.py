@@ -8,7 +8,7 @@ import subprocess
 import unittest
 import zlib
 
-from daemon_process import PATIENCE_S, SIMRIG, VERGENCED, DaemonTest, replaced
+from daemon_process import TIMEOUT_S, SIMRIG, VERGENCED, DaemonTest, replaced
 from fake_devices import DeviceTest, LensController
 from played_pairs import lines_of
 
@@ -190,7 +190,7 @@ class Cameras(CameraTest):
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'brought')}", "socket=none",
              "console=stdio", "restore=yes", f"files={self.place('more')}",
              f"store={self.place('other')}"], text=True, capture_output=True,
-            input="\n".join(commands) + "\n", timeout=PATIENCE_S)
+            input="\n".join(commands) + "\n", timeout=TIMEOUT_S)
         self.assertEqual([line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")],
                          5 * ["OK"], done.stdout + done.stderr)
         # A damaged record is reported, and is not a failure of the instrument.

@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, small_stack
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest, small_stack
 
 
 class FullDisk(DaemonTest):
@@ -132,7 +132,7 @@ class NoSocket(unittest.TestCase):
         done = subprocess.run(
             [*launcher, VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
              "right_camera=/dev/none2", "log_level=error", *directories, *settings],
-            capture_output=True, text=True, timeout=PATIENCE_S)
+            capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         return done.stderr
 
@@ -191,7 +191,7 @@ class NoRig(unittest.TestCase):
         done = subprocess.run(
             [VERGENCED, "backend=sim unix:/no/such.sock", "socket=none", "console=stdio",
              "store=none", "files=none"], stdin=subprocess.DEVNULL, capture_output=True,
-            text=True, timeout=PATIENCE_S)
+            text=True, timeout=TIMEOUT_S)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         self.assertIn("backend = sim unix:/no/such.sock", done.stderr)
 

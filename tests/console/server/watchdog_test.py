@@ -9,7 +9,7 @@ import tempfile
 import time
 import unittest
 
-from daemon_process import PATIENCE_S, VERGENCED, DaemonTest, Terminal, replaced
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest, Terminal, replaced
 
 STUCK_S = 2
 WIDTH, HEIGHT = 32, 24
@@ -61,7 +61,7 @@ class Watchdog(DaemonTest):
         return self.lines().count("watchdog ioctl KEEPALIVE")
 
     def wait_until(self, condition):
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while not condition():
             self.assertLess(time.monotonic(), end, self.lines())
             time.sleep(0.05)
@@ -69,7 +69,7 @@ class Watchdog(DaemonTest):
     def tearDown(self):
         if self.daemon.poll() is None:
             self.daemon.kill()
-            self.daemon.wait(PATIENCE_S)
+            self.daemon.wait(TIMEOUT_S)
         self.daemon.returncode = 0
 
     def test_fed_and_disarmed(self):
@@ -135,18 +135,18 @@ class Watchdog(DaemonTest):
         self.assertLess(longest_us, slow_ms * 1000 / 2)
         self.assertGreater(times[-1] - times[0], slow_ms * 1000)
         played = subprocess.run([os.environ["VERGENCE"], "replay", os.path.join(folder, "slow")],
-                                capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+                                capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         self.assertEqual((played.returncode, played.stderr), (0, ""))
 
     def test_a_daemon_that_is_killed(self):
         self.wait_until(lambda: self.feeds() >= 1)
         self.daemon.kill()
-        self.daemon.wait(PATIENCE_S)
+        self.daemon.wait(TIMEOUT_S)
         self.assertNotIn("watchdog write 1", self.lines())
 
     def refused(self, *settings):
         done = subprocess.run([VERGENCED, *replaced(self.arguments(), *settings)],
-                              capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+                              capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
                               env={**os.environ, **self.environment})
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         return done.stderr

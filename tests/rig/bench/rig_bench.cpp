@@ -28,7 +28,7 @@ bool ask_go_on(void *self) {
 }
 
 rig_ports opened(sim_backend &backend, const std::string &where) {
-    const int error = sim_backend_open(&backend, where.c_str(), SIM_CONNECTION_PATIENCE_MS);
+    const int error = sim_backend_open(&backend, where.c_str(), SIM_CONNECTION_TIMEOUT_MS);
     REQUIRE_MESSAGE(error == ERROR_OK, backend.connection.text);
     return sim_backend_ports(&backend);
 }
@@ -46,7 +46,7 @@ rig_profile small_profile(uint16_t width_px, uint16_t height_px) {
 RigBench::RigBench(const rig_profile &profile, const std::string &scene)
     : process(scene), faulty(opened(backend, process.where())) {
     REQUIRE(sim_connection_open(&desk, process.where().c_str(), SIMRIG_ROLE_CONTROL,
-                                SIM_CONNECTION_PATIENCE_MS) == ERROR_OK);
+                                SIM_CONNECTION_TIMEOUT_MS) == ERROR_OK);
     static constexpr hal_log_operations kLogOperations = {write_log};
     log_ = {&kLogOperations, &logged};
     rig_ports ports = faulty.ports();
