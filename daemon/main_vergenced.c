@@ -38,7 +38,7 @@ enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 struct daemon {
     struct config config;
     struct config_old_lines old_lines;
-    struct logbook logbook;
+    struct log_ring log_ring;
     struct hal_log log;
     struct store store;
     bool store_open;
@@ -232,7 +232,7 @@ static int open_watchdog(struct daemon *self, struct message *message) {
 /// Disarms the watchdog, after the rig's thread has ended orderly.
 static void close_watchdog(struct daemon *self) {
     if (self->watchdog_open && !watchdog_dev_close(&self->watchdog, true)) {
-        logbook_print(&self->logbook, HAL_LOG_ERROR, "cannot stop the watchdog");
+        log_ring_print(&self->log_ring, HAL_LOG_ERROR, "cannot stop the watchdog");
     }
 }
 
@@ -262,16 +262,17 @@ static size_t held_max_bytes(void) {
 
 /// Opens everything that the server uses. 0, or an error with a message.
 static int open_parts(struct daemon *self, struct rig_ports *ports, struct message *message) {
-    const int number = logbook_open(&self->logbook, self->config.log_file, self->config.log_level);
+    const int number =
+        log_ring_open(&self->log_ring, self->config.log_file, self->config.log_level);
     if (number != 0) {
         return message_set(message, ERROR_IO, "log = %s: %s", self->config.log_file,
                            strerror(number));
     }
-    self->log = logbook_log(&self->logbook);
+    self->log = log_ring_log(&self->log_ring);
     if (self->old_lines.count > 0) {
-        logbook_print(&self->logbook, HAL_LOG_WARNING,
-                      "settings in an old notation: %u (vergenced --check FILE shows the new one)",
-                      self->old_lines.count);
+        log_ring_print(&self->log_ring, HAL_LOG_WARNING,
+                       "settings in an old notation: %u (vergenced --check FILE shows the new one)",
+                       self->old_lines.count);
     }
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
@@ -284,7 +285,7 @@ static int open_parts(struct daemon *self, struct rig_ports *ports, struct messa
 static struct server_parts parts_of(struct daemon *self) {
     return (struct server_parts){
         .config = &self->config,
-        .logbook = &self->logbook,
+        .log_ring = &self->log_ring,
         .log = &self->log,
         .store = main_backends_store(&self->backends, self->store_open ? &self->store.hal : NULL),
         .files_fd = self->files_fd,
@@ -333,7 +334,7 @@ static int confine(struct daemon *self, struct message *message) {
     }
     const int error = confine_process(message);
     if (error == ERROR_UNSUPPORTED) {
-        logbook_print(&self->logbook, HAL_LOG_WARNING, "%s", message->text);
+        log_ring_print(&self->log_ring, HAL_LOG_WARNING, "%s", message->text);
         return 0;
     }
     return error;
@@ -353,13 +354,13 @@ static void report_start(struct daemon *self) {
         if (places[i].place[0] == '\0') {
             continue;
         }
-        logbook_print(&self->logbook, HAL_LOG_NOTICE, "%s: %s", places[i].what, places[i].place);
+        log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "%s: %s", places[i].what, places[i].place);
         if (elsewhere) {
             fprintf(stderr, "vergenced: %s: %s\n", places[i].what, places[i].place);
         }
     }
-    logbook_print(&self->logbook, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
-                  version_text(), version_build_id());
+    log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
+                   version_text(), version_build_id());
     if (elsewhere) {
         fputs("vergenced: serving until Ctrl-C\n", stderr);
     }
@@ -388,7 +389,7 @@ static int serve(struct daemon *self) {
     if (self->files_fd >= 0) {
         close(self->files_fd);
     }
-    logbook_close(&self->logbook);
+    log_ring_close(&self->log_ring);
     free(self->table);
     return code;
 }

@@ -22,7 +22,7 @@ extern "C" {
 
 struct config;
 struct job;
-struct logbook;
+struct log_ring;
 struct record;
 struct disk_writer;
 
@@ -35,7 +35,7 @@ struct command_context {
     const struct command *table;  ///< all commands
     size_t table_count;
     const struct hal_log *log;
-    struct logbook *logbook;          ///< behind `log`: the last lines
+    struct log_ring *log_ring;        ///< behind `log`: the last lines
     struct record *record;            ///< in front of the rig's ports; records on request
     struct disk_writer *disk_writer;  ///< disk writer, for the rig's thread only
     /// Replay: whether the rig idled at this point of the recording. NULL: no replay.

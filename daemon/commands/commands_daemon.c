@@ -14,7 +14,7 @@
 #include "daemon/commands/completion.h"
 #include "daemon/reply/item.h"
 #include "daemon/reply/job.h"
-#include "daemon/reply/logbook.h"
+#include "daemon/reply/log_ring.h"
 #include "daemon/settings/config.h"
 
 enum { LOG_DEFAULT_LINES = 20, USAGE_BYTES = 160 };
@@ -101,16 +101,16 @@ static int run_log(const struct command_call *call) {
     const struct command_context *context = context_of(call);
     const uint64_t max =
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
-    struct logbook_line line;
+    struct log_ring_line line;
     uint64_t back = max;
     item_begin(call, "lines", true);
     while (back > 0) {
         back--;
-        if (logbook_line(context->logbook, back, &line)) {
+        if (log_ring_line(context->log_ring, back, &line)) {
             char when[32];
-            char text[LOGBOOK_LINE_BYTES + 64];
-            logbook_time_text(line.time_us, when);
-            snprintf(text, sizeof text, "%s %s: %s", when, logbook_level_name(line.level),
+            char text[LOG_RING_LINE_BYTES + 64];
+            log_ring_time_text(line.time_us, when);
+            snprintf(text, sizeof text, "%s %s: %s", when, log_ring_level_name(line.level),
                      line.text);
             item_text(call, NULL, text);
         }
@@ -204,7 +204,7 @@ static const struct command_argument log_arguments[] = {
      .kind = COMMAND_INTEGER,
      .unit = "lines",
      .min = 1,
-     .max = LOGBOOK_LINES,
+     .max = LOG_RING_LINES,
      .optional = true,
      .help = "how many of the last lines; default: 20"},
 };

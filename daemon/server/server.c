@@ -109,7 +109,7 @@ static void open_worker(struct server *self, struct worker *worker,
         .table = parts->table,
         .table_count = parts->table_count,
         .log = parts->log,
-        .logbook = parts->logbook,
+        .log_ring = parts->log_ring,
         .store = parts->store,
         .record = parts->record,
         .disk_writer = parts->disk_writer,
@@ -125,7 +125,7 @@ static void open_worker(struct server *self, struct worker *worker,
 
 int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
     *self = (struct server){.config = parts->config,
-                            .logbook = parts->logbook,
+                            .log_ring = parts->log_ring,
                             .table = parts->table,
                             .table_count = parts->table_count,
                             .watchdog = parts->watchdog,
@@ -164,10 +164,10 @@ static void take_signals(struct server *self) {
     struct signalfd_siginfo information;
     while (read(self->signal_fd, &information, sizeof information) == sizeof information) {
         if (information.ssi_signo == SIGHUP) {
-            logbook_reopen(self->logbook);
+            log_ring_reopen(self->log_ring);
         } else {
-            logbook_print(self->logbook, HAL_LOG_NOTICE, "signal %u: ending",
-                          information.ssi_signo);
+            log_ring_print(self->log_ring, HAL_LOG_NOTICE, "signal %u: ending",
+                           information.ssi_signo);
             self->stopping = true;
         }
     }
@@ -250,7 +250,7 @@ static void end_stall(struct server *self, struct connection *client, uint64_t n
         output_reset(&client->output, false);  // no terminal is connected
         client->stalled_us = 0;
     } else {
-        logbook_print(self->logbook, HAL_LOG_WARNING, "a client does not read: dropped");
+        log_ring_print(self->log_ring, HAL_LOG_WARNING, "a client does not read: dropped");
         connection_gone(client);
     }
 }
@@ -274,7 +274,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     end_silence(self, client, now_us);
     connection_step(client, now_us);
     if (client->hangs_up != NULL) {
-        logbook_print(self->logbook, HAL_LOG_WARNING, "a client %s: dropped", client->hangs_up);
+        log_ring_print(self->log_ring, HAL_LOG_WARNING, "a client %s: dropped", client->hangs_up);
         client->hangs_up = NULL;
     }
     if (connection_over(client)) {
@@ -355,8 +355,8 @@ static void feed(struct server *self) {
     }
     const int error = self->watchdog->operations->feed(self->watchdog->self);
     if (error != 0 && !self->watchdog_told) {
-        logbook_print(self->logbook, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
-                      error_text(error));
+        log_ring_print(self->log_ring, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
+                       error_text(error));
     }
     self->watchdog_told = error != 0;
 }
@@ -369,8 +369,8 @@ static void notify(struct server *self, uint64_t now_us) {
     const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
     const bool alive = worker_silence_us(&self->rig_worker) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_told) {
-        logbook_print(self->logbook, HAL_LOG_ERROR,
-                      "the instrument's thread has been stuck for %u s", limit_s);
+        log_ring_print(self->log_ring, HAL_LOG_ERROR,
+                       "the instrument's thread has been stuck for %u s", limit_s);
     }
     self->stuck_told = !alive;
     if (alive && now_us - self->notified_us >= self->notify_us) {
@@ -411,7 +411,7 @@ static void turn(struct server *self) {
         console_retry(&self->console, now_us);
     }
     notify(self, now_us);
-    logbook_flush(self->logbook);
+    log_ring_flush(self->log_ring);
 }
 
 int server_run(struct server *self) {

@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/reply/logbook.h"
+#include "daemon/reply/log_ring.h"
 #include "daemon/server/connection.h"
 #include "daemon/server/console.h"
 #include "daemon/server/listener.h"
@@ -22,7 +22,7 @@ extern "C" {
 
 struct server {
     const struct config *config;
-    struct logbook *logbook;
+    struct log_ring *log_ring;
     const struct command *table;
     size_t table_count;
     struct worker rig_worker, general_worker;
@@ -45,7 +45,7 @@ struct server {
 /// What the server uses. All of it must outlive the server.
 struct server_parts {
     const struct config *config;
-    struct logbook *logbook;
+    struct log_ring *log_ring;
     const struct hal_log *log;
     const struct hal_store *store;
     struct record *record;

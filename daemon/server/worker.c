@@ -14,7 +14,7 @@
 #include "daemon/base/monotonic.h"
 #include "daemon/base/thread.h"
 #include "daemon/commands/commands_daemon.h"
-#include "daemon/reply/logbook.h"
+#include "daemon/reply/log_ring.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
 
@@ -98,7 +98,7 @@ static void tell(const struct worker *self, enum hal_log_level level, const char
     __attribute__((format(printf, 3, 4)));
 static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...) {
     const struct hal_log *log = self->context.log;
-    char text[LOGBOOK_LINE_BYTES];
+    char text[LOG_RING_LINE_BYTES];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/logbook.h"
+#include "daemon/reply/log_ring.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -18,7 +18,7 @@ static int open_file(const char *path) {
     return open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640);
 }
 
-int logbook_open(struct logbook *self, const char *path, int level) {
+int log_ring_open(struct log_ring *self, const char *path, int level) {
     memset(self, 0, sizeof *self);
     self->level = level;
     self->path = path;
@@ -33,22 +33,22 @@ int logbook_open(struct logbook *self, const char *path, int level) {
     return self->fd < 0 ? errno : 0;
 }
 
-void logbook_close(struct logbook *self) {
-    logbook_flush(self);
+void log_ring_close(struct log_ring *self) {
+    log_ring_flush(self);
     if (self->path[0] != '\0' && self->fd >= 0) {
         close(self->fd);
     }
     pthread_mutex_destroy(&self->lock);
 }
 
-void logbook_reopen(struct logbook *self) {
+void log_ring_reopen(struct log_ring *self) {
     if (self->path[0] == '\0') {
         return;
     }
     const int fd = open_file(self->path);
     if (fd < 0) {
-        logbook_print(self, HAL_LOG_ERROR, "%s: %s; the log stays in the file that is open",
-                      self->path, strerror(errno));
+        log_ring_print(self, HAL_LOG_ERROR, "%s: %s; the log stays in the file that is open",
+                       self->path, strerror(errno));
         return;
     }
     if (self->fd >= 0) {
@@ -57,7 +57,7 @@ void logbook_reopen(struct logbook *self) {
     self->fd = fd;
 }
 
-const char *logbook_level_name(enum hal_log_level level) {
+const char *log_ring_level_name(enum hal_log_level level) {
     static const char *const names[] = {[HAL_LOG_ERROR] = "error",
                                         [HAL_LOG_WARNING] = "warning",
                                         [HAL_LOG_NOTICE] = "notice",
@@ -68,7 +68,7 @@ const char *logbook_level_name(enum hal_log_level level) {
 }
 
 static void write_line(void *cookie, enum hal_log_level level, const char *text) {
-    struct logbook *self = cookie;
+    struct log_ring *self = cookie;
     if ((int)level > self->level) {
         return;
     }
@@ -77,18 +77,19 @@ static void write_line(void *cookie, enum hal_log_level level, const char *text)
     char before[64] = "";
     clock_gettime(CLOCK_REALTIME, &now);
     pthread_mutex_lock(&self->lock);
-    const enum flood_answer answer = flood_ask(&self->flood, text, monotonic_now_us() + 1, &held);
-    if (answer == FLOOD_HOLD) {
+    const enum log_ratelimit_verdict answer =
+        log_ratelimit_check(&self->log_ratelimit, text, monotonic_now_us() + 1, &held);
+    if (answer == LOG_RATELIMIT_DROP) {
         pthread_mutex_unlock(&self->lock);
         return;
     }
     if (held > 0) {
         snprintf(before, sizeof before, "(%llu similar lines suppressed) ",
                  (unsigned long long)held);
-    } else if (answer == FLOOD_TELL_LAST) {
+    } else if (answer == LOG_RATELIMIT_PASS_LAST) {
         strcpy(before, "(similar lines are suppressed from now on) ");
     }
-    struct logbook_line *line = &self->lines[self->written % LOGBOOK_LINES];
+    struct log_ring_line *line = &self->lines[self->written % LOG_RING_LINES];
     line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
     line->level = level;
     snprintf(line->text, sizeof line->text, "%s%s", before, text);
@@ -99,13 +100,13 @@ static void write_line(void *cookie, enum hal_log_level level, const char *text)
     pthread_mutex_unlock(&self->lock);
 }
 
-struct hal_log logbook_log(struct logbook *self) {
+struct hal_log log_ring_log(struct log_ring *self) {
     static const struct hal_log_operations operations = {.write = write_line};
     return (struct hal_log){&operations, self};
 }
 
-void logbook_print(struct logbook *self, enum hal_log_level level, const char *format, ...) {
-    char text[LOGBOOK_LINE_BYTES];
+void log_ring_print(struct log_ring *self, enum hal_log_level level, const char *format, ...) {
+    char text[LOG_RING_LINE_BYTES];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
@@ -113,7 +114,7 @@ void logbook_print(struct logbook *self, enum hal_log_level level, const char *f
     write_line(self, level, text);
 }
 
-void logbook_time_text(int64_t time_us, char *text) {
+void log_ring_time_text(int64_t time_us, char *text) {
     const time_t seconds = (time_t)(time_us / 1000000);
     struct tm parts;
     gmtime_r(&seconds, &parts);
@@ -122,18 +123,18 @@ void logbook_time_text(int64_t time_us, char *text) {
 }
 
 /// Sends one line. False: try again later.
-static bool send_line(struct logbook *self, const struct logbook_line *line, uint64_t lost) {
+static bool send_line(struct log_ring *self, const struct log_ring_line *line, uint64_t lost) {
     char when[32];
-    char text[LOGBOOK_LINE_BYTES + 128];
+    char text[LOG_RING_LINE_BYTES + 128];
     char gap[64] = "";
     if (lost > 0) {
         snprintf(gap, sizeof gap, "(%llu lines lost) ", (unsigned long long)lost);
     }
-    logbook_time_text(line->time_us, when);
+    log_ring_time_text(line->time_us, when);
     const int length =
         self->systemd ? snprintf(text, sizeof text, "<%d>%s%s\n", (int)line->level, gap, line->text)
                       : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
-                                 logbook_level_name(line->level), gap, line->text);
+                                 log_ring_level_name(line->level), gap, line->text);
     INVARIANT(length > 0 && (size_t)length < sizeof text);
     // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once.
     struct pollfd room = {.fd = self->fd, .events = POLLOUT};
@@ -149,18 +150,18 @@ static bool send_line(struct logbook *self, const struct logbook_line *line, uin
     return sent == length;
 }
 
-void logbook_flush(struct logbook *self) {
+void log_ring_flush(struct log_ring *self) {
     for (;;) {
         pthread_mutex_lock(&self->lock);
-        const uint64_t oldest = self->written > LOGBOOK_LINES ? self->written - LOGBOOK_LINES : 0;
+        const uint64_t oldest = self->written > LOG_RING_LINES ? self->written - LOG_RING_LINES : 0;
         if (self->sent < oldest) {
             self->lost += oldest - self->sent;
             self->sent = oldest;
         }
         const bool more = self->sent < self->written;
-        struct logbook_line line = {0};
+        struct log_ring_line line = {0};
         if (more) {
-            line = self->lines[self->sent % LOGBOOK_LINES];
+            line = self->lines[self->sent % LOG_RING_LINES];
         }
         pthread_mutex_unlock(&self->lock);
         if (!more || !send_line(self, &line, self->lost)) {
@@ -171,11 +172,11 @@ void logbook_flush(struct logbook *self) {
     }
 }
 
-bool logbook_line(struct logbook *self, uint64_t back, struct logbook_line *line) {
+bool log_ring_line(struct log_ring *self, uint64_t back, struct log_ring_line *line) {
     pthread_mutex_lock(&self->lock);
-    const bool there = back < LOGBOOK_LINES && back < self->written;
+    const bool there = back < LOG_RING_LINES && back < self->written;
     if (there) {
-        *line = self->lines[(self->written - 1 - back) % LOGBOOK_LINES];
+        *line = self->lines[(self->written - 1 - back) % LOG_RING_LINES];
     }
     pthread_mutex_unlock(&self->lock);
     return there;

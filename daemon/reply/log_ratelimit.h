@@ -4,8 +4,8 @@
 /// once, then one in ten minutes, with the number of those suppressed.
 ///
 /// Not thread-safe: the caller locks.
-#ifndef VERGENCE_DAEMON_REPLY_FLOOD_H
-#define VERGENCE_DAEMON_REPLY_FLOOD_H
+#ifndef VERGENCE_DAEMON_REPLY_LOG_RATELIMIT_H
+#define VERGENCE_DAEMON_REPLY_LOG_RATELIMIT_H
 
 #include <stddef.h>
 #include <stdint.h>
@@ -14,9 +14,9 @@
 extern "C" {
 #endif
 
-enum { FLOOD_KINDS = 64, FLOOD_AT_ONCE = 8, FLOOD_REFILL_US = 600 * 1000000 };
+enum { LOG_RATELIMIT_KINDS = 64, LOG_RATELIMIT_BURST = 8, LOG_RATELIMIT_REFILL_US = 600 * 1000000 };
 
-struct flood_kind {
+struct log_ratelimit_kind {
     uint32_t hash;
     unsigned left;         ///< lines that may pass now
     uint64_t refilled_us;  ///< when `left` last grew
@@ -25,19 +25,20 @@ struct flood_kind {
 };
 
 /// The caller zeroes it before the first use.
-struct flood {
-    struct flood_kind kinds[FLOOD_KINDS];
+struct log_ratelimit {
+    struct log_ratelimit_kind kinds[LOG_RATELIMIT_KINDS];
 };
 
-enum flood_answer {
-    FLOOD_HOLD,  ///< suppress the line
-    FLOOD_TELL,
-    FLOOD_TELL_LAST,  ///< pass it; the next ones of its kind are suppressed
+enum log_ratelimit_verdict {
+    LOG_RATELIMIT_DROP,  ///< suppress the line
+    LOG_RATELIMIT_PASS,
+    LOG_RATELIMIT_PASS_LAST,  ///< pass it; the next ones of its kind are suppressed
 };
 
 /// Decides about a line that comes now. `now_us`: monotonic clock, not 0. For a line that passes,
 /// `*held` receives the number of its kind that were suppressed before it; else it is unchanged.
-enum flood_answer flood_ask(struct flood *self, const char *text, uint64_t now_us, uint64_t *held);
+enum log_ratelimit_verdict log_ratelimit_check(struct log_ratelimit *self, const char *text,
+                                               uint64_t now_us, uint64_t *held);
 
 #ifdef __cplusplus
 }
