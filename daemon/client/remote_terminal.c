@@ -89,7 +89,7 @@ static void send_to_screen(void *cookie, const char *data, size_t bytes) {
     fflush(stdout);
 }
 
-static void keep_words(struct remote *remote, void *cookie, const char *text) {
+static void save_words(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     if (strncmp(text, "words: ", 7) == 0) {
         printable_copy(text + 7, cookie, EDITOR_WORDS_BYTES);
@@ -107,7 +107,7 @@ static void complete(void *cookie, const char *typed, char *words) {
     snprintf(command, sizeof command, "complete %s", quoted);
     struct message message;
     self->remote->interrupted = false;
-    remote_ask(self->remote, command, keep_words, words, &message);
+    remote_ask(self->remote, command, save_words, words, &message);
 }
 
 /// Runs a line. False: end of the session.

@@ -39,7 +39,7 @@ struct surface {
     char session[FILES_NAME_MAX + 1];
     char result[FILES_NAME_MAX + 64];
     char out_path[OUTDIR_PATH_BYTES];
-    char kept[STORE_CALIBRATION_BYTES];
+    char stored[STORE_CALIBRATION_BYTES];
     struct session_pairs pairs;  // work space
     struct reconstruct_session source;
     struct reconstruct_request request;
@@ -118,20 +118,20 @@ static int choose_session(struct surface *self) {
     return fd < 0 ? fd : 0;
 }
 
-static void load_kept(struct surface *self) {
+static void load_saved(struct surface *self) {
     const struct hal_store *store = context_of(self->call)->store;
     size_t length = 0;
     if (store == NULL) {
         return;
     }
-    const int error = store->operations->load(store->self, STORE_CALIBRATION, self->kept,
-                                              sizeof self->kept, &length);
+    const int error = store->operations->load(store->self, STORE_CALIBRATION, self->stored,
+                                              sizeof self->stored, &length);
     if (error == 0) {
-        INVARIANT(length <= sizeof self->kept);
-        self->source.kept_text = self->kept;
-        self->source.kept_length = length;
+        INVARIANT(length <= sizeof self->stored);
+        self->source.stored_text = self->stored;
+        self->source.stored_length = length;
     } else if (error != ERROR_MISSING) {
-        self->source.kept_error = error;  // reported only if the session has no calibration
+        self->source.stored_error = error;  // reported only if the session has no calibration
     }
 }
 
@@ -286,7 +286,7 @@ static int run_reconstruct(const struct command_call *call) {
     int error = choose_session(self);
     error = error != 0 ? error : make_request(self);
     if (error == 0) {
-        load_kept(self);
+        load_saved(self);
         error = compute(self);
     }
     free(self);

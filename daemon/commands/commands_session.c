@@ -223,7 +223,7 @@ static void write_pair(void *cookie) {
 }
 
 /// Writes a pair into its session; in a recording, after all calls that led to it.
-static int keep_pair(const struct command_call *call, const struct pair *pair,
+static int save_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
     const struct command_context *context = context_of(call);
     struct writing writing = {
@@ -279,7 +279,7 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
         error = mismatch;
         error = error != 0 ? error : begin_session(call, &call->values[CAPTURE_NAME], "capture");
     }
-    error = error != 0 ? error : keep_pair(call, &pair, &registers);
+    error = error != 0 ? error : save_pair(call, &pair, &registers);
     if (error == 0) {
         remember_session();
         put_pair(call, &pair);

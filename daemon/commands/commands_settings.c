@@ -13,7 +13,7 @@
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
 #include "daemon/settings/config.h"
-#include "daemon/settings/kept_settings.h"
+#include "daemon/settings/saved_settings.h"
 #include "rig/rig.h"
 
 enum { SHOW, SAVE, RESTORE, FORGET };
@@ -22,7 +22,7 @@ enum { SHOW, SAVE, RESTORE, FORGET };
 
 // ---- the answer
 
-static void put_side(const struct command_call *call, const struct kept_settings *kept,
+static void put_side(const struct command_call *call, const struct saved_settings *saved,
                      unsigned side) {
     static const struct {
         const char *key;
@@ -39,7 +39,7 @@ static void put_side(const struct command_call *call, const struct kept_settings
     };
     item_begin(call, commands_side_name(side), false);
     for (int i = 0; i < KEPT_VALUES; i++) {
-        const int32_t value = kept->values[side][i];
+        const int32_t value = saved->values[side][i];
         if (value != INT32_MIN) {
             item_number(call, shown[i].key, value / shown[i].parts, shown[i].decimals,
                         shown[i].unit);
@@ -48,17 +48,17 @@ static void put_side(const struct command_call *call, const struct kept_settings
     item_end(call);
 }
 
-static void put(const struct command_call *call, const struct kept_settings *kept) {
-    item_text(call, "profile", kept->profile);
-    if (kept->width_px != 0) {
+static void put(const struct command_call *call, const struct saved_settings *saved) {
+    item_text(call, "profile", saved->profile);
+    if (saved->width_px != 0) {
         item_begin(call, "window", false);
-        item_number(call, "width", kept->width_px, 0, "px");
-        item_number(call, "height", kept->height_px, 0, "px");
-        item_number(call, "skip", kept->skip, 0, NULL);
+        item_number(call, "width", saved->width_px, 0, "px");
+        item_number(call, "height", saved->height_px, 0, "px");
+        item_number(call, "skip", saved->skip, 0, NULL);
         item_end(call);
     }
-    put_side(call, kept, RIG_LEFT);
-    put_side(call, kept, RIG_RIGHT);
+    put_side(call, saved, RIG_LEFT);
+    put_side(call, saved, RIG_RIGHT);
 }
 
 // ---- the record
@@ -67,7 +67,7 @@ static void put(const struct command_call *call, const struct kept_settings *kep
 struct store_job {
     const struct hal_store *store;
     int what;
-    char text[KEPT_SETTINGS_BYTES];
+    char text[SAVED_SETTINGS_BYTES];
     size_t length;
     int error;
 };
@@ -77,10 +77,11 @@ static void run_store_job(void *cookie) {
     const struct hal_store_operations *operations = self->store->operations;
     void *store = self->store->self;
     self->error = self->what == SAVE
-                      ? operations->save(store, KEPT_SETTINGS_RECORD, self->text, self->length)
-                  : self->what == FORGET ? operations->remove(store, KEPT_SETTINGS_RECORD)
-                                         : operations->load(store, KEPT_SETTINGS_RECORD, self->text,
-                                                            sizeof self->text, &self->length);
+                      ? operations->save(store, SAVED_SETTINGS_RECORD, self->text, self->length)
+                  : self->what == FORGET
+                      ? operations->remove(store, SAVED_SETTINGS_RECORD)
+                      : operations->load(store, SAVED_SETTINGS_RECORD, self->text,
+                                         sizeof self->text, &self->length);
 }
 
 static int do_write_job(const struct command_call *call, struct store_job *store_job, int what) {
@@ -95,7 +96,7 @@ static int refuse_store(const struct command_call *call, const char *action, int
     return command_fail_store(call, error, "settings", action);
 }
 
-static int load(const struct command_call *call, struct kept_settings *kept) {
+static int load(const struct command_call *call, struct saved_settings *saved) {
     struct store_job store_job;
     struct message why = {.text = "its checksum is wrong"};
     int error = do_write_job(call, &store_job, RESTORE);
@@ -105,7 +106,7 @@ static int load(const struct command_call *call, struct kept_settings *kept) {
     }
     if (error == 0) {
         INVARIANT(store_job.length <= sizeof store_job.text);
-        error = kept_settings_parse(store_job.text, store_job.length, kept, &why);
+        error = saved_settings_parse(store_job.text, store_job.length, saved, &why);
     }
     // Longer than any saved record.
     error = error == ERROR_BUFFER ? ERROR_CRC : error;
@@ -143,20 +144,20 @@ static int give(const struct command_call *call, const char *line) {
 }
 
 /// Applies the saved settings to the instrument after checking all of them.
-static int restore(const struct command_call *call, bool axes, struct kept_settings *kept) {
+static int restore(const struct command_call *call, bool axes, struct saved_settings *saved) {
     const struct command_context *context = context_of(call);
-    char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
+    char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
     struct message why;
     size_t of_cameras = 0;
-    int error = load(call, kept);
+    int error = load(call, saved);
     if (error != 0) {
         return error;
     }
-    error = kept_settings_check(kept, call->rig, &why);
+    error = saved_settings_check(saved, call->rig, &why);
     if (error != 0) {
         return command_fail(call, error, "settings: %s", why.text);
     }
-    const size_t all = kept_settings_commands(kept, call->rig, lines, &of_cameras);
+    const size_t all = saved_settings_commands(saved, call->rig, lines, &of_cameras);
     const size_t count = axes ? all : of_cameras;
     for (size_t i = 0; i < count && error == 0; i++) {
         context->progress(context->self, "restoring", (uint32_t)i, (uint32_t)count);
@@ -166,32 +167,32 @@ static int restore(const struct command_call *call, bool axes, struct kept_setti
 }
 
 static int run_show(const struct command_call *call) {
-    struct kept_settings kept;
-    const int error = load(call, &kept);
+    struct saved_settings saved;
+    const int error = load(call, &saved);
     if (error == 0) {
-        put(call, &kept);
+        put(call, &saved);
     }
     return error;
 }
 
 static int run_save(const struct command_call *call) {
-    struct kept_settings kept;
+    struct saved_settings saved;
     struct store_job store_job;
-    kept_settings_take(call->rig, &kept);
-    store_job.length = kept_settings_print(&kept, store_job.text);
+    saved_settings_take(call->rig, &saved);
+    store_job.length = saved_settings_print(&saved, store_job.text);
     const int error = do_write_job(call, &store_job, SAVE);
     if (error != 0) {
         return refuse_store(call, "save to", error);
     }
-    put(call, &kept);
+    put(call, &saved);
     return 0;
 }
 
 static int run_restore(const struct command_call *call) {
-    struct kept_settings kept;
-    const int error = restore(call, true, &kept);
+    struct saved_settings saved;
+    const int error = restore(call, true, &saved);
     if (error == 0) {
-        put(call, &kept);
+        put(call, &saved);
     }
     return error;
 }
@@ -223,12 +224,12 @@ static int run_settings(const struct command_call *call) {
 int commands_settings_after_bringup(const struct command_call *call) {
     const struct command_context *context = context_of(call);
     const struct hal_log *log = context->log;
-    struct kept_settings kept;
+    struct saved_settings saved;
     // A recording contains the commands that restored the settings, if any did.
     if (!context->config->restore || context->store == NULL || context->idle_is_next != NULL) {
         return 0;
     }
-    const int error = restore(call, false, &kept);
+    const int error = restore(call, false, &saved);
     if (error == ERROR_CANCELLED || (error != 0 && call->rig->state != RIG_READY)) {
         return error;
     }

@@ -16,9 +16,9 @@ bool output_open(struct output *self, int wake_fd) {
 
 void output_close(struct output *self) {
     free(self->data);
-    free(self->kept);
+    free(self->saved);
     self->data = NULL;
-    self->kept = NULL;
+    self->saved = NULL;
     pthread_mutex_destroy(&self->lock);
 }
 
@@ -64,25 +64,25 @@ void output_put_text(struct output *self, const char *text) {
     output_put(self, text, strlen(text));
 }
 
-bool output_open_kept(struct output *self) {
-    self->kept = malloc(OUTPUT_BYTES);
-    return self->kept != NULL;
+bool output_open_saved(struct output *self) {
+    self->saved = malloc(OUTPUT_BYTES);
+    return self->saved != NULL;
 }
 
-void output_keep_begin(struct output *self) {
-    self->kept_bytes = 0;
+void output_save_begin(struct output *self) {
+    self->saved_bytes = 0;
 }
 
-void output_keep(struct output *self, const char *data, size_t bytes) {
-    if (self->kept != NULL && bytes <= OUTPUT_BYTES - self->kept_bytes) {
-        memcpy(self->kept + self->kept_bytes, data, bytes);
-        self->kept_bytes += bytes;
+void output_save(struct output *self, const char *data, size_t bytes) {
+    if (self->saved != NULL && bytes <= OUTPUT_BYTES - self->saved_bytes) {
+        memcpy(self->saved + self->saved_bytes, data, bytes);
+        self->saved_bytes += bytes;
     }
 }
 
 void output_repeat(struct output *self) {
-    INVARIANT(self->kept_bytes <= OUTPUT_BYTES);
-    output_put(self, self->kept, self->kept_bytes);
+    INVARIANT(self->saved_bytes <= OUTPUT_BYTES);
+    output_put(self, self->saved, self->saved_bytes);
 }
 
 size_t output_peek(struct output *self, void *data, size_t capacity) {

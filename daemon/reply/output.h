@@ -24,8 +24,8 @@ struct output {
     bool closed;   ///< no reader: new data is discarded
     bool overrun;  ///< data was dropped
     int wake_fd;   ///< eventfd that wakes the event loop
-    char *kept;    ///< OUTPUT_BYTES: the answer that can be repeated; NULL: repeating is off
-    size_t kept_bytes;
+    char *saved;   ///< OUTPUT_BYTES: the answer that can be repeated; NULL: repeating is off
+    size_t saved_bytes;
 };
 
 /// Allocates the buffer; initially closed. False: out of memory.
@@ -39,11 +39,11 @@ void output_put(struct output *self, const void *data, size_t bytes);
 void output_put_text(struct output *self, const char *text);
 
 /// Enables saving of answers for repetition. False: out of memory.
-bool output_open_kept(struct output *self);
+bool output_open_saved(struct output *self);
 /// Starts a new saved answer; appends to it, unless that would exceed OUTPUT_BYTES; outputs it
 /// again. Only one thread at a time may use these three.
-void output_keep_begin(struct output *self);
-void output_keep(struct output *self, const char *data, size_t bytes);
+void output_save_begin(struct output *self);
+void output_save(struct output *self, const char *data, size_t bytes);
 void output_repeat(struct output *self);
 
 /// Copies up to `capacity` bytes from the front without removing them; returns their number.

@@ -15,8 +15,8 @@ enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // characters, of the bar and of the te
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
     struct reply *self = cookie;
     self->crc = crc_update(self->crc, data, bytes);
-    if (self->keeps) {
-        output_keep(self->output, data, bytes);
+    if (self->saves) {
+        output_save(self->output, data, bytes);
     }
     if (!self->terminal) {
         output_put(self->output, data, bytes);
@@ -62,9 +62,9 @@ static void begin_result(struct reply *self) {
     wipe_bar(self);
     fflush(self->stream);
     self->crc = 0;
-    self->keeps = self->request.exactly_once;
-    if (self->keeps) {
-        output_keep_begin(self->output);
+    self->saves = self->request.exactly_once;
+    if (self->saves) {
+        output_save_begin(self->output);
     }
     if (self->request.json) {
         begin_json(self, NULL);
@@ -227,7 +227,7 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->request = *request;
     self->terminal = terminal;
     self->begun = false;
-    self->keeps = false;
+    self->saves = false;
     self->bar_shown = false;
     self->depth = 0;
     self->array[0] = false;

@@ -40,7 +40,7 @@ struct reply {
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
     bool begun;      ///< the result was begun
-    bool keeps;      ///< save the answer for repetition
+    bool saves;      ///< save the answer for repetition
     bool bar_shown;  ///< a bar is on the terminal, to be erased
     uint32_t crc;    ///< of the line (text: of the answer) so far
     int depth;

@@ -37,7 +37,7 @@ bool connection_init(struct connection *self, const struct connection_host *host
     self->in_fd = -1;
     self->out_fd = -1;
     self->job.output = &self->output;
-    return output_open(&self->output, wake_fd) && (!terminal || output_open_kept(&self->output));
+    return output_open(&self->output, wake_fd) && (!terminal || output_open_saved(&self->output));
 }
 
 void connection_destroy(struct connection *self) {

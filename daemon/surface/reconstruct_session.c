@@ -86,15 +86,15 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
     int error = ERROR_OK;
     if (self->own) {
         error = read_own(self, reader, pairs->calibration_crc, calibration, message);
-    } else if (self->kept_text != NULL) {
+    } else if (self->stored_text != NULL) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "the saved calibration");
-        error = parse_calibration(self->calibration_name, self->kept_text, self->kept_length,
+        error = parse_calibration(self->calibration_name, self->stored_text, self->stored_length,
                                   calibration, message);
-    } else if (self->kept_error != 0) {
+    } else if (self->stored_error != 0) {
         return message_set(
-            message, self->kept_error,
+            message, self->stored_error,
             "%s: no calibration in the session, and the saved one cannot be read: %s", self->path,
-            error_text(self->kept_error));
+            error_text(self->stored_error));
     } else {
         return message_set(message, ERROR_MISSING, "%s: no calibration in the session%s",
                            self->path, self->missing);

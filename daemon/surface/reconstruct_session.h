@@ -21,15 +21,15 @@ enum { RECONSTRUCT_SESSION_NAME_BYTES = 300 };
 /// The `self` of reconstruct_session_read. Large: static or allocated.
 struct reconstruct_session {
     // Set by the caller:
-    int parent;             // as for session_reader_open
-    const char *path;       // path of the session
-    uint32_t pair;          // pair number, from 1; 0: the last
-    const char *kept_text;  // the saved calibration, for sessions without one; NULL: none
-    size_t kept_length;     // length of its text
-    const char *missing;    // advice if there is no calibration: how to get one
+    int parent;               // as for session_reader_open
+    const char *path;         // path of the session
+    uint32_t pair;            // pair number, from 1; 0: the last
+    const char *stored_text;  // the saved calibration, for sessions without one; NULL: none
+    size_t stored_length;     // length of its text
+    const char *missing;      // advice if there is no calibration: how to get one
     /// Loads the calibration that a request names; NULL if requests never name one.
     calibration_loader *load_calibration;
-    int kept_error;  // error of reading the saved one; 0: none is saved
+    int stored_error;  // error of reading the saved one; 0: none is saved
 
     // After a read:
     uint32_t found;                      // the pair's position in the session, from 1

@@ -78,7 +78,7 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
 
 // Copies a borrowed frame into `memory` (`values` long) if it is complete, with all its information
 // but the axes, and gives it back.
-static int keep_frame(struct rig *rig, unsigned side, const struct hal_camera_frame *frame,
+static int save_frame(struct rig *rig, unsigned side, const struct hal_camera_frame *frame,
                       uint16_t *memory, size_t values, struct pair_frame *out) {
     int error = is_as_asked(rig, side, frame);
     const size_t needed =
@@ -116,7 +116,7 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
         if (error != ERROR_OK) {
             return error;
         }
-        error = keep_frame(rig, side, &frame, memory, values, out);
+        error = save_frame(rig, side, &frame, memory, values, out);
         if (frame.faults == 0 || error != ERROR_OK) {
             return error;
         }
@@ -193,7 +193,7 @@ static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
         error = trigger_take(rig, side, &frame);
         if (error == ERROR_OK) {
             faults[side] = frame.faults;
-            error = keep_frame(rig, side, &frame, memory + side * values, values, &frames[side]);
+            error = save_frame(rig, side, &frame, memory + side * values, values, &frames[side]);
         }
     }
     return error;

@@ -9,13 +9,13 @@
 
 #include "core/error.h"
 #include "daemon/backends/store/store.h"
-#include "daemon/settings/kept_settings.h"
+#include "daemon/settings/saved_settings.h"
 #include "linux_try.hpp"
 #include "scratch.hpp"
 
 namespace {
 
-kept_settings of_exposure(int32_t exposure_us) {
+saved_settings of_exposure(int32_t exposure_us) {
     rig up{};
     REQUIRE(rig_profile_named("two-cameras", &up.profile) == ERROR_OK);
     up.state = RIG_READY;
@@ -26,19 +26,19 @@ kept_settings of_exposure(int32_t exposure_us) {
             axis = INT32_MIN;
         }
     }
-    kept_settings kept{};
-    kept_settings_take(&up, &kept);
+    saved_settings kept{};
+    saved_settings_take(&up, &kept);
     return kept;
 }
 
-int save(const std::string &path, const kept_settings &kept) {
+int save(const std::string &path, const saved_settings &kept) {
     store store;
     message why;
-    char text[KEPT_SETTINGS_BYTES];
-    const size_t length = kept_settings_print(&kept, text);
+    char text[SAVED_SETTINGS_BYTES];
+    const size_t length = saved_settings_print(&kept, text);
     int error = store_open(&store, path.c_str(), &why);
     if (error == ERROR_OK) {
-        error = store.hal.operations->save(store.hal.self, KEPT_SETTINGS_RECORD, text, length);
+        error = store.hal.operations->save(store.hal.self, SAVED_SETTINGS_RECORD, text, length);
     }
     store_close(&store);
     return error;
@@ -48,14 +48,14 @@ int save(const std::string &path, const kept_settings &kept) {
 int32_t load(const std::string &path) {
     store store;
     message why;
-    char text[KEPT_SETTINGS_BYTES];
+    char text[SAVED_SETTINGS_BYTES];
     size_t length = 0;
-    kept_settings kept{};
+    saved_settings kept{};
     REQUIRE(store_open(&store, path.c_str(), &why) == ERROR_OK);
-    REQUIRE(store.hal.operations->load(store.hal.self, KEPT_SETTINGS_RECORD, text, sizeof text,
+    REQUIRE(store.hal.operations->load(store.hal.self, SAVED_SETTINGS_RECORD, text, sizeof text,
                                        &length) == ERROR_OK);
     store_close(&store);
-    REQUIRE(kept_settings_parse(text, length, &kept, &why) == ERROR_OK);
+    REQUIRE(saved_settings_parse(text, length, &kept, &why) == ERROR_OK);
     CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == kept.values[RIG_RIGHT][KEPT_EXPOSURE_US]);
     CHECK(kept.width_px == 640);
     return kept.values[RIG_LEFT][KEPT_EXPOSURE_US];

@@ -81,7 +81,7 @@ struct session_of_commands {
                                           &taken.value);
             codes.push_back(code);
             if (code == 0) {
-                keep();
+                save();
             }
             message last_error{};
             if (writer != nullptr && code == 0) {
@@ -104,7 +104,7 @@ struct session_of_commands {
         }
     }
     /// Copies the pixels, so that they outlive the memory that the pair was taken into.
-    void keep() {
+    void save() {
         for (int side = 0; side < RIG_SIDES; side++) {
             pair_frame &frame = taken.value.frame[side];
             taken.pixels[side].assign(frame.data,

@@ -395,7 +395,7 @@ static void band_part(void *context_pointer, int index) {
 }
 
 // Gives each thread the rows of the ring that it wrote last time, as far as these are free.
-static void keep_ring(struct match_level *level) {
+static void save_ring(struct match_level *level) {
     const int before = level->state->threads * MATCH_BAND_ROWS;
     const int begin = level->band[0].begin;
     for (int y = level->band[0].cost_begin; begin > 0 && y < begin + before; y++) {
@@ -413,7 +413,7 @@ static void run_bands(struct match_level *level) {
     for (int i = 0; i < level->bands; i++) {
         begin_band(level, i);
     }
-    keep_ring(level);
+    save_ring(level);
     struct part_context context = {.level = level, .kernels = state->options.kernels};
     state->parallel->run(state->parallel->self, band_part, &context, level->bands);
     level->rows_done = level->band[level->bands - 1].end;

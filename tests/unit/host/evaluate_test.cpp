@@ -116,7 +116,7 @@ TEST_CASE("scores of a map worked out by hand") {
     const evaluate_result result = evaluate_disparity(input);
     CHECK(result.filled_all.pixels == 5);
     CHECK(result.filled_visible.pixels == 4);
-    CHECK(result.kept_all.pixels == 4);
+    CHECK(result.saved_all.pixels == 4);
     CHECK(result.kept_visible.pixels == 3);
     CHECK(result.density_all_percent == doctest::Approx(80.0));
     CHECK(result.density_visible_percent == doctest::Approx(75.0));

@@ -34,7 +34,7 @@ const command_argument expose_arguments[] = {
     {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long", nullptr},
 };
 
-const command_argument keep_arguments[] = {
+const command_argument save_arguments[] = {
     {"NAME", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "as what", nullptr},
     {"CHECK", COMMAND_CHOICE, nullptr, 0, 0, "still twice", true, "how", nullptr},
 };
@@ -44,7 +44,7 @@ const command table[] = {
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
     {"expose", "sets", "", expose_arguments, 2, 0, run_nothing},
-    {"keep", "keeps", "", keep_arguments, 2, 0, run_nothing},
+    {"keep", "keeps", "", save_arguments, 2, 0, run_nothing},
 };
 
 struct Parsed {

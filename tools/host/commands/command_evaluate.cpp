@@ -111,7 +111,7 @@ void print_json(const named_score *rows, std::size_t count, const request &asked
 void print_result(const evaluate_result &result, const request &asked) {
     const named_score rows[] = {
         {"filled, all known", "filled_all", &result.filled_all, nullptr},
-        {"measured, all known", "measured_all", &result.kept_all, &result.density_all_percent},
+        {"measured, all known", "measured_all", &result.saved_all, &result.density_all_percent},
         {"filled, not occluded", "filled_visible", &result.filled_visible, nullptr},
         {"measured, not occluded", "measured_visible", &result.kept_visible,
          &result.density_visible_percent},

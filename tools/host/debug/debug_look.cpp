@@ -22,23 +22,23 @@ void debug_look::look(void *self, const match_tap_row *row) {
     // The matcher is C: must not throw.
     try {
         if (!looker.failed_) {
-            looker.keep(*row);
+            looker.save(*row);
         }
     } catch (const std::bad_alloc &) {
         looker.failed_ = true;
     }
 }
 
-void debug_look::keep(const match_tap_row &row) {
+void debug_look::save(const match_tap_row &row) {
     switch (row.event) {
         case MATCH_TAP_COSTS:
-            keep_costs(row);
+            save_costs(row);
             break;
         case MATCH_TAP_MESSAGES:
-            keep_messages(row);
+            save_messages(row);
             break;
         case MATCH_TAP_WINNERS:
-            keep_winners(row);
+            save_winners(row);
             break;
     }
 }
@@ -82,7 +82,7 @@ bool debug_look::is_sliced(const match_tap_row &row) const {
     return row.level == 0 && row.y == std::min(row_ >> row.shift_y, row.height - 1);
 }
 
-void debug_look::keep_slice(const match_tap_row &row, debug_plane plane,
+void debug_look::save_slice(const match_tap_row &row, debug_plane plane,
                             const std::uint8_t *bytes) {
     std::vector<std::int16_t> &slice = slices_[plane];
     for (int x = 0; x < row.width; x++) {
@@ -96,7 +96,7 @@ void debug_look::keep_slice(const match_tap_row &row, debug_plane plane,
     }
 }
 
-void debug_look::keep_costs(const match_tap_row &row) {
+void debug_look::save_costs(const match_tap_row &row) {
     const debug_level &level = level_of(row);
     if (row.level > 0) {
         return;
@@ -110,12 +110,12 @@ void debug_look::keep_costs(const match_tap_row &row) {
     }
     std::copy_n(row.gradient, row.width, &gradient_[level.index(0, row.y)]);
     if (is_sliced(row)) {
-        keep_slice(row, DEBUG_COST, row.cost);
-        keep_slice(row, DEBUG_COST_ALONG, row.cost_along);
+        save_slice(row, DEBUG_COST, row.cost);
+        save_slice(row, DEBUG_COST_ALONG, row.cost_along);
     }
 }
 
-void debug_look::keep_messages(const match_tap_row &row) {
+void debug_look::save_messages(const match_tap_row &row) {
     debug_level &level = level_of(row);
     for (int x = 0; x < row.width; x++) {
         const match_tap_window window = match_tap_window_at(&row, x);
@@ -137,14 +137,14 @@ void debug_look::keep_messages(const match_tap_row &row) {
             total[cell] = static_cast<std::uint8_t>(std::min(sum, UINT8_MAX));
         }
     }
-    keep_slice(row, DEBUG_COST_AROUND, row.cost_around);
-    keep_slice(row, DEBUG_FROM_ABOVE, row.from_above);
-    keep_slice(row, DEBUG_FROM_LEFT, left.data());
-    keep_slice(row, DEBUG_FROM_RIGHT, right.data());
-    keep_slice(row, DEBUG_TOTAL, total.data());
+    save_slice(row, DEBUG_COST_AROUND, row.cost_around);
+    save_slice(row, DEBUG_FROM_ABOVE, row.from_above);
+    save_slice(row, DEBUG_FROM_LEFT, left.data());
+    save_slice(row, DEBUG_FROM_RIGHT, right.data());
+    save_slice(row, DEBUG_TOTAL, total.data());
 }
 
-void debug_look::keep_winners(const match_tap_row &row) {
+void debug_look::save_winners(const match_tap_row &row) {
     debug_level &level = level_of(row);
     const std::size_t begin = level.index(0, row.y);
     std::copy_n(row.winner, row.width, &level.winner[begin]);

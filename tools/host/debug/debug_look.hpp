@@ -69,11 +69,11 @@ class debug_look {
 
   private:
     static void look(void *self, const match_tap_row *row);
-    void keep(const match_tap_row &row);
-    void keep_costs(const match_tap_row &row);
-    void keep_messages(const match_tap_row &row);
-    void keep_winners(const match_tap_row &row);
-    void keep_slice(const match_tap_row &row, debug_plane plane, const std::uint8_t *bytes);
+    void save(const match_tap_row &row);
+    void save_costs(const match_tap_row &row);
+    void save_messages(const match_tap_row &row);
+    void save_winners(const match_tap_row &row);
+    void save_slice(const match_tap_row &row, debug_plane plane, const std::uint8_t *bytes);
     debug_level &level_of(const match_tap_row &row);
     bool is_sliced(const match_tap_row &row) const;
 

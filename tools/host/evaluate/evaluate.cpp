@@ -100,7 +100,7 @@ evaluate_result evaluate_disparity(const evaluate_input &input) {
     }
     evaluate_fill(input.width_px, input.height_px, filled.data());
 
-    tally filled_all, filled_visible, kept_all, kept_visible;
+    tally filled_all, filled_visible, saved_all, kept_visible;
     for (std::size_t i = 0; i < pixels; i++) {
         if (!is_known(input, i)) {
             continue;
@@ -114,7 +114,7 @@ evaluate_result evaluate_disparity(const evaluate_input &input) {
             filled_visible.add(error_px);
         }
         if (kept) {
-            kept_all.add(error_px);
+            saved_all.add(error_px);
         }
         if (kept && visible) {
             kept_visible.add(error_px);
@@ -123,9 +123,9 @@ evaluate_result evaluate_disparity(const evaluate_input &input) {
     evaluate_result result;
     result.filled_all = filled_all.score();
     result.filled_visible = filled_visible.score();
-    result.kept_all = kept_all.score();
+    result.saved_all = saved_all.score();
     result.kept_visible = kept_visible.score();
-    result.density_all_percent = percent(kept_all.pixels, filled_all.pixels);
+    result.density_all_percent = percent(saved_all.pixels, filled_all.pixels);
     result.density_visible_percent = percent(kept_visible.pixels, filled_visible.pixels);
     return result;
 }

@@ -38,7 +38,7 @@ struct evaluate_score {
 
 struct evaluate_result {
     evaluate_score filled_all, filled_visible;  // every known pixel; those seen by both cameras
-    evaluate_score kept_all, kept_visible;      // of these, the ones not rejected
+    evaluate_score saved_all, kept_visible;     // of these, the ones not rejected
     double density_all_percent = 0;             // share of kept among known pixels
     double density_visible_percent = 0;
 };

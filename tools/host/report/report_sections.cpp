@@ -193,7 +193,7 @@ std::string report_sections_accuracy(const reconstruct_context &context,
     if (masked) {
         sets.push_back({"measured, seen by both", &score.kept_visible});
     }
-    sets.push_back({"measured, all", &score.kept_all});
+    sets.push_back({"measured, all", &score.saved_all});
     if (masked) {
         sets.push_back({"filled, seen by both", &score.filled_visible});
     }

@@ -170,7 +170,7 @@ std::optional<Body> Server::snapshots(const Message &message) {
         const std::string &name = word_at(words, 1, "a name for the snapshot");
         no_more_than(words, 2);
         if (words[0] == "snapshot") {
-            session_.keep(name);
+            session_.save(name);
         } else {
             session_.restore(name);
             const bool board = std::any_of(clients_.begin(), clients_.end(), [](const auto &one) {

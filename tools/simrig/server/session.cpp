@@ -87,7 +87,7 @@ void Session::log_to(const std::string &path, const LogHead &head) {
     }
 }
 
-void Session::keep(const std::string &name) {
+void Session::save(const std::string &name) {
     if (board().has_wall_time()) {
         throw std::runtime_error("snapshots require virtual time (no --wall)");
     }

@@ -48,7 +48,7 @@ class Session {
     bool log_failed() const { return log_failed_; }
 
     /// Saves this moment; returns to it. Throw std::runtime_error with one line.
-    void keep(const std::string &name);
+    void save(const std::string &name);
     void restore(const std::string &name);
 
     /// Repeats all entries that begin before that time. Throws std::runtime_error at the first

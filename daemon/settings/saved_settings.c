@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/settings/kept_settings.h"
+#include "daemon/settings/saved_settings.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -54,85 +54,86 @@ static int32_t within(int64_t value, int32_t min, int32_t max) {
 
 // ---- values in force
 
-static void take_side(const struct rig *rig, unsigned side, int32_t *kept) {
+static void take_side(const struct rig *rig, unsigned side, int32_t *saved) {
     const struct rig_profile *profile = &rig->profile;
     if (rig->exposure_us[side] != 0) {
         // Rounded to rows, it may exceed the longest exposure that can be requested.
-        kept[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
+        saved[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
     }
     if (rig->gain_q3[side] != 0) {
-        kept[KEPT_GAIN_Q3] = rig->gain_q3[side];
+        saved[KEPT_GAIN_Q3] = rig->gain_q3[side];
     }
     if (profile->servos && rig->pan_q4[side] != 0) {
         // A cancelled turn may have ended outside the range, where its approach goes.
-        kept[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
-                                     profile->pan_min_urad, profile->pan_max_urad);
+        saved[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
+                                      profile->pan_min_urad, profile->pan_max_urad);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        kept[KEPT_ZOOM + axis] = rig->lens_commanded[side][axis];
+        saved[KEPT_ZOOM + axis] = rig->lens_commanded[side][axis];
     }
 }
 
-void kept_settings_take(const struct rig *rig, struct kept_settings *kept) {
+void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     INVARIANT(rig->state == RIG_READY);
-    *kept = (struct kept_settings){.skip = 1};
-    memcpy(kept->profile, rig->profile.name, sizeof kept->profile);
+    *saved = (struct saved_settings){.skip = 1};
+    memcpy(saved->profile, rig->profile.name, sizeof saved->profile);
     if (rig->profile.bridge) {
         const struct mt9t001_window *window = &rig->sensor[RIG_LEFT].window;
-        kept->width_px = window->width_px;
-        kept->height_px = window->height_px;
-        kept->skip = window->skip;
+        saved->width_px = window->width_px;
+        saved->height_px = window->height_px;
+        saved->skip = window->skip;
     } else {
-        kept->width_px = rig->format.width_px;
-        kept->height_px = rig->format.height_px;
+        saved->width_px = rig->format.width_px;
+        saved->height_px = rig->format.height_px;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (int i = 0; i < KEPT_VALUES; i++) {
-            kept->values[side][i] = NOT_KEPT;
+            saved->values[side][i] = NOT_KEPT;
         }
-        take_side(rig, side, kept->values[side]);
+        take_side(rig, side, saved->values[side]);
     }
 }
 
 // ---- the text
 
-static size_t print(const struct kept_settings *kept, int version, char text[KEPT_SETTINGS_BYTES]) {
-    int length =
-        snprintf(text, KEPT_SETTINGS_BYTES, FIRST_LINE "%d\nprofile %s\n", version, kept->profile);
-    if (kept->width_px != 0) {
+static size_t print(const struct saved_settings *saved, int version,
+                    char text[SAVED_SETTINGS_BYTES]) {
+    int length = snprintf(text, SAVED_SETTINGS_BYTES, FIRST_LINE "%d\nprofile %s\n", version,
+                          saved->profile);
+    if (saved->width_px != 0) {
         length +=
-            snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length, "window %u %u %u\n",
-                     (unsigned)kept->width_px, (unsigned)kept->height_px, (unsigned)kept->skip);
+            snprintf(text + length, SAVED_SETTINGS_BYTES - (size_t)length, "window %u %u %u\n",
+                     (unsigned)saved->width_px, (unsigned)saved->height_px, (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (int i = 0; i < KEPT_VALUES; i++) {
             char value[QUANTITY_BYTES];
-            if (kept->values[side][i] == NOT_KEPT) {
+            if (saved->values[side][i] == NOT_KEPT) {
                 continue;
             }
-            quantity_print(quantity_of(i, version), kept->values[side][i], value);
-            length += snprintf(text + length, KEPT_SETTINGS_BYTES - (size_t)length, "%s_%s %s\n",
+            quantity_print(quantity_of(i, version), saved->values[side][i], value);
+            length += snprintf(text + length, SAVED_SETTINGS_BYTES - (size_t)length, "%s_%s %s\n",
                                side_names[side], name_of(i, version), value);
         }
     }
-    INVARIANT(length > 0 && length < KEPT_SETTINGS_BYTES);
+    INVARIANT(length > 0 && length < SAVED_SETTINGS_BYTES);
     return (size_t)length;
 }
 
-size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]) {
-    return print(kept, VERSION, text);
+size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_SETTINGS_BYTES]) {
+    return print(saved, VERSION, text);
 }
 
 static bool is_name(const char *name) {
     static const char characters[] =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
     const size_t length = strlen(name);
-    return length > 0 && length < sizeof((struct kept_settings *)0)->profile &&
+    return length > 0 && length < sizeof((struct saved_settings *)0)->profile &&
            strspn(name, characters) == length;
 }
 
 /// Width, height and skip, each followed by a blank or the end.
-static bool read_window(char *text, struct kept_settings *kept) {
+static bool read_window(char *text, struct saved_settings *saved) {
     static const int64_t min[] = {SIZE_MIN_PX, SIZE_MIN_PX, 1};
     static const int64_t max[] = {SIZE_MAX_PX, SIZE_MAX_PX, SKIP_MAX};
     int64_t numbers[3];
@@ -146,13 +147,14 @@ static bool read_window(char *text, struct kept_settings *kept) {
         }
         text = end + 1;
     }
-    kept->width_px = (uint16_t)numbers[0];
-    kept->height_px = (uint16_t)numbers[1];
-    kept->skip = (uint8_t)numbers[2];
+    saved->width_px = (uint16_t)numbers[0];
+    saved->height_px = (uint16_t)numbers[1];
+    saved->skip = (uint8_t)numbers[2];
     return true;
 }
 
-static bool read_value(const char *key, const char *text, int version, struct kept_settings *kept) {
+static bool read_value(const char *key, const char *text, int version,
+                       struct saved_settings *saved) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(side_names[side]);
         for (int i = 0; i < KEPT_VALUES; i++) {
@@ -165,7 +167,7 @@ static bool read_value(const char *key, const char *text, int version, struct ke
                                &value) != QUANTITY_GOOD) {
                 return false;
             }
-            kept->values[side][i] = (int32_t)value;
+            saved->values[side][i] = (int32_t)value;
             return true;
         }
     }
@@ -173,7 +175,7 @@ static bool read_value(const char *key, const char *text, int version, struct ke
 }
 
 /// Any line but the first; false: not valid.
-static bool read_line(char *line, int version, struct kept_settings *kept) {
+static bool read_line(char *line, int version, struct saved_settings *saved) {
     char *blank = strchr(line, ' ');
     if (blank == NULL) {
         return false;
@@ -184,11 +186,11 @@ static bool read_line(char *line, int version, struct kept_settings *kept) {
         if (!is_name(value)) {
             return false;
         }
-        strcpy(kept->profile, value);
+        strcpy(saved->profile, value);
         return true;
     }
-    return strcmp(line, "window") == 0 ? read_window(value, kept)
-                                       : read_value(line, value, version, kept);
+    return strcmp(line, "window") == 0 ? read_window(value, saved)
+                                       : read_value(line, value, version, saved);
 }
 
 /// The version that the first line names; 0: not one that is known.
@@ -201,10 +203,10 @@ static int read_version(const char *line) {
 
 /// Copies the next line without its end, and moves `*at` behind it; false: not a whole line.
 static bool next_line(const char *text, size_t length, size_t *at,
-                      char line[KEPT_SETTINGS_LINE_BYTES]) {
+                      char line[SAVED_SETTINGS_LINE_BYTES]) {
     const char *end = memchr(text + *at, '\n', length - *at);
     const size_t bytes = end != NULL ? (size_t)(end - text) - *at : 0;
-    if (end == NULL || bytes >= KEPT_SETTINGS_LINE_BYTES ||
+    if (end == NULL || bytes >= SAVED_SETTINGS_LINE_BYTES ||
         memchr(text + *at, '\0', bytes) != NULL) {
         return false;
     }
@@ -214,32 +216,32 @@ static bool next_line(const char *text, size_t length, size_t *at,
     return true;
 }
 
-int kept_settings_parse(const char *text, size_t length, struct kept_settings *kept,
-                        struct message *message) {
-    char again[KEPT_SETTINGS_BYTES];
-    *kept = (struct kept_settings){.skip = 1};
+int saved_settings_parse(const char *text, size_t length, struct saved_settings *saved,
+                         struct message *message) {
+    char again[SAVED_SETTINGS_BYTES];
+    *saved = (struct saved_settings){.skip = 1};
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (int i = 0; i < KEPT_VALUES; i++) {
-            kept->values[side][i] = NOT_KEPT;
+            saved->values[side][i] = NOT_KEPT;
         }
     }
     int number = 0, version = 0;
     for (size_t at = 0; at < length;) {
-        char line[KEPT_SETTINGS_LINE_BYTES];
+        char line[SAVED_SETTINGS_LINE_BYTES];
         bool valid = next_line(text, length, &at, line);
         number++;
         if (valid && number == 1) {
             version = read_version(line);
             valid = version != 0;
         } else if (valid) {
-            valid = read_line(line, version, kept);
+            valid = read_line(line, version, saved);
         }
         if (!valid) {
             return message_set(message, ERROR_SYNTAX, "line %d is not valid", number);
         }
     }
     // The order, each line once, no leading zeros: as printed.
-    if (kept->profile[0] == '\0' || print(kept, version, again) != length ||
+    if (saved->profile[0] == '\0' || print(saved, version, again) != length ||
         memcmp(text, again, length) != 0) {
         return message_set(message, ERROR_SYNTAX, "not in the canonical form");
     }
@@ -262,22 +264,24 @@ static int refuse(struct message *message, int error, const char *format, ...) {
                        why);
 }
 
-static int check_window(const struct kept_settings *kept, const struct rig *rig,
+static int check_window(const struct saved_settings *saved, const struct rig *rig,
                         struct message *message) {
     struct mt9t001_window window;
-    const bool good = !rig->profile.bridge ? kept->skip == 1
-                                           : mt9t001_centred_window(kept->width_px, kept->height_px,
-                                                                    kept->skip, 1, &window) == 0;
-    return kept->width_px == 0 || good
+    const bool good = !rig->profile.bridge
+                          ? saved->skip == 1
+                          : mt9t001_centred_window(saved->width_px, saved->height_px, saved->skip,
+                                                   1, &window) == 0;
+    return saved->width_px == 0 || good
                ? 0
                : refuse(message, ERROR_RANGE, "no window of %u x %u px, skip %u",
-                        (unsigned)kept->width_px, (unsigned)kept->height_px, (unsigned)kept->skip);
+                        (unsigned)saved->width_px, (unsigned)saved->height_px,
+                        (unsigned)saved->skip);
 }
 
-static int check_pan(const struct kept_settings *kept, const struct rig *rig, unsigned side,
+static int check_pan(const struct saved_settings *saved, const struct rig *rig, unsigned side,
                      struct message *message) {
     const struct rig_profile *profile = &rig->profile;
-    const int32_t pan_urad = kept->values[side][KEPT_PAN_URAD];
+    const int32_t pan_urad = saved->values[side][KEPT_PAN_URAD];
     if (pan_urad == NOT_KEPT) {
         return 0;
     }
@@ -299,10 +303,10 @@ static bool has_axis(const struct rig *rig, unsigned side, int axis) {
     return lens && (rig->lens_abilities[side].axes >> axis & 1) != 0;
 }
 
-static int check_lens(const struct kept_settings *kept, struct rig *rig, unsigned side,
+static int check_lens(const struct saved_settings *saved, struct rig *rig, unsigned side,
                       struct message *message) {
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        const int32_t position = kept->values[side][KEPT_ZOOM + axis];
+        const int32_t position = saved->values[side][KEPT_ZOOM + axis];
         const char *name = values[KEPT_ZOOM + axis].name;
         struct lens_limits limits;
         if (position == NOT_KEPT) {
@@ -321,17 +325,17 @@ static int check_lens(const struct kept_settings *kept, struct rig *rig, unsigne
     return 0;
 }
 
-int kept_settings_check(const struct kept_settings *kept, struct rig *rig,
-                        struct message *message) {
+int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
+                         struct message *message) {
     INVARIANT(rig->state == RIG_READY);
-    if (strcmp(kept->profile, rig->profile.name) != 0) {
+    if (strcmp(saved->profile, rig->profile.name) != 0) {
         return refuse(message, ERROR_ARGUMENT, "saved with the profile %s, this one is %s",
-                      kept->profile, rig->profile.name);
+                      saved->profile, rig->profile.name);
     }
-    int error = check_window(kept, rig, message);
+    int error = check_window(saved, rig, message);
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
-        error = check_pan(kept, rig, side, message);
-        error = error != 0 ? error : check_lens(kept, rig, side, message);
+        error = check_pan(saved, rig, side, message);
+        error = error != 0 ? error : check_lens(saved, rig, side, message);
     }
     return error;
 }
@@ -339,19 +343,19 @@ int kept_settings_check(const struct kept_settings *kept, struct rig *rig,
 // ---- commands
 
 struct list {
-    char (*lines)[KEPT_SETTINGS_LINE_BYTES];
+    char (*lines)[SAVED_SETTINGS_LINE_BYTES];
     size_t count;
 };
 
 static void add(struct list *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void add(struct list *list, const char *format, ...) {
-    INVARIANT(list->count < KEPT_SETTINGS_LINES);
+    INVARIANT(list->count < SAVED_SETTINGS_LINES);
     va_list arguments;
     va_start(arguments, format);
     const int length =
-        vsnprintf(list->lines[list->count++], KEPT_SETTINGS_LINE_BYTES, format, arguments);
+        vsnprintf(list->lines[list->count++], SAVED_SETTINGS_LINE_BYTES, format, arguments);
     va_end(arguments);
-    INVARIANT(length > 0 && length < KEPT_SETTINGS_LINE_BYTES);
+    INVARIANT(length > 0 && length < SAVED_SETTINGS_LINE_BYTES);
 }
 
 /// `number` / `parts` with `decimals` decimals; `parts` is 10 to that power.
@@ -369,21 +373,21 @@ static const char *degrees(int32_t urad, char text[32]) {
     return decimal((int64_t)(parts < 0 ? parts - 0.5 : parts + 0.5), PARTS, DECIMALS, text);
 }
 
-static void add_cameras(const struct kept_settings *kept, const struct rig *rig,
+static void add_cameras(const struct saved_settings *saved, const struct rig *rig,
                         struct list *list) {
     enum { GAIN_PARTS = 8, THOUSANDTHS = 1000 };
-    struct kept_settings now;
-    kept_settings_take(rig, &now);
+    struct saved_settings now;
+    saved_settings_take(rig, &now);
     // An unchanged window does not restart the cameras.
-    const bool same = kept->width_px == now.width_px && kept->height_px == now.height_px &&
-                      kept->skip == now.skip;
-    if (kept->width_px != 0 && !same) {
-        add(list, "window %u %u %u", (unsigned)kept->width_px, (unsigned)kept->height_px,
-            (unsigned)kept->skip);
+    const bool same = saved->width_px == now.width_px && saved->height_px == now.height_px &&
+                      saved->skip == now.skip;
+    if (saved->width_px != 0 && !same) {
+        add(list, "window %u %u %u", (unsigned)saved->width_px, (unsigned)saved->height_px,
+            (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         char text[32];
-        const int32_t *value = kept->values[side];
+        const int32_t *value = saved->values[side];
         if (value[KEPT_EXPOSURE_US] != NOT_KEPT) {
             add(list, "exposure %s %" PRId32, side_names[side], value[KEPT_EXPOSURE_US]);
         }
@@ -394,16 +398,16 @@ static void add_cameras(const struct kept_settings *kept, const struct rig *rig,
     }
 }
 
-static void add_axes(const struct kept_settings *kept, struct list *list) {
+static void add_axes(const struct saved_settings *saved, struct list *list) {
     char text[RIG_SIDES][32];
-    const int32_t *left = kept->values[RIG_LEFT], *right = kept->values[RIG_RIGHT];
+    const int32_t *left = saved->values[RIG_LEFT], *right = saved->values[RIG_RIGHT];
     if (left[KEPT_PAN_URAD] != NOT_KEPT && right[KEPT_PAN_URAD] != NOT_KEPT) {
         add(list, "pan both %s %s", degrees(left[KEPT_PAN_URAD], text[RIG_LEFT]),
             degrees(right[KEPT_PAN_URAD], text[RIG_RIGHT]));
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const int32_t pan_urad = kept->values[side][KEPT_PAN_URAD];
-        if (pan_urad != NOT_KEPT && kept->values[1 - side][KEPT_PAN_URAD] == NOT_KEPT) {
+        const int32_t pan_urad = saved->values[side][KEPT_PAN_URAD];
+        if (pan_urad != NOT_KEPT && saved->values[1 - side][KEPT_PAN_URAD] == NOT_KEPT) {
             add(list, "pan %s %s", side_names[side], degrees(pan_urad, text[side]));
         }
     }
@@ -413,20 +417,20 @@ static void add_axes(const struct kept_settings *kept, struct list *list) {
             continue;
         }
         for (unsigned side = 0; side < RIG_SIDES; side++) {
-            if (kept->values[side][i] != NOT_KEPT) {
+            if (saved->values[side][i] != NOT_KEPT) {
                 add(list, "%s %s %" PRId32, values[i].name, side_names[side],
-                    kept->values[side][i]);
+                    saved->values[side][i]);
             }
         }
     }
 }
 
-size_t kept_settings_commands(const struct kept_settings *kept, const struct rig *rig,
-                              char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES],
-                              size_t *of_cameras) {
+size_t saved_settings_commands(const struct saved_settings *saved, const struct rig *rig,
+                               char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
+                               size_t *of_cameras) {
     struct list list = {.lines = lines};
-    add_cameras(kept, rig, &list);
+    add_cameras(saved, rig, &list);
     *of_cameras = list.count;
-    add_axes(kept, &list);
+    add_axes(saved, &list);
     return list.count;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kept settings: their text, what of it an instrument takes, and the commands that set it so again.
-#include "daemon/settings/kept_settings.h"
+#include "daemon/settings/saved_settings.h"
 
 #include <doctest/doctest.h>
 
@@ -31,20 +31,20 @@ rig made(const char *profile) {
     return made;
 }
 
-std::string printed(const kept_settings &kept) {
-    char text[KEPT_SETTINGS_BYTES];
-    return std::string(text, kept_settings_print(&kept, text));
+std::string printed(const saved_settings &saved) {
+    char text[SAVED_SETTINGS_BYTES];
+    return std::string(text, saved_settings_print(&saved, text));
 }
 
-int parse(const std::string &text, kept_settings &kept) {
+int parse(const std::string &text, saved_settings &saved) {
     message why{};
-    return kept_settings_parse(text.data(), text.size(), &kept, &why);
+    return saved_settings_parse(text.data(), text.size(), &saved, &why);
 }
 
-std::vector<std::string> commands(const kept_settings &kept, const rig &rig) {
-    char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES];
+std::vector<std::string> commands(const saved_settings &saved, const rig &rig) {
+    char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
     size_t of_cameras = 0;
-    const size_t count = kept_settings_commands(&kept, &rig, lines, &of_cameras);
+    const size_t count = saved_settings_commands(&saved, &rig, lines, &of_cameras);
     return {lines, lines + count};
 }
 
@@ -59,9 +59,9 @@ TEST_CASE("what is in force, as text and back") {
     up.gain_q3[RIG_RIGHT] = 20;
     up.pan_q4[RIG_LEFT] = 24654;
     up.lens_commanded[RIG_RIGHT][LENS_IRIS] = 400;
-    kept_settings kept{}, read{};
-    kept_settings_take(&up, &kept);
-    const std::string text = printed(kept);
+    saved_settings saved{}, read{};
+    saved_settings_take(&up, &saved);
+    const std::string text = printed(saved);
     CHECK(text ==
           "vergence settings 2\nprofile rig\nwindow 1024 768 2\nleft_exposure 7001 us\n"
           "left_pan 3.9686 deg\nright_gain 2.5 x\nright_iris 400 counts\n");
@@ -80,42 +80,42 @@ TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit
     rig up = made("rig");
     up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MAX_US + 1200;  // rounded to rows
     up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].min_q4;
-    kept_settings kept{};
-    kept_settings_take(&up, &kept);
-    CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);
-    CHECK(kept.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_min_urad);
+    saved_settings saved{};
+    saved_settings_take(&up, &saved);
+    CHECK(saved.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);
+    CHECK(saved.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_min_urad);
 }
 
 TEST_CASE("any other text is refused") {
-    kept_settings kept{};
+    saved_settings saved{};
     const std::string good =
         "vergence settings 2\nprofile x\nwindow 640 480 1\nleft_zoom 40 counts\n";
-    REQUIRE(parse(good, kept) == ERROR_OK);
+    REQUIRE(parse(good, saved) == ERROR_OK);
     for (size_t i = 0; i < good.size(); i++) {
         CAPTURE(i);
         // Only a whole line less is a text, too.
-        CHECK((parse(good.substr(0, i), kept) == ERROR_OK) == (i > 20 && good[i - 1] == '\n'));
+        CHECK((parse(good.substr(0, i), saved) == ERROR_OK) == (i > 20 && good[i - 1] == '\n'));
         for (const char other : {'\0', '\n', ' ', '\x80'}) {
             std::string bad = good;
             bad[i] = other;
-            CHECK((bad == good || parse(bad, kept) != ERROR_OK));
+            CHECK((bad == good || parse(bad, saved) != ERROR_OK));
         }
     }
     const std::string head = "\nprofile x\n";
     const std::string versions[] = {"vergence settings 1", "vergence settings 2"};
     for (const char *line :
          {"left_exposure_us 7", "left_gain_q3 8", "left_pan_urad 9", "left_zoom 7"}) {
-        CHECK(parse(versions[0] + head + line + "\n", kept) == ERROR_OK);
-        CHECK(parse(versions[1] + head + line + "\n", kept) == ERROR_SYNTAX);
+        CHECK(parse(versions[0] + head + line + "\n", saved) == ERROR_OK);
+        CHECK(parse(versions[1] + head + line + "\n", saved) == ERROR_SYNTAX);
     }
     for (const char *line :
          {"left_exposure 7 us", "left_gain 1 x", "left_pan 9 deg", "left_zoom 7 counts"}) {
-        CHECK(parse(versions[0] + head + line + "\n", kept) == ERROR_SYNTAX);
-        CHECK(parse(versions[1] + head + line + "\n", kept) == ERROR_OK);
+        CHECK(parse(versions[0] + head + line + "\n", saved) == ERROR_SYNTAX);
+        CHECK(parse(versions[1] + head + line + "\n", saved) == ERROR_OK);
     }
     for (const char *first : {"vergence settings", "vergence settings ", "vergence settings 0",
                               "vergence settings 3", "vergence settings 11", "settings 1"}) {
-        CHECK(parse(first + head, kept) == ERROR_SYNTAX);
+        CHECK(parse(first + head, saved) == ERROR_SYNTAX);
     }
     for (const char *line : {"window 8 480 1",
                              "window 640 480 9",
@@ -155,21 +155,21 @@ TEST_CASE("any other text is refused") {
                              "right_zoom 7 counts\nleft_zoom 7 counts"}) {
         CAPTURE(line);
         for (const std::string &version : versions) {
-            CHECK(parse(version + head + line + "\n", kept) == ERROR_SYNTAX);
+            CHECK(parse(version + head + line + "\n", saved) == ERROR_SYNTAX);
         }
     }
 }
 
 TEST_CASE("an instrument that cannot be set so takes none of it") {
     rig up = made("rig"), plain = made("two-cameras");
-    kept_settings kept{};
+    saved_settings saved{};
     message why{};
     const auto checked = [&](rig &rig, const std::string &lines) {
         const std::string text =
             std::string("vergence settings 1\nprofile ") + rig.profile.name + "\n" + lines;
-        REQUIRE(parse(text, kept) == ERROR_OK);
+        REQUIRE(parse(text, saved) == ERROR_OK);
         why.text[0] = '\0';
-        const int error = kept_settings_check(&kept, &rig, &why);
+        const int error = saved_settings_check(&saved, &rig, &why);
         CHECK((error == ERROR_OK) == (why.text[0] == '\0'));
         return error;
     };
@@ -181,8 +181,8 @@ TEST_CASE("an instrument that cannot be set so takes none of it") {
     CHECK(checked(plain, "window 4000 3000 1\nleft_exposure_us 9\n") == ERROR_OK);
     CHECK(checked(plain, "window 640 480 2\n") == ERROR_RANGE);
     CHECK(checked(plain, "right_pan_urad 0\n") == ERROR_NOT_CONNECTED);
-    REQUIRE(parse("vergence settings 1\nprofile rig\n", kept) == ERROR_OK);
-    CHECK(kept_settings_check(&kept, &plain, &why) == ERROR_ARGUMENT);
+    REQUIRE(parse("vergence settings 1\nprofile rig\n", saved) == ERROR_OK);
+    CHECK(saved_settings_check(&saved, &plain, &why) == ERROR_ARGUMENT);
 }
 
 TEST_CASE("the commands are those of the table, and mean the same numbers again") {
@@ -196,11 +196,11 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
         return std::uniform_int_distribution<int32_t>(min, max)(random);
     };
     for (int round = 0; round < 2000; round++) {
-        kept_settings kept{};
-        kept.width_px = 640;
-        kept.height_px = 480;
-        kept.skip = 1;
-        for (auto &side : kept.values) {
+        saved_settings saved{};
+        saved.width_px = 640;
+        saved.height_px = 480;
+        saved.skip = 1;
+        for (auto &side : saved.values) {
             side[KEPT_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MAX_US);
             side[KEPT_GAIN_Q3] = draw(8, 1024);
             side[KEPT_PAN_URAD] = draw(-1570796, 1570796);
@@ -208,7 +208,7 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
             side[KEPT_FOCUS] = draw(0, 1) != 0 ? INT32_MIN : draw(0, 65535);
             side[KEPT_IRIS] = 7;
         }
-        for (const std::string &line : commands(kept, up)) {
+        for (const std::string &line : commands(saved, up)) {
             CAPTURE(line);
             char storage[COMMAND_LINE_MAX + 1], said[256];
             command_value values[COMMAND_ARGUMENTS_MAX];
@@ -217,7 +217,7 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
                                   sizeof said) == ERROR_OK);
             const unsigned side = values[0].choice == 1 ? RIG_RIGHT : RIG_LEFT;
             const std::string name = found->name;
-            const auto &kept_of = kept.values[side];
+            const auto &kept_of = saved.values[side];
             if (name == "gain") {
                 CHECK(values[1].number * 8 == kept_of[KEPT_GAIN_Q3]);
             } else if (name == "exposure") {
@@ -225,7 +225,7 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
             } else if (name == "pan") {
                 for (unsigned i = 0; i < RIG_SIDES; i++) {
                     const double urad = values[1 + i].number * 1e6 * 3.14159265358979323846 / 180;
-                    CHECK(std::abs(urad - kept.values[i][KEPT_PAN_URAD]) < 0.1);
+                    CHECK(std::abs(urad - saved.values[i][KEPT_PAN_URAD]) < 0.1);
                 }
             } else if (name == "zoom") {
                 CHECK(values[1].integer == kept_of[KEPT_ZOOM]);

@@ -13,8 +13,8 @@
 ///
 /// Version 1, which is still read, had left_exposure_us 7000, left_gain_q3 20 (1/8), left_pan_urad
 /// 69290 and left_zoom 420.
-#ifndef VERGENCE_DAEMON_SETTINGS_KEPT_SETTINGS_H
-#define VERGENCE_DAEMON_SETTINGS_KEPT_SETTINGS_H
+#ifndef VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
+#define VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -28,14 +28,14 @@ extern "C" {
 #endif
 
 /// The record's name in the store.
-#define KEPT_SETTINGS_RECORD "settings"
+#define SAVED_SETTINGS_RECORD "settings"
 enum {
-    KEPT_SETTINGS_BYTES = 1024,  ///< largest text, with its end
-    KEPT_SETTINGS_LINE_BYTES = 96,
-    KEPT_SETTINGS_LINES = 16,
+    SAVED_SETTINGS_BYTES = 1024,  ///< largest text, with its end
+    SAVED_SETTINGS_LINE_BYTES = 96,
+    SAVED_SETTINGS_LINES = 16,
 };
 
-enum kept_value {
+enum saved_value {
     KEPT_EXPOSURE_US,
     KEPT_GAIN_Q3,
     KEPT_PAN_URAD,
@@ -45,7 +45,7 @@ enum kept_value {
     KEPT_VALUES
 };
 
-struct kept_settings {
+struct saved_settings {
     char profile[sizeof((struct rig_profile *)0)->name];
     uint16_t width_px, height_px;           ///< window of the sensors; 0: not saved
     uint8_t skip;                           ///< one pixel in this many is read
@@ -53,25 +53,26 @@ struct kept_settings {
 };
 
 /// Takes the values in force. The rig must be RIG_READY.
-void kept_settings_take(const struct rig *rig, struct kept_settings *kept);
+void saved_settings_take(const struct rig *rig, struct saved_settings *saved);
 
 /// Prints the text, zero-terminated. Returns its length.
-size_t kept_settings_print(const struct kept_settings *kept, char text[KEPT_SETTINGS_BYTES]);
+size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_SETTINGS_BYTES]);
 
-/// Reads `length` bytes of what `kept_settings_print` prints, or printed in version 1. ERROR_SYNTAX
-/// with a message that names the line; `kept` is undefined then.
-int kept_settings_parse(const char *text, size_t length, struct kept_settings *kept,
-                        struct message *message);
+/// Reads `length` bytes of what `saved_settings_print` prints, or printed in version 1.
+/// ERROR_SYNTAX with a message that names the line; `saved` is undefined then.
+int saved_settings_parse(const char *text, size_t length, struct saved_settings *saved,
+                         struct message *message);
 
 /// Whether this instrument can take all of these values. 0; ERROR_ARGUMENT (saved with another
 /// profile), ERROR_NOT_CONNECTED or ERROR_RANGE with a message. The rig must be RIG_READY.
-int kept_settings_check(const struct kept_settings *kept, struct rig *rig, struct message *message);
+int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
+                         struct message *message);
 
 /// The commands that restore these values, in order: first those of the cameras (`*of_cameras` of
 /// them), then those that move axes. Returns their number.
-size_t kept_settings_commands(const struct kept_settings *kept, const struct rig *rig,
-                              char lines[KEPT_SETTINGS_LINES][KEPT_SETTINGS_LINE_BYTES],
-                              size_t *of_cameras);
+size_t saved_settings_commands(const struct saved_settings *saved, const struct rig *rig,
+                               char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
+                               size_t *of_cameras);
 
 #ifdef __cplusplus
 }
