@@ -38,7 +38,7 @@ struct surface {
     const struct command_call *call;
     char session[FILES_NAME_MAX + 1];
     char result[FILES_NAME_MAX + 64];
-    char out_path[OUTDIR_PATH_BYTES];
+    char out_path[ATOMIC_DIR_PATH_BYTES];
     char stored[STORE_CALIBRATION_BYTES];
     struct session_pairs pairs;  // work space
     struct reconstruct_session source;

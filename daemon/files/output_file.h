@@ -33,7 +33,7 @@ void output_file_write(struct output_file *file, const void *bytes, size_t lengt
 void output_file_u32(struct output_file *file, uint32_t value);
 void output_file_f32(struct output_file *file, float value);
 
-/// Flushes and closes (`outdir_commit` syncs the file to disk). Returns 0, or ERROR_BUFFER
+/// Flushes and closes (`atomic_dir_commit` syncs the file to disk). Returns 0, or ERROR_BUFFER
 /// (ERROR_FULL: no space) with `message` naming the file and the reason, or ERROR_CANCELLED.
 int output_file_close(struct output_file *file, struct message *message);
 

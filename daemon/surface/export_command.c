@@ -15,7 +15,7 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"
 #include "daemon/images/picture.h"
 #include "daemon/session/capture_stamp.h"
@@ -39,9 +39,9 @@ struct run {
     struct session_pairs pairs;
     uint32_t first, count;  // first pair and number of pairs
     char (*names)[NAME_BYTES];
-    const char **files;  // the same, for outdir_commit
+    const char **files;  // the same, for atomic_dir_commit
     int file_count;
-    struct outdir out;
+    struct atomic_dir out;
     struct progress progress;
     bool failed_here;  // the error is not in the session
     struct message message;
@@ -146,7 +146,7 @@ static int make_names(struct run *self) {
 
 /// Checks that a file of this name may be written: it does not exist, or an export wrote it.
 static int check_name(struct run *self, const char *name) {
-    char path[OUTDIR_PATH_BYTES];
+    char path[ATOMIC_DIR_PATH_BYTES];
     struct stat about;
     uint8_t head[PICTURE_HEAD_BYTES];
     const int length = snprintf(path, sizeof path, "%s/%s", self->arguments.out, name);
@@ -198,16 +198,16 @@ static int make_png(struct run *self, int side, const struct develop_balance *ba
 }
 
 static int write_png(struct run *self, const char *name, const uint8_t *png, size_t bytes) {
-    char path[OUTDIR_PATH_BYTES];
+    char path[ATOMIC_DIR_PATH_BYTES];
     struct output_file file;
-    outdir_file_path(&self->out, name, path);
+    atomic_dir_file_path(&self->out, name, path);
     output_file_open(&file, path);
     if (file.stream != NULL) {
         output_file_write(&file, png, bytes);
     }
     const int error = output_file_close(&file, &self->message);
     self->failed_here = error != ERROR_OK;
-    outdir_name_final(&self->out, &self->message);
+    atomic_dir_name_final(&self->out, &self->message);
     return error;
 }
 
@@ -284,7 +284,7 @@ static int export_session(struct run *self) {
         return error;
     }
     self->failed_here = true;
-    error = outdir_begin(&self->out, self->arguments.out, &self->message);
+    error = atomic_dir_begin(&self->out, self->arguments.out, &self->message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -294,12 +294,12 @@ static int export_session(struct run *self) {
     error = export_pairs(self);
     progress_end(&self->progress);
     if (error != ERROR_OK) {
-        outdir_abort(&self->out);
+        atomic_dir_abort(&self->out);
         return error;
     }
     self->failed_here = true;
-    return outdir_commit(&self->out, self->files, self->file_count,
-                         self->files[self->file_count - 1], &self->message);
+    return atomic_dir_commit(&self->out, self->files, self->file_count,
+                             self->files[self->file_count - 1], &self->message);
 }
 
 static int exit_code_of(const struct run *self, int error) {

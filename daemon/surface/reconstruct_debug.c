@@ -19,7 +19,7 @@ int reconstruct_debug_begin(struct reconstruct_debug *debug,
                            "--debug-row: no row %d (the rectified left image has 0 to %d)", row,
                            plan->height_px - 1);
     }
-    const int error = outdir_begin(&debug->directory, request->debug_path, message);
+    const int error = atomic_dir_begin(&debug->directory, request->debug_path, message);
     if (error != ERROR_OK) {
         // Failing to write is a failure, not bad input.
         return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
@@ -38,15 +38,15 @@ int reconstruct_debug_finish(struct reconstruct_debug *debug,
     }
     const int error = maker->write(debug->self, context, &debug->directory, message);
     if (error != ERROR_OK) {
-        outdir_name_final(&debug->directory, message);
+        atomic_dir_name_final(&debug->directory, message);
         return error;
     }
-    return outdir_commit(&debug->directory, maker->file_names, maker->file_count,
-                         maker->file_names[maker->file_count - 1], message);
+    return atomic_dir_commit(&debug->directory, maker->file_names, maker->file_count,
+                             maker->file_names[maker->file_count - 1], message);
 }
 
 void reconstruct_debug_end(struct reconstruct_debug *debug) {
-    outdir_abort(&debug->directory);
+    atomic_dir_abort(&debug->directory);
     if (debug->self != NULL) {
         debug->maker->end(debug->self);
         debug->self = NULL;

@@ -4,7 +4,7 @@
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_DEBUG_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_DEBUG_H
 
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 #include "daemon/surface/reconstruct_request.h"
 #include "daemon/surface/result/reconstruct_context.h"
 
@@ -22,7 +22,7 @@ struct reconstruct_debug_maker {
     /// Writes the images into `directory`, which the caller commits. Returns 0, or a negative error
     /// code with `message` set.
     int (*write)(void *self, const struct reconstruct_context *context,
-                 const struct outdir *directory, struct message *message);
+                 const struct atomic_dir *directory, struct message *message);
     void (*end)(void *self);
 };
 
@@ -30,7 +30,7 @@ struct reconstruct_debug_maker {
 struct reconstruct_debug {
     const struct reconstruct_debug_maker *maker;
     void *self;
-    struct outdir directory;
+    struct atomic_dir directory;
 };
 
 /// Starts observing a run under `plan` and creates the hidden directory, if the request asks for

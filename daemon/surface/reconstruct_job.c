@@ -112,7 +112,7 @@ static const char *replaced_input(const struct reconstruct_request *request, con
                                   request->calibration_path, request->ground_truth_path,
                                   request->mask_path};
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
-        if (inputs[i] != NULL && outdir_replaces(directory, name, inputs[i])) {
+        if (inputs[i] != NULL && atomic_dir_replaces(directory, name, inputs[i])) {
             return inputs[i];
         }
     }
@@ -369,7 +369,7 @@ static int write_results(struct reconstruct_job *job) {
     const struct reconstruct_outputs *outputs = job->outputs;
     for (int i = 0; i < outputs->writer_count; i++) {
         const struct result_writer *writer = &outputs->writers[i];
-        char path[OUTDIR_PATH_BYTES];
+        char path[ATOMIC_DIR_PATH_BYTES];
         job->observer->progress(job->observer->self, RECONSTRUCT_WORK_WRITE, "write", i,
                                 outputs->writer_count);
         if (interrupt_requested()) {
@@ -378,10 +378,10 @@ static int write_results(struct reconstruct_job *job) {
         if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric)) {
             continue;
         }
-        outdir_file_path(&job->directory, writer->file_name, path);
+        atomic_dir_file_path(&job->directory, writer->file_name, path);
         const int error = writer->write(&job->context, path, &job->message);
         if (error != ERROR_OK) {
-            outdir_name_final(&job->directory, &job->message);
+            atomic_dir_name_final(&job->directory, &job->message);
             return error;
         }
     }
@@ -395,8 +395,8 @@ static int commit_results(struct reconstruct_job *job) {
     for (int i = 0; i < outputs->writer_count; i++) {
         names[i] = outputs->writers[i].file_name;
     }
-    return outdir_commit(&job->directory, names, outputs->writer_count,
-                         names[outputs->writer_count - 1], &job->message);
+    return atomic_dir_commit(&job->directory, names, outputs->writer_count,
+                             names[outputs->writer_count - 1], &job->message);
 }
 
 /// Images are also written if no surface was found, as they may show why. If they cannot be
@@ -413,7 +413,7 @@ static int draw(struct reconstruct_job *job, int error) {
 static int run(struct reconstruct_job *job) {
     int error = prepare(job);
     if (error == ERROR_OK) {
-        error = outdir_begin(&job->directory, job->request->out_path, &job->message);
+        error = atomic_dir_begin(&job->directory, job->request->out_path, &job->message);
         // Failing to write is a failure, not bad input.
         error = error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
     }
@@ -447,7 +447,7 @@ static int run(struct reconstruct_job *job) {
 int reconstruct_job_run(struct reconstruct_job *job) {
     job->start_us = monotonic_now_us();
     job->context.words = job->words;
-    job->directory = job->debug.directory = (struct outdir){.lock_fd = -1};
+    job->directory = job->debug.directory = (struct atomic_dir){.lock_fd = -1};
     interrupt_ask(job->observer->go_on, job->observer->self);
     const int error = run(job);
     interrupt_ask(NULL, NULL);
@@ -460,7 +460,7 @@ void reconstruct_job_end(struct reconstruct_job *job) {
         job->outputs->mesh_maker->free(&job->mesh);
     }
     reconstruct_debug_end(&job->debug);
-    outdir_abort(&job->directory);
+    atomic_dir_abort(&job->directory);
     workers_destroy(job->workers);
     if (job->memory != NULL) {
         munmap(job->memory, job->memory_bytes);

@@ -5,7 +5,7 @@
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_JOB_H
 
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 #include "daemon/surface/reconstruct_debug.h"
 #include "daemon/surface/reconstruct_inputs.h"
 #include "daemon/surface/reconstruct_request.h"
@@ -70,7 +70,7 @@ struct reconstruct_job {
     struct reconstruct_options options;
     struct reconstruct_result result;
     struct reconstruct_mesh mesh;
-    struct outdir directory;
+    struct atomic_dir directory;
     struct reconstruct_debug debug;
     struct workers *workers;
     void *memory;

@@ -17,7 +17,7 @@
 #include "daemon/base/workers.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/progress.h"
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_mirror.hpp"
@@ -46,12 +46,12 @@ struct workers_closer {
 };
 
 /// Removes the hidden directory unless the results were moved into place.
-struct outdir_guard {
-    outdir directory{};
-    outdir_guard() { directory.lock_fd = -1; }
-    ~outdir_guard() { outdir_abort(&directory); }
-    outdir_guard(const outdir_guard &) = delete;
-    outdir_guard &operator=(const outdir_guard &) = delete;
+struct atomic_dir_guard {
+    atomic_dir directory{};
+    atomic_dir_guard() { directory.lock_fd = -1; }
+    ~atomic_dir_guard() { atomic_dir_abort(&directory); }
+    atomic_dir_guard(const atomic_dir_guard &) = delete;
+    atomic_dir_guard &operator=(const atomic_dir_guard &) = delete;
 };
 
 class runner {
@@ -99,7 +99,7 @@ class runner {
 
     int begin() {
         message last_error{};
-        if (outdir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
+        if (atomic_dir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
             return fail(CLIENT_FAILED, last_error.text);
         }
         threads_.reset(workers_create(job_.threads));
@@ -270,8 +270,8 @@ class runner {
     }
 
     int write_file(const char *name, const std::string &text) {
-        char path[OUTDIR_PATH_BYTES];
-        outdir_file_path(&out_.directory, name, path);
+        char path[ATOMIC_DIR_PATH_BYTES];
+        atomic_dir_file_path(&out_.directory, name, path);
         const auto file = std::make_unique<output_file>();
         output_file_open(file.get(), path);
         output_file_write(file.get(), text.data(), text.size());
@@ -279,7 +279,7 @@ class runner {
         const int code = output_file_close(file.get(), &last_error);
         stop_if_interrupted();
         if (code != ERROR_OK) {
-            outdir_name_final(&out_.directory, &last_error);
+            atomic_dir_name_final(&out_.directory, &last_error);
             return fail(CLIENT_FAILED, last_error.text);
         }
         return CLIENT_OK;
@@ -354,8 +354,8 @@ class runner {
             return code;
         }
         message last_error{};
-        if (outdir_commit(&out_.directory, result_names, result_count, "calibration.json",
-                          &last_error) != ERROR_OK) {
+        if (atomic_dir_commit(&out_.directory, result_names, result_count, "calibration.json",
+                              &last_error) != ERROR_OK) {
             return fail(CLIENT_FAILED, last_error.text);
         }
         return CLIENT_OK;
@@ -392,7 +392,7 @@ class runner {
     const calibrate_job &job_;
     progress progress_{};
     uint64_t start_us_ = 0;
-    outdir_guard out_;
+    atomic_dir_guard out_;
     std::unique_ptr<workers, workers_closer> threads_;
     calibrate_views views_;
     calib::solution solution_;

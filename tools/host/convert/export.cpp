@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"
 
 namespace {
@@ -22,16 +22,16 @@ const format formats[] = {
     {"mrcal", export_mrcal},
 };
 
-int write_files(const outdir &directory, const std::vector<export_file> &files, message *why) {
+int write_files(const atomic_dir &directory, const std::vector<export_file> &files, message *why) {
     for (const export_file &file : files) {
-        char path[OUTDIR_PATH_BYTES];
-        outdir_file_path(&directory, file.name.c_str(), path);
+        char path[ATOMIC_DIR_PATH_BYTES];
+        atomic_dir_file_path(&directory, file.name.c_str(), path);
         output_file out;
         output_file_open(&out, path);
         output_file_write(&out, file.text.data(), file.text.size());
         const int code = output_file_close(&out, why);
         if (code != ERROR_OK) {
-            outdir_name_final(&directory, why);
+            atomic_dir_name_final(&directory, why);
             return code;
         }
     }
@@ -66,9 +66,9 @@ int export_write(const calibration &value, const std::string &format, const std:
     if (code != ERROR_OK) {
         return code;
     }
-    outdir work;
+    atomic_dir work;
     struct message why;
-    code = outdir_begin(&work, directory.c_str(), &why);
+    code = atomic_dir_begin(&work, directory.c_str(), &why);
     if (code == ERROR_OK) {
         std::vector<const char *> names;
         for (const export_file &file : files) {
@@ -76,10 +76,10 @@ int export_write(const calibration &value, const std::string &format, const std:
         }
         code = write_files(work, files, &why);
         if (code == ERROR_OK) {
-            code = outdir_commit(&work, names.data(), static_cast<int>(names.size()), names.back(),
-                                 &why);
+            code = atomic_dir_commit(&work, names.data(), static_cast<int>(names.size()),
+                                     names.back(), &why);
         }
-        outdir_abort(&work);
+        atomic_dir_abort(&work);
     }
     if (code != ERROR_OK) {
         *message = why.text;

@@ -25,24 +25,24 @@ void end(void *self) {
     delete static_cast<debug_look *>(self);
 }
 
-int write_all(const debug_look &look, const reconstruct_context &context, const outdir &directory,
-              message *message) {
+int write_all(const debug_look &look, const reconstruct_context &context,
+              const atomic_dir &directory, message *message) {
     debug_page page(look, context);
-    char path[OUTDIR_PATH_BYTES];
+    char path[ATOMIC_DIR_PATH_BYTES];
     const int error = debug_pictures_draw(look, context, [&](const debug_picture &picture) {
         page.add(picture);
-        outdir_file_path(&directory, picture.file_name, path);
+        atomic_dir_file_path(&directory, picture.file_name, path);
         return write_png_palette(picture.width_px, picture.height_px, picture.indices,
                                  picture.palette, path, message);
     });
     if (error != ERROR_OK) {
         return error;
     }
-    outdir_file_path(&directory, page_name, path);
+    atomic_dir_file_path(&directory, page_name, path);
     return page.write(path, message);
 }
 
-int write(void *self, const reconstruct_context *context, const outdir *directory,
+int write(void *self, const reconstruct_context *context, const atomic_dir *directory,
           message *message) {
     const debug_look &look = *static_cast<debug_look *>(self);
     // Called from C: must not throw.

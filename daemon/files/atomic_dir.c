@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -60,7 +60,7 @@ static void remove_abandoned(const char *parent) {
         return;
     }
     for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
-        char path[OUTDIR_PATH_BYTES + NAME_ROOM];
+        char path[ATOMIC_DIR_PATH_BYTES + NAME_ROOM];
         if (strncmp(entry->d_name, WORK_PREFIX, strlen(WORK_PREFIX)) == 0) {
             snprintf(path, sizeof path, "%s/%s", parent, entry->d_name);
             if (is_abandoned(path)) {
@@ -71,7 +71,7 @@ static void remove_abandoned(const char *parent) {
     closedir(stream);
 }
 
-static void parent_of(const char *path, char parent[OUTDIR_PATH_BYTES]) {
+static void parent_of(const char *path, char parent[ATOMIC_DIR_PATH_BYTES]) {
     const char *slash = strrchr(path, '/');
     const size_t length = slash == NULL ? 0 : (size_t)(slash - path);
     if (slash == NULL) {
@@ -84,8 +84,8 @@ static void parent_of(const char *path, char parent[OUTDIR_PATH_BYTES]) {
     }
 }
 
-static void remove_parents(const struct outdir *directory) {
-    char path[OUTDIR_PATH_BYTES], parent[OUTDIR_PATH_BYTES];
+static void remove_parents(const struct atomic_dir *directory) {
+    char path[ATOMIC_DIR_PATH_BYTES], parent[ATOMIC_DIR_PATH_BYTES];
     parent_of(directory->final_path, path);
     for (int i = 0; i < directory->parents_created && rmdir(path) == 0; i++) {
         parent_of(path, parent);
@@ -94,8 +94,8 @@ static void remove_parents(const struct outdir *directory) {
 }
 
 /// Creates the missing parents of the final directory, the highest first.
-static int create_parents(struct outdir *directory) {
-    char path[OUTDIR_PATH_BYTES];
+static int create_parents(struct atomic_dir *directory) {
+    char path[ATOMIC_DIR_PATH_BYTES];
     for (char *slash = directory->final_path + 1; (slash = strchr(slash, '/')) != NULL; slash++) {
         const size_t length = (size_t)(slash - directory->final_path);
         memcpy(path, directory->final_path, length);
@@ -109,15 +109,15 @@ static int create_parents(struct outdir *directory) {
     return 0;
 }
 
-static int make_work_directory(struct outdir *directory) {
-    char parent[OUTDIR_PATH_BYTES];
+static int make_work_directory(struct atomic_dir *directory) {
+    char parent[ATOMIC_DIR_PATH_BYTES];
     if (directory->exists) {
         strcpy(parent, directory->final_path);
     } else {
         parent_of(directory->final_path, parent);
     }
     remove_abandoned(parent);
-    char path[OUTDIR_PATH_BYTES + NAME_ROOM];
+    char path[ATOMIC_DIR_PATH_BYTES + NAME_ROOM];
     int made = -1;
     // With mkdir: the kernel applies the umask, which cannot be read without changing it for all
     // threads.
@@ -131,7 +131,7 @@ static int make_work_directory(struct outdir *directory) {
     if (made != 0) {
         return -1;
     }
-    INVARIANT(strlen(path) < OUTDIR_PATH_BYTES);
+    INVARIANT(strlen(path) < ATOMIC_DIR_PATH_BYTES);
     strcpy(directory->work_path, path);
     directory->lock_fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (directory->lock_fd >= 0) {
@@ -140,8 +140,8 @@ static int make_work_directory(struct outdir *directory) {
     return 0;
 }
 
-bool outdir_replaces(const char *path, const char *name, const char *input) {
-    char target[OUTDIR_PATH_BYTES + NAME_ROOM];
+bool atomic_dir_replaces(const char *path, const char *name, const char *input) {
+    char target[ATOMIC_DIR_PATH_BYTES + NAME_ROOM];
     struct stat replaced, entry, file;
     const int length = snprintf(target, sizeof target, "%s/%s", path, name);
     // A link in the directory is replaced itself, not its target.
@@ -156,7 +156,8 @@ bool outdir_replaces(const char *path, const char *name, const char *input) {
 
 /// Checks what exists under the final name; reported before the work if it can never be a
 /// directory.
-static int look_at_final_path(struct outdir *directory, const char *path, struct message *message) {
+static int look_at_final_path(struct atomic_dir *directory, const char *path,
+                              struct message *message) {
     struct stat status;
     directory->exists = stat(directory->final_path, &status) == 0;
     const int error_number = errno;
@@ -177,13 +178,13 @@ static int look_at_final_path(struct outdir *directory, const char *path, struct
     return ERROR_OK;
 }
 
-int outdir_begin(struct outdir *directory, const char *path, struct message *message) {
-    *directory = (struct outdir){.lock_fd = -1};
+int atomic_dir_begin(struct atomic_dir *directory, const char *path, struct message *message) {
+    *directory = (struct atomic_dir){.lock_fd = -1};
     size_t length = strlen(path);
     while (length > 1 && path[length - 1] == '/') {
         length--;
     }
-    if (length == 0 || length + NAME_ROOM > OUTDIR_PATH_BYTES) {
+    if (length == 0 || length + NAME_ROOM > ATOMIC_DIR_PATH_BYTES) {
         return message_set(message, ERROR_ARGUMENT, "the output directory's name is %s",
                            length == 0 ? "empty" : "too long");
     }
@@ -203,14 +204,14 @@ int outdir_begin(struct outdir *directory, const char *path, struct message *mes
     return ERROR_OK;
 }
 
-void outdir_file_path(const struct outdir *directory, const char *name, char *path) {
+void atomic_dir_file_path(const struct atomic_dir *directory, const char *name, char *path) {
     INVARIANT(strchr(name, '/') == NULL && directory->work_path[0] != '\0');
-    snprintf(path, OUTDIR_PATH_BYTES, "%.*s/%.*s", OUTDIR_PATH_BYTES - NAME_ROOM,
+    snprintf(path, ATOMIC_DIR_PATH_BYTES, "%.*s/%.*s", ATOMIC_DIR_PATH_BYTES - NAME_ROOM,
              directory->work_path, NAME_ROOM - 2, name);
 }
 
-static void final_file_path(const struct outdir *directory, const char *name, char *path) {
-    snprintf(path, OUTDIR_PATH_BYTES, "%.*s/%.*s", OUTDIR_PATH_BYTES - NAME_ROOM,
+static void final_file_path(const struct atomic_dir *directory, const char *name, char *path) {
+    snprintf(path, ATOMIC_DIR_PATH_BYTES, "%.*s/%.*s", ATOMIC_DIR_PATH_BYTES - NAME_ROOM,
              directory->final_path, NAME_ROOM - 2, name);
 }
 
@@ -232,11 +233,11 @@ static bool file_exists(const char *path) {
     return lstat(path, &status) == 0;
 }
 
-static bool sync_files(const struct outdir *directory, const char *const *names, int count,
+static bool sync_files(const struct atomic_dir *directory, const char *const *names, int count,
                        const char **failed) {
-    char path[OUTDIR_PATH_BYTES];
+    char path[ATOMIC_DIR_PATH_BYTES];
     for (int i = 0; i < count; i++) {
-        outdir_file_path(directory, names[i], path);
+        atomic_dir_file_path(directory, names[i], path);
         *failed = names[i];
         if (file_exists(path) && !sync_path(path)) {
             return false;
@@ -247,9 +248,9 @@ static bool sync_files(const struct outdir *directory, const char *const *names,
 }
 
 /// Renames one file into place, or removes its predecessor if there is no such file now.
-static bool move_file(const struct outdir *directory, const char *name) {
-    char from[OUTDIR_PATH_BYTES], to[OUTDIR_PATH_BYTES];
-    outdir_file_path(directory, name, from);
+static bool move_file(const struct atomic_dir *directory, const char *name) {
+    char from[ATOMIC_DIR_PATH_BYTES], to[ATOMIC_DIR_PATH_BYTES];
+    atomic_dir_file_path(directory, name, from);
     final_file_path(directory, name, to);
     if (file_exists(from)) {
         return rename(from, to) == 0;
@@ -257,9 +258,9 @@ static bool move_file(const struct outdir *directory, const char *name) {
     return unlink(to) == 0 || errno == ENOENT;
 }
 
-static bool replace_files(const struct outdir *directory, const char *const *names, int count,
+static bool replace_files(const struct atomic_dir *directory, const char *const *names, int count,
                           const char *closing_name, const char **failed) {
-    char path[OUTDIR_PATH_BYTES];
+    char path[ATOMIC_DIR_PATH_BYTES];
     struct stat status;
     // Only files and links are replaced, not directories or devices: checked before anything is
     // changed.
@@ -287,7 +288,7 @@ static bool replace_files(const struct outdir *directory, const char *const *nam
 }
 
 /// Serialises two runs into one directory: the lock makes one whole set replace the other.
-static bool replace_alone(const struct outdir *directory, const char *const *names, int count,
+static bool replace_alone(const struct atomic_dir *directory, const char *const *names, int count,
                           const char *closing_name, const char **failed) {
     const int fd = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) {
@@ -302,7 +303,7 @@ static bool replace_alone(const struct outdir *directory, const char *const *nam
 }
 
 /// Moves the synced files into place; `directory->exists` then says whether it existed.
-static bool put_in_place(struct outdir *directory, const char *const *names, int count,
+static bool put_in_place(struct atomic_dir *directory, const char *const *names, int count,
                          const char *closing_name, const char **failed) {
     if (!directory->exists) {
         if (rename(directory->work_path, directory->final_path) == 0) {
@@ -314,8 +315,8 @@ static bool put_in_place(struct outdir *directory, const char *const *names, int
     return directory->exists && replace_alone(directory, names, count, closing_name, failed);
 }
 
-int outdir_commit(struct outdir *directory, const char *const *names, int count,
-                  const char *closing_name, struct message *message) {
+int atomic_dir_commit(struct atomic_dir *directory, const char *const *names, int count,
+                      const char *closing_name, struct message *message) {
     INVARIANT(directory->work_path[0] != '\0');
     const char *failed = directory->final_path;
     if (!sync_files(directory, names, count, &failed) ||
@@ -326,10 +327,10 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
         message_set(message, error, "writing %s%s%s failed: %s", directory->final_path,
                     whole ? "" : "/", whole ? "" : failed,
                     error_number == EEXIST ? "exists and is not a file" : strerror(error_number));
-        outdir_abort(directory);
+        atomic_dir_abort(directory);
         return error;
     }
-    char parent[OUTDIR_PATH_BYTES];
+    char parent[ATOMIC_DIR_PATH_BYTES];
     parent_of(directory->final_path, parent);
     if (directory->exists) {
         remove_flat_directory(directory->work_path);
@@ -340,7 +341,7 @@ int outdir_commit(struct outdir *directory, const char *const *names, int count,
     return ERROR_OK;
 }
 
-void outdir_name_final(const struct outdir *directory, struct message *message) {
+void atomic_dir_name_final(const struct atomic_dir *directory, struct message *message) {
     const struct message old = *message;
     const char *at = strstr(old.text, directory->work_path);
     if (directory->work_path[0] != '\0' && at != NULL) {
@@ -349,7 +350,7 @@ void outdir_name_final(const struct outdir *directory, struct message *message) 
     }
 }
 
-void outdir_abort(struct outdir *directory) {
+void atomic_dir_abort(struct atomic_dir *directory) {
     if (directory->work_path[0] == '\0') {
         return;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A directory of results appears whole or not at all.
-#include "daemon/files/outdir.h"
+#include "daemon/files/atomic_dir.h"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -45,9 +45,9 @@ void put(const std::string &path, const char *text) {
     std::ofstream(path) << text;
 }
 
-void put_work(const outdir &directory, const char *name, const char *text) {
-    char path[OUTDIR_PATH_BYTES];
-    outdir_file_path(&directory, name, path);
+void put_work(const atomic_dir &directory, const char *name, const char *text) {
+    char path[ATOMIC_DIR_PATH_BYTES];
+    atomic_dir_file_path(&directory, name, path);
     put(path, text);
 }
 
@@ -63,11 +63,11 @@ TEST_CASE("permissions follow the umask, which is not changed for other threads"
     const mode_t before = umask(0027);
     const scratch place;
     const int asked = umasks;
-    outdir directory;
+    atomic_dir directory;
     message text;
-    REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
     put_work(directory, "end.txt", "1");
-    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
     std::string why;
     REQUIRE(whole_file_write(place / "whole.txt", "2", &why));
     CHECK(umasks == asked);
@@ -81,27 +81,27 @@ TEST_CASE("permissions follow the umask, which is not changed for other threads"
 
 TEST_CASE("two runs in one place do not interfere") {
     const scratch place;
-    outdir first, second;
+    atomic_dir first, second;
     message text;
-    REQUIRE(outdir_begin(&first, (place / "one").c_str(), &text) == ERROR_OK);
-    REQUIRE(outdir_begin(&second, (place / "two").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&first, (place / "one").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&second, (place / "two").c_str(), &text) == ERROR_OK);
     put_work(first, "end.txt", "1");
     put_work(second, "end.txt", "2");
-    REQUIRE(outdir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
-    REQUIRE(outdir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
     CHECK(contents(place / "one/end.txt") == "1");
     CHECK(contents(place / "two/end.txt") == "2");
 }
 
 TEST_CASE("a new directory appears whole") {
     const scratch place;
-    outdir directory;
+    atomic_dir directory;
     message text;
-    REQUIRE(outdir_begin(&directory, (place / "out/").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&directory, (place / "out/").c_str(), &text) == ERROR_OK);
     put_work(directory, "a.txt", "1");
     put_work(directory, "end.txt", "2");
     CHECK_FALSE(fs::exists(place / "out"));
-    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
     CHECK(listing(place.path) == std::set<std::string>{"out"});
     CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt"});
     struct stat status;
@@ -109,21 +109,21 @@ TEST_CASE("a new directory appears whole") {
     const mode_t mask = umask(0);
     umask(mask);
     CHECK((status.st_mode & 0777) == (0777 & ~mask));
-    outdir_abort(&directory);
+    atomic_dir_abort(&directory);
     CHECK(fs::exists(place / "out/end.txt"));
 }
 
 TEST_CASE("missing parents are created and, after a failure, removed") {
     const scratch place;
-    outdir directory;
+    atomic_dir directory;
     message text;
-    REQUIRE(outdir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
     put_work(directory, "a.txt", "1");
-    outdir_abort(&directory);
+    atomic_dir_abort(&directory);
     CHECK(listing(place.path).empty());
-    REQUIRE(outdir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&directory, (place / "x/y/out").c_str(), &text) == ERROR_OK);
     put_work(directory, "end.txt", "1");
-    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
     CHECK(fs::exists(place / "x/y/out/end.txt"));
 }
 
@@ -133,13 +133,13 @@ TEST_CASE("an earlier set is replaced, other files stay") {
     for (const char *name : {"out/a.txt", "out/b.txt", "out/end.txt", "out/mine.txt"}) {
         put(place / name, "old");
     }
-    outdir directory;
+    atomic_dir directory;
     message text;
-    REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
     put_work(directory, "a.txt", "new");
     put_work(directory, "end.txt", "new");
     CHECK(contents(place / "out/a.txt") == "old");
-    REQUIRE(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&directory, names, 3, "end.txt", &text) == ERROR_OK);
     CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt", "mine.txt"});
     CHECK(contents(place / "out/a.txt") == "new");
     CHECK(contents(place / "out/mine.txt") == "old");
@@ -156,13 +156,13 @@ TEST_CASE("a failure leaves the earlier set unchanged") {
         }
         put(place / "out/a.txt", "old");
         put(place / "out/end.txt", "old");
-        outdir directory;
+        atomic_dir directory;
         message text;
-        REQUIRE(outdir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
+        REQUIRE(atomic_dir_begin(&directory, (place / "out").c_str(), &text) == ERROR_OK);
         for (const char *name : names) {
             put_work(directory, name, "new");
         }
-        CHECK(outdir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
+        CHECK(atomic_dir_commit(&directory, names, 3, "end.txt", &text) == ERROR_BUFFER);
         const std::string why = text.text;
         CHECK(why.find(place / "out/b.txt") != std::string::npos);
         CHECK(why.find(pipe ? "file" : "directory") != std::string::npos);
@@ -175,17 +175,17 @@ TEST_CASE("a failure leaves the earlier set unchanged") {
 
 TEST_CASE("of two simultaneous runs the later one's set remains, whole") {
     const scratch place;
-    outdir first, second;
+    atomic_dir first, second;
     message text;
-    REQUIRE(outdir_begin(&first, (place / "out").c_str(), &text) == ERROR_OK);
-    REQUIRE(outdir_begin(&second, (place / "out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&first, (place / "out").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&second, (place / "out").c_str(), &text) == ERROR_OK);
     put_work(first, "a.txt", "first");
     put_work(first, "b.txt", "first");
     put_work(first, "end.txt", "first");
     put_work(second, "a.txt", "second");
     put_work(second, "end.txt", "second");
-    REQUIRE(outdir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
-    REQUIRE(outdir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&first, names, 3, "end.txt", &text) == ERROR_OK);
+    REQUIRE(atomic_dir_commit(&second, names, 3, "end.txt", &text) == ERROR_OK);
     CHECK(listing(place.path) == std::set<std::string>{"out"});
     CHECK(listing(place / "out") == std::set<std::string>{"a.txt", "end.txt"});
     CHECK(contents(place / "out/a.txt") == "second");
@@ -195,32 +195,32 @@ TEST_CASE("of two simultaneous runs the later one's set remains, whole") {
 TEST_CASE("a path that cannot be a directory is rejected") {
     const scratch place;
     put(place / "file", "x");
-    outdir directory;
+    atomic_dir directory;
     message text;
-    CHECK(outdir_begin(&directory, (place / "file").c_str(), &text) < 0);
-    CHECK(outdir_begin(&directory, (place / "file/below").c_str(), &text) < 0);
-    CHECK(outdir_begin(&directory, "", &text) < 0);
-    CHECK(outdir_begin(&directory, std::string(5000, 'a').c_str(), &text) < 0);
-    CHECK(outdir_begin(&directory, "/proc/nowhere/out", &text) < 0);
+    CHECK(atomic_dir_begin(&directory, (place / "file").c_str(), &text) < 0);
+    CHECK(atomic_dir_begin(&directory, (place / "file/below").c_str(), &text) < 0);
+    CHECK(atomic_dir_begin(&directory, "", &text) < 0);
+    CHECK(atomic_dir_begin(&directory, std::string(5000, 'a').c_str(), &text) < 0);
+    CHECK(atomic_dir_begin(&directory, "/proc/nowhere/out", &text) < 0);
     CHECK(listing(place.path) == std::set<std::string>{"file"});
 }
 
 TEST_CASE("leftovers of a killed run are removed, those of a running one are not") {
     const scratch place;
-    outdir living, next;
+    atomic_dir living, next;
     message text;
     const utimbuf long_ago{time(nullptr) - 3600, time(nullptr) - 3600};
-    REQUIRE(outdir_begin(&living, (place / "one").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&living, (place / "one").c_str(), &text) == ERROR_OK);
     fs::create_directory(place / ".vergence-killed");
     put(place / ".vergence-killed/mesh.ply", "half");
     fs::create_directory(place / ".vergence-young");
     utime((place / ".vergence-killed").c_str(), &long_ago);
     utime(living.work_path, &long_ago);
-    REQUIRE(outdir_begin(&next, (place / "two").c_str(), &text) == ERROR_OK);
+    REQUIRE(atomic_dir_begin(&next, (place / "two").c_str(), &text) == ERROR_OK);
     CHECK_FALSE(fs::exists(place / ".vergence-killed"));
     CHECK(fs::exists(place / ".vergence-young"));
     CHECK(fs::exists(living.work_path));
-    outdir_abort(&living);
-    outdir_abort(&next);
+    atomic_dir_abort(&living);
+    atomic_dir_abort(&next);
     CHECK(listing(place.path) == std::set<std::string>{".vergence-young"});
 }
