@@ -47,7 +47,7 @@ int compare_views(const board_view &a, const board_view &b) {
 
 // Sorted by image content before names: the same pictures give the same bytes, whatever their
 // names.
-bool stands_before(const sighting &a, const sighting &b) {
+bool is_before(const sighting &a, const sighting &b) {
     for (size_t camera = 0; camera < CAMERAS; camera++) {
         const int order = compare_views(a.view[camera], b.view[camera]);
         if (order != 0) {
@@ -91,7 +91,7 @@ ordered_bundle order_observations(const observations &seen) {
     result.caller.resize(seen.sightings.size());
     std::iota(result.caller.begin(), result.caller.end(), size_t(0));
     std::stable_sort(result.caller.begin(), result.caller.end(), [&](size_t a, size_t b) {
-        return stands_before(seen.sightings[a], seen.sightings[b]);
+        return is_before(seen.sightings[a], seen.sightings[b]);
     });
     bundle &data = result.data;
     data.cameras = seen.cameras;

@@ -72,14 +72,14 @@ static void put_text(struct line *line, const char *key, const char *text) {
     }
 }
 
-static void put_stand(struct line *line, const char *side, const char *when,
-                      const struct pair_stand *stand) {
-    put(line, " %s_%s=%" PRIu16, side, when, stand->pan_q4);
+static void put_axes(struct line *line, const char *side, const char *when,
+                     const struct pair_axes *axes) {
+    put(line, " %s_%s=%" PRIu16, side, when, axes->pan_q4);
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        if (stand->position[axis] == INT32_MIN) {
+        if (axes->position[axis] == INT32_MIN) {
             put(line, "," NO_POSITION);
         } else {
-            put(line, ",%" PRId32, stand->position[axis]);
+            put(line, ",%" PRId32, axes->position[axis]);
         }
     }
 }
@@ -99,8 +99,8 @@ static int put_frame(struct line *line, const char *side, const struct pair_fram
     put(line, " %s_end_us=%" PRIu64, side, frame->end_us);
     put(line, " %s_exposure_us=%" PRIu32, side, frame->exposure_us);
     put(line, " %s_gain_q3=%" PRIu16, side, frame->gain_q3);
-    put_stand(line, side, "before", &frame->before);
-    put_stand(line, side, "after", &frame->after);
+    put_axes(line, side, "before", &frame->before);
+    put_axes(line, side, "after", &frame->after);
     if (frame->window.skip != 0) {
         put(line, " %s_window=%" PRIu16 ",%" PRIu16 ",%d", side, frame->window.column_px,
             frame->window.row_px, frame->window.skip);
@@ -303,16 +303,16 @@ static int take_choice(struct cursor *cursor, const char *const *names, int coun
     return 0;
 }
 
-static void take_stand(struct cursor *cursor, const char *side, const char *when,
-                       struct pair_stand *stand) {
-    stand->pan_q4 = (uint16_t)take_key(cursor, side, when, 10, UINT16_MAX);
+static void take_axes(struct cursor *cursor, const char *side, const char *when,
+                      struct pair_axes *axes) {
+    axes->pan_q4 = (uint16_t)take_key(cursor, side, when, 10, UINT16_MAX);
     for (int axis = 0; axis < LENS_AXES; axis++) {
         expect(cursor, ",");
         if (!cursor->wrong && cursor->at < cursor->end && *cursor->at == 'n') {
             expect(cursor, NO_POSITION);
-            stand->position[axis] = INT32_MIN;
+            axes->position[axis] = INT32_MIN;
         } else {
-            stand->position[axis] = (int32_t)take_signed(cursor, INT32_MAX);
+            axes->position[axis] = (int32_t)take_signed(cursor, INT32_MAX);
         }
     }
 }
@@ -363,8 +363,8 @@ static void take_frame(struct cursor *cursor, const char *side, struct pair_fram
     frame->end_us = take_key(cursor, side, "end_us", 10, UINT64_MAX);
     frame->exposure_us = (uint32_t)take_key(cursor, side, "exposure_us", 10, UINT32_MAX);
     frame->gain_q3 = (uint16_t)take_key(cursor, side, "gain_q3", 10, UINT16_MAX);
-    take_stand(cursor, side, "before", &frame->before);
-    take_stand(cursor, side, "after", &frame->after);
+    take_axes(cursor, side, "before", &frame->before);
+    take_axes(cursor, side, "after", &frame->after);
     take_window(cursor, side, &frame->window);
     take_picture(cursor, side, frame);
     frame->stride = session_frame_row_values(frame);

@@ -18,7 +18,7 @@
 #include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"
 #include "daemon/images/picture.h"
-#include "daemon/session/capture_stamp.h"
+#include "daemon/session/capture_info.h"
 #include "daemon/session/session_pairs.h"
 
 enum { LABEL_MAX = 200, NAME_BYTES = 256, PAIRS_MAX = 1000000 };
@@ -169,15 +169,15 @@ static int check_name(struct run *self, const char *name) {
 /// Reads, develops and encodes a frame. The caller frees `*png`.
 static int make_png(struct run *self, int side, const struct develop_balance *balance,
                     struct pair_frame *frame, uint8_t **png, size_t *bytes) {
-    char text[2 * CAPTURE_STAMP_BYTES], line[CAPTURE_STAMP_BYTES];
-    const struct capture_stamp stamp = {self->label, &self->pairs.pair.pair};
+    char text[2 * CAPTURE_INFO_BYTES], line[CAPTURE_INFO_BYTES];
+    const struct capture_info info = {self->label, &self->pairs.pair.pair};
     struct picture picture = {.width_px = frame->width_px,
                               .height_px = frame->height_px,
                               .channels = frame->layout == HAL_CAMERA_GREY ? 1 : 3,
                               .text = text};
-    capture_stamp_line(&stamp, 0, line);
+    capture_info_line(&info, 0, line);
     snprintf(text, sizeof text, "%s\n", line);
-    capture_stamp_line(&stamp, 1 + side, line);
+    capture_info_line(&info, 1 + side, line);
     strcat(text, line);
     for (char *at = text; *at != '\0'; at++) {
         *at = (unsigned char)*at >= 0x7F ? '?' : *at;

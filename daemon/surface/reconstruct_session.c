@@ -279,7 +279,7 @@ static int find_pair(struct reconstruct_session *self, struct session_reader *re
     self->event = pairs->pair;
     self->found = pairs->count;
     set_label(self);
-    context->capture = (struct capture_stamp){self->label, &self->event.pair};
+    context->capture = (struct capture_info){self->label, &self->event.pair};
     if (reader->cut) {
         reconstruct_context_warn(
             context, "%s was cut off or is still being written: there may be more pairs",

@@ -80,9 +80,9 @@ static void print_mesh(const struct reconstruct_context *context, FILE *stream) 
 
 void reconstruct_summary_print(const struct reconstruct_context *context, const char *out_path,
                                FILE *stream) {
-    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
-        char text[CAPTURE_STAMP_BYTES];
-        capture_stamp_line(&context->capture, line, text);
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_INFO_LINES; line++) {
+        char text[CAPTURE_INFO_BYTES];
+        capture_info_line(&context->capture, line, text);
         fprintf(stream, "%-12s%s\n", line == 0 ? "capture" : "", text);
     }
     if (context->mismatch.text[0] != '\0') {

@@ -267,15 +267,15 @@ static int read_servo(struct rig *rig, unsigned side, uint16_t *pan_q4, bool *tu
     return ERROR_OK;
 }
 
-static int read_stand(struct rig *rig, unsigned side, struct pair_stand *stand) {
+static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
     bool turning = false;
     int error = ERROR_OK;
-    stand->pan_q4 = 0;
+    axes->pan_q4 = 0;
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-        stand->position[axis] = INT32_MIN;
+        axes->position[axis] = INT32_MIN;
     }
     if (rig->pan_q4[side] != 0) {
-        error = read_servo(rig, side, &stand->pan_q4, &turning);
+        error = read_servo(rig, side, &axes->pan_q4, &turning);
     }
     if (error == ERROR_OK && turning) {
         error = watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
@@ -289,22 +289,22 @@ static int read_stand(struct rig *rig, unsigned side, struct pair_stand *stand) 
     error = rig_lens_read(rig, side, positions);
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
         if ((rig->lens_abilities[side].axes >> axis & 1) != 0) {
-            stand->position[axis] = positions[axis];
+            axes->position[axis] = positions[axis];
         }
     }
     return error;
 }
 
-static int read_stands(struct rig *rig, struct pair_stand stands[RIG_SIDES]) {
+static int read_all_axes(struct rig *rig, struct pair_axes all_axes[RIG_SIDES]) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = read_stand(rig, side, &stands[side]);
+        error = read_axes(rig, side, &all_axes[side]);
     }
     return error;
 }
 
-static int compare_stands(struct rig *rig, unsigned side, const struct pair_frame *frame) {
-    const struct pair_stand *before = &frame->before, *after = &frame->after;
+static int compare_axes(struct rig *rig, unsigned side, const struct pair_frame *frame) {
+    const struct pair_axes *before = &frame->before, *after = &frame->after;
     if (before->pan_q4 != after->pan_q4) {
         const int32_t numbers[] = {before->pan_q4 / 16, after->pan_q4 / 16};
         return watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
@@ -381,13 +381,13 @@ static int wait_for_rest(struct rig *rig) {
 
 // Whether nothing moved between the frames, and they are close enough in time.
 static int compare_circumstances(struct rig *rig, struct pair *pair,
-                                 const struct pair_stand before[RIG_SIDES],
-                                 const struct pair_stand after[RIG_SIDES]) {
+                                 const struct pair_axes before[RIG_SIDES],
+                                 const struct pair_axes after[RIG_SIDES]) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         pair->frame[side].before = before[side];
         pair->frame[side].after = after[side];
-        error = error == ERROR_OK ? compare_stands(rig, side, &pair->frame[side]) : error;
+        error = error == ERROR_OK ? compare_axes(rig, side, &pair->frame[side]) : error;
     }
     return error == ERROR_OK ? compare_times(rig, pair) : error;
 }
@@ -395,10 +395,10 @@ static int compare_circumstances(struct rig *rig, struct pair *pair,
 // Runs all steps; `*compared`: frames and axes are complete.
 static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                    size_t frame_values, struct pair *pair, bool *compared) {
-    struct pair_stand before[RIG_SIDES], after[RIG_SIDES];
+    struct pair_axes before[RIG_SIDES], after[RIG_SIDES];
     struct pair_frame *frames = pair->frame;
     int error = wait_for_rest(rig);
-    error = error == ERROR_OK ? read_stands(rig, before) : error;
+    error = error == ERROR_OK ? read_all_axes(rig, before) : error;
     tell(rig, options, 0);
     if (error == ERROR_OK) {
         error = take_both(rig, options, memory, frame_values, frames);
@@ -416,7 +416,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
         return checked;
     }
     const struct rig_error last_error = rig->last_error;
-    error = read_stands(rig, after);
+    error = read_all_axes(rig, after);
     if (error != ERROR_OK) {
         return error;
     }

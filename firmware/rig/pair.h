@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 /// Pan and lens positions of a camera.
-struct pair_stand {
+struct pair_axes {
     uint16_t pan_q4;              ///< pulse being sent, 1/16 us; 0: no servo
     int32_t position[LENS_AXES];  ///< of the lens, counts; INT32_MIN: no such axis
 };
@@ -40,7 +40,7 @@ struct pair_frame {
     uint64_t begin_us, end_us;
     uint32_t exposure_us;
     uint16_t gain_q3;
-    struct pair_stand before, after;
+    struct pair_axes before, after;
     bool has_picture;  ///< whether `picture` is known; see pair_frame_judge
     struct picture_stats picture;
 };

@@ -30,14 +30,14 @@ struct owned_pair {
     std::vector<std::uint16_t> pixels[RIG_SIDES];
 };
 
-inline pair_stand random_stand(Random &random) {
-    pair_stand stand{};
-    stand.pan_q4 = static_cast<std::uint16_t>(upto(random, UINT16_MAX));
-    for (auto &position : stand.position) {
+inline pair_axes random_axes(Random &random) {
+    pair_axes axes{};
+    axes.pan_q4 = static_cast<std::uint16_t>(upto(random, UINT16_MAX));
+    for (auto &position : axes.position) {
         position =
             upto(random, 3) == 0 ? INT32_MIN : static_cast<std::int32_t>(upto(random, 2000)) - 1000;
     }
-    return stand;
+    return axes;
 }
 
 inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uint16_t> &pixels) {
@@ -69,8 +69,8 @@ inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uin
             *share = static_cast<std::uint16_t>(upto(random, PICTURE_STATS_MAX_PERMILLE));
         }
     }
-    frame.before = random_stand(random);
-    frame.after = random_stand(random);
+    frame.before = random_axes(random);
+    frame.after = random_axes(random);
 }
 
 inline void random_pair(Random &random, owned_pair &made) {
@@ -84,7 +84,7 @@ inline void random_pair(Random &random, owned_pair &made) {
     }
 }
 
-inline bool same_stand(const pair_stand &a, const pair_stand &b) {
+inline bool same_axes(const pair_axes &a, const pair_axes &b) {
     return a.pan_q4 == b.pan_q4 && std::memcmp(a.position, b.position, sizeof a.position) == 0;
 }
 
@@ -93,7 +93,7 @@ inline bool same_frame(const pair_frame &a, const pair_frame &b) {
     return a.width_px == b.width_px && a.height_px == b.height_px && a.bits == b.bits &&
            a.layout == b.layout && a.sequence == b.sequence && a.begin_us == b.begin_us &&
            a.end_us == b.end_us && a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
-           same_stand(a.before, b.before) && same_stand(a.after, b.after) &&
+           same_axes(a.before, b.before) && same_axes(a.after, b.after) &&
            a.window.column_px == b.window.column_px && a.window.row_px == b.window.row_px &&
            a.window.skip == b.window.skip && a.has_picture == b.has_picture &&
            std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0;

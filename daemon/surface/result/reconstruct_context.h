@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 #include "daemon/base/message.h"
-#include "daemon/session/capture_stamp.h"
+#include "daemon/session/capture_info.h"
 #include "daemon/session/session.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
@@ -51,7 +51,7 @@ struct reconstruct_context {
     struct picture_stats picture[2];            // statistics of left and right
 
     const char *left_path, *right_path;
-    struct capture_stamp capture;    // its `session` is NULL for images from elsewhere
+    struct capture_info capture;     // its `session` is NULL for images from elsewhere
     const char *calibration_path;    // NULL: not given (--rectified)
     const char *calibration_format;  // e.g. "vergence", "OpenCV", "assumed"; never NULL
     const char *ground_truth_path;   // NULL: not given

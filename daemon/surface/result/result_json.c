@@ -223,7 +223,7 @@ void result_json_print(const struct reconstruct_context *context, FILE *stream) 
     json_text(&json, "version", context->version);
     json_text(&json, "build_id", context->build_id);
     print_inputs(context, &json);
-    capture_stamp_json(&context->capture, &json);
+    capture_info_json(&context->capture, &json);
     print_pictures(context, &json);
     print_calibration(context, &json);
     print_plan(context, &json);

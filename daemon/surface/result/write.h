@@ -35,7 +35,7 @@ int write_result(const struct reconstruct_context *context, const char *path,
 
 /// What a result was made from, as comment lines that begin with `mark`: build, calibration, and
 /// the capture of a session's pair. The stream's error indicator shows whether all was written.
-void write_stamps(const struct reconstruct_context *context, const char *mark, FILE *stream);
+void write_comments(const struct reconstruct_context *context, const char *mark, FILE *stream);
 
 #ifdef __cplusplus
 }

@@ -15,7 +15,7 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
     output_file_open(&file, path);
     if (file.stream != NULL) {
         fputs("# .PCD v0.7 - Point Cloud Data file format\n", file.stream);
-        write_stamps(context, "#", file.stream);
+        write_comments(context, "#", file.stream);
         fprintf(file.stream, "# lengths in %s\n",
                 context->metric ? reconstruct_context_unit_name(context) : "an assumed unit");
         fprintf(file.stream,

@@ -10,7 +10,7 @@ enum { VERTEX_BYTES = 6 * 4 + 3 + 2 * 4, FACE_BYTES = 1 + 3 * 4 };
 static void put_header(const struct reconstruct_context *context,
                        const struct reconstruct_result *result, FILE *stream) {
     fputs("ply\nformat binary_little_endian 1.0\n", stream);
-    write_stamps(context, "comment", stream);
+    write_comments(context, "comment", stream);
     fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
             context->metric ? reconstruct_context_unit_name(context)
                             : "assumed geometry, lengths are meaningless");

@@ -117,7 +117,7 @@ size_t end_of_digits(const std::string &text, size_t at) {
 }
 
 /// Numbers in names are compared as numbers: 2 comes before 10.
-bool stands_before(const std::string &a, const std::string &b) {
+bool is_before(const std::string &a, const std::string &b) {
     size_t i = 0, j = 0;
     while (i < a.size() && j < b.size()) {
         if (!is_digit(a[i]) || !is_digit(b[j])) {
@@ -333,7 +333,7 @@ class pairing {
                                  take_side(&stem);
                                  return stem;
                              };
-                             return stands_before(first(a), first(b));
+                             return is_before(first(a), first(b));
                          });
     }
 

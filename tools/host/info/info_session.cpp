@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "daemon/session/calibration_match.h"
-#include "daemon/session/capture_stamp.h"
+#include "daemon/session/capture_info.h"
 #include "daemon/session/session_pairs.h"
 #include "tools/host/formats/number_text.hpp"
 #include "tools/host/info/info.hpp"
@@ -198,7 +198,7 @@ bool add_calibration(reading *self, info_page *page, document *object) {
 }
 
 /// The "capture" object in results of the pair.
-document capture_json(const capture_stamp &stamp) {
+document capture_json(const capture_info &info) {
     char *text = nullptr;
     size_t bytes = 0;
     json writer;
@@ -208,7 +208,7 @@ document capture_json(const capture_stamp &stamp) {
     }
     json_begin(&writer, stream);
     json_open_object(&writer, nullptr);
-    capture_stamp_json(&stamp, &writer);
+    capture_info_json(&info, &writer);
     json_close_object(&writer);
     json_end(&writer);
     std::fclose(stream);

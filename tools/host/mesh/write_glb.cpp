@@ -282,7 +282,7 @@ void print_asset(json *out, const reconstruct_context &context) {
     if (context.depth_sigma_common_mm >= 0) {
         json_real(out, "depth_sigma_common_mm", context.depth_sigma_common_mm, 6);
     }
-    capture_stamp_json(&context.capture, out);
+    capture_info_json(&context.capture, out);
     json_close_object(out);
     json_close_object(out);
     for (const char *name : {"extensionsUsed", "extensionsRequired"}) {

@@ -84,7 +84,7 @@ std::string page_data(const reconstruct_context &context, const report_figures &
 }
 
 std::string title_of(const reconstruct_context &context) {
-    const capture_stamp &capture = context.capture;
+    const capture_info &capture = context.capture;
     if (capture.session != nullptr) {
         return report_text_escape(capture.session) +
                report_text_format(", pair %u", capture.pair->number);
@@ -112,8 +112,8 @@ std::string cameras_of(const reconstruct_context &context) {
     for (int side = 0; side < RIG_SIDES; side++) {
         std::string text = side == 0 ? "left" : "right";
         if (context.capture.session != nullptr) {
-            char line[CAPTURE_STAMP_BYTES];
-            capture_stamp_line(&context.capture, 1 + side, line);
+            char line[CAPTURE_INFO_BYTES];
+            capture_info_line(&context.capture, 1 + side, line);
             text = line;
         }
         const double percent = report_figures_brightness_percent(*images[side]);

@@ -99,9 +99,9 @@ std::string calibration_table(const reconstruct_context &context, const report_f
 /// Unknown for images that do not belong to a session.
 std::string capture_table(const reconstruct_context &context) {
     std::string rows;
-    for (int line = 0; context.capture.session != nullptr && line < CAPTURE_STAMP_LINES; line++) {
-        char text[CAPTURE_STAMP_BYTES];
-        capture_stamp_line(&context.capture, line, text);
+    for (int line = 0; context.capture.session != nullptr && line < CAPTURE_INFO_LINES; line++) {
+        char text[CAPTURE_INFO_BYTES];
+        capture_info_line(&context.capture, line, text);
         rows += row(line == 0   ? "pair"
                     : line == 1 ? "left camera"
                                 : "right camera",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/session/capture_stamp.h"
+#include "daemon/session/capture_info.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -15,19 +15,19 @@ static const char *const axes[LENS_AXES] = {"zoom", "focus", "iris"};
 
 // ---- lines
 
-static void add(char text[CAPTURE_STAMP_BYTES], const char *format, ...)
+static void add(char text[CAPTURE_INFO_BYTES], const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-static void add(char text[CAPTURE_STAMP_BYTES], const char *format, ...) {
+static void add(char text[CAPTURE_INFO_BYTES], const char *format, ...) {
     const size_t length = strlen(text);
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text + length, CAPTURE_STAMP_BYTES - length, format, arguments);
+    vsnprintf(text + length, CAPTURE_INFO_BYTES - length, format, arguments);
     va_end(arguments);
 }
 
-static void add_pair(const struct capture_stamp *stamp, char text[CAPTURE_STAMP_BYTES]) {
-    const struct pair *pair = stamp->pair;
-    add(text, "%.300s pair %" PRIu32 ": skew %" PRId64 " us", stamp->session, pair->number,
+static void add_pair(const struct capture_info *info, char text[CAPTURE_INFO_BYTES]) {
+    const struct pair *pair = info->pair;
+    add(text, "%.300s pair %" PRIu32 ": skew %" PRId64 " us", info->session, pair->number,
         pair->skew_us);
     if (pair->checked) {
         add(text, ", static scene (%.1f %% changed)", pair->change_permille / permille_a_percent);
@@ -39,7 +39,7 @@ static void add_pair(const struct capture_stamp *stamp, char text[CAPTURE_STAMP_
 }
 
 static void add_frame(const struct pair_frame *frame, const char *side,
-                      char text[CAPTURE_STAMP_BYTES]) {
+                      char text[CAPTURE_INFO_BYTES]) {
     add(text, "%s: sequence %" PRIu32, side, frame->sequence);
     if (frame->exposure_us != 0) {
         add(text, ", exposure %" PRIu32 " us", frame->exposure_us);
@@ -57,15 +57,14 @@ static void add_frame(const struct pair_frame *frame, const char *side,
     }
 }
 
-void capture_stamp_line(const struct capture_stamp *stamp, int line,
-                        char text[CAPTURE_STAMP_BYTES]) {
-    INVARIANT(stamp->session != NULL && stamp->pair != NULL);
-    INVARIANT(line >= 0 && line < CAPTURE_STAMP_LINES);
+void capture_info_line(const struct capture_info *info, int line, char text[CAPTURE_INFO_BYTES]) {
+    INVARIANT(info->session != NULL && info->pair != NULL);
+    INVARIANT(line >= 0 && line < CAPTURE_INFO_LINES);
     text[0] = '\0';
     if (line == 0) {
-        add_pair(stamp, text);
+        add_pair(info, text);
     } else {
-        add_frame(&stamp->pair->frame[line - 1], sides[line - 1], text);
+        add_frame(&info->pair->frame[line - 1], sides[line - 1], text);
     }
 }
 
@@ -81,7 +80,7 @@ static void put_known(struct json *json, const char *name, double value) {
 }
 
 static void put_frame(struct json *json, const struct pair_frame *frame, const char *side) {
-    const struct pair_stand *before = &frame->before, *after = &frame->after;
+    const struct pair_axes *before = &frame->before, *after = &frame->after;
     json_open_object(json, side);
     json_integer(json, "sequence", frame->sequence);
     json_integer(json, "begin_us", (int64_t)frame->begin_us);
@@ -105,15 +104,15 @@ static void put_frame(struct json *json, const struct pair_frame *frame, const c
     json_close_object(json);
 }
 
-void capture_stamp_json(const struct capture_stamp *stamp, struct json *json) {
-    if (stamp->session == NULL) {
+void capture_info_json(const struct capture_info *info, struct json *json) {
+    if (info->session == NULL) {
         json_null(json, "capture");
         return;
     }
-    const struct pair *pair = stamp->pair;
+    const struct pair *pair = info->pair;
     INVARIANT(pair != NULL);
     json_open_object(json, "capture");
-    json_text(json, "session", stamp->session);
+    json_text(json, "session", info->session);
     json_integer(json, "pair", pair->number);
     json_integer(json, "skew_us", pair->skew_us);
     json_bool(json, "static_checked", pair->checked);

@@ -4,7 +4,7 @@
 
 #include "daemon/surface/result/write.h"
 
-void write_stamps(const struct reconstruct_context *context, const char *mark, FILE *stream) {
+void write_comments(const struct reconstruct_context *context, const char *mark, FILE *stream) {
     fprintf(stream, "%s vergence %s build %s\n", mark, context->version, context->build_id);
     fprintf(stream, "%s calibration %s crc %08" PRIx32 "\n", mark, context->calibration->id,
             context->result->calibration_crc);
@@ -14,9 +14,9 @@ void write_stamps(const struct reconstruct_context *context, const char *mark, F
     if (context->mismatch.text[0] != '\0') {
         fprintf(stream, "%s accepted mismatch: %s\n", mark, context->mismatch.text);
     }
-    for (int line = 0; context->capture.session != NULL && line < CAPTURE_STAMP_LINES; line++) {
-        char text[CAPTURE_STAMP_BYTES];
-        capture_stamp_line(&context->capture, line, text);
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_INFO_LINES; line++) {
+        char text[CAPTURE_INFO_BYTES];
+        capture_info_line(&context->capture, line, text);
         fprintf(stream, "%s %s%s\n", mark, line == 0 ? "capture " : "", text);
     }
 }
