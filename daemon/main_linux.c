@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/linux/monotonic_clock.h"
-#include "daemon/reply/item.h"
 
 enum { LENS_BITS_PER_S = 9600 };
 
@@ -214,19 +214,19 @@ void main_linux_open(struct main_linux *self, const struct config *config,
 
 static void put_camera(const struct v4l2_camera *camera, const struct command_call *call) {
     const struct v4l2_stream *stream = &camera->stream;
-    item_text(call, "device", camera->path);
+    reply_text(call, "device", camera->path);
     if (stream->fd < 0) {
-        item_text(call, "state", "not open");
+        reply_text(call, "state", "not open");
         return;
     }
-    item_text(call, "driver", stream->driver);
-    item_text(call, "card", stream->card);
-    item_text(call, "bus", stream->bus);
+    reply_text(call, "driver", stream->driver);
+    reply_text(call, "card", stream->card);
+    reply_text(call, "bus", stream->bus);
     if (camera->started && stream->format != NULL) {
-        item_text(call, "format", stream->format->name);
-        item_number(call, "width", camera->format.width_px, 0, "px");
-        item_number(call, "height", camera->format.height_px, 0, "px");
-        item_number(call, "frame_time", stream->frame_us, 0, "us");
+        reply_text(call, "format", stream->format->name);
+        reply_number(call, "width", camera->format.width_px, 0, "px");
+        reply_number(call, "height", camera->format.height_px, 0, "px");
+        reply_number(call, "frame_time", stream->frame_us, 0, "us");
     }
 }
 
@@ -234,9 +234,9 @@ void main_linux_put(const struct main_linux *self, const struct command_call *ca
     static const char *const names[RIG_SIDES] = {"left_camera", "right_camera"};
     for (int side = 0; side < RIG_SIDES; side++) {
         if (self->needed[MAIN_LINUX_LEFT_CAMERA + side]) {
-            item_begin(call, names[side], false);
+            reply_group_begin(call, names[side], false);
             put_camera(&self->camera[side], call);
-            item_end(call);
+            reply_group_end(call);
         }
     }
 }

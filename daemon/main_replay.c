@@ -4,11 +4,11 @@
 
 #include <stdint.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "daemon/backends/replay/play.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 
 static int run_replay(const struct command_call *call) {
     const struct command_context *context = context_of(call);
@@ -25,18 +25,18 @@ static int run_replay(const struct command_call *call) {
     if (error != 0) {
         return command_fail(call, error, "%s", message.text);
     }
-    item_text(call, "session", name);
-    item_text(call, "build", outcome.build);
-    item_number(call, "commands", outcome.commands, 0, NULL);
-    item_number(call, "calls", outcome.calls, 0, NULL);
-    item_number(call, "pairs", outcome.pairs, 0, NULL);
-    item_text(call, "cut_off", outcome.cut ? "yes" : "no");
-    item_text(call, "same", outcome.same ? "yes" : "no");
+    reply_text(call, "session", name);
+    reply_text(call, "build", outcome.build);
+    reply_number(call, "commands", outcome.commands, 0, NULL);
+    reply_number(call, "calls", outcome.calls, 0, NULL);
+    reply_number(call, "pairs", outcome.pairs, 0, NULL);
+    reply_text(call, "cut_off", outcome.cut ? "yes" : "no");
+    reply_text(call, "same", outcome.same ? "yes" : "no");
     if (outcome.same) {
         return 0;
     }
-    item_number(call, "command", outcome.command, 0, NULL);
-    item_number(call, "call", outcome.call, 0, NULL);
+    reply_number(call, "command", outcome.command, 0, NULL);
+    reply_number(call, "call", outcome.call, 0, NULL);
     return command_fail(call, ERROR_VERIFY, "%s", outcome.departed.text);
 }
 

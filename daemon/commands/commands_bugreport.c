@@ -6,12 +6,12 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 #include "daemon/reply/output.h"
 #include "daemon/reply/reply.h"
 #include "daemon/session/disk_writer.h"
@@ -74,8 +74,8 @@ static int write_report(const struct command_call *call, struct output *output) 
     disk_writer_run(context_of(call)->disk_writer, write_file, &report);
     free(report.text);
     if (report.error == 0) {
-        item_text(call, "file", report.name);
-        item_number(call, "size", (double)report.bytes, 0, "bytes");
+        reply_text(call, "file", report.name);
+        reply_number(call, "size", (double)report.bytes, 0, "bytes");
     }
     return report.error;
 }

@@ -5,12 +5,12 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/disk_writer.h"
@@ -31,39 +31,39 @@ _Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
 static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
     if (origin->instrument[0] != '\0') {
-        item_text(call, "instrument", origin->instrument);
+        reply_text(call, "instrument", origin->instrument);
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct calibration_side_origin *at = &origin->side[side];
-        item_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        reply_group_begin(call, side == RIG_LEFT ? "left" : "right", false);
         if (at->camera[0] != '\0') {
-            item_text(call, "camera", at->camera);
+            reply_text(call, "camera", at->camera);
         }
         for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
             if (at->axis[axis].kind == CALIBRATION_AXIS_KNOWN) {
-                item_number(call, calibration_match_axis_name(axis), at->axis[axis].mean, 3,
-                            calibration_match_axis_unit(axis));
+                reply_number(call, calibration_match_axis_name(axis), at->axis[axis].mean, 3,
+                             calibration_match_axis_unit(axis));
             }
         }
-        item_end(call);
+        reply_group_end(call);
     }
 }
 
 static void show(const struct command_call *call, const struct calibration *calibration) {
     char crc[9];
     snprintf(crc, sizeof crc, "%08" PRIX32, calibration_crc(calibration));
-    item_text(call, "id", calibration->id);
-    item_text(call, "crc", crc);
+    reply_text(call, "id", calibration->id);
+    reply_text(call, "crc", crc);
     if (calibration->date[0] != '\0') {
-        item_text(call, "date", calibration->date);
+        reply_text(call, "date", calibration->date);
     }
-    item_number(call, "baseline", calibration_baseline_mm(calibration), 3, "mm");
+    reply_number(call, "baseline", calibration_baseline_mm(calibration), 3, "mm");
     if (calibration->depth_far_mm > 0) {
-        item_number(call, "depth_near", calibration->depth_near_mm, 1, "mm");
-        item_number(call, "depth_far", calibration->depth_far_mm, 1, "mm");
+        reply_number(call, "depth_near", calibration->depth_near_mm, 1, "mm");
+        reply_number(call, "depth_far", calibration->depth_far_mm, 1, "mm");
     }
     if (calibration->rms_px > 0) {
-        item_number(call, "rms", calibration->rms_px, 3, "px");
+        reply_number(call, "rms", calibration->rms_px, 3, "px");
     }
     if (calibration->has_origin) {
         show_origin(call, &calibration->origin);
@@ -227,18 +227,18 @@ int commands_calibration_put_state(const struct command_call *call) {
         calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
         return 0;  // the command "calibration" reports it
     }
-    item_begin(call, "calibration", false);
-    item_text(call, "id", calibration.id);
+    reply_group_begin(call, "calibration", false);
+    reply_text(call, "id", calibration.id);
     int error = 0;
     if (call->rig->state == RIG_READY) {
         state_now(call, &state);
         error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
-        item_text(call, "match",
-                  error != 0                                                  ? "no"
-                  : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
-                                                                              : "yes");
+        reply_text(call, "match",
+                   error != 0                                                  ? "no"
+                   : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
+                                                                               : "yes");
     }
-    item_end(call);
+    reply_group_end(call);
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
@@ -283,7 +283,7 @@ static int check_match(const struct command_call *call, const struct calibration
     const bool accepted = accepts(call, ACCEPT_MISMATCH);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error != 0 && accepted) {
-        item_text(call, "accepted_mismatch", message.text);
+        reply_text(call, "accepted_mismatch", message.text);
         return 0;
     }
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "console/command_reply.h"
 #include "console/command_text.h"
 #include "console/command_words.h"
 #include "core/error.h"
@@ -12,7 +13,6 @@
 #include "daemon/cli/editor.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/completion.h"
-#include "daemon/reply/item.h"
 #include "daemon/reply/job.h"
 #include "daemon/reply/log_ring.h"
 #include "daemon/settings/config.h"
@@ -23,32 +23,32 @@ static const double us_per_s = 1e6;
 
 static void describe_argument(const struct command_call *call,
                               const struct command_argument *argument) {
-    item_begin(call, argument->name, false);
-    item_text(call, "meaning", argument->help);
+    reply_group_begin(call, argument->name, false);
+    reply_text(call, "meaning", argument->help);
     if (argument->kind == COMMAND_CHOICE) {
-        item_text(call, "choices", argument->choices);
+        reply_text(call, "choices", argument->choices);
     } else {
         char min[32];
         struct command_text text = command_text_begin(min, sizeof min);
         command_text_add_number(&text, argument->min, 6);
         command_text_add(&text, " to ");
         command_text_add_number(&text, argument->max, 6);
-        item_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", min);
+        reply_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", min);
         if (argument->unit != NULL) {
-            item_text(call, "unit", argument->unit);
+            reply_text(call, "unit", argument->unit);
         }
     }
     if (argument->optional) {
-        item_text(call, "optional", "yes");
+        reply_text(call, "optional", "yes");
     }
-    item_end(call);
+    reply_group_end(call);
 }
 
 static int run_help(const struct command_call *call) {
     const struct command_context *context = context_of(call);
     if (!call->values[0].given) {
         for (size_t i = 0; i < context->table_count; i++) {
-            item_text(call, context->table[i].name, context->table[i].summary);
+            reply_text(call, context->table[i].name, context->table[i].summary);
         }
         return 0;
     }
@@ -62,20 +62,20 @@ static int run_help(const struct command_call *call) {
     }
     char usage[USAGE_BYTES];
     command_usage(command, usage, sizeof usage);
-    item_text(call, "usage", usage);
-    item_text(call, "does", command->summary);
+    reply_text(call, "usage", usage);
+    reply_text(call, "does", command->summary);
     for (unsigned i = 0; i < command->argument_count; i++) {
         describe_argument(call, &command->arguments[i]);
     }
     if (command->help[0] != '\0') {
-        item_text(call, "more", command->help);
+        reply_text(call, "more", command->help);
     }
     return 0;
 }
 
 static int run_version(const struct command_call *call) {
-    item_text(call, "version", version_text());
-    item_text(call, "build", version_build_id());
+    reply_text(call, "version", version_text());
+    reply_text(call, "build", version_build_id());
     return 0;
 }
 
@@ -87,7 +87,7 @@ static int run_config(const struct command_call *call) {
         if (!call->values[0].given || strcmp(call->values[0].text, name) == 0) {
             char value[CONFIG_TEXT_BYTES + 16];
             config_key_print(context->config, i, value, sizeof value);
-            item_text(call, name, value);
+            reply_text(call, name, value);
             found = true;
         }
     }
@@ -103,7 +103,7 @@ static int run_log(const struct command_call *call) {
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
     struct log_ring_line line;
     uint64_t back = max;
-    item_begin(call, "lines", true);
+    reply_group_begin(call, "lines", true);
     while (back > 0) {
         back--;
         if (log_ring_line(context->log_ring, back, &line)) {
@@ -112,10 +112,10 @@ static int run_log(const struct command_call *call) {
             log_ring_time_text(line.time_us, when);
             snprintf(text, sizeof text, "%s %s: %s", when, log_ring_level_name(line.level),
                      line.text);
-            item_text(call, NULL, text);
+            reply_text(call, NULL, text);
         }
     }
-    item_end(call);
+    reply_group_end(call);
     return 0;
 }
 
@@ -153,7 +153,7 @@ static int run_complete(const struct command_call *call) {
     static _Thread_local char words[EDITOR_WORDS_BYTES];
     completion_words(context_of(call), call->values[0].text, words, sizeof words);
     if (words[0] != '\0') {
-        item_text(call, "words", words);
+        reply_text(call, "words", words);
     }
     return 0;
 }

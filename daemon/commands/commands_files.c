@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -19,7 +20,6 @@
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 
 enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
 
@@ -29,12 +29,12 @@ static void put_entry(const struct command_call *call, int directory, const char
         return;
     }
     if (S_ISDIR(about.st_mode) || S_ISREG(about.st_mode)) {
-        item_begin(call, NULL, false);
-        item_text(call, S_ISDIR(about.st_mode) ? "directory" : "file", name);
+        reply_group_begin(call, NULL, false);
+        reply_text(call, S_ISDIR(about.st_mode) ? "directory" : "file", name);
         if (S_ISREG(about.st_mode)) {
-            item_number(call, "size", (double)about.st_size, 0, "bytes");
+            reply_number(call, "size", (double)about.st_size, 0, "bytes");
         }
-        item_end(call);
+        reply_group_end(call);
     }
 }
 
@@ -52,7 +52,7 @@ static int run_files(const struct command_call *call) {
         return files_refuse(call, "files", number);
     }
     int listed = 0;
-    item_begin(call, "files", true);
+    reply_group_begin(call, "files", true);
     for (int i = 0; i < count; i++) {
         if (strcmp(entries[i]->d_name, after) > 0 && entries[i]->d_name[0] != '.') {
             if (listed < FILES_LISTED_MAX) {
@@ -62,12 +62,13 @@ static int run_files(const struct command_call *call) {
         }
         free(entries[i]);
     }
-    item_end(call);
+    reply_group_end(call);
     free(entries);
     close(fd);
     if (listed > FILES_LISTED_MAX) {
-        item_text(call, "more",
-                  "the list is incomplete: \"files DIRECTORY LAST\" continues after the last name");
+        reply_text(
+            call, "more",
+            "the list is incomplete: \"files DIRECTORY LAST\" continues after the last name");
     }
     return 0;
 }
@@ -75,7 +76,7 @@ static int run_files(const struct command_call *call) {
 static void put_crc(const struct command_call *call, uint32_t crc) {
     char text[9];
     snprintf(text, sizeof text, "%08" PRIX32, crc);
-    item_text(call, "crc", text);
+    reply_text(call, "crc", text);
 }
 
 /// Reports length and CRC-32 of the whole file.
@@ -98,7 +99,7 @@ static int describe(const struct command_call *call, int fd) {
             return ERROR_CANCELLED;
         }
     }
-    item_number(call, "size", (double)size, 0, "bytes");
+    reply_number(call, "size", (double)size, 0, "bytes");
     put_crc(call, crc);
     return 0;
 }
@@ -114,11 +115,11 @@ static int send_block(const struct command_call *call, int fd) {
     if (bytes < 0) {
         return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
     }
-    item_number(call, "offset", (double)offset, 0, "bytes");
-    item_number(call, "bytes", (double)bytes, 0, NULL);
+    reply_number(call, "offset", (double)offset, 0, "bytes");
+    reply_number(call, "bytes", (double)bytes, 0, NULL);
     put_crc(call, crc_update(0, data, (size_t)bytes));
     base64_encode(data, (size_t)bytes, text);
-    item_text(call, "data", text);
+    reply_text(call, "data", text);
     return 0;
 }
 

@@ -10,12 +10,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_pairs.h"
@@ -207,38 +207,38 @@ static void reply_figures(const struct surface *self) {
     const struct reconstruct_context *context = &self->job.context;
     const struct reconstruct_result *result = context->result;
     struct result_figures_quantiles spread;
-    item_text(call, "session", self->session);
-    item_number(call, "pair", self->source.found, 0, NULL);
-    item_number(call, "skew", (double)self->source.event.pair.skew_us, 0, "us");
-    item_text(call, "result", self->result);
-    item_text(call, "calibration", context->calibration->id);
-    item_text(call, "calibration_from", self->source.own ? "session" : "kept");
-    item_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
-    item_number(call, "points", result->vertex_count, 0, NULL);
-    item_number(call, "triangles", result->triangle_count, 0, NULL);
-    item_number(call, "density", result_figures_density_percent(result), 1, "%");
+    reply_text(call, "session", self->session);
+    reply_number(call, "pair", self->source.found, 0, NULL);
+    reply_number(call, "skew", (double)self->source.event.pair.skew_us, 0, "us");
+    reply_text(call, "result", self->result);
+    reply_text(call, "calibration", context->calibration->id);
+    reply_text(call, "calibration_from", self->source.own ? "session" : "kept");
+    reply_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
+    reply_number(call, "points", result->vertex_count, 0, NULL);
+    reply_number(call, "triangles", result->triangle_count, 0, NULL);
+    reply_number(call, "density", result_figures_density_percent(result), 1, "%");
     if (result->vertex_count > 0 && result_figures_spread(result, &spread)) {
-        item_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
-        item_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
-        item_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
-        item_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
+        reply_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
+        reply_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
+        reply_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
+        reply_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
     }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {
-        item_number(call, "deviation_common", common_mm, 3, "mm");
+        reply_number(call, "deviation_common", common_mm, 3, "mm");
     }
     if (context->mismatch.text[0] != '\0') {
-        item_text(call, "accepted_mismatch", context->mismatch.text);
+        reply_text(call, "accepted_mismatch", context->mismatch.text);
     }
     if (result->vertical.samples > 0) {
-        item_number(call, "rows_apart", result->vertical.median_px, 3, "px");
+        reply_number(call, "rows_apart", result->vertical.median_px, 3, "px");
     }
-    item_number(call, "time", (double)context->total_us / 1e6, 2, "s");
-    item_begin(call, "notes", true);
+    reply_number(call, "time", (double)context->total_us / 1e6, 2, "s");
+    reply_group_begin(call, "notes", true);
     for (int i = 0; i < context->warning_count; i++) {
-        item_text(call, NULL, context->warnings[i].text);
+        reply_text(call, NULL, context->warnings[i].text);
     }
-    item_end(call);
+    reply_group_end(call);
 }
 
 /// Adds the warnings to the message, as they are likely causes of the failure.

@@ -14,6 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
@@ -22,7 +23,6 @@
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
 #include "daemon/files/sync_file.h"
-#include "daemon/reply/item.h"
 
 /// Ending of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
@@ -129,8 +129,8 @@ static int compare(const struct receipt *self, int fd, bool *same) {
 
 static int answer(const struct receipt *self, bool whole) {
     INVARIANT(!whole || self->have == self->size);
-    item_number(self->call, "have", (double)self->have, 0, "bytes");
-    item_text(self->call, "whole", whole ? "yes" : "no");
+    reply_number(self->call, "have", (double)self->have, 0, "bytes");
+    reply_text(self->call, "whole", whole ? "yes" : "no");
     return 0;
 }
 

@@ -8,13 +8,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/version.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/item.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/disk_writer.h"
@@ -149,35 +149,35 @@ static int begin_session(const struct command_call *call, const struct command_v
 static void put_picture(const struct command_call *call, const struct pair_frame *frame) {
     const struct picture_stats *picture = &frame->picture;
     INVARIANT(frame->has_picture);
-    item_number(call, "brightness", picture->brightness_permille / permille_a_percent, 1, "%");
-    item_number(call, "saturated", picture->saturated_permille / permille_a_percent, 1, "%");
-    item_number(call, "black", picture->black_permille / permille_a_percent, 1, "%");
-    item_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
+    reply_number(call, "brightness", picture->brightness_permille / permille_a_percent, 1, "%");
+    reply_number(call, "saturated", picture->saturated_permille / permille_a_percent, 1, "%");
+    reply_number(call, "black", picture->black_permille / permille_a_percent, 1, "%");
+    reply_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
 }
 
 static void put_pair(const struct command_call *call, const struct pair *pair) {
-    item_text(call, "session", session.name);
+    reply_text(call, "session", session.name);
     // Its number in the session, as for "reconstruct", not the rig's count.
-    item_number(call, "pair", session.writer.pairs, 0, NULL);
-    item_number(call, "skew", (double)pair->skew_us, 0, "us");
+    reply_number(call, "pair", session.writer.pairs, 0, NULL);
+    reply_number(call, "skew", (double)pair->skew_us, 0, "us");
     if (pair->checked) {
-        item_number(call, "change", pair->change_permille / 10.0, 1, "%");
+        reply_number(call, "change", pair->change_permille / 10.0, 1, "%");
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &pair->frame[side];
-        item_begin(call, side == RIG_LEFT ? "left" : "right", false);
-        item_number(call, "width", frame->width_px, 0, "px");
-        item_number(call, "height", frame->height_px, 0, "px");
-        item_number(call, "sequence", frame->sequence, 0, NULL);
+        reply_group_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        reply_number(call, "width", frame->width_px, 0, "px");
+        reply_number(call, "height", frame->height_px, 0, "px");
+        reply_number(call, "sequence", frame->sequence, 0, NULL);
         // 0: not set since bring-up, so the camera decides.
         if (frame->exposure_us != 0) {
-            item_number(call, "exposure", frame->exposure_us, 0, "us");
+            reply_number(call, "exposure", frame->exposure_us, 0, "us");
         }
         if (frame->gain_q3 != 0) {
-            item_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+            reply_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
         }
         put_picture(call, frame);
-        item_end(call);
+        reply_group_end(call);
     }
 }
 
@@ -256,7 +256,7 @@ static int match_calibration(const struct command_call *call, const struct pair 
         return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
     }
     if (accepted) {
-        item_text(call, "accepted_mismatch", message.text);
+        reply_text(call, "accepted_mismatch", message.text);
         return 0;
     }
     return command_fail(call, error, "%s", message.text);
@@ -371,7 +371,7 @@ static int start_recording(const struct command_call *call) {
     }
     session.recording = true;
     tell(context_of(call)->log, "begins");
-    item_text(call, "session", session.name);
+    reply_text(call, "session", session.name);
     return 0;
 }
 
@@ -404,9 +404,9 @@ void commands_session_put_state(const struct command_call *call) {
     if (!session.recording) {
         return;
     }
-    item_text(call, "recording", session.name);
+    reply_text(call, "recording", session.name);
     if (cut != NULL) {
-        item_text(call, "cut_off", cut);
+        reply_text(call, "cut_off", cut);
     }
 }
 
@@ -415,7 +415,7 @@ static int run_record(const struct command_call *call) {
     if (!call->values[0].given) {
         commands_session_put_state(call);
         if (!session.recording) {
-            item_text(call, "recording", "nothing");
+            reply_text(call, "recording", "nothing");
         }
         return 0;
     }
@@ -430,8 +430,8 @@ static int run_record(const struct command_call *call) {
     if (!session.recording) {
         return command_fail(call, ERROR_ARGUMENT, "record: not recording");
     }
-    item_text(call, "session", session.name);
-    item_number(call, "pairs", session.writer.pairs, 0, NULL);
+    reply_text(call, "session", session.name);
+    reply_number(call, "pairs", session.writer.pairs, 0, NULL);
     const struct command_context *context = context_of(call);
     const int error = stop_recording(context->record, context->log, &message);
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);

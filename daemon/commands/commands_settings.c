@@ -3,13 +3,13 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "console/command_reply.h"
 #include "console/commands.h"
 #include "console/reply_none.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
-#include "daemon/reply/item.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
 #include "daemon/settings/config.h"
@@ -37,25 +37,25 @@ static void put_side(const struct command_call *call, const struct saved_setting
         [KEPT_FOCUS] = {"focus", 1, 0, "counts"},
         [KEPT_IRIS] = {"iris", 1, 0, "counts"},
     };
-    item_begin(call, commands_side_name(side), false);
+    reply_group_begin(call, commands_side_name(side), false);
     for (int i = 0; i < KEPT_VALUES; i++) {
         const int32_t value = saved->values[side][i];
         if (value != INT32_MIN) {
-            item_number(call, shown[i].key, value / shown[i].parts, shown[i].decimals,
-                        shown[i].unit);
+            reply_number(call, shown[i].key, value / shown[i].parts, shown[i].decimals,
+                         shown[i].unit);
         }
     }
-    item_end(call);
+    reply_group_end(call);
 }
 
 static void put(const struct command_call *call, const struct saved_settings *saved) {
-    item_text(call, "profile", saved->profile);
+    reply_text(call, "profile", saved->profile);
     if (saved->width_px != 0) {
-        item_begin(call, "window", false);
-        item_number(call, "width", saved->width_px, 0, "px");
-        item_number(call, "height", saved->height_px, 0, "px");
-        item_number(call, "skip", saved->skip, 0, NULL);
-        item_end(call);
+        reply_group_begin(call, "window", false);
+        reply_number(call, "width", saved->width_px, 0, "px");
+        reply_number(call, "height", saved->height_px, 0, "px");
+        reply_number(call, "skip", saved->skip, 0, NULL);
+        reply_group_end(call);
     }
     put_side(call, saved, RIG_LEFT);
     put_side(call, saved, RIG_RIGHT);
@@ -237,10 +237,10 @@ int commands_settings_after_bringup(const struct command_call *call) {
         // The instrument works, with other settings: reported, but not a failure of the bring-up.
         log->operations->write(log->self, HAL_LOG_WARNING, call->message);
     }
-    item_text(call, "settings",
-              error == 0               ? "restored"
-              : error == ERROR_MISSING ? "none saved"
-                                       : call->message);
+    reply_text(call, "settings",
+               error == 0               ? "restored"
+               : error == ERROR_MISSING ? "none saved"
+                                        : call->message);
     call->message[0] = '\0';
     return 0;
 }

@@ -3,12 +3,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "console/command_reply.h"
 #include "core/error.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/files.h"
 #include "daemon/images/picture.h"
-#include "daemon/reply/item.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/disk_writer.h"
 #include "rig/rig.h"
@@ -81,10 +81,10 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
     }
     disk_writer_run(context_of(call)->disk_writer, make_file, self);
     if (self->error == 0) {
-        item_text(call, "file", self->name);
-        item_number(call, "size", (double)self->bytes, 0, "bytes");
-        item_number(call, "width", self->picture.width_px, 0, "px");
-        item_number(call, "height", self->picture.height_px, 0, "px");
+        reply_text(call, "file", self->name);
+        reply_number(call, "size", (double)self->bytes, 0, "bytes");
+        reply_number(call, "width", self->picture.width_px, 0, "px");
+        reply_number(call, "height", self->picture.height_px, 0, "px");
     }
     return self->error;
 }

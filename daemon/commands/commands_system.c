@@ -5,11 +5,11 @@
 #include <sys/utsname.h>
 #include <time.h>
 
+#include "console/command_reply.h"
 #include "daemon/base/memory_available.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/commands/command_context.h"
 #include "daemon/commands/commands_daemon.h"
-#include "daemon/reply/item.h"
 
 static const double bytes_per_mib = 1 << 20;
 
@@ -19,31 +19,31 @@ static void put_date(const struct command_call *call) {
     char date[32];
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    item_text(call, "date", date);
+    reply_text(call, "date", date);
     const uint64_t up_us = monotonic_now_us() - context_of(call)->started_us;
-    item_number(call, "up", (double)(up_us / MONOTONIC_US_IN_S), 0, "s");
+    reply_number(call, "up", (double)(up_us / MONOTONIC_US_IN_S), 0, "s");
 }
 
 /// Without the machine's network name, which is private.
 static void put_kernel(const struct command_call *call) {
     struct utsname names;
     if (uname(&names) == 0) {
-        item_text(call, "system", names.sysname);
-        item_text(call, "kernel", names.release);
-        item_text(call, "kernel_build", names.version);
-        item_text(call, "machine", names.machine);
+        reply_text(call, "system", names.sysname);
+        reply_text(call, "kernel", names.release);
+        reply_text(call, "kernel_build", names.version);
+        reply_text(call, "machine", names.machine);
     }
 }
 
 static void put_room(const struct command_call *call) {
     const int files_fd = context_of(call)->files_fd;
     struct statfs about;
-    item_number(call, "memory_free", (double)memory_available_bytes() / bytes_per_mib, 1, "MiB");
+    reply_number(call, "memory_free", (double)memory_available_bytes() / bytes_per_mib, 1, "MiB");
     if (files_fd >= 0 && fstatfs(files_fd, &about) == 0) {
         const double block_bytes = (double)about.f_bsize;
-        item_number(call, "disk_free", (double)about.f_bavail * block_bytes / bytes_per_mib, 1,
-                    "MiB");
-        item_number(call, "disk", (double)about.f_blocks * block_bytes / bytes_per_mib, 1, "MiB");
+        reply_number(call, "disk_free", (double)about.f_bavail * block_bytes / bytes_per_mib, 1,
+                     "MiB");
+        reply_number(call, "disk", (double)about.f_blocks * block_bytes / bytes_per_mib, 1, "MiB");
     }
 }
 

@@ -20,23 +20,6 @@ struct command_text commands_sentence(const struct command_call *call) {
     return command_text_begin(call->message, call->message_bytes);
 }
 
-void commands_put_number(const struct command_call *call, const char *key, double value,
-                         int decimals, const char *unit) {
-    call->reply->operations->number(call->reply->self, key, value, decimals, unit);
-}
-
-void commands_put_text(const struct command_call *call, const char *key, const char *value) {
-    call->reply->operations->text(call->reply->self, key, value);
-}
-
-void commands_put_begin(const struct command_call *call, const char *key, bool array) {
-    call->reply->operations->begin(call->reply->self, key, array);
-}
-
-void commands_put_end(const struct command_call *call) {
-    call->reply->operations->end(call->reply->self);
-}
-
 int commands_not_ready(const struct command_call *call, const char *name) {
     const struct rig *rig = call->rig;
     struct command_text sentence = commands_sentence(call);

@@ -5,6 +5,7 @@
 #define VERGENCE_CONSOLE_COMMANDS_H
 
 #include "console/command.h"
+#include "console/command_reply.h"
 #include "console/command_text.h"
 
 #ifdef __cplusplus
@@ -23,13 +24,6 @@ struct command_text commands_sentence(const struct command_call *call);
 /// Rejects a command of this name because the rig is not RIG_READY; the message says why and what
 /// to do.
 int commands_not_ready(const struct command_call *call, const char *name);
-
-/// Writes an item.
-void commands_put_number(const struct command_call *call, const char *key, double value,
-                         int decimals, const char *unit);
-void commands_put_text(const struct command_call *call, const char *key, const char *value);
-void commands_put_begin(const struct command_call *call, const char *key, bool array);
-void commands_put_end(const struct command_call *call);
 
 /// Name of the command that brings the instrument up.
 #define COMMANDS_BRINGUP "bringup"

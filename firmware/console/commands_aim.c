@@ -20,8 +20,8 @@ static int show_pan(const struct command_call *call, unsigned sides) {
         if (error != 0) {
             return error;
         }
-        commands_put_number(call, commands_side_name(side), (double)angle_urad / urad_per_degree,
-                            ANGLE_DECIMALS, "deg");
+        reply_number(call, commands_side_name(side), (double)angle_urad / urad_per_degree,
+                     ANGLE_DECIMALS, "deg");
     }
     return 0;
 }
@@ -137,10 +137,9 @@ static void put_play(const struct command_call *call, const struct lens_limits *
         lens_move_from_below(profile, limits, (int32_t)call->values[1].integer)) {
         return;
     }
-    commands_put_text(
-        call, "note",
-        "too close to the lower limit for an approach from below: the motor's play remains");
-    commands_put_number(call, "play", profile->lens_backlash_counts, 0, "counts");
+    reply_text(call, "note",
+               "too close to the lower limit for an approach from below: the motor's play remains");
+    reply_number(call, "play", profile->lens_backlash_counts, 0, "counts");
 }
 
 static int show_axis(const struct command_call *call, unsigned side, enum lens_axis axis) {
@@ -151,12 +150,12 @@ static int show_axis(const struct command_call *call, unsigned side, enum lens_a
         error = rig_lens_limits(call->rig, side, axis, &limits);
     }
     if (error == 0) {
-        commands_put_begin(call, commands_side_name(side), false);
-        commands_put_number(call, "position", positions[axis], 0, "counts");
-        commands_put_number(call, "least", limits.min, 0, "counts");
-        commands_put_number(call, "most", limits.max, 0, "counts");
+        reply_group_begin(call, commands_side_name(side), false);
+        reply_number(call, "position", positions[axis], 0, "counts");
+        reply_number(call, "least", limits.min, 0, "counts");
+        reply_number(call, "most", limits.max, 0, "counts");
         put_play(call, &limits);
-        commands_put_end(call);
+        reply_group_end(call);
     }
     return error;
 }

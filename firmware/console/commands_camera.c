@@ -9,9 +9,9 @@
 static void show(const struct command_call *call, unsigned side, double value, int decimals,
                  const char *unit) {
     if (value == 0) {
-        commands_put_text(call, commands_side_name(side), "not set");
+        reply_text(call, commands_side_name(side), "not set");
     } else {
-        commands_put_number(call, commands_side_name(side), value, decimals, unit);
+        reply_number(call, commands_side_name(side), value, decimals, unit);
     }
 }
 
@@ -108,8 +108,8 @@ int commands_camera_window(const struct command_call *call) {
                                         (uint16_t)values[1].integer, (uint8_t)skip);
     }
     if (error == 0) {
-        commands_put_number(call, "width", call->rig->format.width_px, 0, "px");
-        commands_put_number(call, "height", call->rig->format.height_px, 0, "px");
+        reply_number(call, "width", call->rig->format.width_px, 0, "px");
+        reply_number(call, "height", call->rig->format.height_px, 0, "px");
     }
     return error;
 }

@@ -14,7 +14,7 @@ static int put_value(const struct command_call *call, const char *name, uint16_t
     char text[VALUE_BYTES];
     struct command_text number = command_text_begin(text, sizeof text);
     command_text_add_hex(&number, value, 4);
-    commands_put_text(call, name, text);
+    reply_text(call, name, text);
     return 0;
 }
 

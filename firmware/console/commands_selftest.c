@@ -48,7 +48,7 @@ static int judge(const struct command_call *call, const struct hal_camera_frame 
     }
     uint16_t wrong_bits = 0;
     const uint32_t wrong = wrong_pixels(frame, &wrong_bits);
-    commands_put_number(call, "wrong_pixels", wrong, 0, NULL);
+    reply_number(call, "wrong_pixels", wrong, 0, NULL);
     if (wrong == 0) {
         return 0;
     }
@@ -157,15 +157,15 @@ static int test_picture(const struct command_call *call) {
 int commands_selftest_run(const struct command_call *call) {
     struct rig *rig = call->rig;
     int error = rig_check(rig);
-    commands_put_text(call, "parts", error == 0 ? "all work" : error_text(error));
+    reply_text(call, "parts", error == 0 ? "all work" : error_text(error));
     if (error != 0 || !rig->profile.bridge) {
         return error;
     }
     if ((rig->bridge.caps & BRIDGE_CAPS_PATTERN_MASK) == 0) {
-        commands_put_text(call, "picture", "this bridge makes no test picture");
+        reply_text(call, "picture", "this bridge makes no test picture");
         return 0;
     }
     error = test_picture(call);
-    commands_put_text(call, "picture", error == 0 ? "arrives bit for bit" : error_text(error));
+    reply_text(call, "picture", error == 0 ? "arrives bit for bit" : error_text(error));
     return error;
 }

@@ -27,8 +27,8 @@ static bool error_is_over(const struct rig *rig) {
 static void put_last_error(const struct command_call *call) {
     // A cancelled command leaves no text, as the user wanted it.
     if (call->rig->last_error.error != 0 && call->rig->last_error.text[0] != '\0') {
-        commands_put_text(call, error_is_over(call->rig) ? "last_trouble" : "trouble",
-                          call->rig->last_error.text);
+        reply_text(call, error_is_over(call->rig) ? "last_trouble" : "trouble",
+                   call->rig->last_error.text);
     }
 }
 
@@ -36,7 +36,7 @@ static int put_pan(const struct command_call *call, unsigned side) {
     int32_t angle_urad = 0;
     const int error = rig_pan_read(call->rig, side, &angle_urad);
     if (error == 0) {
-        commands_put_number(call, "pan", (double)angle_urad / urad_per_degree, 3, "deg");
+        reply_number(call, "pan", (double)angle_urad / urad_per_degree, 3, "deg");
     }
     return error;
 }
@@ -47,7 +47,7 @@ static int put_lens(const struct command_call *call, unsigned side) {
     const int error = rig_lens_read(call->rig, side, positions);
     for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
         if ((call->rig->lens_abilities[side].axes >> axis & 1) != 0) {
-            commands_put_number(call, names[axis], positions[axis], 0, "counts");
+            reply_number(call, names[axis], positions[axis], 0, "counts");
         }
     }
     return error;
@@ -57,7 +57,7 @@ static int put_side(const struct command_call *call, unsigned side) {
     const struct rig *rig = call->rig;
     INVARIANT(side < RIG_SIDES);
     int error = 0;
-    commands_put_begin(call, commands_side_name(side), false);
+    reply_group_begin(call, commands_side_name(side), false);
     if (rig->profile.servos) {
         error = put_pan(call, side);
     }
@@ -67,28 +67,28 @@ static int put_side(const struct command_call *call, unsigned side) {
     }
     // 0: never set here, so the camera decides.
     if (rig->exposure_us[side] != 0) {
-        commands_put_number(call, "exposure", rig->exposure_us[side], 0, "us");
+        reply_number(call, "exposure", rig->exposure_us[side], 0, "us");
     }
     if (rig->gain_q3[side] != 0) {
-        commands_put_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+        reply_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
     }
-    commands_put_end(call);
+    reply_group_end(call);
     return error;
 }
 
 int commands_state_status(const struct command_call *call) {
     const struct rig *rig = call->rig;
-    commands_put_text(call, "state", state_name(rig->state));
-    commands_put_text(call, "profile", rig->profile.name);
+    reply_text(call, "state", state_name(rig->state));
+    reply_text(call, "profile", rig->profile.name);
     put_last_error(call);
     if (rig->state != RIG_READY) {
         return call->put_state != NULL ? call->put_state(call) : 0;
     }
-    commands_put_begin(call, "window", false);
-    commands_put_number(call, "width", rig->format.width_px, 0, "px");
-    commands_put_number(call, "height", rig->format.height_px, 0, "px");
-    commands_put_end(call);
-    commands_put_number(call, "pairs", rig->pairs, 0, NULL);
+    reply_group_begin(call, "window", false);
+    reply_number(call, "width", rig->format.width_px, 0, "px");
+    reply_number(call, "height", rig->format.height_px, 0, "px");
+    reply_group_end(call);
+    reply_number(call, "pairs", rig->pairs, 0, NULL);
     int error = put_side(call, RIG_LEFT);
     if (error == 0) {
         error = put_side(call, RIG_RIGHT);
@@ -101,49 +101,48 @@ static void put_state(const struct command_call *call, enum rig_part part, const
     const struct rig_devices *devices = call->rig->ports.devices;
     const bool failed = call->rig->health[part].error != 0;
     const char *why = failed && devices != NULL ? devices->missing(devices->self, part) : NULL;
-    commands_put_text(call, "part", rig_part_text(part));
-    commands_put_text(call, "state", state);
+    reply_text(call, "part", rig_part_text(part));
+    reply_text(call, "state", state);
     if (why != NULL) {
-        commands_put_text(call, "why", why);
+        reply_text(call, "why", why);
     }
 }
 
 static void put_part(const struct command_call *call, enum rig_part part, uint64_t now_us) {
     const struct rig_part_health *health = &call->rig->health[part];
-    commands_put_begin(call, NULL, false);
+    reply_group_begin(call, NULL, false);
     put_state(call, part,
               !health->present     ? "missing"
               : health->error == 0 ? "works"
                                    : error_text(health->error));
-    commands_put_number(call, "uses", health->uses, 0, NULL);
-    commands_put_number(call, "failures", health->failures, 0, NULL);
+    reply_number(call, "uses", health->uses, 0, NULL);
+    reply_number(call, "failures", health->failures, 0, NULL);
     if (health->last_us != 0 && now_us >= health->last_us) {
-        commands_put_number(call, "last", (double)(now_us - health->last_us) / us_per_s, 3,
-                            "s ago");
+        reply_number(call, "last", (double)(now_us - health->last_us) / us_per_s, 3, "s ago");
     }
-    commands_put_end(call);
+    reply_group_end(call);
 }
 
 static void put_bus(const struct command_call *call) {
     const struct fpga_bridge_counts *counts = &call->rig->bridge.bus.counts;
-    commands_put_begin(call, "bus", false);
-    commands_put_number(call, "transfers", counts->transfers, 0, NULL);
-    commands_put_number(call, "nacks", counts->nacks, 0, NULL);
-    commands_put_number(call, "arbitration", counts->arbitration, 0, NULL);
-    commands_put_number(call, "timeouts", counts->timeouts, 0, NULL);
-    commands_put_number(call, "stuck", counts->stuck, 0, NULL);
-    commands_put_number(call, "verify", counts->verify, 0, NULL);
-    commands_put_number(call, "repeats", counts->repeats, 0, NULL);
-    commands_put_number(call, "recoveries", counts->recoveries, 0, NULL);
-    commands_put_number(call, "unrecovered", counts->unrecovered, 0, NULL);
-    commands_put_end(call);
+    reply_group_begin(call, "bus", false);
+    reply_number(call, "transfers", counts->transfers, 0, NULL);
+    reply_number(call, "nacks", counts->nacks, 0, NULL);
+    reply_number(call, "arbitration", counts->arbitration, 0, NULL);
+    reply_number(call, "timeouts", counts->timeouts, 0, NULL);
+    reply_number(call, "stuck", counts->stuck, 0, NULL);
+    reply_number(call, "verify", counts->verify, 0, NULL);
+    reply_number(call, "repeats", counts->repeats, 0, NULL);
+    reply_number(call, "recoveries", counts->recoveries, 0, NULL);
+    reply_number(call, "unrecovered", counts->unrecovered, 0, NULL);
+    reply_group_end(call);
 }
 
 static void put_watchdog(const struct command_call *call) {
-    commands_put_begin(call, "watchdog", false);
-    commands_put_number(call, "period", call->rig->profile.watchdog_ms, 0, "ms");
-    commands_put_number(call, "longest_gap", (double)call->rig->feed_gap_us / us_per_ms, 3, "ms");
-    commands_put_end(call);
+    reply_group_begin(call, "watchdog", false);
+    reply_number(call, "period", call->rig->profile.watchdog_ms, 0, "ms");
+    reply_number(call, "longest_gap", (double)call->rig->feed_gap_us / us_per_ms, 3, "ms");
+    reply_group_end(call);
 }
 
 static void put_cameras(const struct command_call *call) {
@@ -155,13 +154,13 @@ static void put_cameras(const struct command_call *call) {
         }
         struct hal_camera_counts counts = {0};
         camera->operations->counts(camera->self, &counts);
-        commands_put_begin(call, rig->profile.bridge ? "port" : commands_side_name(side), false);
-        commands_put_number(call, "frames", counts.frames, 0, NULL);
-        commands_put_number(call, "faulty", counts.faulty, 0, NULL);
-        commands_put_number(call, "gaps", counts.gaps, 0, NULL);
+        reply_group_begin(call, rig->profile.bridge ? "port" : commands_side_name(side), false);
+        reply_number(call, "frames", counts.frames, 0, NULL);
+        reply_number(call, "faulty", counts.faulty, 0, NULL);
+        reply_number(call, "gaps", counts.gaps, 0, NULL);
         // Time-outs are left out: the rig waits in slices of 100 ms, and most of these time out.
-        commands_put_number(call, "restarts", counts.restarts, 0, NULL);
-        commands_put_end(call);
+        reply_number(call, "restarts", counts.restarts, 0, NULL);
+        reply_group_end(call);
     }
 }
 
@@ -170,15 +169,15 @@ int commands_state_health(const struct command_call *call) {
     // A check only takes time; before the bring-up there is nothing to check.
     const int error = rig->state == RIG_DOWN ? 0 : rig_check(rig);
     const uint64_t now_us = rig->ports.clock->operations->now_us(rig->ports.clock->self);
-    commands_put_text(call, "state", state_name(rig->state));
+    reply_text(call, "state", state_name(rig->state));
     put_last_error(call);
-    commands_put_begin(call, "parts", true);
+    reply_group_begin(call, "parts", true);
     for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
         if (rig->health[part].present || rig->health[part].error != 0) {
             put_part(call, (enum rig_part)part, now_us);
         }
     }
-    commands_put_end(call);
+    reply_group_end(call);
     if (rig->profile.bridge && rig->state != RIG_DOWN) {
         put_bus(call);
         put_watchdog(call);
@@ -194,18 +193,18 @@ int commands_state_health(const struct command_call *call) {
 
 int commands_state_bringup(const struct command_call *call) {
     const int error = rig_bringup(call->rig);
-    commands_put_text(call, "state", state_name(call->rig->state));
-    commands_put_begin(call, "parts", true);
+    reply_text(call, "state", state_name(call->rig->state));
+    reply_group_begin(call, "parts", true);
     for (int part = RIG_PART_NONE + 1; part < RIG_PARTS; part++) {
         const struct rig_part_health *health = &call->rig->health[part];
         if (health->present || health->error != 0) {
-            commands_put_begin(call, NULL, false);
+            reply_group_begin(call, NULL, false);
             put_state(call, (enum rig_part)part,
                       health->error == 0 ? "works" : error_text(health->error));
-            commands_put_end(call);
+            reply_group_end(call);
         }
     }
-    commands_put_end(call);
+    reply_group_end(call);
     return error;
 }
 
@@ -215,7 +214,7 @@ int commands_state_safe(const struct command_call *call) {
         call->rig->last_error = (struct rig_error){.error = ERROR_OK};
     }
     const int error = rig_safe(call->rig);
-    commands_put_text(call, "state", state_name(call->rig->state));
+    reply_text(call, "state", state_name(call->rig->state));
     return error;
 }
 
