@@ -66,13 +66,13 @@ static void name_setting(const struct main_linux *self, enum main_linux_device d
         [MAIN_LINUX_LENS_UART] = {"lens_uart", config->lens_uart},
         [MAIN_LINUX_GPIO] = {"gpio_chip", config->gpio_chip},
     };
-    const struct message said = *message;
-    const char *at = device == MAIN_LINUX_GPIO ? NULL : strstr(said.text, settings[device].value);
+    const struct message reason = *message;
+    const char *at = device == MAIN_LINUX_GPIO ? NULL : strstr(reason.text, settings[device].value);
     message_set(message, 0, "%s = %s%s%s", settings[device].key, at != NULL ? at : "",
                 at != NULL ? "" : settings[device].value, at != NULL ? "" : ": ");
     if (at == NULL) {
         const size_t used = strlen(message->text);
-        snprintf(message->text + used, sizeof message->text - used, "%s", said.text);
+        snprintf(message->text + used, sizeof message->text - used, "%s", reason.text);
     }
 }
 

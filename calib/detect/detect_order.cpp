@@ -52,12 +52,12 @@ board_view plain_view(const board &board, const grid &found, const refined_grid 
     board_view view;
     int best = -1;
     double best_score = 0;
-    const bool colours_tell = (board.columns + board.rows) % 2 != 0 ||
-                              (board.columns == board.rows && board.columns % 2 != 0);
+    const bool colours_differ = (board.columns + board.rows) % 2 != 0 ||
+                                (board.columns == board.rows && board.columns % 2 != 0);
     for (int quarters = 0; quarters < 4; quarters++) {
         const grid turned = found.turned(quarters);
         if (turned.columns != board.columns || turned.rows != board.rows ||
-            (colours_tell && turned.light_square(-1, -1))) {
+            (colours_differ && turned.light_square(-1, -1))) {
             continue;
         }
         const direction rows_run = row_direction(found, refined, quarters);

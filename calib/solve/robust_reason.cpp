@@ -66,12 +66,12 @@ int renumbered(const misnumbering &how, const board &target, int index) {
 // Median distance of the view's corners from their predicted places, in squares, after renumbering;
 // large when fewer than half then have a number.
 double median_off(const bundle_view &view, const board &target, const misnumbering &how,
-                  const std::vector<std::array<double, 2>> &foretold, double square_px) {
+                  const std::vector<std::array<double, 2>> &predicted, double square_px) {
     std::vector<double> off;
     for (const bundle_corner &corner : view.corners) {
         const int index = renumbered(how, target, corner.index);
         if (index >= 0) {
-            off.push_back(distance(foretold[size_t(index)], {corner.x_px, corner.y_px}));
+            off.push_back(distance(predicted[size_t(index)], {corner.x_px, corner.y_px}));
         }
     }
     if (off.empty() || 2 * off.size() < view.corners.size()) {
@@ -105,13 +105,13 @@ std::string corner_reason(const bundle &data, int camera, const bundle_corner &c
 mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
                           const board &target, const rigid &left, const rigid &right) {
     const bundle_view &view = data.sightings[sighting][RIGHT];
-    const auto foretold = all_pixels(data, RIGHT, state, left);
-    const double square_px = std::max(1.0, distance(foretold[0], foretold[foretold.size() - 1]) /
+    const auto predicted = all_pixels(data, RIGHT, state, left);
+    const double square_px = std::max(1.0, distance(predicted[0], predicted[predicted.size() - 1]) /
                                                std::hypot(target.columns - 1, target.rows - 1));
     mismatch result;
     double min = CLOSE;
     for (const misnumbering &how : MISNUMBERINGS) {
-        const double off = median_off(view, target, how, foretold, square_px);
+        const double off = median_off(view, target, how, predicted, square_px);
         if (off < min) {
             min = off;
             result.half_turn = how.half_turn;

@@ -80,7 +80,7 @@ class solver {
 
     solution run() {
         records_ = inspect_views(&data());
-        say("initial solution");
+        show_stage("initial solution");
         const std::string failure = begin(1, 1, &data(), &state_);
         if (!failure.empty()) {
             return failed(failure);
@@ -98,7 +98,7 @@ class solver {
             choose();
             finish();
         }
-        say("second start");
+        show_stage("second start");
         const start_test again = options_.second_start ? start_again() : start_test{};
         return report(error_model(data(), final_options(), state_), again);
     }
@@ -106,7 +106,7 @@ class solver {
   private:
     bundle &data() { return ordered_.data; }
 
-    void say(const char *what) const {
+    void show_stage(const char *what) const {
         if (options_.progress) {
             options_.progress(what);
         }
@@ -129,7 +129,7 @@ class solver {
 
     void clean() {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
-            say("rejecting outliers");
+            show_stage("rejecting outliers");
             bundle_options options = cleaning_options(data());
             floor_.update(state_, spare_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
@@ -152,7 +152,7 @@ class solver {
         } else {
             const model_choice choice =
                 choose_model(data(), state_, options_.distortion, options_.threads,
-                             [this] { say("choosing the model"); });
+                             [this] { show_stage("choosing the model"); });
             chosen_ = choice.chosen;
             state_ = choice.state;
             scores_ = choice.scores;

@@ -61,7 +61,7 @@ static int make_raw(int fd, speed_t speed) {
     return cfsetspeed(&settings, speed) != 0 ? -1 : tcsetattr(fd, TCSANOW, &settings);
 }
 
-static int say(const char *device, int number, struct message *message) {
+static int report(const char *device, int number, struct message *message) {
     switch (number) {
         case ENOTTY:
         case EISDIR:
@@ -84,17 +84,17 @@ int serial_device_open(const char *device, uint32_t baud, struct message *messag
     }
     const int fd = open(device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) {
-        return say(device, errno, message);
+        return report(device, errno, message);
     }
     if (!serial_device_claim(fd)) {
         const int number = errno;
         close(fd);
-        return say(device, number, message);
+        return report(device, number, message);
     }
     if (make_raw(fd, speed) != 0) {
         const int number = errno;
         serial_device_close(fd);
-        return say(device, number, message);
+        return report(device, number, message);
     }
     return fd;
 }

@@ -39,7 +39,7 @@ static int cells_of_window(void) {
 }
 
 // Updates the share of the whole run; it never decreases.
-static void note(struct progress *progress, int stage, int done, int total) {
+static void record(struct progress *progress, int stage, int done, int total) {
     if (stage >= progress->stages || progress->before[progress->stages] <= 0) {
         return;
     }
@@ -54,7 +54,7 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
     if (!progress->shown || total <= 0) {
         return;
     }
-    note(progress, stage, done, total);
+    record(progress, stage, done, total);
     const uint64_t now_us = monotonic_now_us();
     const bool begins = progress->stage == NULL || strcmp(progress->stage, name) != 0;
     if (!begins && now_us - progress->last_us < REDRAW_US && done < total) {

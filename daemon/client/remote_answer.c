@@ -86,7 +86,7 @@ void remote_show_rejection(struct remote *self, remote_show *show, void *cookie,
     if (sscanf(text, "ERR %31s %n", name, &used) < 1 || text[used] == '\0') {
         used = 0;
     }
-#define NUMBER_OF(word, number, says)               \
+#define NUMBER_OF(word, number, what)               \
     if (strcmp(name, #word) == 0 && (number) < 0) { \
         error = (number);                           \
     }

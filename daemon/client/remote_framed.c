@@ -42,7 +42,7 @@ struct receiving {
     bool rounds;  ///< of a watch have arrived
 };
 
-static void note_damage(struct receiving *self) {
+static void record_damage(struct receiving *self) {
     self->damaged = true;
     self->ever_damaged = true;
     self->length = 0;
@@ -75,7 +75,7 @@ static bool needs_rounds(const struct receiving *self) {
 static void keep_line(struct receiving *self, const char *line) {
     const size_t bytes = strlen(line) + 1;
     if (bytes > REMOTE_LINE_BYTES - self->length) {
-        note_damage(self);
+        record_damage(self);
     } else if (!remote_show_progress(self->remote, line)) {
         memcpy(self->text + self->length, line, bytes - 1);
         self->text[self->length + bytes - 1] = '\n';
@@ -89,7 +89,7 @@ static enum outcome receive_text(struct receiving *self, char *line) {
     const uint32_t crc = crc_update(0, self->text, self->length);
     const enum remote_framing framing = remote_framing_take_text(line, crc, &id);
     if (framing == REMOTE_FRAMING_DAMAGED) {
-        note_damage(self);
+        record_damage(self);
         return GOES_ON;
     }
     if (framing == REMOTE_FRAMING_NONE) {
@@ -119,7 +119,7 @@ static enum outcome receive_json(struct receiving *self, char *line) {
     char event[32] = "";
     const struct json_value all = json_reader_parse(line, strlen(line));
     if (all.text == NULL || !remote_framing_fits_json(line)) {
-        note_damage(self);
+        record_damage(self);
         return GOES_ON;
     }
     json_reader_integer(json_reader_member(all, "id"), &id);

@@ -50,7 +50,7 @@ static int describe(struct send *self, struct message *message) {
 }
 
 /// Sends a command and reads how much the instrument has.
-static int tell(struct send *self, const char *rest, struct message *message) {
+static int report(struct send *self, const char *rest, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     char name[REMOTE_REQUEST_BYTES];
     char whole[8] = "";
@@ -89,7 +89,7 @@ static int send_block(struct send *self, struct message *message) {
     base64_encode(data, (size_t)bytes, text);
     snprintf(rest, sizeof rest, " %" PRIu64 " %08" PRIX32 " %s", offset,
              crc_update(0, data, (size_t)bytes), text);
-    const int error = tell(self, rest, message);
+    const int error = report(self, rest, message);
     if (error == 0 && !self->whole && self->have <= offset) {
         return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
@@ -98,7 +98,7 @@ static int send_block(struct send *self, struct message *message) {
 
 /// Resumes an earlier attempt.
 static int send_rest(struct send *self, bool *resumed, struct message *message) {
-    int error = tell(self, "", message);
+    int error = report(self, "", message);
     *resumed = error != 0 || self->have > 0;
     while (error == 0 && !self->whole) {
         error = send_block(self, message);

@@ -309,7 +309,7 @@ static int run_capture(const struct command_call *call) {
 }
 
 /// Logs a state of the recording: "the recording r1 begins".
-static void tell(const struct hal_log *log, const char *what) {
+static void report(const struct hal_log *log, const char *what) {
     char text[FILES_NAME_MAX + 64];
     snprintf(text, sizeof text, "the recording %s %s", session.name, what);
     log->operations->write(log->self, HAL_LOG_NOTICE, text);
@@ -370,7 +370,7 @@ static int start_recording(const struct command_call *call) {
         return command_fail(call, error, "%s", message.text);
     }
     session.recording = true;
-    tell(context_of(call)->log, "begins");
+    report(context_of(call)->log, "begins");
     reply_text(call, "session", session.name);
     return 0;
 }
@@ -393,7 +393,7 @@ static int stop_recording(struct record *record, const struct hal_log *log,
     }
     disk_writer_run(record->disk_writer, write_end, &end);
     if (end.error == 0) {
-        tell(log, "has ended");
+        report(log, "has ended");
     }
     *message = end.message;
     return end.error;

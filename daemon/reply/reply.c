@@ -86,7 +86,7 @@ static bool has_unit(const struct reply *self, const char *path) {
 
 /// Saves the unit under the number's path within its groups, once for all members of a list. `key`
 /// is NULL for members of a list of numbers.
-static void note_unit(struct reply *self, const char *key, const char *unit) {
+static void record_unit(struct reply *self, const char *key, const char *unit) {
     const size_t group = self->path_end[self->depth];
     // A list's path ends in a dot, which only named members need.
     const size_t kept = key != NULL || group == 0 ? group : group - 1;
@@ -129,7 +129,7 @@ static void put_number(void *cookie, const char *key, double value, int decimals
     if (self->request.json) {
         json_fixed(&self->json, key, value, decimals);
         if (unit != NULL) {
-            note_unit(self, key, unit);
+            record_unit(self, key, unit);
         }
         return;
     }

@@ -130,8 +130,8 @@ int listener_accept(int fd) {
 void listener_turn_away(int fd) {
     static const char text[] = "ERR BUSY too many clients: try again later\n";
     char asked[TURNED_AWAY_BYTES];
-    const ssize_t told = write(fd, text, sizeof text - 1);
-    (void)told;  // a client without this line still sees the end of the connection
+    const ssize_t reported = write(fd, text, sizeof text - 1);
+    (void)reported;  // a client without this line still sees the end of the connection
     // Closing with unread input would reset the connection and lose the line.
     shutdown(fd, SHUT_WR);
     const ssize_t unread = read(fd, asked, sizeof asked);

@@ -354,11 +354,11 @@ static void feed(struct server *self) {
         return;
     }
     const int error = self->watchdog->operations->feed(self->watchdog->self);
-    if (error != 0 && !self->watchdog_told) {
+    if (error != 0 && !self->watchdog_reported) {
         log_ring_print(self->log_ring, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
                        error_text(error));
     }
-    self->watchdog_told = error != 0;
+    self->watchdog_reported = error != 0;
 }
 
 /// Feeds the watchdogs while the instrument's thread makes progress: the service manager's, which
@@ -368,11 +368,11 @@ static void notify(struct server *self, uint64_t now_us) {
     const unsigned stuck_s = self->config->stuck_s;
     const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
     const bool alive = worker_silence_us(&self->rig_worker) < (uint64_t)limit_s * 1000000;
-    if (!alive && !self->stuck_told) {
+    if (!alive && !self->stuck_reported) {
         log_ring_print(self->log_ring, HAL_LOG_ERROR,
                        "the instrument's thread has been stuck for %u s", limit_s);
     }
-    self->stuck_told = !alive;
+    self->stuck_reported = !alive;
     if (alive && now_us - self->notified_us >= self->notify_us) {
         self->notified_us = now_us;
         notify_send("WATCHDOG=1");

@@ -35,11 +35,11 @@ struct server {
     int signal_fd, wake_fd;
     int spare_fd;  ///< released to reject a client when no descriptor is left
     struct console console;
-    bool stopping, stuck_told;
+    bool stopping, stuck_reported;
     uint64_t notify_us;  ///< heartbeat period
     uint64_t notified_us;
     const struct hal_watchdog *watchdog;  ///< NULL: none
-    bool watchdog_told;                   ///< a failed feed was logged
+    bool watchdog_reported;               ///< a failed feed was logged
 };
 
 /// What the server uses. All of it must outlive the server.

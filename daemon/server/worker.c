@@ -18,7 +18,7 @@
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/record.h"
 
-enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_TOLD_US = 500000 };
+enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_REPORTED_US = 500000 };
 
 /// Called by a command that runs without the rig.
 static bool go_on(void *cookie) {
@@ -70,13 +70,13 @@ static void finish(struct worker *self, struct job *job) {
     self->running = NULL;
     pthread_mutex_unlock(&self->lock);
     atomic_store(&job->state, JOB_DONE);
-    const ssize_t told = write(self->wake_fd, &one, sizeof one);
-    (void)told;  // fails only if enough wake-ups are already pending
+    const ssize_t reported = write(self->wake_fd, &one, sizeof one);
+    (void)reported;  // fails only if enough wake-ups are already pending
 }
 
 // ---- logging
 
-enum { TOLD_LINE_BYTES = 60 };
+enum { REPORTED_LINE_BYTES = 60 };
 
 /// Whether the error is a fault of the instrument or the machine, and not of the input.
 static bool is_fault(const struct worker *self, int error) {
@@ -94,9 +94,9 @@ static bool is_fault(const struct worker *self, int error) {
     return error == ERROR_REFUSED && self->has_rig;
 }
 
-static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...)
+static void report(const struct worker *self, enum hal_log_level level, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-static void tell(const struct worker *self, enum hal_log_level level, const char *format, ...) {
+static void report(const struct worker *self, enum hal_log_level level, const char *format, ...) {
     const struct hal_log *log = self->context.log;
     char text[LOG_RING_LINE_BYTES];
     va_list arguments;
@@ -107,36 +107,36 @@ static void tell(const struct worker *self, enum hal_log_level level, const char
 }
 
 /// Logs a change of the instrument's state and its cause; for an error, with its message.
-static bool tell_state(struct worker *self, const char *line, int error, const char *message) {
+static bool report_state(struct worker *self, const char *line, int error, const char *message) {
     static const char *const states[] = {
         [RIG_DOWN] = "down", [RIG_READY] = "ready", [RIG_SAFE] = "in its safe state"};
-    if (!self->has_rig || self->rig->state == self->told_state) {
+    if (!self->has_rig || self->rig->state == self->reported_state) {
         return false;
     }
-    self->told_state = self->rig->state;
+    self->reported_state = self->rig->state;
     const bool worked = error == 0;
-    tell(self, worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
-         "the instrument is %s: %.*s%s%s%s%s", states[self->told_state], (int)TOLD_LINE_BYTES, line,
-         worked ? "" : ": ERR ", worked ? "" : error_name(error), worked ? "" : " ",
-         worked ? "" : message);
+    report(self, worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
+           "the instrument is %s: %.*s%s%s%s%s", states[self->reported_state],
+           (int)REPORTED_LINE_BYTES, line, worked ? "" : ": ERR ", worked ? "" : error_name(error),
+           worked ? "" : " ", worked ? "" : message);
     return true;
 }
 
 /// Logs that a recording was cut off, as soon as it is known.
-static void tell_cut(struct worker *self) {
+static void report_cut(struct worker *self) {
     const char *cut = self->has_rig ? record_cut(self->context.record) : NULL;
-    if (cut != NULL && !self->cut_told) {
-        tell(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
+    if (cut != NULL && !self->cut_reported) {
+        report(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
     }
-    self->cut_told = cut != NULL;
+    self->cut_reported = cut != NULL;
 }
 
 /// Logs the outcome of a command if it matters later.
-static void tell_outcome(struct worker *self, const char *line, int error, const char *message) {
-    tell_cut(self);
-    if (!tell_state(self, line, error, message) && is_fault(self, error)) {
-        tell(self, HAL_LOG_ERROR, "%.*s: ERR %s %s", (int)TOLD_LINE_BYTES, line, error_name(error),
-             message);
+static void report_outcome(struct worker *self, const char *line, int error, const char *message) {
+    report_cut(self);
+    if (!report_state(self, line, error, message) && is_fault(self, error)) {
+        report(self, HAL_LOG_ERROR, "%.*s: ERR %s %s", (int)REPORTED_LINE_BYTES, line,
+               error_name(error), message);
     }
 }
 
@@ -185,7 +185,7 @@ static void run(struct worker *self, struct job *job) {
         strcpy(message, error_text(error));
     }
     advise(self, error, message, sizeof message);
-    tell_outcome(self, job->line, error, message);
+    report_outcome(self, job->line, error, message);
     // A watch is answered by its last round, or by what ends it.
     if (error == 0 && job->watch.on && !(job->round && job->watch.rounds_left == 1)) {
         if (job->round) {
@@ -207,14 +207,14 @@ static void look_after_rig(void *cookie) {
     record_idle(self->context.record);
     const int error = rig_idle(self->rig);
     if (error != 0) {
-        tell_outcome(self, "between commands", error, self->rig->last_error.text);
+        report_outcome(self, "between commands", error, self->rig->last_error.text);
     }
 }
 
 static void idle(struct worker *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     look_after_rig(self);
-    tell_cut(self);
+    report_cut(self);
 }
 
 /// Replay has no real time: services the rig wherever the recording did.
@@ -269,7 +269,7 @@ static void *work(void *cookie) {
         record_command(self->context.record, "safe");
         rig_safe(self->rig);
         record_command_end(self->context.record, 0);
-        tell_state(self, "the service ends", 0, "");
+        report_state(self, "the service ends", 0, "");
     }
     return NULL;
 }
@@ -365,7 +365,7 @@ void worker_report_wait(struct worker *self, struct job *job, struct reply *repl
     const size_t place = place_of(self, job);
     const uint32_t ahead = (uint32_t)place + 1;
     if (place < self->count && self->running != NULL && ahead != job->ahead_shown &&
-        now_us > job->queued_us + WAIT_TOLD_US) {
+        now_us > job->queued_us + WAIT_REPORTED_US) {
         job->ahead = ahead > job->ahead ? ahead : job->ahead;
         job->ahead_shown = ahead;
         snprintf(what, sizeof what, "waiting for another client's %s",

@@ -26,10 +26,10 @@ struct worker {
     pthread_cond_t news;  ///< a job was queued, or `stopping` was set
     struct job *waiting[CONFIG_QUEUE_MAX];
     size_t first, count, capacity;
-    struct job *running;        ///< owned by the thread; changed under the lock
-    bool cancel_recorded;       ///< the cancellation of `running` is recorded
-    enum rig_state told_state;  ///< last state that was logged
-    bool cut_told;              ///< a cut-off recording was logged
+    struct job *running;            ///< owned by the thread; changed under the lock
+    bool cancel_recorded;           ///< the cancellation of `running` is recorded
+    enum rig_state reported_state;  ///< last state that was logged
+    bool cut_reported;              ///< a cut-off recording was logged
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic time at which the thread last made progress
 

@@ -63,7 +63,7 @@ static void warn_if_dark(const struct image_file *file, struct reconstruct_conte
     }
 }
 
-static void note_turn(const struct image_file *file, struct reconstruct_context *context) {
+static void record_turn(const struct image_file *file, struct reconstruct_context *context) {
     if (file->orientation > 1) {
         reconstruct_context_warn(context,
                                  "%s: turned by its orientation (%d), as OpenCV does; the "
@@ -196,8 +196,8 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
 }
 
 /// Images without a session do not record the axis positions; a fixed rig has no axes.
-static void note_axes(const struct reconstruct_inputs *inputs,
-                      struct reconstruct_context *context) {
+static void compare_axes(const struct reconstruct_inputs *inputs,
+                         struct reconstruct_context *context) {
     static const struct calibration_origin nothing;
     if (inputs->calibration.has_origin &&
         calibration_match_is_partial(&inputs->calibration, &nothing)) {
@@ -220,7 +220,7 @@ void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
     const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
     for (int side = 0; side < 2; side++) {
         warn_if_dark(sides[side], context);
-        note_turn(sides[side], context);
+        record_turn(sides[side], context);
     }
     if (inputs->left.shrink > 1) {
         reconstruct_context_warn(context, "the images were shrunk by %d on reading",
@@ -250,7 +250,7 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
     error =
         reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {
-        note_axes(inputs, context);
+        compare_axes(inputs, context);
         error = reconstruct_inputs_fit(inputs, request->calibration_path, message);
     }
     if (error != ERROR_OK) {

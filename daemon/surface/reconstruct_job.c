@@ -177,7 +177,7 @@ static int check_truth(struct reconstruct_job *job) {
     return ERROR_OK;
 }
 
-static void note_assumed_depths(struct reconstruct_job *job) {
+static void warn_assumed_depths(struct reconstruct_job *job) {
     const struct rectify_plan *plan = &job->result.plan;
     if (plan->depth_range_assumed) {
         reconstruct_context_warn(
@@ -227,7 +227,7 @@ static int prepare(struct reconstruct_job *job) {
             "baseline 100 m): check the focal length, or select a part with --region",
             plan->width_px, plan->height_px, plan->f_px, plan->baseline_mm, TRIANGULATE_SLOPE_MAX);
     }
-    note_assumed_depths(job);
+    warn_assumed_depths(job);
     return check_truth(job);
 }
 
@@ -304,7 +304,7 @@ static void find_common_sigma(struct reconstruct_job *job) {
     }
 }
 
-static void note_doubts(struct reconstruct_job *job) {
+static void record_doubts(struct reconstruct_job *job) {
     const double density_percent = result_figures_density_percent(&job->result);
     struct message cause;
     if (reconstruct_pictures_blame(&job->context, &cause)) {
@@ -429,7 +429,7 @@ static int run(struct reconstruct_job *job) {
     }
     if (error == ERROR_OK) {
         find_common_sigma(job);
-        note_doubts(job);
+        record_doubts(job);
         error = simplify(job);
     }
     if (error == ERROR_OK) {

@@ -41,17 +41,18 @@ int commands_not_ready(const struct command_call *call, const char *name) {
 
 /// Writes the message of a command that failed without one: the failure of a part or the rejected
 /// value was recorded where it happened.
-static void tell_error(const struct command *command, const struct command_call *call, int error) {
+static void report_error(const struct command *command, const struct command_call *call,
+                         int error) {
     struct command_text sentence = commands_sentence(call);
-    const struct rig_error *told = NULL;
+    const struct rig_error *reported = NULL;
     if ((command->flags & COMMAND_NO_RIG) == 0) {
         const struct rig *rig = call->rig;
-        told = rig->rejected.error == error     ? &rig->rejected
-               : rig->last_error.error == error ? &rig->last_error
-                                                : NULL;
+        reported = rig->rejected.error == error     ? &rig->rejected
+                   : rig->last_error.error == error ? &rig->last_error
+                                                    : NULL;
     }
-    if (told != NULL && told->text[0] != '\0') {
-        command_text_add(&sentence, told->text);
+    if (reported != NULL && reported->text[0] != '\0') {
+        command_text_add(&sentence, reported->text);
         return;
     }
     if (error != ERROR_CANCELLED) {
@@ -72,7 +73,7 @@ int command_run(const struct command *command, const struct command_call *call) 
     }
     const int error = command->run(call);
     if (error != 0 && call->message[0] == '\0') {
-        tell_error(command, call, error);
+        report_error(command, call, error);
     }
     return error;
 }

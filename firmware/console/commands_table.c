@@ -13,10 +13,10 @@
         .help = "camera (default: both)"                                                     \
     }
 
-#define ANGLE_ARGUMENT(text, says)                                                      \
+#define ANGLE_ARGUMENT(text, help_text)                                                 \
     {                                                                                   \
         .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180, \
-        .optional = true, .help = (says)                                                \
+        .optional = true, .help = (help_text)                                           \
     }
 
 static const struct command_argument pan_arguments[] = {

@@ -17,7 +17,7 @@ enum lens_axis { LENS_ZOOM, LENS_FOCUS, LENS_IRIS, LENS_AXES };
 /// Abilities of a controller.
 struct lens_abilities {
     bool reads_position;  ///< position measured by a sensor; else the commanded position
-    bool tells_moving;    ///< reports whether a motor is running
+    bool reports_moving;  ///< reports whether a motor is running
     bool stops;           ///< accepts a stop command, also during a move
     bool answers_after;   ///< answers a move when it is done; else at once or never
     uint8_t axes;         ///< bit LENS_ZOOM, ...

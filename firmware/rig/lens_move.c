@@ -272,7 +272,7 @@ static int judge(struct rig *self, struct mover *mover) {
     return ERROR_OK;
 }
 
-static void note_way(struct mover *mover) {
+static void record_way(struct mover *mover) {
     const bool back = mover->phase == GOING_BACK;
     const int32_t ahead = back ? distance(mover->target, mover->waypoint) : 0;
     const uint32_t left = (uint32_t)(distance(mover->middle, mover->goal) + ahead);
@@ -303,7 +303,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
         mover->mark_us = watch_now_us(self);
         mover->since_mark = 0;
     }
-    note_way(mover);
+    record_way(mover);
     // Two outliers among the first three readings can hide that it was above.
     const bool above = mover->middle > mover->target + self->profile.lens_tolerance_counts;
     if (above && !mover->been_back && mover->waypoint < mover->target) {
@@ -420,7 +420,7 @@ static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned
 
 // ---- all together
 
-static void tell_progress(struct rig *self, const struct mover *movers, unsigned count) {
+static void report_progress(struct rig *self, const struct mover *movers, unsigned count) {
     static const char *const what[LENS_AXES] = {"zoom", "focus", "iris"};
     uint32_t done = 0, path = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -456,7 +456,7 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
                 error = look_at(self, &movers[i], end_us);
             }
         }
-        tell_progress(self, movers, count);
+        report_progress(self, movers, count);
     }
     return error;
 }

@@ -124,7 +124,7 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, ui
     return torn(rig, side, frame.faults);
 }
 
-static void tell(const struct rig *rig, const struct pair_options *options, uint32_t done) {
+static void report(const struct rig *rig, const struct pair_options *options, uint32_t done) {
     if (rig->observer.progress != NULL) {
         rig->observer.progress(rig->observer.self, "frames", done, frames_of(options));
     }
@@ -146,7 +146,7 @@ static int take_in_turn(struct rig *rig, const struct pair_options *options, uin
     if (error != ERROR_OK) {
         return error;
     }
-    tell(rig, options, 1);
+    report(rig, options, 1);
     return take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, memory + values, values,
                       &frames[RIG_RIGHT]);
 }
@@ -171,7 +171,7 @@ static int take_nearest(struct rig *rig, const struct pair_options *options, uin
     if (error != ERROR_OK) {
         return error;
     }
-    tell(rig, options, 1);
+    report(rig, options, 1);
     const uint32_t frames_on = left->sequence - first.sequence;
     const uint64_t half_us =
         (left->begin_us - first.begin_us) / (frames_on != 0 ? frames_on : 1) / 2;
@@ -229,7 +229,7 @@ static int take_triggered(struct rig *rig, const struct pair_options *options, u
         if (error == ERROR_OK && whole) {
             apart++;
             if (apart == PAIR_ATTEMPTS || !are_apart(rig, frames)) {
-                tell(rig, options, 1);
+                report(rig, options, 1);
                 return ERROR_OK;
             }
         }
@@ -399,14 +399,14 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
     struct pair_frame *frames = pair->frame;
     int error = wait_for_rest(rig);
     error = error == ERROR_OK ? read_all_axes(rig, before) : error;
-    tell(rig, options, 0);
+    report(rig, options, 0);
     if (error == ERROR_OK) {
         error = take_both(rig, options, memory, frame_values, frames);
     }
     if (error != ERROR_OK) {
         return error;
     }
-    tell(rig, options, RIG_SIDES);
+    report(rig, options, RIG_SIDES);
     pair->skew_us = skew_of(frames);
     const int checked =
         options->check_static
@@ -426,7 +426,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
         rig->last_error = last_error;
         error = checked;
     }
-    tell(rig, options, frames_of(options));
+    report(rig, options, frames_of(options));
     return error;
 }
 
@@ -467,11 +467,11 @@ int pair_look(struct rig *rig, uint16_t *memory, size_t values,
     }
     const size_t frame_values = values / RIG_SIDES;
     int error = ERROR_OK;
-    tell(rig, &options, 0);
+    report(rig, &options, 0);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         error = take_frame(rig, side, watch_now_us(rig), memory + side * frame_values, frame_values,
                            &frames[side]);
-        tell(rig, &options, side + 1);
+        report(rig, &options, side + 1);
     }
     return end(rig, error);
 }

@@ -58,7 +58,7 @@ int rig_idle(struct rig *self) {
 // ---- check
 
 // A check reports its first error.
-static void note(struct rig *self, struct rig_error *first, int error) {
+static void record(struct rig *self, struct rig_error *first, int error) {
     if (error != ERROR_OK && first->error == ERROR_OK) {
         *first = self->last_error;
     }
@@ -125,10 +125,10 @@ static int check_source(struct rig *self, unsigned side) {
 static void check_triggered(struct rig *self, struct rig_error *first) {
     struct rig_error found[RIG_SIDES];
     const int error = trigger_look(self, found);
-    note(self, first, error);
+    record(self, first, error);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         self->last_error = found[side];
-        note(self, first, found[side].error);
+        record(self, first, found[side].error);
     }
 }
 
@@ -141,14 +141,14 @@ static int check_lens(struct rig *self, unsigned side) {
 static void check_side(struct rig *self, unsigned side, int of_bridge, struct rig_error *first) {
     const bool bridge = self->profile.bridge;
     if (!bridge && !self->profile.trigger) {
-        note(self, first, check_source(self, side));
+        record(self, first, check_source(self, side));
     } else if (bridge && of_bridge == ERROR_OK) {
-        note(self, first, check_camera(self, side));
+        record(self, first, check_camera(self, side));
     }
     if (self->profile.servos && of_bridge == ERROR_OK) {
-        note(self, first, check_servo(self, side));
+        record(self, first, check_servo(self, side));
     }
-    note(self, first, check_lens(self, side));
+    record(self, first, check_lens(self, side));
 }
 
 int rig_check(struct rig *self) {
@@ -158,7 +158,7 @@ int rig_check(struct rig *self) {
     struct rig_error first = {.error = ERROR_OK};
     const bool bridge = self->profile.bridge;
     const int of_bridge = bridge ? check_bridge(self) : ERROR_OK;
-    note(self, &first, of_bridge);
+    record(self, &first, of_bridge);
     if (self->profile.trigger) {
         check_triggered(self, &first);
     }

@@ -32,7 +32,7 @@ struct finding {
     bool sensor[RIG_SIDES];
 };
 
-static bool note(struct rig *self, struct finding *finding, int error) {
+static bool record(struct rig *self, struct finding *finding, int error) {
     if (error == ERROR_OK) {
         return true;
     }
@@ -296,7 +296,7 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
             return;
         }
         self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
-        if (!note(self, finding, open_lens(self, side, timeout_us))) {
+        if (!record(self, finding, open_lens(self, side, timeout_us))) {
             self->lens[side].operations = NULL;
             timeout_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
                                          // reported soon enough
@@ -307,7 +307,7 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
 // ---- all
 
 // For a part that no step reached: checks whether something else responds in its place.
-static void note_missing(struct rig *self, struct finding *finding, enum rig_part part) {
+static void record_missing(struct rig *self, struct finding *finding, enum rig_part part) {
     const struct rig_devices *devices = self->ports.devices;
     const struct rig_part_health *health = &self->health[part];
     if (devices == NULL || health->uses != 0 || finding->first.error == ERROR_CANCELLED) {
@@ -316,29 +316,29 @@ static void note_missing(struct rig *self, struct finding *finding, enum rig_par
     const char *missing = devices->missing(devices->self, part);
     if (missing != NULL) {
         const int error = watch_used(self, part, ERROR_DEVICE);
-        note(self, finding, watch_error(self, part, error, missing, NULL));
+        record(self, finding, watch_error(self, part, error, missing, NULL));
     }
 }
 
 static void bring_up_bridge(struct rig *self, struct finding *finding) {
     finding->bridge =
-        note(self, finding, open_bridge(self)) && note(self, finding, set_bridge(self));
+        record(self, finding, open_bridge(self)) && record(self, finding, set_bridge(self));
     if (!finding->bridge) {
         return;
     }
-    note(self, finding, check_interrupt(self));
+    record(self, finding, check_interrupt(self));
     for (unsigned side = 0; side < RIG_SIDES && self->profile.servos; side++) {
-        note(self, finding, set_servo(self, side));
+        record(self, finding, set_servo(self, side));
     }
-    if (!note(self, finding, wake_sensors(self))) {
+    if (!record(self, finding, wake_sensors(self))) {
         return;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        finding->sensor[side] = note(self, finding, open_sensor(self, side));
+        finding->sensor[side] = record(self, finding, open_sensor(self, side));
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if (finding->sensor[side] && finding->first.error != ERROR_CANCELLED) {
-            note(self, finding, rig_lines_check(self, side));
+            record(self, finding, rig_lines_check(self, side));
         }
     }
 }
@@ -361,23 +361,23 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
 // Checks triggered cameras: each must deliver a frame with a pulse, and none without.
 static void bring_up_triggered(struct rig *self, struct finding *finding) {
     struct rig_error found[RIG_SIDES];
-    if (!note(self, finding, trigger_rest(self)) ||
-        !note(self, finding, trigger_look(self, found))) {
+    if (!record(self, finding, trigger_rest(self)) ||
+        !record(self, finding, trigger_look(self, found))) {
         return;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         self->last_error = found[side];
-        note(self, finding, found[side].error);
+        record(self, finding, found[side].error);
     }
     if (finding->first.error == ERROR_OK) {
-        note(self, finding, trigger_check_quiet(self));
+        record(self, finding, trigger_check_quiet(self));
     }
 }
 
 static void bring_up_sources(struct rig *self, struct finding *finding) {
     const struct hal_camera_format format = {self->profile.width_px, self->profile.height_px};
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        note(self, finding, start_source(self, side, &format));
+        record(self, finding, start_source(self, side, &format));
     }
     if (self->profile.trigger) {
         bring_up_triggered(self, finding);
@@ -386,7 +386,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct hal_camera_frame frame;
         if (self->streaming[side] && finding->first.error != ERROR_CANCELLED &&
-            note(self, finding, rig_camera_take_first(self, side, &frame))) {
+            record(self, finding, rig_camera_take_first(self, side, &frame))) {
             rig_camera_give_back(self, side, &frame);
         }
     }
@@ -430,8 +430,8 @@ int rig_bringup(struct rig *self) {
     struct finding finding = {.first = {.error = ERROR_OK}};
     if (self->profile.bridge) {
         bring_up_bridge(self, &finding);
-        note_missing(self, &finding, RIG_PART_BRIDGE);
-        note_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // one port for both
+        record_missing(self, &finding, RIG_PART_BRIDGE);
+        record_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // one port for both
     } else {
         bring_up_sources(self, &finding);
     }
@@ -453,7 +453,7 @@ int rig_bringup(struct rig *self) {
                 error = failure_of_bridge(self, error);
             }
         }
-        note(self, &finding, error);
+        record(self, &finding, error);
     }
     if (finding.first.error == ERROR_OK) {
         return ERROR_OK;

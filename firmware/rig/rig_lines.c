@@ -106,7 +106,7 @@ static int lowest_bit(uint16_t bits) {
     return bit;
 }
 
-static int tell(struct rig *self, unsigned side, const struct wrong *wrong) {
+static int report(struct rig *self, unsigned side, const struct wrong *wrong) {
     const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
     const uint16_t all = wrong->low | wrong->high;
     const int32_t number = lowest_bit(all);
@@ -133,5 +133,5 @@ int rig_lines_check(struct rig *self, unsigned side) {
     if (error != ERROR_OK) {
         return error;
     }
-    return (wrong.low | wrong.high) != 0 ? tell(self, side, &wrong) : ERROR_OK;
+    return (wrong.low | wrong.high) != 0 ? report(self, side, &wrong) : ERROR_OK;
 }

@@ -193,7 +193,7 @@ static void look_at_port(struct fake_video *self) {
 void fake_rig_video(const char *path) {
     camera = fake_video_add(path, V4L2_PIX_FMT_SGRBG10, MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX);
     camera->takes_any_size = true;
-    camera->tells_frame_time = false;
+    camera->reports_frame_time = false;
     camera->time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
     camera->look = look_at_port;
 }

@@ -174,7 +174,7 @@ static int set_format(struct fake_video *self, struct v4l2_format *request) {
 }
 
 static int get_parameters(const struct fake_video *self, struct v4l2_streamparm *parameters) {
-    if (!self->tells_frame_time) {
+    if (!self->reports_frame_time) {
         return -ENOTTY;
     }
     memset(&parameters->parm, 0, sizeof parameters->parm);
@@ -378,7 +378,7 @@ struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t wi
         .buffers_max = FAKE_VIDEO_BUFFERS,
         .frame_us = 33333,
         .first_us = 33333,
-        .tells_frame_time = true,
+        .reports_frame_time = true,
         .time_flags = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF,
         .counts = true,
         .phase_us = -1,

@@ -33,7 +33,7 @@ struct fake_video {
     unsigned buffers_max;         ///< maximum number of buffers
     uint32_t frame_us;            ///< frame interval
     uint32_t first_us;            ///< from STREAMON to the end of the first frame
-    bool tells_frame_time;        ///< VIDIOC_G_PARM
+    bool reports_frame_time;      ///< VIDIOC_G_PARM
     uint32_t time_flags;          ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*
     bool counts;                  ///< false: sequence stays 0, as in some drivers
     bool full_range;              ///< V4L2_QUANTIZATION_FULL_RANGE

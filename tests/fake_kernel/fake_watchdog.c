@@ -72,7 +72,7 @@ static int control(struct fake_file *file, unsigned long request, void *argument
         *seconds = state.period_s;
         return 0;
     }
-    if (request == WDIOC_GETTIMEOUT && state.tells_period) {
+    if (request == WDIOC_GETTIMEOUT && state.reports_period) {
         *seconds = state.period_s;
         return 0;
     }
@@ -101,7 +101,7 @@ struct fake_watchdog *fake_watchdog_add(const char *path) {
                                    .min_s = 2,
                                    .max_s = 120,
                                    .sets_period = true,
-                                   .tells_period = true,
+                                   .reports_period = true,
                                    .has_keepalive = true};
     fake_file_device(path, 10, 130, &operations, &state);
     return &state;

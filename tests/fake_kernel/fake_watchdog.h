@@ -13,7 +13,7 @@ extern "C" {
 struct fake_watchdog {
     int period_s;
     int min_s, max_s;  ///< periods outside are set to the nearer limit
-    bool sets_period, tells_period, has_keepalive;
+    bool sets_period, reports_period, has_keepalive;
     bool armed;
     unsigned feeds;
     uint64_t fed_us;

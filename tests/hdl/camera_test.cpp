@@ -279,7 +279,7 @@ TEST_CASE("a lost clock is reported once, and only for a camera that should run"
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         CAPTURE(camera);
         OneCamera bench(camera);
-        const auto told = [&] {
+        const auto reported = [&] {
             bench.bridge.run(300 * kUs);
             const bool lost = (bench.read(kIrqStatus) & kClockLost) != 0;
             bench.write(kIrqStatus, kClockLost);
@@ -288,17 +288,17 @@ TEST_CASE("a lost clock is reported once, and only for a camera that should run"
         // Outputs and clock of this camera alone.
         bench.write(kSensor, 0x51u << camera);
         bench.write(kCtrl, 0x0100);
-        CHECK(!told());
+        CHECK(!reported());
         bench.source.set_period(0);
-        CHECK(told());
-        CHECK(!told());
+        CHECK(reported());
+        CHECK(!reported());
         bench.source.set_period(bench.period_ps);
-        CHECK(!told());
+        CHECK(!reported());
         bench.write(kCtrl, 0);
         bench.source.set_period(0);
-        CHECK(!told());
+        CHECK(!reported());
         bench.write(kCtrl, 0x0100);
-        CHECK(told());
+        CHECK(reported());
     }
 }
 

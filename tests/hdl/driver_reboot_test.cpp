@@ -113,8 +113,8 @@ TEST_CASE("feeding the watchdog misses no restart, and reports none that was not
         rig.bus.on_fall({});
         const int second = fpga_bridge_watchdog_feed(&rig.driver);
         const int third = fpga_bridge_watchdog_feed(&rig.driver);
-        const bool told_once = (first == ERROR_RESTARTED) != (second == ERROR_RESTARTED);
-        CHECK(told_once);
+        const bool reported_once = (first == ERROR_RESTARTED) != (second == ERROR_RESTARTED);
+        CHECK(reported_once);
         CHECK(first + second == ERROR_RESTARTED);
         CHECK(third == ERROR_OK);
     });

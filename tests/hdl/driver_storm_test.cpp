@@ -181,14 +181,14 @@ TEST_CASE("feeding in a storm: each restart is reported") {
         rig.heal();
         rig.bus.wait(40 * kMs);
         const int later = fpga_bridge_watchdog_feed(&rig.driver);
-        const bool told = error == ERROR_RESTARTED || later == ERROR_RESTARTED;
+        const bool reported = error == ERROR_RESTARTED || later == ERROR_RESTARTED;
         if (storm.resets > 0) {
-            CHECK(told);
+            CHECK(reported);
         } else {
-            false_alarms += told;
+            false_alarms += reported;
         }
         CHECK(fpga_bridge_watchdog_feed(&rig.driver) == ERROR_OK);
-        restarts += told;
+        restarts += reported;
     }
     CHECK(restarts > 0);
     // Devices that pull SDA in two consecutive reads look like a restart.

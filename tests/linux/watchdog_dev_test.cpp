@@ -62,7 +62,7 @@ TEST_CASE("after a disorderly end it stays armed and the system restarts") {
 
 TEST_CASE("the period is the one that the driver sets") {
     const struct {
-        bool sets, tells;
+        bool sets, reports;
         unsigned wanted_s;
         uint64_t period_us;
     } cases[] = {{true, true, 1, 2000000},
@@ -73,7 +73,7 @@ TEST_CASE("the period is the one that the driver sets") {
         const Kernel kernel;
         fake_watchdog *device = fake_watchdog_add(kPath);
         device->sets_period = one.sets;
-        device->tells_period = one.tells;
+        device->reports_period = one.reports;
         watchdog_dev dog;
         message text;
         REQUIRE(watchdog_dev_open(&dog, kPath, one.wanted_s, &text) == ERROR_OK);

@@ -148,7 +148,7 @@ TEST_CASE("a lens arrives, from below, wherever it stood") {
 TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
     const uint64_t seed = synthetic::test_seed();
     unsigned after_arrival = 0;
-    std::vector<double> told;  // seconds after the jam
+    std::vector<double> reported;  // seconds after the jam
     for (uint64_t i = 0; i < draws(1500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
         simrig::Noise noise(seed + i);
@@ -174,7 +174,7 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
         CHECK(lenses.rig.last_error.part == (side == 0 ? RIG_PART_LEFT_LENS : RIG_PART_RIGHT_LENS));
         CHECK(end_us - jam_us <=
               double(lens_move_jam_us(&lenses.rig.profile, draw.axis) + LENS_MOVE_REST_US));
-        told.push_back((end_us - std::max(jam_us, begin_us)) * 1e-6);
+        reported.push_back((end_us - std::max(jam_us, begin_us)) * 1e-6);
         // When freed, it moves only to the position that its potentiometer had reported.
         motor.jam(end_us, false);
         const LensMotorSettings &settings = draw.motors[side][draw.axis];
@@ -184,12 +184,12 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
         REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
         check_arrival(draw, world);
     }
-    REQUIRE(told.size() > draws(1500) / 4);
-    std::sort(told.begin(), told.end());
-    MESSAGE("jams told " << told.size() << ", arrived before " << after_arrival
-                         << "; seconds until then p50 " << told[told.size() / 2] << " p99 "
-                         << told[told.size() * 99 / 100] << " max " << told.back());
-    CHECK(told[told.size() / 2] < 2.5);
+    REQUIRE(reported.size() > draws(1500) / 4);
+    std::sort(reported.begin(), reported.end());
+    MESSAGE("jams told " << reported.size() << ", arrived before " << after_arrival
+                         << "; seconds until then p50 " << reported[reported.size() / 2] << " p99 "
+                         << reported[reported.size() * 99 / 100] << " max " << reported.back());
+    CHECK(reported[reported.size() / 2] < 2.5);
     CHECK(after_arrival > draws(1500) / 10);
 }
 

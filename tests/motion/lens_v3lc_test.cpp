@@ -170,7 +170,7 @@ TEST_CASE("it is found, and says what it can do") {
     CHECK(lens.operations->open(lens.self, 500 * kMs, &abilities) == ERROR_OK);
     CHECK(abilities.reads_position);
     CHECK(!abilities.stops);
-    CHECK(!abilities.tells_moving);
+    CHECK(!abilities.reports_moving);
     CHECK(!abilities.answers_after);
     CHECK(abilities.axes == 7);
     CHECK(bench.line.lines == std::vector<std::string>{"", "T255", "2?"});
@@ -297,12 +297,12 @@ TEST_CASE("any byte that is lost or another makes it no answer, or does no harm"
             REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
             INFO("byte " << at << " to " << change);
             const bool digit = whole[at] >= '0' && whole[at] <= '9';
-            const bool told = change < 0 || change < '0' || change > '9' || !digit;
+            const bool reported = change < 0 || change < '0' || change > '9' || !digit;
             const bool same = bench.readings[0].position == 345 &&
                               bench.readings[1].position == 512 &&
                               bench.readings[2].position == 698;
             // A blank instead of a leading 0 is the same number; so is a lost 0.
-            CHECK((same || !told));
+            CHECK((same || !reported));
         }
     }
 }

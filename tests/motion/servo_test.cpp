@@ -122,9 +122,9 @@ TEST_CASE("the simulated servo rests in time, and not long before") {
         const double first_us = 1e6 + simulated_us(servo, from_q4, from_q4, 0, 20000, before_us, 0);
         const double took_us = simulated_us(servo, from_q4, to_q4, slew_q4, 20000, before_us,
                                             std::max(first_us, 20 * 20000.0));
-        const auto said_us = double(servo_travel_us(&model, from_q4, to_q4, slew_q4, 20000));
-        CHECK(took_us <= said_us);
-        longest_part = std::max(longest_part, (took_us + model.settle_us) / said_us);
+        const auto reported_us = double(servo_travel_us(&model, from_q4, to_q4, slew_q4, 20000));
+        CHECK(took_us <= reported_us);
+        longest_part = std::max(longest_part, (took_us + model.settle_us) / reported_us);
     }
     CHECK(longest_part > 0.9);  // the estimate is not far too long
 }

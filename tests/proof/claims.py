@@ -35,7 +35,7 @@ ROWS = [
     "enter_tile_with_messages", "hides", "prepare_line",
 ]
 JUDGEMENTS = [
-    "note_winner", "widen", "check_texture", "write_surface", "write_reasons",
+    "record_winner", "widen", "check_texture", "write_surface", "write_reasons",
     "write_disparities", "smooth_along",
 ]
 FINISH = ["median_of_three", "smooth_row", "fill_between"]
@@ -85,7 +85,7 @@ MUTANTS = [
     ("match_judge_phase.h", "loop invariant 1 <= x <= \\max(width - 1, 1)",
      "loop invariant x <= \\max(width - 1, 1)", "smooth_along"),
     ("match_judge_phase.h", "lane > begin && lane + 1 < end", "lane > begin && lane + 1 <= end",
-     "note_winner"),
+     "record_winner"),
     ("match_judge_phase.h", "span.begin + half < span.end ?", "span.begin + half <= span.end + 1 ?",
      "check_texture"),
     ("match_finish_phase.h", "requires \\valid_read(next + (0 .. columns - 1));\n",

@@ -120,7 +120,7 @@ struct random_backend {
     }
 };
 
-void tell_i2c(const rig_ports &ports, Random &random, std::ostream &out) {
+void report_i2c(const rig_ports &ports, Random &random, std::ostream &out) {
     std::uint8_t data[HAL_I2C_MESSAGES_MAX][HAL_I2C_BYTES_MAX];
     hal_i2c_message messages[HAL_I2C_MESSAGES_MAX];
     const std::size_t count = 1 + upto(random, HAL_I2C_MESSAGES_MAX - 1);
@@ -141,7 +141,7 @@ void tell_i2c(const rig_ports &ports, Random &random, std::ostream &out) {
     }
 }
 
-void tell_camera(const rig_ports &ports, Random &random, std::ostream &out) {
+void report_camera(const rig_ports &ports, Random &random, std::ostream &out) {
     const hal_camera &camera = *ports.camera[upto(random, 1)];
     hal_camera_frame frame{};
     const int code = camera.operations->take(camera.self, random(), random(), &frame);
@@ -159,7 +159,7 @@ void tell_camera(const rig_ports &ports, Random &random, std::ostream &out) {
     camera.operations->give_back(camera.self, &frame);
 }
 
-void tell_uart(const rig_ports &ports, Random &random, std::ostream &out) {
+void report_uart(const rig_ports &ports, Random &random, std::ostream &out) {
     std::vector<std::uint8_t> data(1 + upto(random, 5000));
     for (auto &byte : data) {
         byte = static_cast<std::uint8_t>(random());
@@ -177,7 +177,7 @@ void tell_uart(const rig_ports &ports, Random &random, std::ostream &out) {
     out << uart.operations->discard(uart.self);
 }
 
-void tell_rest(const rig_ports &ports, Random &random, std::ostream &out) {
+void report_rest(const rig_ports &ports, Random &random, std::ostream &out) {
     const hal_gpio &gpio = *ports.gpio;
     const auto line = static_cast<hal_gpio_line>(upto(random, HAL_GPIO_LINES - 1));
     bool active = false;
@@ -206,20 +206,20 @@ void tell_rest(const rig_ports &ports, Random &random, std::ostream &out) {
 }
 
 /// Makes one or a few calls; returns them as text with all results.
-std::string tell(const rig_ports &ports, Random &random) {
+std::string report(const rig_ports &ports, Random &random) {
     std::ostringstream out;
     switch (upto(random, 3)) {
         case 0:
-            tell_i2c(ports, random, out);
+            report_i2c(ports, random, out);
             break;
         case 1:
-            tell_camera(ports, random, out);
+            report_camera(ports, random, out);
             break;
         case 2:
-            tell_uart(ports, random, out);
+            report_uart(ports, random, out);
             break;
         default:
-            tell_rest(ports, random, out);
+            report_rest(ports, random, out);
             break;
     }
     return out.str();
@@ -228,7 +228,7 @@ std::string tell(const rig_ports &ports, Random &random) {
 struct recorded {
     scratch folder;
     std::string path = folder / "session";
-    std::vector<std::string> told;
+    std::vector<std::string> reported;
 
     explicit recorded(int calls) {
         random_backend backend;
@@ -241,17 +241,17 @@ struct recorded {
         REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
                                      &last_error) == 0);
         Random before(1);
-        tell(ports, before);  // not recorded
+        report(ports, before);  // not recorded
         REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
         Random random(synthetic::test_seed() + 1);
         for (int i = 0; i < calls; i++) {
-            told.push_back(tell(ports, random));
+            reported.push_back(report(ports, random));
             if (i % 50 == 0) {
                 REQUIRE(record_flush(recorder.get(), &last_error) == 0);
             }
         }
         REQUIRE(record_stop(recorder.get(), &last_error) == 0);
-        tell(ports, before);
+        report(ports, before);
         REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
     }
     std::string log() const {
@@ -282,10 +282,10 @@ TEST_CASE("the same calls get the same answers, twice") {
         REQUIRE(played.code == 0);
         CHECK(std::string(played.profile) == "rig");
         Random random(synthetic::test_seed() + 1);
-        for (std::size_t i = 0; i < original.told.size(); i++) {
+        for (std::size_t i = 0; i < original.reported.size(); i++) {
             INFO("call ", i, ": ", std::string(played.value->last_error.text));
             REQUIRE(!replay_is_over(played.value.get()));
-            REQUIRE(tell(played.value->ports, random) == original.told[i]);
+            REQUIRE(report(played.value->ports, random) == original.reported[i]);
         }
         CHECK(replay_is_over(played.value.get()));
         CHECK(!played.value->ended);
@@ -304,7 +304,7 @@ TEST_CASE("a different call ends the replay, and is named") {
     REQUIRE(played.code == 0);
     Random random(synthetic::test_seed() + 1);
     for (int i = 0; i < 20; i++) {
-        REQUIRE(tell(played.value->ports, random) == original.told[std::size_t(i)]);
+        REQUIRE(report(played.value->ports, random) == original.reported[std::size_t(i)]);
     }
     const hal_clock &clock = *played.value->ports.clock;
     clock.operations->wait_until_us(clock.self, 4711);
@@ -334,12 +334,12 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
                                  &last_error) == 0);
     REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
     Random random(synthetic::test_seed() + 1);
-    std::vector<std::string> told;
+    std::vector<std::string> reported;
     for (int i = 0; i < 30; i++) {
         if (i % 3 == 0) {
             record_idle(recorder.get());
         }
-        told.push_back(tell(ports, random));
+        reported.push_back(report(ports, random));
     }
     record_idle(recorder.get());
     REQUIRE(record_stop(recorder.get(), &last_error) == 0);
@@ -353,7 +353,7 @@ TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the 
                 CHECK(replay_idle_is_next(played.value.get()) == (i % 3 == 0));
                 CHECK(!replay_idle_is_next(played.value.get()));
             }
-            CHECK((tell(played.value->ports, again) == told[std::size_t(i)]) == asks);
+            CHECK((report(played.value->ports, again) == reported[std::size_t(i)]) == asks);
         }
         CHECK(played.value->ended != asks);
         if (asks) {
@@ -378,12 +378,12 @@ TEST_CASE("a truncated log replays up to its last CRC; a modified one is rejecte
         CHECK(played.code == (length < first + 15 ? ERROR_MISSING : 0));
         if (played.code == 0) {
             Random random(synthetic::test_seed() + 1);
-            for (const std::string &told : original.told) {
-                const std::string again = tell(played.value->ports, random);
+            for (const std::string &reported : original.reported) {
+                const std::string again = report(played.value->ports, random);
                 if (played.value->ended) {
                     break;
                 }
-                REQUIRE(again == told);
+                REQUIRE(again == reported);
             }
             CHECK(std::string(played.value->last_error.text).find("the recording ends here") !=
                   std::string::npos);

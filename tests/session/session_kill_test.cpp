@@ -151,9 +151,9 @@ struct recording {
     }
 };
 
-/// Records all pairs and reports each written one by its number to the descriptor `told`. Returns 0
-/// or the first error.
-int record_pairs(const recording &what, const std::string &path, int told) {
+/// Records all pairs and reports each written one by its number to the descriptor `reported`.
+/// Returns 0 or the first error.
+int record_pairs(const recording &what, const std::string &path, int reported) {
     auto writer = new_writer();
     message last_error{};
     int first =
@@ -171,7 +171,7 @@ int record_pairs(const recording &what, const std::string &path, int told) {
         }
         if (code == 0) {
             const char number = static_cast<char>(i);
-            __real_write(told, &number, 1);
+            __real_write(reported, &number, 1);
         }
         first = first != 0 ? first : code;
     }
@@ -179,9 +179,9 @@ int record_pairs(const recording &what, const std::string &path, int told) {
     return first != 0 ? first : code;
 }
 
-/// Reads the session: its pairs must be those reported in `told`, plus possibly one if a kill came
-/// between its line and the report, or if the line could not be removed.
-void check_what_is_left(const recording &what, const std::string &path, const std::string &told,
+/// Reads the session: its pairs must be those reported in `reported`, plus possibly one if a kill
+/// came between its line and the report, or if the line could not be removed.
+void check_what_is_left(const recording &what, const std::string &path, const std::string &reported,
                         bool one_more) {
     session_reader reader;
     auto event = std::make_unique<session_event>();
@@ -189,7 +189,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
     const int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), nullptr, &last_error);
     if (code != 0) {
         CHECK((code == ERROR_MISSING || code == ERROR_ARGUMENT));
-        CHECK(told.empty());
+        CHECK(reported.empty());
         return;
     }
     std::size_t found = 0;
@@ -198,20 +198,20 @@ void check_what_is_left(const recording &what, const std::string &path, const st
         if (event->kind != SESSION_PAIR) {
             continue;
         }
-        const int number = found < told.size() ? told[found] : int(found);
-        CHECK((found < told.size() || (one_more && found == told.size())));
+        const int number = found < reported.size() ? reported[found] : int(found);
+        CHECK((found < reported.size() || (one_more && found == reported.size())));
         CHECK(same_pair(reader, *event, what.pairs[number]));
         found++;
         CHECK(event->pair.number == found);
     }
     INFO(std::string(last_error.text));
     CHECK(got == 0);
-    CHECK(found >= told.size());
+    CHECK(found >= reported.size());
     session_reader_close(&reader);
 }
 
-/// Runs the recording in its own process; its reports go to `told`. -1: it was killed.
-int run(const recording &what, const std::string &path, const fate &fate, std::string *told) {
+/// Runs the recording in its own process; its reports go to `reported`. -1: it was killed.
+int run(const recording &what, const std::string &path, const fate &fate, std::string *reported) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
     const pid_t child = fork();
@@ -225,9 +225,9 @@ int run(const recording &what, const std::string &path, const fate &fate, std::s
     }
     __real_close(ends[1]);
     char number;
-    told->clear();
+    reported->clear();
     while (read(ends[0], &number, 1) == 1) {
-        *told += number;
+        *reported += number;
     }
     __real_close(ends[0]);
     int status = 0;
@@ -256,10 +256,10 @@ TEST_CASE("a kill at every call loses no reported pair") {
     CHECK(count > 60);
     for (long at = 1; at <= count; at++) {
         const scratch folder;
-        std::string told;
+        std::string reported;
         INFO("call ", at);
-        REQUIRE(run(what, folder / "session", {at, true, 0, false, false}, &told) == -1);
-        check_what_is_left(what, folder / "session", told, true);
+        REQUIRE(run(what, folder / "session", {at, true, 0, false, false}, &reported) == -1);
+        check_what_is_left(what, folder / "session", reported, true);
     }
 }
 
@@ -268,10 +268,10 @@ TEST_CASE("a power loss at every call loses no reported pair") {
     const long count = count_calls(what);
     for (long at = 1; at <= count; at++) {
         const scratch folder;
-        std::string told;
+        std::string reported;
         INFO("call ", at);
-        REQUIRE(run(what, folder / "session", {at, true, 0, false, true}, &told) == -1);
-        check_what_is_left(what, folder / "session", told, true);
+        REQUIRE(run(what, folder / "session", {at, true, 0, false, true}, &reported) == -1);
+        check_what_is_left(what, folder / "session", reported, true);
     }
 }
 
@@ -283,10 +283,11 @@ TEST_CASE("a disk without directory sync is accepted, one whose sync fails is no
         long &spared = error == EINVAL ? spared_by_EINVAL : spared_by_EIO;
         for (long at = 1; at <= count; at++) {
             const scratch folder;
-            std::string told;
+            std::string reported;
             INFO("call ", at, ", error ", error);
             coming = {};
-            spared += run(what, folder / "session", {at, false, error, false, false}, &told) == 0;
+            spared +=
+                run(what, folder / "session", {at, false, error, false, false}, &reported) == 0;
         }
     }
     // Syncs of directories: the session's own for its index and each frame, and its parent's.
@@ -302,15 +303,15 @@ TEST_CASE("an error from every call, once or persistent") {
         for (const bool for_ever : {false, true}) {
             for (long at = 1; at <= count; at++) {
                 const scratch folder;
-                std::string told;
+                std::string reported;
                 INFO("call ", at, ", error ", error, ", for ever ", for_ever);
                 const int code =
-                    run(what, folder / "session", {at, false, error, for_ever, false}, &told);
+                    run(what, folder / "session", {at, false, error, for_ever, false}, &reported);
                 REQUIRE(code >= 0);
-                check_what_is_left(what, folder / "session", told, for_ever);
+                check_what_is_left(what, folder / "session", reported, for_ever);
                 // A single failure loses at most the pair that was being written.
                 if (!for_ever && std::filesystem::exists(folder / "session/session.index")) {
-                    CHECK(told.size() >= kPairs - 1);
+                    CHECK(reported.size() >= kPairs - 1);
                 }
             }
         }

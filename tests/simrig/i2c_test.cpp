@@ -13,7 +13,7 @@ namespace {
 constexpr unsigned kSpeedHz = 100000;
 constexpr double kBitUs = 10, kNever = -1;
 
-struct Told {
+struct Reported {
     I2cStatus status;
     size_t messages, bytes;
     double took_us;
@@ -25,7 +25,7 @@ struct Held {
 };
 
 // One transfer while a line is held low; afterwards it is released and the bus works again.
-Told transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &held) {
+Reported transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &held) {
     const double begin_us = bench.rig.now_us();
     const auto at = [&bench, begin_us](double bit, simrig::BusFaults faults) {
         bench.rig.wires().at(uint64_t((begin_us + bit * kBitUs) * simrig::kPsPerUs),
@@ -43,14 +43,14 @@ Told transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &held) 
         at(held.to_bit, {});
     }
     const simrig::I2cResult result = bench.rig.i2c(kSpeedHz, messages);
-    const Told told = {result.status, result.messages_done, result.bytes_done,
-                       bench.rig.now_us() - begin_us};
+    const Reported reported = {result.status, result.messages_done, result.bytes_done,
+                               bench.rig.now_us() - begin_us};
     bench.rig.host().set_faults({});
     CHECK(bench.rig.wires().in.scl);  // released by the master as well
     CHECK(bench.rig.wires().in.sda);
     bench.rig.advance(bench.rig.now_us() + 100, 0);
     CHECK(bench.read(kBridge, 0x00) == 0x5B1D);
-    return told;
+    return reported;
 }
 
 // The address 0x2C as it goes out: 0101 1000. Then the index 0x04, 0000 0100, and two bytes.
@@ -63,20 +63,20 @@ constexpr double kByteBits = 9;
 
 TEST_CASE("no line held: the transfer takes the time of its bits") {
     Bench bench;
-    const Told told = transfer(bench, kWrite, {false, false, kNever, kNever});
-    CHECK(told.status == I2cStatus::kOk);
-    CHECK(told.messages == 1);
-    CHECK(told.took_us == doctest::Approx((4 * kByteBits + 2) * kBitUs).epsilon(0.06));
+    const Reported reported = transfer(bench, kWrite, {false, false, kNever, kNever});
+    CHECK(reported.status == I2cStatus::kOk);
+    CHECK(reported.messages == 1);
+    CHECK(reported.took_us == doctest::Approx((4 * kByteBits + 2) * kBitUs).epsilon(0.06));
 }
 
 TEST_CASE("a line that is low before START: stuck, and no clock is sent") {
     Bench bench;
     for (const bool scl : {false, true}) {
-        const Told told = transfer(bench, kWrite, {!scl, scl, 0, kNever});
-        CHECK(told.status == I2cStatus::kStuck);
-        CHECK(told.messages == 0);
-        CHECK(told.bytes == 0);
-        CHECK(told.took_us == 0);
+        const Reported reported = transfer(bench, kWrite, {!scl, scl, 0, kNever});
+        CHECK(reported.status == I2cStatus::kStuck);
+        CHECK(reported.messages == 0);
+        CHECK(reported.bytes == 0);
+        CHECK(reported.took_us == 0);
     }
 }
 
@@ -89,19 +89,19 @@ TEST_CASE("SDA low where the master releases it: arbitration, at once and withou
         size_t bytes;
     } cases[] = {{0.7, 1, 0}, {1.2, 1, 0}, {2.5, 3, 0}, {5.6, kByteBits + 5, 0}};
     for (const auto &c : cases) {
-        const Told told = transfer(bench, kWrite, {true, false, c.from_bit, kNever});
-        CHECK(told.status == I2cStatus::kArbitration);
-        CHECK(told.messages == 0);
-        CHECK(told.bytes == c.bytes);
-        CHECK(told.took_us > c.found_bit * kBitUs);
-        CHECK(told.took_us < (c.found_bit + 3) * kBitUs);
+        const Reported reported = transfer(bench, kWrite, {true, false, c.from_bit, kNever});
+        CHECK(reported.status == I2cStatus::kArbitration);
+        CHECK(reported.messages == 0);
+        CHECK(reported.bytes == c.bytes);
+        CHECK(reported.took_us > c.found_bit * kBitUs);
+        CHECK(reported.took_us < (c.found_bit + 3) * kBitUs);
     }
     // In a byte of data: the address and the index have been acknowledged.
-    const Told data = transfer(bench, kWrite, {true, false, 2 * kByteBits + 3.5, kNever});
+    const Reported data = transfer(bench, kWrite, {true, false, 2 * kByteBits + 3.5, kNever});
     CHECK(data.status == I2cStatus::kArbitration);
     CHECK(data.bytes == 1);
     // In a read: zeros come, and the master's own "no more" at its end is not seen on the wire.
-    const Told read = transfer(bench, kRead, {true, false, 4 * kByteBits + 2.5, kNever});
+    const Reported read = transfer(bench, kRead, {true, false, 4 * kByteBits + 2.5, kNever});
     CHECK(read.status == I2cStatus::kArbitration);
     CHECK(read.messages == 1);
     CHECK(read.bytes == 1);
@@ -110,23 +110,23 @@ TEST_CASE("SDA low where the master releases it: arbitration, at once and withou
 TEST_CASE("SDA that does not rise at STOP: stuck, though every message is whole") {
     Bench bench;
     // Within the last zeros a held SDA cannot be noticed.
-    const Told told = transfer(bench, kZeros, {true, false, 3 * kByteBits + 4.5, kNever});
-    CHECK(told.status == I2cStatus::kStuck);
-    CHECK(told.messages == 1);
-    CHECK(told.bytes == 0);
+    const Reported reported = transfer(bench, kZeros, {true, false, 3 * kByteBits + 4.5, kNever});
+    CHECK(reported.status == I2cStatus::kStuck);
+    CHECK(reported.messages == 1);
+    CHECK(reported.bytes == 0);
 }
 
 TEST_CASE("SCL held: the master waits 25 ms and no longer") {
     Bench bench;
     for (const double from_bit : {2.5, 2 * kByteBits + 3.5, 4 * kByteBits + 0.7}) {
         CAPTURE(from_bit);
-        const Told told = transfer(bench, kZeros, {false, true, from_bit, kNever});
-        CHECK(told.status == I2cStatus::kTimeout);
-        CHECK(told.took_us > 25 * kMs);
-        CHECK(told.took_us < 26 * kMs);
+        const Reported reported = transfer(bench, kZeros, {false, true, from_bit, kNever});
+        CHECK(reported.status == I2cStatus::kTimeout);
+        CHECK(reported.took_us > 25 * kMs);
+        CHECK(reported.took_us < 26 * kMs);
     }
     const double long_bits = 20 * kMs / kBitUs;
-    const Told slow = transfer(bench, kZeros, {false, true, 2.5, 2.5 + long_bits});
+    const Reported slow = transfer(bench, kZeros, {false, true, 2.5, 2.5 + long_bits});
     CHECK(slow.status == I2cStatus::kOk);
     CHECK(slow.took_us > 20 * kMs);
 }

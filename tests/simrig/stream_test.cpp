@@ -74,14 +74,14 @@ void set_thinning(Bench &bench, uint8_t address, unsigned skip, unsigned bin) {
     CHECK(bench.write(address, 0x23, mode) == I2cStatus::kOk);
 }
 
-struct Told {
+struct Reported {
     std::vector<simrig::PpiFrame> frames;
     std::vector<int> registers;
     double pulse_us[2];
 };
 
 // The same session with either rig.
-Told session(const simrig::RigSettings &settings) {
+Reported session(const simrig::RigSettings &settings) {
     Bench bench(settings);
     bench.wake_sensors();
     for (const uint8_t address : {kLeft, kRight}) {
@@ -89,10 +89,10 @@ Told session(const simrig::RigSettings &settings) {
     }
     CHECK(bench.write(kBridge, 0x10, uint16_t(1612.5 * 16)) == I2cStatus::kOk);
     CHECK(bench.write(kBridge, 0x08, 0x0103) == I2cStatus::kOk);
-    Told told;
+    Reported reported;
     for (const uint16_t camera : std::vector<uint16_t>{0, 1, 1, 0}) {
         CHECK(bench.write(kBridge, 0x20, camera) == I2cStatus::kOk);
-        told.frames.push_back(bench.capture(128, 96));
+        reported.frames.push_back(bench.capture(128, 96));
         bench.rig.advance(bench.rig.now_us() + 10 * kMs, 0);
     }
     // State, what is selected, both cameras' counts and flags, pulse widths, errors of I2C; not:
@@ -100,12 +100,12 @@ Told session(const simrig::RigSettings &settings) {
     for (const uint8_t index :
          std::vector<uint8_t>{0x08, 0x09, 0x0A, 0x11, 0x19, 0x20, 0x21, 0x31, 0x32, 0x35, 0x36,
                               0x39, 0x3A, 0x3D, 0x3E, 0x48, 0x50, 0x51, 0x52, 0x53, 0x54}) {
-        told.registers.push_back(bench.read(kBridge, uint8_t(index)));
+        reported.registers.push_back(bench.read(kBridge, uint8_t(index)));
     }
     for (int servo = 0; servo < 2; servo++) {
-        told.pulse_us[servo] = bench.rig.servo(servo).last_pulse_us();
+        reported.pulse_us[servo] = bench.rig.servo(servo).last_pulse_us();
     }
-    return told;
+    return reported;
 }
 
 }  // namespace
@@ -174,8 +174,8 @@ TEST_CASE("a camera that is not watched is never reported as lost") {
 }
 
 TEST_CASE("the short cuts change nothing but counts of unwatched frames") {
-    const Told all = session(every_clock());
-    const Told some = session({});
+    const Reported all = session(every_clock());
+    const Reported some = session({});
     REQUIRE(all.registers.size() == some.registers.size());
     for (size_t i = 0; i < all.registers.size(); i++) {
         CAPTURE(i);

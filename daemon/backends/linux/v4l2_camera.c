@@ -20,7 +20,7 @@ enum {
     FIRST_FRAME_US = 2000000  // webcams take this long to start
 };
 
-static void tell(const struct v4l2_camera *self, enum hal_log_level level, const char *what) {
+static void report(const struct v4l2_camera *self, enum hal_log_level level, const char *what) {
     if (self->log != NULL) {
         char text[sizeof self->path + sizeof self->stream.last_error.text + 64];
         snprintf(text, sizeof text, "camera %s: %s", self->path, what);
@@ -30,9 +30,9 @@ static void tell(const struct v4l2_camera *self, enum hal_log_level level, const
 
 /// Longest frame interval; a longer exposure extends it.
 static uint32_t frame_time_us(const struct v4l2_camera *self) {
-    const uint32_t told_us =
+    const uint32_t reported_us =
         self->stream.frame_us > self->frame_us ? self->stream.frame_us : self->frame_us;
-    return told_us > self->exposure_us ? told_us : self->exposure_us;
+    return reported_us > self->exposure_us ? reported_us : self->exposure_us;
 }
 
 /// Time limit for the next frame after a frame.
@@ -130,7 +130,7 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     if (error != ERROR_OK) {
         self->gone = self->gone || error == ERROR_DEVICE;
         self->refused = self->stream.last_error;
-        tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
+        report(self, HAL_LOG_ERROR, self->stream.last_error.text);
         return error;
     }
     self->started = true;
@@ -138,7 +138,7 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     begin_waiting(self);
     const size_t row = v4l2_pixels_row_values(self->stream.format, format->width_px);
     if (!make_slots(self, row * format->height_px)) {
-        tell(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
+        report(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
         (void)stop(self);
         return ERROR_IO;
     }
@@ -152,7 +152,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
         char text[sizeof self->stream.last_error.text + 40];
         snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text,
                  *tries < RESTARTS_MAX ? "restarting the stream" : "giving up for now");
-        tell(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
+        report(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
         if (*tries == RESTARTS_MAX) {
             return ERROR_IO;
         }
@@ -170,7 +170,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
         }
         error = v4l2_stream_on(&self->stream);
         if (error == ERROR_DEVICE || error == ERROR_UNSUPPORTED) {
-            tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
+            report(self, HAL_LOG_ERROR, self->stream.last_error.text);
             return error;
         }
     }
@@ -199,7 +199,7 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
         }
         if (error != ERROR_IO) {
             if (error == ERROR_DEVICE) {
-                tell(self, HAL_LOG_ERROR, self->stream.last_error.text);
+                report(self, HAL_LOG_ERROR, self->stream.last_error.text);
             }
             return error;
         }

@@ -85,8 +85,8 @@ static int raw_value(enum hal_camera_control control, const struct v4l2_queryctr
 
 /// Reports the nearest exposure to one that is too short or too long; relative values are never out
 /// of range.
-static void tell_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
-                         int32_t value, int32_t *nearest) {
+static void report_nearest(enum hal_camera_control control, const struct v4l2_queryctrl *range,
+                           int32_t value, int32_t *nearest) {
     const int64_t min = range->minimum > 0 ? range->minimum : 1;
     const int64_t units = value < min * EXPOSURE_UNIT_US ? min : range->maximum;
     const int64_t nearest_us = units * EXPOSURE_UNIT_US;
@@ -136,7 +136,7 @@ int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int
     struct v4l2_control now = {.id = entry->id};
     int error = raw_value(control, &range, value, &now.value);
     if (error != ERROR_OK) {
-        tell_nearest(control, &range, value, applied);
+        report_nearest(control, &range, value, applied);
         return error;
     }
     error = write_if_there(fd, entry->automatic_id, entry->manual);

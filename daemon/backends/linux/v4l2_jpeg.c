@@ -34,12 +34,12 @@ static void give_up(j_common_ptr info) {
 
 /// Warnings have levels below 0; all of them mean wrong pixels, except those that cameras cause
 /// harmlessly. The caller counts damaged frames, so they are not logged one by one.
-static void note(j_common_ptr info, int level) {
+static void record_warning(j_common_ptr info, int level) {
     struct escape *escape = (struct escape *)(void *)info->err;
-    const struct jpeg_error_mgr *said = info->err;
+    const struct jpeg_error_mgr *error = info->err;
     const bool padding =
-        said->msg_code == JWRN_EXTRANEOUS_DATA && said->msg_parm.i[0] <= PADDING_MAX_BYTES;
-    if (level < 0 && !padding && said->msg_code != JWRN_JFIF_MAJOR) {
+        error->msg_code == JWRN_EXTRANEOUS_DATA && error->msg_parm.i[0] <= PADDING_MAX_BYTES;
+    if (level < 0 && !padding && error->msg_code != JWRN_JFIF_MAJOR) {
         escape->damaged = true;
     }
 }
@@ -86,7 +86,7 @@ bool v4l2_jpeg_decode(const uint8_t *data, size_t bytes, uint16_t width_px, uint
     }
     info.err = jpeg_std_error(&escape.manager);
     escape.manager.error_exit = give_up;
-    escape.manager.emit_message = note;
+    escape.manager.emit_message = record_warning;
     escape.damaged = false;
     if (setjmp(escape.place) != 0) {
         jpeg_destroy_decompress(&info);

@@ -26,11 +26,11 @@ static int fail(struct v4l2_stream *self, const char *what) {
 }
 
 /// Copies a driver's text; non-printable characters become '?'.
-static void copy_name(char *name, size_t bytes, const uint8_t *told) {
+static void copy_name(char *name, size_t bytes, const uint8_t *reported) {
     size_t length = 0;
-    while (length + 1 < bytes && told[length] != '\0') {
-        const bool printable = told[length] >= ' ' && told[length] <= '~';
-        name[length] = printable ? (char)told[length] : '?';
+    while (length + 1 < bytes && reported[length] != '\0') {
+        const bool printable = reported[length] >= ' ' && reported[length] <= '~';
+        name[length] = printable ? (char)reported[length] : '?';
         length++;
     }
     name[length] = '\0';

@@ -87,14 +87,14 @@ int watchdog_dev_open(struct watchdog_dev *self, const char *path, unsigned peri
 }
 
 bool watchdog_dev_close(struct watchdog_dev *self, bool orderly) {
-    bool told = false;
+    bool reported = false;
     if (self->fd >= 0 && orderly) {
         ssize_t written = 0;
         do {
             written = write(self->fd, "V", 1);
         } while (written < 0 && errno == EINTR);
-        told = written == 1;
+        reported = written == 1;
     }
     device_file_close(&self->fd);
-    return told;
+    return reported;
 }

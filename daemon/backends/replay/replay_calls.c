@@ -165,13 +165,13 @@ static uint64_t clock_now_us(void *context) {
     char asked[TRACE_LINE_MAX + 1];
     trace_clock_now(asked);
     const char *answer = answer_to(self, asked);
-    int64_t told_us = 0;
-    if (answer != NULL && !take_time(&answer, &told_us)) {
+    int64_t reported_us = 0;
+    if (answer != NULL && !take_time(&answer, &reported_us)) {
         wrong_answer(self);
     }
     if (!self->ended) {
         // A manipulated recording must not make time run backwards.
-        self->now_us = (uint64_t)told_us > self->now_us ? (uint64_t)told_us : self->now_us;
+        self->now_us = (uint64_t)reported_us > self->now_us ? (uint64_t)reported_us : self->now_us;
     } else {
         self->now_us += WAIT_OVER_US;
     }
@@ -307,11 +307,11 @@ static int gpio_wait_edge(void *context, enum hal_gpio_line line, uint64_t deadl
     trace_gpio_wait(asked, line, deadline_us);
     const char *rest;
     const int code = code_of(self, asked, &rest);
-    int64_t told_us = 0;
-    if (code == 0 && !take_time(&rest, &told_us)) {
+    int64_t reported_us = 0;
+    if (code == 0 && !take_time(&rest, &reported_us)) {
         return wrong_answer(self);
     }
-    *time_us = code == 0 ? (uint64_t)told_us : *time_us;
+    *time_us = code == 0 ? (uint64_t)reported_us : *time_us;
     return code;
 }
 

@@ -80,10 +80,10 @@ static int wait_until(struct sim_camera *self, uint64_t not_before_us, uint64_t 
     return error == ERROR_OK && until_us < not_before_us ? ERROR_TIMEOUT : error;
 }
 
-static uint32_t faults_of(uint32_t told) {
-    return ((told & SIMRIG_FRAME_SHORT_LINE) != 0 ? HAL_CAMERA_SHORT_LINE : 0u) |
-           ((told & SIMRIG_FRAME_SHORT) != 0 ? HAL_CAMERA_SHORT : 0u) |
-           ((told & SIMRIG_FRAME_LONG) != 0 ? HAL_CAMERA_LONG : 0u);
+static uint32_t faults_of(uint32_t reported) {
+    return ((reported & SIMRIG_FRAME_SHORT_LINE) != 0 ? HAL_CAMERA_SHORT_LINE : 0u) |
+           ((reported & SIMRIG_FRAME_SHORT) != 0 ? HAL_CAMERA_SHORT : 0u) |
+           ((reported & SIMRIG_FRAME_LONG) != 0 ? HAL_CAMERA_LONG : 0u);
 }
 
 // Waits for the armed frame and copies it to `memory`.
@@ -125,8 +125,8 @@ static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory
                                   .layout = HAL_CAMERA_BAYER_GRBG,
                                   .sequence = sim_bytes_u32(head + 16),
                                   .faults = faults_of(sim_bytes_u32(head + 24)),
-                                  .begin_us = sim_connection_told_us(self->connection, head),
-                                  .end_us = sim_connection_told_us(self->connection, head + 8)};
+                                  .begin_us = sim_connection_reported_us(self->connection, head),
+                                  .end_us = sim_connection_reported_us(self->connection, head + 8)};
     return ERROR_OK;
 }
 

@@ -25,8 +25,8 @@ enum {
 // The rig rejects more than a day.
 static const uint64_t longest_us = 12 * UINT64_C(3600000000);
 
-__attribute__((format(printf, 2, 3))) static void say(struct sim_connection *self,
-                                                      const char *format, ...) {
+__attribute__((format(printf, 2, 3))) static void report(struct sim_connection *self,
+                                                         const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(self->text, sizeof self->text, format, arguments);
@@ -43,12 +43,12 @@ void sim_connection_close(struct sim_connection *self) {
 // Closes the connection and records why.
 static int give_up(struct sim_connection *self, int error, const char *doing) {
     if (error == ERROR_TIMEOUT) {
-        say(self, "no answer from the simulated rig for %d s while %s",
-            (self->timeout_ms + 500) / 1000, doing);
+        report(self, "no answer from the simulated rig for %d s while %s",
+               (self->timeout_ms + 500) / 1000, doing);
     } else if (error == ERROR_SYNTAX) {
-        say(self, "not a simulated rig, or another version (%s)", doing);
+        report(self, "not a simulated rig, or another version (%s)", doing);
     } else {
-        say(self, "the simulated rig has gone (%s): start it, then run bringup", doing);
+        report(self, "the simulated rig has gone (%s): start it, then run bringup", doing);
     }
     sim_connection_close(self);
     return ERROR_DEVICE;
@@ -96,7 +96,7 @@ static int receive_text(struct sim_connection *self, size_t bytes, int64_t deadl
         self->text[i] = c < ' ' || c == 0x7F ? '?' : self->text[i];
     }
     if (kept == 0) {
-        say(self, "refused by the simulated rig, without a reason");
+        report(self, "refused by the simulated rig, without a reason");
     }
     return error == ERROR_OK ? discard(self, bytes - kept, deadline_ms) : error;
 }
@@ -191,15 +191,16 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
     *self = (struct sim_connection){.socket = -1, .timeout_ms = timeout_ms};
     const int made = sim_socket_connect(where, monotonic_now_ms() + timeout_ms);
     if (made == ERROR_ARGUMENT) {
-        say(self, "invalid address '%s' of a simulated rig (expected unix:PATH or tcp:HOST:PORT)",
-            where);
+        report(self,
+               "invalid address '%s' of a simulated rig (expected unix:PATH or tcp:HOST:PORT)",
+               where);
         return ERROR_ARGUMENT;
     }
     if (made < 0) {
         const char *why = made == ERROR_TIMEOUT ? "no answer"
                           : errno == 0          ? "no such host"
                                                 : strerror(errno);
-        say(self, "no simulated rig at %s: %s (is simrig running?)", where, why);
+        report(self, "no simulated rig at %s: %s (is simrig running?)", where, why);
         return ERROR_IO;
     }
     self->socket = made;
@@ -213,7 +214,7 @@ bool sim_connection_gone(struct sim_connection *self) {
     return self->socket < 0;
 }
 
-uint64_t sim_connection_told_us(const struct sim_connection *self, const uint8_t *bytes) {
+uint64_t sim_connection_reported_us(const struct sim_connection *self, const uint8_t *bytes) {
     return sim_bytes_u64(bytes) + self->ahead_us;
 }
 
@@ -226,7 +227,7 @@ int sim_connection_ask_time(struct sim_connection *self) {
     struct sim_exchange ask = {.type = SIMRIG_TIME, .head = head, .head_bytes = sizeof head};
     const int error = sim_connection_demand(self, &ask);
     if (error == ERROR_OK) {
-        self->now_us = sim_connection_told_us(self, head);
+        self->now_us = sim_connection_reported_us(self, head);
     }
     return error;
 }
@@ -241,7 +242,8 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
         error = sim_connection_ask_time(self);
     }
     if (error == ERROR_OK && self->wall != before.wall) {
-        say(self, "the simulated rig at %s keeps another kind of time: restart vergenced", where);
+        report(self, "the simulated rig at %s keeps another kind of time: restart vergenced",
+               where);
         sim_connection_close(self);
         error = ERROR_REFUSED;
     }
@@ -273,7 +275,7 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
             self->now_us = until_us > self->now_us ? until_us : self->now_us;
             break;
         }
-        self->now_us = sim_connection_told_us(self, head);
+        self->now_us = sim_connection_reported_us(self, head);
         woken_by = sim_bytes_u32(head + 8);
     } while (woken_by == 0 && self->now_us < until_us);
     if (woken != NULL) {

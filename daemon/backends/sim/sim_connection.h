@@ -60,7 +60,7 @@ bool sim_connection_gone(struct sim_connection *self);
 int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role);
 
 /// Converts a time from the protocol (8 bytes), and a time to send.
-uint64_t sim_connection_told_us(const struct sim_connection *self, const uint8_t *bytes);
+uint64_t sim_connection_reported_us(const struct sim_connection *self, const uint8_t *bytes);
 void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, uint64_t time_us);
 
 /// Sends the request and receives the reply. 0 whatever the reply's status; the text of a refusal

@@ -59,7 +59,7 @@ static int ask(struct sim_gpio *self, uint32_t *levels) {
             if (self->edge_count == SIM_GPIO_EDGES) {
                 drop_oldest(self);
             }
-            self->edges_us[self->edge_count++] = sim_connection_told_us(self->connection, edge);
+            self->edges_us[self->edge_count++] = sim_connection_reported_us(self->connection, edge);
         }
     }
     *levels = sim_bytes_u32(head);

@@ -71,8 +71,8 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
         line->row.claim[x - origin - line->row.lane[x] - tile->base];
     ensures line->row.lane[x] == \old(line->row.lane[x]) + tile->base;
     ensures line->row.right_x[x] == x - origin - line->row.lane[x]; */
-static inline void note_winner(struct match_line *line, int origin, const struct match_tile *tile,
-                               int x, const uint8_t *cost, int begin, int end) {
+static inline void record_winner(struct match_line *line, int origin, const struct match_tile *tile,
+                                 int x, const uint8_t *cost, int begin, int end) {
     const int lane = line->row.lane[x];
     INVARIANT(lane >= begin && lane < end);
     uint32_t around;

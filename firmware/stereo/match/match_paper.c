@@ -463,8 +463,8 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
         push_samples(&paper, &input->right, input->right_span, next, paper.right_signature);
         if (y >= 0) {
             match_row(&paper, y);
-            const bool tell = progress != NULL && ((y + 1) % PROGRESS_ROWS == 0 || y + 1 == height);
-            cancelled = tell && !progress(progress_self, y + 1, height);
+            const bool due = progress != NULL && ((y + 1) % PROGRESS_ROWS == 0 || y + 1 == height);
+            cancelled = due && !progress(progress_self, y + 1, height);
         }
     }
     *evaluations = paper.evaluations;

@@ -386,8 +386,8 @@ static bool hides(const struct row_view *view, const int rows, const struct matc
 }
 
 // Records the winners of a tile.
-static void note_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
-                      int x_begin, int columns, bool hidden) {
+static void record_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
+                        int x_begin, int columns, bool hidden) {
     // Lanes from here on are padding. They may win, which shows that nothing searched fits; but a
     // pixel whose right pixels are all in these lanes is at a border, where no match is possible.
     const int wanted = view->level->disparity_count - tile->base;
@@ -410,7 +410,7 @@ static void note_tile(const struct row_view *view, const int rows, const struct 
                 line->row.lane[x] =
                     (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
             }
-            note_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
+            record_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
         }
     }
 }
@@ -441,7 +441,7 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
             MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
 #undef PASS_LEFT
         }
-        note_tile(view, rows, tile, x, columns, hidden);
+        record_tile(view, rows, tile, x, columns, hidden);
     }
 }
 

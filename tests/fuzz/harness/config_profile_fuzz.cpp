@@ -27,14 +27,14 @@ std::string printed(const config &settings) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     config settings;
-    message said;
+    message message_out;
     config_defaults(&settings);
-    said.text[0] = '\0';
-    const int error =
-        config_profile_parse(&settings, "FILE", reinterpret_cast<const char *>(data), size, &said);
+    message_out.text[0] = '\0';
+    const int error = config_profile_parse(&settings, "FILE", reinterpret_cast<const char *>(data),
+                                           size, &message_out);
     FUZZ_CHECK(error <= 0);
     if (error != 0) {
-        FUZZ_CHECK(std::strncmp(said.text, "FILE:", 5) == 0);
+        FUZZ_CHECK(std::strncmp(message_out.text, "FILE:", 5) == 0);
         return 0;
     }
     rig_profile_error profile_error;
@@ -42,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const std::string text = printed(settings);
     config again;
     config_defaults(&again);
-    FUZZ_CHECK(config_profile_parse(&again, "FILE", text.data(), text.size(), &said) == 0);
+    FUZZ_CHECK(config_profile_parse(&again, "FILE", text.data(), text.size(), &message_out) == 0);
     FUZZ_CHECK(printed(again) == text);
     return 0;
 }

@@ -95,26 +95,27 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     self.line.data = buffer;
     self.json = (data[0] & kJson) != 0;
     self.extra_fd = -1;
-    message said;
-    said.text[0] = '\0';
+    message message_out;
+    message_out.text[0] = '\0';
     int error = 0;
     if (!sent) {
         error = 1;  // more than fits between the two
     } else if (fetch) {
         std::uint64_t bytes = 0;
-        error = remote_fetch(&self, "f", local.c_str(), &bytes, &said);
+        error = remote_fetch(&self, "f", local.c_str(), &bytes, &message_out);
     } else if ((data[0] & kAsk) != 0) {
-        error = remote_ask(&self, "status", nothing, nullptr, &said);
+        error = remote_ask(&self, "status", nothing, nullptr, &message_out);
     } else {
         json_value result{};
-        error = remote_call(&self, "status", &result, &said);
+        error = remote_call(&self, "status", &result, &message_out);
         FUZZ_CHECK(
             error != 0 || result.text == nullptr ||
             (result.text >= buffer && result.text + result.length <= buffer + sizeof buffer));
     }
     close(ends[0]);
     close(ends[1]);
-    FUZZ_CHECK(error >= 0 || (said.text[0] != '\0' && std::strchr(said.text, '\n') == nullptr));
+    FUZZ_CHECK(error >= 0 ||
+               (message_out.text[0] != '\0' && std::strchr(message_out.text, '\n') == nullptr));
     if (fetch && sent && error == 0) {
         std::ifstream file(local, std::ios::binary);
         FUZZ_CHECK(std::string(std::istreambuf_iterator<char>(file), {}) == content);

@@ -9,13 +9,13 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     saved_settings saved;
-    message said;
-    said.text[0] = '\0';
+    message message_out;
+    message_out.text[0] = '\0';
     const char *input = reinterpret_cast<const char *>(data);
-    const int error = saved_settings_parse(input, size, &saved, &said);
+    const int error = saved_settings_parse(input, size, &saved, &message_out);
     FUZZ_CHECK(error <= 0);
     if (error != 0) {
-        FUZZ_CHECK(said.text[0] != '\0');
+        FUZZ_CHECK(message_out.text[0] != '\0');
         return 0;
     }
     char text[SAVED_SETTINGS_BYTES];
@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         FUZZ_CHECK(length == size && std::memcmp(text, input, size) == 0);
     } else {
         saved_settings again;
-        FUZZ_CHECK(saved_settings_parse(text, length, &again, &said) == 0);
+        FUZZ_CHECK(saved_settings_parse(text, length, &again, &message_out) == 0);
         FUZZ_CHECK(std::memcmp(again.values, saved.values, sizeof saved.values) == 0);
     }
     static rig down;  // of its profile only the presence of a bridge is used

@@ -29,7 +29,7 @@ hal_i2c_message transfer[] = {{out, sizeof out, 0x2C, false}, {in, sizeof in, 0x
 
 // A call of the instrument: how it is logged, and the call.
 struct Call {
-    void (*told)(char *text);
+    void (*reported)(char *text);
     void (*made)(const rig_ports &ports);
 };
 
@@ -111,7 +111,7 @@ std::string made(const std::string &text, std::vector<const Call *> *making) {
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = std::min(text.find('\n', at), text.size());
         making->push_back(&calls[std::uint8_t(text[at]) % std::size(calls)]);
-        making->back()->told(asked);
+        making->back()->reported(asked);
         log += asked + std::string(TRACE_EQUALS) +
                text.substr(at + 1, end - std::min(end, at + 1)) + "\n";
         at = end + 1;
@@ -135,16 +135,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         return true;
     }();
     static replay play;
-    static message said;
+    static message message_out;
     FUZZ_CHECK(begun);
     const std::string text(reinterpret_cast<const char *>(data), size);
     const bool raw = size > 0 && data[0] == 0;
     std::vector<const Call *> making;
     folder.write(SESSION_CALLS_NAME, raw ? text.substr(1) : made(text, &making));
-    const int error = replay_open(&play, AT_FDCWD, folder.path().c_str(), nullptr, &said);
+    const int error = replay_open(&play, AT_FDCWD, folder.path().c_str(), nullptr, &message_out);
     if (error != 0) {
         FUZZ_CHECK(error == ERROR_CRC || error == ERROR_VERSION || error == ERROR_MISSING);
-        FUZZ_CHECK(said.text[0] != '\0' && std::strchr(said.text, '\n') == nullptr);
+        FUZZ_CHECK(message_out.text[0] != '\0' && std::strchr(message_out.text, '\n') == nullptr);
         return 0;
     }
     if (!raw) {

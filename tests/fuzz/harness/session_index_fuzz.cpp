@@ -36,7 +36,7 @@ std::string framed(const std::string &text) {
 void check(std::string text) {
     static session_reader reader;
     static session_event event;
-    static message said;
+    static message message_out;
     std::memset(&reader, 0, offsetof(session_reader, directory));
     reader.path[0] = 'x';
     reader.directory = -1;
@@ -47,7 +47,7 @@ void check(std::string text) {
     reader.line = 0;
     reader.ended = reader.cut = false;
     int count = 0, got;
-    for (std::size_t at = 0; (got = session_reader_next(&reader, &event, &said)) == 1;
+    for (std::size_t at = 0; (got = session_reader_next(&reader, &event, &message_out)) == 1;
          at = reader.at) {
         count++;
         FUZZ_CHECK(reader.line == count && reader.at > at && reader.at <= text.size());
@@ -60,7 +60,8 @@ void check(std::string text) {
     FUZZ_CHECK(got == 0 || got == ERROR_CRC || got == ERROR_SYNTAX);
     FUZZ_CHECK(got != 0 || reader.at == text.size());
     FUZZ_CHECK(got != 0 || reader.cut || event.kind == SESSION_END);
-    FUZZ_CHECK(got == 0 || (said.text[0] != '\0' && std::strchr(said.text, '\n') == nullptr));
+    FUZZ_CHECK(got == 0 ||
+               (message_out.text[0] != '\0' && std::strchr(message_out.text, '\n') == nullptr));
 }
 
 }  // namespace

@@ -41,27 +41,27 @@ SimrigProcess::SimrigProcess(const std::string &scene, const std::vector<std::st
         pointers.push_back(word.data());
     }
     pointers.push_back(nullptr);
-    int told[2];
-    REQUIRE(pipe2(told, O_CLOEXEC) == 0);
+    int reported[2];
+    REQUIRE(pipe2(reported, O_CLOEXEC) == 0);
     const pid_t parent = getpid();
     process_ = fork();
     REQUIRE(process_ >= 0);
     if (process_ == 0) {
         // It must not outlive a test that crashes.
         prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() == parent && dup2(told[1], 1) == 1) {
+        if (getppid() == parent && dup2(reported[1], 1) == 1) {
             execv(SIMRIG, pointers.data());
         }
         _exit(127);
     }
-    close(told[1]);
+    close(reported[1]);
     // It reports where it listens, or closes the pipe.
     std::string said;
     char byte = 0;
-    while (said.find("listening on") == std::string::npos && read(told[0], &byte, 1) == 1) {
+    while (said.find("listening on") == std::string::npos && read(reported[0], &byte, 1) == 1) {
         said += byte;
     }
-    close(told[0]);
+    close(reported[0]);
     REQUIRE_MESSAGE(said.find("listening on") != std::string::npos, said);
 }
 

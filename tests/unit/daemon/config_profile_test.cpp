@@ -28,7 +28,7 @@ std::string printed(const char *name) {
 }
 
 // All keys of the instrument.
-std::string told(const config &settings) {
+std::string reported(const config &settings) {
     std::string text;
     for (size_t i = 0; i < config_key_count(); i++) {
         char value[CONFIG_TEXT_BYTES + 16];
@@ -55,7 +55,7 @@ TEST_CASE("what is printed of a built-in profile is that profile") {
         REQUIRE(parse(read, printed(name)) == ERROR_OK);
         config_defaults(&set);
         REQUIRE(config_set(&set, "profile", name, &said) == ERROR_OK);
-        CHECK(told(read) == told(set));
+        CHECK(reported(read) == reported(set));
         CHECK(std::string(read.like) == name);
         CHECK(std::string(read.profile_file) == "x.profile");
     }
@@ -94,7 +94,7 @@ TEST_CASE("each line of a profile counts") {
                 continue;  // that one has no other value in this direction
             }
             CAPTURE(line);
-            CHECK(told(after) != told(before));
+            CHECK(reported(after) != reported(before));
             changed++;
         }
     }
@@ -149,7 +149,7 @@ TEST_CASE("names and integers of older versions mean the same") {
     config read_old, read_now;
     REQUIRE(parse(read_old, old) == ERROR_OK);
     REQUIRE(parse(read_now, now) == ERROR_OK);
-    CHECK(told(read_old) == told(read_now));
+    CHECK(reported(read_old) == reported(read_now));
     CHECK(read_old.profile.pan_max_urad == 400001);
     CHECK(read_old.profile.servo[RIG_LEFT].q4_per_rad == 9500);
     CHECK(read_old.profile.skew_limit_us == 2000000);

@@ -190,7 +190,7 @@ TEST_CASE("both byte orders are read, rows from the bottom") {
 TEST_CASE("bad float maps are rejected with a reason") {
     const struct {
         const char *header;
-        const char *says;
+        const char *expected;
     } table[] = {
         {"", "Pf"},
         {"P5\n2 2\n255\n", "Pf"},
@@ -211,7 +211,7 @@ TEST_CASE("bad float maps are rejected with a reason") {
         pfm_image image;
         std::string message;
         CHECK_FALSE(pfm_parse(bytes.data(), bytes.size(), &image, &message));
-        CHECK(message.find(bad.says) != std::string::npos);
+        CHECK(message.find(bad.expected) != std::string::npos);
         CHECK(image.values.empty());
     }
 }

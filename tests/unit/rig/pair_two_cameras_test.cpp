@@ -115,10 +115,10 @@ struct Camera {
 };
 
 // The value that its controls have after they were set, whatever was requested.
-int32_t told_control = 0;
+int32_t reported_control = 0;
 
 int control(void *, hal_camera_control, int32_t, int32_t *applied) {
-    *applied = told_control;
+    *applied = reported_control;
     return ERROR_OK;
 }
 
@@ -242,7 +242,7 @@ TEST_CASE("frames that are exposed for longer than the profile's frame time are 
     REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
     constexpr uint32_t kExposureUs = 1500000;
     REQUIRE(kExposureUs > 4 * two.rig.profile.frame_us);
-    told_control = kExposureUs;
+    reported_control = kExposureUs;
     uint32_t applied_us = 0;
     REQUIRE(rig_exposure(&two.rig, 3, kExposureUs, &applied_us) == ERROR_OK);
     // Now they are as slow as that makes them.
@@ -263,7 +263,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     constexpr int32_t kExposureUs = 5000000;
     TwoCameras two(kExposureUs, 10000);
     two.ports[RIG_LEFT].operations = two.ports[RIG_RIGHT].operations = &kControlled;
-    told_control = kExposureUs;
+    reported_control = kExposureUs;
     const int error = rig_bringup(&two.rig);
     INFO(two.rig.last_error.text);
     REQUIRE(error == ERROR_OK);
@@ -281,7 +281,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     CHECK(two.rig.state == RIG_SAFE);
     // Impossible values are not accepted.
     for (const int32_t value : {INT32_MIN, -1, 0, INT32_MAX}) {
-        told_control = value;
+        reported_control = value;
         two.right.calls = 0;
         two.right.fails_from = 1;
         const uint64_t again_us = two.time.time_us;
@@ -289,26 +289,26 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
         CHECK(two.time.time_us - again_us <=
               (value > 0 ? 2 * uint64_t(RIG_EXPOSURE_MAX_US) : 0) + 2000000 + kExposureUs);
     }
-    told_control = 0;
+    reported_control = 0;
 }
 
 TEST_CASE("a camera that reports impossible values of its controls is named") {
     uint32_t exposure_us = 7;
     uint16_t gain_q3 = 7;
-    for (const int32_t told : {INT32_MIN, -1, 1001, INT32_MAX}) {
-        CAPTURE(told);
+    for (const int32_t reported : {INT32_MIN, -1, 1001, INT32_MAX}) {
+        CAPTURE(reported);
         TwoCameras two(33333, 10000);
         two.ports[1].operations = &kControlled;
-        told_control = told;
+        reported_control = reported;
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         CHECK(rig_gain(&two.rig, 1u << RIG_RIGHT, 16, &gain_q3) == ERROR_VERIFY);
         CHECK(two.rig.state == RIG_SAFE);
         const std::string text = two.rig.last_error.text;
         CHECK_MESSAGE(text.rfind("right camera: ", 0) == 0, text);
-        CHECK_MESSAGE(text.find("setting " + std::to_string(told)) != std::string::npos, text);
+        CHECK_MESSAGE(text.find("setting " + std::to_string(reported)) != std::string::npos, text);
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         CHECK(rig_exposure(&two.rig, 1u << RIG_RIGHT, 1000, &exposure_us) ==
-              (told < 0 ? ERROR_VERIFY : ERROR_OK));
+              (reported < 0 ? ERROR_VERIFY : ERROR_OK));
     }
     CHECK(gain_q3 == 7);
 }

@@ -203,9 +203,9 @@ TEST_CASE("the fastest level of this processor is the one that is chosen") {
     const auto levels = levels_here();
     for (const char *name : level_names) {
         const bool here = match_kernels_named(name) != nullptr;
-        const std::string says =
+        const std::string report =
             name + std::string(here ? ": compared" : ": not on this processor");
-        MESSAGE(says);
+        MESSAGE(report);
     }
     CHECK(match_kernels_best() == (levels.empty() ? &match_plain_kernels : levels.back()));
 }

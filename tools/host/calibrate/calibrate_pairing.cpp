@@ -306,11 +306,11 @@ class pairing {
                 inputs_->shots.push_back({{"", right->path}});
             }
         }
-        note_alone();
+        record_alone();
         return true;
     }
 
-    void note_alone() {
+    void record_alone() {
         for (const int side : {LEFT, RIGHT}) {
             std::vector<std::string> alone;
             for (const calibrate_shot &shot : inputs_->shots) {

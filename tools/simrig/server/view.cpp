@@ -63,14 +63,14 @@ View view_at(const world::Rig &rig, double zoom, double focus_mm) {
 
 void write_view(const world::Scene &scene, const world::Rig &rig, const View &view,
                 const std::string &prefix, const std::function<void(int)> &done) {
-    const auto tell = [&done](int files) {
+    const auto report = [&done](int files) {
         if (done) {
             done(files);
         }
     };
     write_text(prefix + "rig.svg", rig_drawing(scene, rig, view));
     for (size_t side = 0; side < view.mechanics.size(); side++) {
-        tell(int(side) + 1);
+        report(int(side) + 1);
         world::FrameRequest request;
         request.mechanics = [&view, side](double) { return view.mechanics[side]; };
         request.seed = view.seed;
@@ -80,7 +80,7 @@ void write_view(const world::Scene &scene, const world::Rig &rig, const View &vi
         world::write_png(prefix + kNames[side] + ".png",
                          world::developed(frame, rig.of(world::Side(side)).sensor, 1));
     }
-    tell(kViewFiles);
+    report(kViewFiles);
 }
 
 }  // namespace simrig
