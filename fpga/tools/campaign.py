@@ -71,9 +71,9 @@ def search(name, programs, seed, share, pool):
                          VERGENCE_SEED=str(seed + 1000 * shard),
                          VERGENCE_DRAWS=str(each)) for shard in range(shards)]
     answers = [future.result() for future in asked]
-    said = [re.findall(r"MESSAGE: (.*)", answer[1]) for answer in answers]
+    output_text = [re.findall(r"MESSAGE: (.*)", answer[1]) for answer in answers]
     return (all(answer[0] for answer in answers), each * shards,
-            "; ".join(add_up(sentences) for sentences in zip(*said)),
+            "; ".join(add_up(sentences) for sentences in zip(*output_text)),
             sum(answer[2] for answer in answers))
 
 
@@ -174,12 +174,12 @@ def main():
         for name in chosen:
             at, rounds = commit(), ""
             if name in SEARCHES:
-                passed, rounds, said, seconds = search(name, programs, options.seed, options.share,
+                passed, rounds, output_text, seconds = search(name, programs, options.seed, options.share,
                                                        pool)
             else:
-                passed, said, seconds = tool(name, options.share)
+                passed, output_text, seconds = tool(name, options.share)
             wrong += not passed
-            result = {"passed": passed, "rounds": rounds, "said": said, "seconds": seconds,
+            result = {"passed": passed, "rounds": rounds, "said": output_text, "seconds": seconds,
                       "at": at}
             print(row(name, result), flush=True)
             if options.share == 1:

@@ -137,11 +137,11 @@ def main():
             if not future.result():
                 wrong.append(f"{key[0]} fails without a mutation")
         for entry, future in zip(chosen, asked):
-            noticed, said = future.result()
+            noticed, output_text = future.result()
             print(f"| {entry['name']} | {entry['test']} | {'yes' if noticed else 'NO'} | "
-                  f"`{said[:90].replace('|', '/')}` |", flush=True)
+                  f"`{output_text[:90].replace('|', '/')}` |", flush=True)
             if not noticed:
-                wrong.append(f"{entry['name']} is not detected: {said}")
+                wrong.append(f"{entry['name']} is not detected: {output_text}")
     for sentence in wrong:
         print(f"sabotage.py: {sentence}")
     print(f"{len(chosen)} mutations, {len(wrong)} findings, {time.monotonic() - started:.0f} s")

@@ -69,7 +69,7 @@ def ours(stage, context):
         _, seconds = run([context["vergence"], "calibrate", stage, "--board", f"{columns}x{rows}",
                           "--square", context["square_mm"], "--out", out, "--quiet"], good=(0, 5))
         with open(os.path.join(out, "calibration.json"), encoding="utf-8") as file:
-            told = json.load(file)
+            reported = json.load(file)
         found = read_vnl(os.path.join(out, "corners.vnl"))
         text, _ = run([context["vergence"], "info", os.path.join(out, "rig.calibration"), "--json"])
     rig = json.loads(text)[0]
@@ -80,7 +80,7 @@ def ours(stage, context):
                     "D": [c["distortion_k1_k2_p1_p2_k3"] for c in cameras],
                     "R": cv2.Rodrigues(np.array(rig["rotation_right_left_rad"]))[0],
                     "T": np.array(rig["translation_right_left_mm"])},
-            "views": told["fit"]["pairs_used"],
+            "views": reported["fit"]["pairs_used"],
             "rms_px": rig["rms_px"], "seconds": seconds, "corners": found}
 
 

@@ -66,11 +66,11 @@ class Export(unittest.TestCase):
         rig = self.here / "rig.calibration"
         done = self.info(source / "stereo.yml", "--unit", "mm", "--convert", rig)
         self.assertEqual(done.returncode, 0, done.stderr)
-        told = json.loads(self.info(rig, "--json").stdout)[0]
-        cameras = [{"f": told[side]["focal_px"], "c": told[side]["centre_px"],
-                    "D": told[side]["distortion_k1_k2_p1_p2_k3"]} for side in ("left", "right")]
-        R = cv2.Rodrigues(np.array(told["rotation_right_left_rad"]))[0]
-        return rig, cameras, R, np.array(told["translation_right_left_mm"])
+        reported = json.loads(self.info(rig, "--json").stdout)[0]
+        cameras = [{"f": reported[side]["focal_px"], "c": reported[side]["centre_px"],
+                    "D": reported[side]["distortion_k1_k2_p1_p2_k3"]} for side in ("left", "right")]
+        R = cv2.Rodrigues(np.array(reported["rotation_right_left_rad"]))[0]
+        return rig, cameras, R, np.array(reported["translation_right_left_mm"])
 
     def points_mm(self):
         """In the left frame, within a view of some 70 degrees."""
@@ -246,11 +246,11 @@ class Export(unittest.TestCase):
             done = self.info(f"{self.here}/camera-0.cameramodel,{self.here}/camera-1.cameramodel",
                              "--convert", again)
             self.assertEqual(done.returncode, 0, done.stderr)
-            told = json.loads(self.info(again, "--json").stdout)[0]
-            np.testing.assert_allclose(told["translation_right_left_mm"], t, atol=1e-5)
-            np.testing.assert_allclose(cv2.Rodrigues(np.array(told["rotation_right_left_rad"]))[0],
+            reported = json.loads(self.info(again, "--json").stdout)[0]
+            np.testing.assert_allclose(reported["translation_right_left_mm"], t, atol=1e-5)
+            np.testing.assert_allclose(cv2.Rodrigues(np.array(reported["rotation_right_left_rad"]))[0],
                                        R, atol=1e-8)
-            np.testing.assert_allclose(told["right"]["distortion_k1_k2_p1_p2_k3"],
+            np.testing.assert_allclose(reported["right"]["distortion_k1_k2_p1_p2_k3"],
                                        cameras[1]["D"], rtol=1e-8)
 
     def test_an_earlier_export_is_replaced_and_mistakes_are_told(self):

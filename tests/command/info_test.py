@@ -76,9 +76,9 @@ class Info(pairs.Workshop):
         self.assertEqual(pages["disparity.png"]["range"][1], int(scaled.max()) / 256)
         counts = {name: count for name, count in
                   json.loads((folder / "result.json").read_text())["reasons"].items() if count}
-        said = pages["reasons.png"]["reasons"]
+        output_text = pages["reasons.png"]["reasons"]
         self.assertEqual(pages["reasons.png"]["kind"], "reason map")
-        self.assertEqual(list(said.values()), list(counts.values()))
+        self.assertEqual(list(output_text.values()), list(counts.values()))
         left = self.pages(folder / "left_rectified.png")["left_rectified.png"]
         self.assertEqual(left["size_px"], [disparity.shape[1], disparity.shape[0]])
 

@@ -91,25 +91,25 @@ class Mesh(pairs.Workshop):
 
     def test_the_default_follows_what_was_measured(self):
         full, mesh = self.full(), self.glb()
-        told = self.result()["mesh"]
+        reported = self.result()["mesh"]
         self.assertLess(len(mesh[2]), 0.6 * len(full[2]))
-        self.assertEqual((len(mesh[0]), len(mesh[2])), (told["vertices"], told["triangles"]))
+        self.assertEqual((len(mesh[0]), len(mesh[2])), (reported["vertices"], reported["triangles"]))
         self.check(full, mesh)
         worst = self.worst_mm(full, mesh)
-        self.assertAlmostEqual(worst, told["distance_mm"]["p99"], delta=0.2 * worst + 0.01)
+        self.assertAlmostEqual(worst, reported["distance_mm"]["p99"], delta=0.2 * worst + 0.01)
         self.assertLess(worst, 2 * self.result()["sigma_mm"]["median"])
 
     def test_a_number_of_triangles(self):
         full = self.full()
         for count in (10 ** 9, 4000, 2000):
             self.reconstruct(*RECTIFIED, "--triangles", count)
-            told = self.result()["mesh"]
+            reported = self.result()["mesh"]
             triangles = self.ply()[1]
-            self.assertEqual(len(triangles), told["triangles"])
-            self.assertEqual(len(self.glb()[2]), told["triangles"])
-            self.assertLessEqual(told["triangles"], count)
-            self.assertGreater(told["triangles"], min(len(full[2]) - 1, 0.9 * count))
-            self.assertLess(told["uncovered"], 0.02 * len(full[0]))
+            self.assertEqual(len(triangles), reported["triangles"])
+            self.assertEqual(len(self.glb()[2]), reported["triangles"])
+            self.assertLessEqual(reported["triangles"], count)
+            self.assertGreater(reported["triangles"], min(len(full[2]) - 1, 0.9 * count))
+            self.assertLess(reported["uncovered"], 0.02 * len(full[0]))
         done = self.reconstruct(*RECTIFIED, "--triangles", 1)
         self.assertIn("triangles are left", done.stderr)
 

@@ -74,15 +74,15 @@ class Pictures(pairs.Workshop):
         path = self.out / "result.json"
         result = json.loads(path.read_text()) if path.exists() else None
         self.assertEqual(done.returncode, 0 if result else 4, done.stderr)
-        said = [line for line in done.stderr.splitlines()
+        output_text = [line for line in done.stderr.splitlines()
                 if "could be measured" in line or "no surface" in line]
-        return " ".join(said), result
+        return " ".join(output_text), result
 
     def named(self, words, *arguments):
-        said, _ = self.measured(*arguments)
+        output_text, _ = self.measured(*arguments)
         for word in words:
-            self.assertIn(word, said)
-        return said
+            self.assertIn(word, output_text)
+        return output_text
 
     def recorded(self, left, right, name="changed"):
         target = self.directory / name
@@ -92,8 +92,8 @@ class Pictures(pairs.Workshop):
     def test_recorded_scenes(self):
         """No false alarm on good pictures; each cause is named once it exists."""
         for name in ("cylinder_1x", "mug_3x", "chessboard_1x"):
-            said, result = self.measured(SESSIONS / name)
-            self.assertEqual(said, "", name)
+            output_text, result = self.measured(SESSIONS / name)
+            self.assertEqual(output_text, "", name)
             for side in ("left", "right"):
                 figures = result["pictures"][side]
                 self.assertGreater(figures["brightness_percent"], 10)
@@ -125,8 +125,8 @@ class Pictures(pairs.Workshop):
 
     def test_plain_images(self):
         """The same for image files, with the figures in result.json."""
-        said, result = self.measured(self.left_path, self.right_path, *pairs.RECTIFIED)
-        self.assertEqual(said, "")
+        output_text, result = self.measured(self.left_path, self.right_path, *pairs.RECTIFIED)
+        self.assertEqual(output_text, "")
         self.assertAlmostEqual(result["pictures"]["left"]["brightness_percent"],
                                100 * self.left.mean() / 255, delta=0.5)
         random = numpy.random.default_rng(pairs.SEED)
@@ -134,8 +134,8 @@ class Pictures(pairs.Workshop):
                                              random.integers(0, 3, self.right.shape, numpy.uint8)))
         self.named(("the right image is too dark",), self.left_path, dark, *pairs.RECTIFIED)
         soft = self.save("soft.png", cv2.GaussianBlur(self.right, (0, 0), 4))
-        said = self.named(("the right image is blurred",), self.left_path, soft, *pairs.RECTIFIED)
-        self.assertNotIn("calibration", said)
+        output_text = self.named(("the right image is blurred",), self.left_path, soft, *pairs.RECTIFIED)
+        self.assertNotIn("calibration", output_text)
         flipped = self.save("flipped.png", self.right[::-1])
         self.named(("flipped",), self.left_path, flipped, *pairs.RECTIFIED)
         self.named(("left and right are swapped",), self.right_path, self.left_path,

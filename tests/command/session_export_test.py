@@ -58,8 +58,8 @@ class Export(Workshop):
     def test_every_pixel_of_every_pair(self):
         session, made = self.make_session()
         session.end()
-        told = self.exported(session.path, "--png")
-        self.assertEqual(told, "".join(f"written: {self.out}/{name}\n"
+        reported = self.exported(session.path, "--png")
+        self.assertEqual(reported, "".join(f"written: {self.out}/{name}\n"
                                        for name in names("views", 1, 2, 3)))
         self.assertEqual(sorted(os.listdir(self.out)), sorted(names("views", 1, 2, 3)))
         for number, images in enumerate(made):

@@ -15,13 +15,13 @@ RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 
 
 class Info(Workshop):
-    def said(self, *operands):
+    def output_text(self, *operands):
         done = run("info", *operands)
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         return done.stdout
 
-    def told(self, session):
-        return json.loads(self.said(session, "--json"))[0]
+    def reported(self, session):
+        return json.loads(self.output_text(session, "--json"))[0]
 
     def refused(self, words, session):
         done = run("info", session)
@@ -39,10 +39,10 @@ class Info(Workshop):
         line = next(line for line in (session / "session.index").read_text().splitlines()
                     if line.startswith("pair "))
         index = dict(word.split("=") for word in line.split()[1:-1])
-        told = self.told(session)
-        self.assertEqual((told["kind"], told["profile"], told["cut_off"], told["pair_count"]),
+        reported = self.reported(session)
+        self.assertEqual((reported["kind"], reported["profile"], reported["cut_off"], reported["pair_count"]),
                          ("session", "rig", False, 1))
-        pair = told["pairs"][0]
+        pair = reported["pairs"][0]
         self.assertEqual((pair["pair"], pair["skew_us"]), (1, int(index["skew_us"])))
         for side in ("left", "right"):
             shown = pair[side]
@@ -60,7 +60,7 @@ class Info(Workshop):
                                    delta=0.06)
         # An old text without axis positions.
         self.assertIsNone(pair["calibration"]["matches"])
-        text = self.said(session)
+        text = self.output_text(session)
         for words in ("mug_3x: session\n", "pan 3.57 deg, ", "zoom 421 to 422, ", "closed in order",
                       "exposure 159994 us, gain 1", "brightness 32", "unknown whether it matches"):
             self.assertIn(words, text)
@@ -72,9 +72,9 @@ class Info(Workshop):
         session.pair(images[0], images[1])
         session.calibration(next((RECORDED / "mug_3x").glob("calibration-*")).read_bytes())
         session.pair(images[1], images[2])
-        told = self.told(session.path)
-        self.assertTrue(told["cut_off"])
-        first, second = told["pairs"]
+        reported = self.reported(session.path)
+        self.assertTrue(reported["cut_off"])
+        first, second = reported["pairs"]
         self.assertIsNone(first["calibration"])
         self.assertFalse(second["calibration"]["matches"])
         self.assertIn("672 x 440", second["calibration"]["mismatch"])
@@ -82,19 +82,19 @@ class Info(Workshop):
                           for side in ("left", "right")], [0, 20, 20, 100])
         self.assertEqual((first["left"]["black_percent"], second["right"]["saturated_percent"],
                           second["left"]["black_percent"]), (100, 100, 0))
-        text = self.said(session.path)
+        text = self.output_text(session.path)
         self.assertEqual(text.count("pair "), 2)
         for words in ("truncated", "none in the session", "does not match", "exposure not set"):
             self.assertIn(words, text)
 
     def test_a_session_without_a_pair(self):
         session = Session(self.directory / "none")
-        self.assertEqual(self.told(session.path)["pairs"], [])
+        self.assertEqual(self.reported(session.path)["pairs"], [])
 
     def test_among_other_files(self):
-        told = json.loads(self.said(RECORDED / "mug_3x", next((RECORDED / "mug_3x").glob("calib*")),
+        reported = json.loads(self.output_text(RECORDED / "mug_3x", next((RECORDED / "mug_3x").glob("calib*")),
                                     RECORDED / "cylinder_1x", "--json"))
-        self.assertEqual([page["kind"].split()[0] for page in told],
+        self.assertEqual([page["kind"].split()[0] for page in reported],
                          ["session", "calibration", "session"])
 
     def test_damaged_ones_are_refused(self):

@@ -34,16 +34,16 @@ class Calibrate(Calibrating):
         pictures = (self.out / "rig.calibration").read_text()
         names = self.captured()
         self.assert_good(self.run_on(*names))
-        said = ("id ", "crc", "instrument ", "left_pan", "right_pan", "left_zoom", "right_zoom",
+        output_text = ("id ", "crc", "instrument ", "left_pan", "right_pan", "left_zoom", "right_zoom",
                 "left_focus", "right_focus", "left_iris", "right_iris")
-        numbers = [line for line in pictures.splitlines() if not line.startswith(said)]
+        numbers = [line for line in pictures.splitlines() if not line.startswith(output_text)]
         self.assertIn("\ninstrument unknown\n", pictures)
         self.assertIn("\nleft_pan_deg unknown\n", pictures)
         for operands in (names, [self.folder / "board-*"]):
             self.assert_good(self.run_on(*operands))
             sessions = (self.out / "rig.calibration").read_text()
             self.assertEqual(numbers, [line for line in sessions.splitlines()
-                                       if not line.startswith(said)])
+                                       if not line.startswith(output_text)])
             # Two cameras without motors.
             self.assertIn("\ninstrument two-cameras\n", sessions)
             self.assertIn("\nleft_pan_deg none\n", sessions)
@@ -122,10 +122,10 @@ class Reconstruct(Reconstructing):
         out = self.directory / "result"
         done = run("reconstruct", f"{strange}/", "--scale", "0.5", "--out", out)
         self.assertEqual(done.returncode, 0, done.stderr)
-        told = f"two?lines pair 1: skew {skew} us"
-        self.assertIn(f"capture     {told}\n", done.stdout)
-        for name, words in (("report.html", told), ("mesh.ply", f"comment capture {told}\n"),
-                            ("points.pcd", f"# capture {told}\n"),
+        reported = f"two?lines pair 1: skew {skew} us"
+        self.assertIn(f"capture     {reported}\n", done.stdout)
+        for name, words in (("report.html", reported), ("mesh.ply", f"comment capture {reported}\n"),
+                            ("points.pcd", f"# capture {reported}\n"),
                             ("mesh.glb", f'"skew_us": {skew}'),
                             ("result.json", f'"skew_us": {skew}')):
             self.assertIn(words.encode(), (out / name).read_bytes(), name)

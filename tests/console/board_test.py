@@ -100,7 +100,7 @@ class Everything(Board):
         self.assertIn("bridge's interrupt line", [part["part"] for part in parts])
         self.use()
         self.assertEqual(self.asked("record stop")["pairs"], 2)
-        self.assertNotRegex(self.said(), "warning|error")
+        self.assertNotRegex(self.output_text(), "warning|error")
         done = subprocess.run([VERGENCE, "replay", os.path.join(self.files, "r1")],
                               capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertIn("r1: identical: ", done.stdout + done.stderr)
@@ -120,8 +120,8 @@ class Everything(Board):
             self.assertGreaterEqual(kinds.count(kind), minimum, kind)
 
     def compare(self, call, other, slack_us):
-        (told, times), (expected, expected_times) = parts_of(call), parts_of(other)
-        taken = [FRAME.match(part) for part in (told, expected)]
+        (reported, times), (expected, expected_times) = parts_of(call), parts_of(other)
+        taken = [FRAME.match(part) for part in (reported, expected)]
         if all(taken) and taken[0][1] != taken[1][1]:
             pixels, expected_pixels = (
                 cv2.imread(os.path.join(self.files, name, f"frame-{take[1]}.pnm"),
@@ -129,8 +129,8 @@ class Everything(Board):
                 for name, take in zip(("r1", "again"), taken))
             self.assertLessEqual(numpy.abs(pixels - expected_pixels).max(), 1)
             self.assertLess((pixels != expected_pixels).mean(), 0.01)
-            told = expected = FRAME.sub("", told)
-        self.assertEqual(told, expected, f"{call} / {other}")
+            reported = expected = FRAME.sub("", reported)
+        self.assertEqual(reported, expected, f"{call} / {other}")
         if taken[0]:
             _, _, not_before_us, *_, begin_us, _ = call.split()
             self.assertGreaterEqual(int(begin_us), int(not_before_us))

@@ -34,7 +34,7 @@ class TwoCameras(DeviceTest):
 
     def test_from_the_bring_up_to_a_pair(self):
         self.serve(self.cameras(), self.profile)
-        self.assertNotIn("confine", self.said())
+        self.assertNotIn("confine", self.output_text())
         self.assertEqual(self.asked("bringup"), {"state": "ready", "parts": WORKS})
         status = self.asked("status")
         self.assertEqual((status["window"], status["pairs"]), ({"width": 640, "height": 480}, 0))

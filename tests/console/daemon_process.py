@@ -232,7 +232,7 @@ class DaemonTest(unittest.TestCase):
         assert process.returncode in (0, -signal.SIGTERM, 143), f"ended with {process.returncode}"
 
     @classmethod
-    def said(cls):
+    def output_text(cls):
         """The daemon's output on standard error."""
         with open(os.path.join(cls.folder, "stderr"), encoding="utf-8") as file:
             return file.read()

@@ -63,7 +63,7 @@ class Endurance:
         self.faulty = 0  # commands until faults are repaired; 0: no faults
         self.ready = False
         self.input_paused = []
-        self.told, self.bringups, self.commands, self.cancelled = 0, 0, 0, 0
+        self.reported, self.bringups, self.commands, self.cancelled = 0, 0, 0, 0
         self.gap_ms, self.base = 0.0, None
         self.began_s, self.at_s = 0.0, 0.0
         self.files = os.path.join(folder, "files")
@@ -108,7 +108,7 @@ class Endurance:
         client.socket.settimeout(COMMAND_S)
         return client
 
-    def tell(self, what):
+    def report(self, what):
         line = f"{self.passed_s():10.3f} s  {what}"
         self.lately.append(line)
         if self.verbose:
@@ -118,15 +118,15 @@ class Endurance:
 
     def ask(self, command):
         """Returns the answer in JSON, which must always come."""
-        self.tell(command)
+        self.report(command)
         self.commands += 1
         try:
             answer = self.client.ask_json(command)
         except (TimeoutError, TypeError, OSError) as error:
             raise Found(f"\"{command}\" has no answer: {self.how_it_ended(error)}") from error
         if not answer["ok"]:
-            self.told += 1
-            self.tell(f"  {answer['message']}")
+            self.reported += 1
+            self.report(f"  {answer['message']}")
             if "watchdog fired" in answer["message"]:
                 raise Found(f"{command}: {answer['message']}")
         return answer
@@ -206,12 +206,12 @@ class Endurance:
             f"serial late {pick.randrange(10, 2000)}", f"serial split {pick.randrange(1, 200)}",
             f"serial garbage {pick.uniform(0.01, 1):.2f}",
             f"serial lost {pick.uniform(0.01, 1):.2f}"))
-        self.tell(f"fault {what}")
+        self.report(f"fault {what}")
         self.desk.control(f"fault {what}")
         self.faulty = pick.randrange(1, 6)
 
     def mend(self):
-        self.tell("all faults are repaired")
+        self.report("all faults are repaired")
         for repair in REPAIRS:
             self.desk.control(f"fault {repair}")
         self.faulty = 0
@@ -222,7 +222,7 @@ class Endurance:
         command = self.chance.choice(("bringup", "pan both 20 -20", "zoom both 800", "capture x",
                                       "selftest", "wait 1000"))
         shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
-        self.tell(f"{command}, and Ctrl-C")
+        self.report(f"{command}, and Ctrl-C")
         self.client.send(f"@json {command}\n")
         time.sleep(self.chance.uniform(0, 0.1))
         self.client.send("\x03")
@@ -282,7 +282,7 @@ class Endurance:
         else:
             act = pick.choice((self.cancel, self.vanish, self.be_killed, self.be_deaf,
                                self.send_rubbish))
-            self.tell(f"a client: {act.__name__}")
+            self.report(f"a client: {act.__name__}")
             act()
         self.check_watchdog()
 
@@ -324,7 +324,7 @@ class Endurance:
         memory, fds = self.measure()
         hours = self.passed_s() / 3600
         print(f"{hours:8.3f} h  {memory:6d} KiB  {fds:3d} descriptors  {self.commands:7d} commands"
-              f"  {self.cancelled:5d} cancelled  {self.told:6d} failures"
+              f"  {self.cancelled:5d} cancelled  {self.reported:6d} failures"
               f"  {self.bringups:5d} bring-ups  {self.gap_ms:8.3f} ms longest gap", flush=True)
         if self.base is None:
             self.base = (memory, fds)

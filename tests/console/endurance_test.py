@@ -31,9 +31,9 @@ class Endurance(unittest.TestCase):
             line = run.stdout.readline()
             self.assertTrue(line, "it ended")
         run.send_signal(signal.SIGINT)
-        said = run.communicate(timeout=250)[0]
-        self.assertEqual(run.returncode, 130, said)
-        self.assertIn("of 24 virtual hours: interrupted", said)
+        output_text = run.communicate(timeout=250)[0]
+        self.assertEqual(run.returncode, 130, output_text)
+        self.assertIn("of 24 virtual hours: interrupted", output_text)
 
     def test_a_daemon_that_ends_is_detected(self):
         run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
@@ -47,10 +47,10 @@ class Endurance(unittest.TestCase):
             with open(f"/proc/{child}/cmdline", "rb") as file:
                 if b"backend=sim" in file.read():
                     os.kill(child, signal.SIGKILL)
-        said = run.communicate(timeout=250)[0]
-        self.assertEqual(run.returncode, 1, said)
-        self.assertIn("FOUND", said)
-        self.assertIn("ended with -9", said)
+        output_text = run.communicate(timeout=250)[0]
+        self.assertEqual(run.returncode, 1, output_text)
+        self.assertIn("FOUND", output_text)
+        self.assertIn("ended with -9", output_text)
 
 
 if __name__ == "__main__":

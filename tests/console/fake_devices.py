@@ -167,9 +167,9 @@ class DeviceTest(DaemonTest):
     def assert_said(self, text):
         """Waits until the log contains this."""
         end = time.monotonic() + TIMEOUT_S
-        while text not in self.said() and time.monotonic() < end:
+        while text not in self.output_text() and time.monotonic() < end:
             time.sleep(0.02)
-        self.assertIn(text, self.said())
+        self.assertIn(text, self.output_text())
 
     def captured(self, command="capture"):
         """The figures of a pair. A busy machine may lose frames of one camera, which is reported as

@@ -81,14 +81,14 @@ class Examples(UserTest):
         program = subprocess.Popen([*AS_USER, "bash", "-c", "exec " + line], cwd=self.home,
                                    env=self.environment, stdin=subprocess.DEVNULL, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        said = []
-        for told in program.stdout:
-            said.append(told)
-            if "listening on" in told or "serving" in told:
+        output_text = []
+        for reported in program.stdout:
+            output_text.append(reported)
+            if "listening on" in reported or "serving" in reported:
                 program.send_signal(signal.SIGTERM)
         program.stdout.close()
-        self.assertEqual(program.wait(TIMEOUT_S), 0, f"{line}\n{''.join(said)}")
-        self.assertRegex("".join(said), "listening on|serving", line)
+        self.assertEqual(program.wait(TIMEOUT_S), 0, f"{line}\n{''.join(output_text)}")
+        self.assertRegex("".join(output_text), "listening on|serving", line)
 
     def write_images(self):
         write_pair(self.home)

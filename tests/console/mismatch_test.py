@@ -169,11 +169,11 @@ class Pairs(Surfaces):
             self.assertIn("--accept-mismatch", done.stderr)
             self.assertEqual(len(done.stderr.splitlines()), 1)
             self.assertFalse(os.path.exists(out))
-            told = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
+            reported = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
                                   timeout=TIMEOUT_S)
-            self.assertEqual(told.returncode, 3, told.stderr)
-            self.assertIn("ERR MISMATCH", told.stderr)
-            for text in (told.stdout, told.stderr):
+            self.assertEqual(reported.returncode, 3, reported.stderr)
+            self.assertIn("ERR MISMATCH", reported.stderr)
+            for text in (reported.stdout, reported.stderr):
                 self.assertIn(word, text)
 
     def test_every_output_of_an_accepted_mismatch_says_so(self):
@@ -204,10 +204,10 @@ class Pairs(Surfaces):
         done = self.on_pc(folder, "--scale", "0.5", "--out", out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn("accepted", done.stderr + done.stdout)
-        told = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
+        reported = subprocess.run([VERGENCE, "info", folder], capture_output=True, text=True,
                               timeout=TIMEOUT_S)
-        self.assertEqual((told.returncode, told.stderr), (0, ""))
-        self.assertIn(", matches", told.stdout)
+        self.assertEqual((reported.returncode, reported.stderr), (0, ""))
+        self.assertIn(", matches", reported.stdout)
         self.assertIn("common ", done.stdout)
         with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
             result = json.load(file)

@@ -45,9 +45,9 @@ class Person(Terminal):
     def until(self, condition):
         self.wait(lambda _: condition())
 
-    def said(self, line):
+    def line_count(self, line):
         """Counts a line; an erased progress bar leaves blanks."""
-        return sum(said.rstrip() == line for said in self.screen.lines)
+        return sum(output_text.rstrip() == line for output_text in self.screen.lines)
 
     def close(self):
         self.process.kill()

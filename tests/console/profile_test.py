@@ -34,18 +34,18 @@ class Files(unittest.TestCase):
         return path
 
     def check(self, path, *words, **options):
-        code, said = run("--check", path, *words, **options)
-        return code, said.replace(self.folder + "/", "").strip()
+        code, output_text = run("--check", path, *words, **options)
+        return code, output_text.replace(self.folder + "/", "").strip()
 
     def refused(self, profile, begin, *parts):
         """Checks the settings that name it, and the profile alone."""
         self.put("own.profile", profile)
         for path, prefix in ((self.config, "vergenced: v.conf:1: "), (self.profile, "vergenced: ")):
-            code, said = self.check(path)
-            said = said.splitlines()[-1]
-            self.assertEqual((code, said[:len(prefix + begin)]), (3, prefix + begin))
+            code, output_text = self.check(path)
+            output_text = output_text.splitlines()[-1]
+            self.assertEqual((code, output_text[:len(prefix + begin)]), (3, prefix + begin))
             for part in parts:
-                self.assertIn(part, said)
+                self.assertIn(part, output_text)
 
     def test_the_shipped_ones_are_those_that_are_built_in(self):
         self.assertEqual(sorted(os.listdir(SHIPPED)), sorted(f"{name}.profile" for name in NAMES))
@@ -55,9 +55,9 @@ class Files(unittest.TestCase):
                 self.assertEqual(file.read(), run("--help-profile", name)[1],
                                  f"regenerate it: vergenced --help-profile {name} > {path}")
             self.assertEqual(run("--check", path), (0, f"{path}: good\n"))
-        code, said = run("--help-profile", "dome")
-        self.assertEqual((code, said.count("\n")), (3, 1))
-        self.assertIn('"dome" (expected one of: rig two-cameras two-cameras-lens)', said)
+        code, output_text = run("--help-profile", "dome")
+        self.assertEqual((code, output_text.count("\n")), (3, 1))
+        self.assertIn('"dome" (expected one of: rig two-cameras two-cameras-lens)', output_text)
 
     def test_errors_name_their_line(self):
         bad_name = "1 to 31 letters, digits, - _ and ."
@@ -140,14 +140,14 @@ class Files(unittest.TestCase):
     def test_settings_change_it(self):
         self.put("own.profile", "like = two-cameras\nwidth = 4000 px\n")
         self.put("v.conf", "profile = own.profile\nrig.bridge = yes\n")
-        code, said = self.check(self.config)
+        code, output_text = self.check(self.config)
         self.assertEqual(code, 3)
-        self.assertRegex(said, "v.conf:2: rig.bridge = yes .*rig.width = 4000 px .*even number, 16 to "
+        self.assertRegex(output_text, "v.conf:2: rig.bridge = yes .*rig.width = 4000 px .*even number, 16 to "
                          "2048 px")
         self.put("v.conf", "rig.width = 640 px\nprofile = own.profile\n")
-        code, said = self.check(self.config)
+        code, output_text = self.check(self.config)
         self.assertEqual(code, 3)
-        self.assertRegex(said, r"v.conf:2: profile .*rig.width \(line 1\)")
+        self.assertRegex(output_text, r"v.conf:2: profile .*rig.width \(line 1\)")
         self.put("v.conf", "profile = own.profile\nrig.width = 8000 px\nrig.name = wide\n")
         self.assertEqual(self.check(self.config), (0, "v.conf: good"))
         # An argument replaces the line; the file that the line names is not used.
@@ -160,13 +160,13 @@ class Files(unittest.TestCase):
         now = {"bridge_address": "0x2c", "pan_min": "-5.7296 deg", "servo_left_min": "750 us",
                "lens_zoom_step": "0.4 %", "width": "640 px"}
         for path, last in ((self.profile, "own.profile: good"), (self.config, "v.conf: good")):
-            code, said = self.check(path)
-            lines = said.splitlines()
-            self.assertEqual((code, len(lines)), (0, 1 + len(now)), said)
+            code, output_text = self.check(path)
+            lines = output_text.splitlines()
+            self.assertEqual((code, len(lines)), (0, 1 + len(now)), output_text)
             self.assertIn(last, lines)
             for key, value in now.items():
                 self.assertEqual(len([line for line in lines if line.startswith("own.profile:")
-                                      and line.endswith(f": write {key} = {value}")]), 1, said)
+                                      and line.endswith(f": write {key} = {value}")]), 1, output_text)
         # What the lines say now means the same.
         self.put("own.profile", "like = rig\nname = old\n" +
                  "".join(f"{key} = {value}\n" for key, value in now.items()))
@@ -247,14 +247,14 @@ class OwnInstrument(PlayedPairs):
         secret = os.path.join(self.folder, "secret.profile")
         with open(secret, "w", encoding="ascii") as file:
             file.write("like = two-cameras\nname = bench-2\n")
-        for text, said in (
+        for text, output_text in (
                 (f"profile%20=%20{secret}", "expected one of: rig two-cameras"),
                 (f"files%20=%20{secret}", '"files" is not an instrument setting'),
                 ("profile%20=%20rig", "an I2C bus, which was not recorded")):
             write_index(folder, [line.replace("profile%20=%20two-cameras", text) for line in lines])
             answer = self.first.ask_json("replay spoiled")
             self.assertFalse(answer["ok"])
-            self.assertIn(said, answer["message"])
+            self.assertIn(output_text, answer["message"])
         write_index(folder, [line for line in lines if not line.startswith("setting ")])
         self.assertIn("profile bench-2",
                       self.first.ask_json("replay spoiled")["message"])

@@ -147,9 +147,9 @@ class Reconstruct(Surfaces):
             # Except how the pair was captured, which images do not record.
             console = STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}"))
             self.assertEqual(console, self.bytes_of(name, out), name)
-        told = json.loads(done.stdout)
-        self.assertEqual(figures["points"], told["counts"]["vertices"])
-        self.assertAlmostEqual(figures["depth_median"], told["depth_mm"]["median"], places=2)
+        reported = json.loads(done.stdout)
+        self.assertEqual(figures["points"], reported["counts"]["vertices"])
+        self.assertAlmostEqual(figures["depth_median"], reported["depth_mm"]["median"], places=2)
         # Again over existing files; and its files can be fetched.
         self.asked("reconstruct c 1 1 1600 2300")
         done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
@@ -161,13 +161,13 @@ class Reconstruct(Surfaces):
                     if line.startswith("pair ") for word in line.split()[1:])
         figures = self.asked("reconstruct c 1 0.5 1600 2300")
         self.assertEqual(figures["skew"], int(pair["skew_us"]))
-        told = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
-        self.assertEqual((told["session"], told["pair"], told["skew_us"]),
+        reported = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
+        self.assertEqual((reported["session"], reported["pair"], reported["skew_us"]),
                          ("c", 1, int(pair["skew_us"])))
-        self.assertEqual((told["static_checked"], told["changed_percent"]), (False, None))
+        self.assertEqual((reported["static_checked"], reported["changed_percent"]), (False, None))
         lines = [f"capture c pair 1: skew {pair['skew_us']} us"]
         for side in ("left", "right"):
-            at = told[side]
+            at = reported[side]
             before, after = ([int(number) for number in pair[f"{side}_{when}"].split(",")]
                              for when in ("before", "after"))
             self.assertEqual((at["sequence"], at["begin_us"], at["end_us"], at["exposure_us"],
@@ -312,8 +312,8 @@ class Reconstruct(Surfaces):
 
     def test_depths_are_what_help_says(self):
         """One in a hundred points is nearer than depth_near, and one farther than depth_far."""
-        said = self.first.ask_json("help reconstruct")["result"]["more"]
-        self.assertRegex(said, "1 % .*depth_near.*1 % .*depth_far")
+        output_text = self.first.ask_json("help reconstruct")["result"]["more"]
+        self.assertRegex(output_text, "1 % .*depth_near.*1 % .*depth_far")
         self.session("d")
         figures = self.asked("reconstruct d 1 0.5 1600 2300")
         with open(os.path.join(self.files, "surface-d-1", "points.pcd"), "rb") as file:

@@ -87,15 +87,15 @@ class Recording(DaemonTest):
         self.assertEqual(found["FPGA bridge", 0x00], 0x5B1D)
         for side, part, servo in (("left", "left sensor", 0x11), ("right", "right sensor", 0x19)):
             self.assertEqual(found["FPGA bridge", servo], int(pair[f"{side}_after"].split(",")[0]))
-            told = self.first.ask_json(f"registers {side}")["result"]
-            self.assertEqual(len(told), 23)
+            reported = self.first.ask_json(f"registers {side}")["result"]
+            self.assertEqual(len(reported), 23)
             own = [value for (of, _), value in sorted(found.items()) if of == part]
-            self.assertEqual(own, [int(value, 16) for value in told.values()])
+            self.assertEqual(own, [int(value, 16) for value in reported.values()])
         self.assertNotEqual(found["left sensor", 0x09], found["right sensor", 0x09])
         self.assertNotEqual(found["left sensor", 0x2B], found["right sensor", 0x2B])
         # All named registers of the bridge; counters have advanced since.
-        told = self.first.ask_json("registers bridge")["result"]
-        self.assertEqual(len(told), len([of for of, _ in found if of == "FPGA bridge"]))
+        reported = self.first.ask_json("registers bridge")["result"]
+        self.assertEqual(len(reported), len([of for of, _ in found if of == "FPGA bridge"]))
 
     def test_a_directory_of_files_that_is_taken_away(self):
         """It is reported, also in the log, until the daemon is restarted."""
@@ -194,9 +194,9 @@ class Recording(DaemonTest):
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (2000, unlimited[1]))
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.first.ask("wait 0.2")
-        told = self.first.ask("record")
+        reported = self.first.ask("record")
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
-        self.assertEqual((told[0], told[1][:9]), ("recording: none", "cut_off: "))
+        self.assertEqual((reported[0], reported[1][:9]), ("recording: none", "cut_off: "))
         self.assertIn("error: the recording is cut off: none/", "\n".join(self.first.ask("log")))
         self.assertEqual(self.first.ask("record stop")[-1][:8], "ERR FULL")
         self.assertIn("cut off before its first command", self.first.ask("replay none")[-1])

@@ -50,16 +50,16 @@ class Replay(PlayedPairs):
             self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (3, "", 1),
                              done.stderr)
             return answer
-        told = json.loads(done.stdout)
+        reported = json.loads(done.stdout)
         result = answer["result"]
         self.assertEqual(done.returncode, 0 if answer["ok"] else 1)
-        self.assertEqual(told["same"], answer["ok"])
+        self.assertEqual(reported["same"], answer["ok"])
         for key in ("commands", "calls", "pairs", "build"):
-            self.assertEqual(told[key], result[key])
+            self.assertEqual(reported[key], result[key])
         if not answer["ok"]:
-            self.assertEqual(told["difference"]["call"], result["call"])
+            self.assertEqual(reported["difference"]["call"], result["call"])
             self.assertEqual(done.stderr.count("\n"), 1)
-            self.assertTrue(told["difference"]["text"].endswith(answer["message"][-40:]))
+            self.assertTrue(reported["difference"]["text"].endswith(answer["message"][-40:]))
         return answer
 
     def commands_of(self, name):
@@ -92,9 +92,9 @@ class Replay(PlayedPairs):
             done = subprocess.run([VERGENCE, "replay", os.path.dirname(index), "--json"],
                                   capture_output=True, text=True, timeout=TIMEOUT_S)
             self.assertEqual((done.returncode, done.stderr), (0, ""), index)
-            told = json.loads(done.stdout)
-            self.assertEqual((told["same"], told["cut_off"], told["pairs"]), (True, False, 1))
-            self.assertGreaterEqual(told["commands"], 8)
+            reported = json.loads(done.stdout)
+            self.assertEqual((reported["same"], reported["cut_off"], reported["pairs"]), (True, False, 1))
+            self.assertGreaterEqual(reported["commands"], 8)
         done = subprocess.run([VERGENCE, "replay", os.path.dirname(sessions[0])],
                               capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertRegex(done.stdout, ", 1 pair$")
@@ -191,14 +191,14 @@ class Replay(PlayedPairs):
 
     def test_other_commands_than_the_recorded_ones(self):
         """No part is blamed, and the first difference is reported at once."""
-        said, logged = self.other_commands("whole", "bringup\nexposure 6000\nhealth\nlog\n")
-        self.assertRegex(said, "\nERR IO left camera: mismatch with the recording ")
-        self.assertIn("why mismatch with the recording", said)
-        for text in (said, logged):
+        output_text, logged = self.other_commands("whole", "bringup\nexposure 6000\nhealth\nlog\n")
+        self.assertRegex(output_text, "\nERR IO left camera: mismatch with the recording ")
+        self.assertIn("why mismatch with the recording", output_text)
+        for text in (output_text, logged):
             self.assertEqual(text.count("expected the call "), 1, text)
         self.record("short", ["bringup"])
-        said, logged = self.other_commands("short", "bringup\nexposure 6000\nlog\n")
-        self.assertRegex(said, "\nERR IO left camera: the replayed recording ends here")
+        output_text, logged = self.other_commands("short", "bringup\nexposure 6000\nlog\n")
+        self.assertRegex(output_text, "\nERR IO left camera: the replayed recording ends here")
         self.assertEqual(logged.count("the recording ends here, got "), 1, logged)
 
     def test_a_call_that_differs(self):

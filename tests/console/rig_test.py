@@ -229,13 +229,13 @@ class Troubles(RigTest):
         rejection = self.first.ask("capture")[-1]
         self.assertEqual(rejection[:9], "ERR MOVED")
         for command in ("status", "health"):
-            told = self.asked(command)
-            self.assertEqual((told["state"], told["last_trouble"]), ("ready", rejection[10:]))
-            self.assertNotIn("trouble", told)
+            reported = self.asked(command)
+            self.assertEqual((reported["state"], reported["last_trouble"]), ("ready", rejection[10:]))
+            self.assertNotIn("trouble", reported)
         self.asked("safe")
         self.assertRegex(self.first.ask("pan 1")[-1], "^ERR NOT_READY pan: .*safe state.*bringup")
-        told = self.asked("status")
-        self.assertEqual([key for key in told if "trouble" in key], [])
+        reported = self.asked("status")
+        self.assertEqual([key for key in reported if "trouble" in key], [])
 
     def test_a_lasting_fault_is_reported_as_the_reason(self):
         self.fault("camera left unplug")
@@ -294,12 +294,12 @@ class Log(RigTest):
             answer = self.first.ask_json(command)
             self.assertEqual(answer["error"], name, answer)
             lines = self.logged()[before:]
-            told = [line for line in lines if answer["message"] in line]
-            self.assertEqual(len(told), 1, (fault, lines))
-            self.assertIn(f"{command}: ERR {name} ", told[0])
-            self.assertTrue(told[0].startswith("error: "), told)
+            reported = [line for line in lines if answer["message"] in line]
+            self.assertEqual(len(reported), 1, (fault, lines))
+            self.assertIn(f"{command}: ERR {name} ", reported[0])
+            self.assertTrue(reported[0].startswith("error: "), reported)
             state = self.first.ask_json("status")["result"]["state"]
-            self.assertEqual("the instrument is in its safe state: " in told[0], state == "safe")
+            self.assertEqual("the instrument is in its safe state: " in reported[0], state == "safe")
             self.fault(repair)
             self.first.ask("safe")
             self.asked("bringup")

@@ -142,9 +142,9 @@ class Fetched(Looking, PlayedPairs):
 
     def object_of(self, *words):
         """The only answer object, besides progress objects."""
-        told = [json.loads(line) for line in self.fetched("--json", *words).splitlines()]
-        answers = [answer for answer in told if "event" not in answer]
-        self.assertEqual(len(answers), 1, told)
+        reported = [json.loads(line) for line in self.fetched("--json", *words).splitlines()]
+        answers = [answer for answer in reported if "event" not in answer]
+        self.assertEqual(len(answers), 1, reported)
         return answers[0]
 
     def assert_same(self, name, local=None):

@@ -111,9 +111,9 @@ class Webcams(unittest.TestCase):
             while not self.is_whole(f"board-{number:02d}"):
                 self.assertLess(time.monotonic(), end, f"view {number} never came")
                 time.sleep(0.02)
-        said, _ = loop.communicate(timeout=TIMEOUT_S)
-        self.assertEqual(loop.returncode, 0, said)
-        self.assertEqual(said.count(b"\nOK\n"), 1 + len(views), said)
+        output_text, _ = loop.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(loop.returncode, 0, output_text)
+        self.assertEqual(output_text.count(b"\nOK\n"), 1 + len(views), output_text)
 
     def look(self):
         """The page's commands that show what was captured."""
@@ -122,20 +122,20 @@ class Webcams(unittest.TestCase):
         shown = re.findall(r"`(vergence (?:--connect unix:rig.sock snapshot|\w+ files/scene"
                            r"(?: --png --out seen)?))`", text)
         self.assertEqual([command.split()[1] for command in shown], ["--connect", "info", "export"])
-        written, said, _ = map(self.run_one, shown)
+        written, output_text, _ = map(self.run_one, shown)
         name = re.search(r"written: (\S+),", written)[1]
         self.assertEqual(cv2.imread(self.place(name)).shape[:2], (480, 2 * 640))
-        self.assertIn("640 x 480 px", said)
+        self.assertIn("640 x 480 px", output_text)
         self.assertEqual(sorted(os.listdir(self.place("seen"))),
                          ["scene-pair1-left.png", "scene-pair1-right.png"])
 
     def refused(self, command, *words):
         done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=self.quiet, text=True,
                               capture_output=True, timeout=300)
-        said = done.stdout + done.stderr
-        self.assertNotEqual(done.returncode, 0, said)
+        output_text = done.stdout + done.stderr
+        self.assertNotEqual(done.returncode, 0, output_text)
         for word in words:
-            self.assertIn(word, said)
+            self.assertIn(word, output_text)
 
     def exchange_cameras(self, daemon):
         """The calibration detects by the ports that left and right are swapped."""

@@ -57,9 +57,9 @@ class Readme(unittest.TestCase):
                 elif pin := re.match(r"set_io (?:-\S+ \w+ )?(\S+)\s+\w+\s+#.*?(\d+)\s*$", line):
                     built[pin[1]] = f"{name}-{pin[2]}"
         with open(os.path.join(SOURCE, "firmware", "HARDWARE.md"), encoding="utf-8") as file:
-            told = dict(re.findall(r"`([\w\[\]]+)` (J\d-\d+)", file.read()))
+            reported = dict(re.findall(r"`([\w\[\]]+)` (J\d-\d+)", file.read()))
         self.assertGreater(len(built), 55)
-        self.assertEqual(told, built)
+        self.assertEqual(reported, built)
 
 
 if __name__ == "__main__":

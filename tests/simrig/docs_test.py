@@ -24,15 +24,15 @@ class Docs(Bench):
         (client,) = self.blocks("python")
         (self.folder / "hello.py").write_text(client)
         path = os.path.dirname(VERGENCE) + os.pathsep + os.environ["PATH"]
-        said = ""
+        output_text = ""
         for block in self.blocks("sh"):
             done = subprocess.run(["bash", "-ec", block], cwd=self.folder, text=True,
                                   capture_output=True, timeout=2 * TIMEOUT_S,
                                   env={**os.environ, "PATH": path})
             self.assertEqual((done.returncode, done.stderr), (0, ""), block + done.stdout)
-            said += done.stdout
-        self.assertIn("at 0.200 s the bridge is 5b1d", said)
-        self.assertIn("all answered as in the log", said)
+            output_text += done.stdout
+        self.assertIn("at 0.200 s the bridge is 5b1d", output_text)
+        self.assertIn("all answered as in the log", output_text)
         for name in ("left", "right"):
             picture = cv2.imread(str(self.folder / "pictures" / f"{name}.png"))
             self.assertEqual(picture.shape, (1536, 2048, 3))

@@ -165,18 +165,18 @@ class Compare(unittest.TestCase):
                    cls.result, "--quiet")
         assert done.returncode == 0, done.stderr
 
-    def told(self, *options):
+    def reported(self, *options):
         done = run(SIMRIG / "compare", self.result, self.folder, "--json", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)
 
     def test_a_measured_surface(self):
-        told = self.told("--object", "cylinder")["textured"]
-        print(told)
-        self.assertGreater(told["pixels"], 20000)
-        self.assertGreater(told["measured_percent"], 90)
-        self.assertLess(told["median_error_px"], 0.25)
-        self.assertLess(told["wrong_percent"], 3)
+        reported = self.reported("--object", "cylinder")["textured"]
+        print(reported)
+        self.assertGreater(reported["pixels"], 20000)
+        self.assertGreater(reported["measured_percent"], 90)
+        self.assertLess(reported["median_error_px"], 0.25)
+        self.assertLess(reported["wrong_percent"], 3)
 
     def test_pixels_are_the_camera_s(self):
         """Of a result of half the size half a pixel is a whole one."""
@@ -197,17 +197,17 @@ class Compare(unittest.TestCase):
             self.assertEqual((seen["wrong_percent"], seen["wrong_result_percent"]),
                              (wrong, wrong_result))
         # The same depth per camera pixel for any size of the result.
-        whole = self.told("--object", "cylinder")["seen"]
+        whole = self.reported("--object", "cylinder")["seen"]
         self.assertAlmostEqual(seen["mm_per_px"], whole["mm_per_px"], delta=0.05)
 
     def test_the_truth_itself_and_known_errors(self):
         before = (self.result / "disparity.pfm").read_bytes()
         self.addCleanup((self.result / "disparity.pfm").write_bytes, before)
-        self.told("--out", self.folder / "truth")
+        self.reported("--out", self.folder / "truth")
         truth = cv2.imread(str(self.folder / "truth/truth.pfm"), cv2.IMREAD_UNCHANGED)
         for shift, wrong in ((0, 0), (0.3, 0), (-1.5, 100)):
             cv2.imwrite(str(self.result / "disparity.pfm"), truth + numpy.float32(shift))
-            seen = self.told()["seen"]
+            seen = self.reported()["seen"]
             self.assertEqual(seen["measured_percent"], 100)
             self.assertAlmostEqual(seen["median_error_px"], abs(shift), delta=1e-3)
             self.assertAlmostEqual(seen["bias_px"], shift, delta=1e-3)
@@ -215,7 +215,7 @@ class Compare(unittest.TestCase):
         holes = truth.copy()
         holes[:, ::2] = numpy.inf
         cv2.imwrite(str(self.result / "disparity.pfm"), holes)
-        self.assertAlmostEqual(self.told()["seen"]["measured_percent"], 50, delta=2)
+        self.assertAlmostEqual(self.reported()["seen"]["measured_percent"], 50, delta=2)
 
     def test_what_is_refused(self):
         for words, code, word in ((["x"], 2, "--help"), ([self.folder, self.folder], 3, "result"),

@@ -86,19 +86,19 @@ def take_pairs(programs, scene, names, threads, work):
         started.append(start([vergenced, f"backend=sim {rig}", f"socket={work}/vergenced.sock",
                               f"files={work}/files", "store=none", "log=none"], work / "vergenced.log",
                              work / "vergenced.sock"))
-        said = ""
+        output_text = ""
         for name in names:
             aim = AIM if name == names[0] else ()
             for line in (*aim, *PAIRS[name][1], "status", f"capture {name}"):
                 print(f"   {scene}> {line}", flush=True)
                 answer = run([vergence, "--connect", daemon, *line.split()])
-                said += f"> {line}\n{answer}"
+                output_text += f"> {line}\n{answer}"
             run([TOOLS / "simrig/control", rig, "truth left left", "truth right right"])
             truth = work / name
             truth.mkdir()
             for path in (*work.glob("left*.*"), *work.glob("right*.*")):
                 path.rename(truth / path.name)
-            (truth / "console.txt").write_text(said, encoding="utf-8")
+            (truth / "console.txt").write_text(output_text, encoding="utf-8")
     finally:
         for program in reversed(started):
             stop(program)

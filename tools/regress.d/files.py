@@ -4,7 +4,7 @@ import errno
 import os
 
 
-def said(error):
+def output_text(error):
     """An OSError as one line that begins with the file; Python's own begins with a number."""
     if not error.strerror:
         return str(error)

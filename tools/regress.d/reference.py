@@ -69,8 +69,8 @@ def read_options(folder):
 
 
 def own_crc(reference):
-    told = {key: value for key, value in reference.items() if key != "crc32"}
-    return f"{zlib.crc32(json.dumps(told, sort_keys=True).encode()):08x}"
+    reported = {key: value for key, value in reference.items() if key != "crc32"}
+    return f"{zlib.crc32(json.dumps(reported, sort_keys=True).encode()):08x}"
 
 
 def list_of(value):

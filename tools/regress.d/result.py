@@ -74,10 +74,10 @@ class Result:
         steps = np.where(valid, np.round(np.where(valid, disparity, 0) * STEPS_PER_PX), NONE)
         all_points = np.full((*disparity.shape, 3), np.nan, np.float32)
         all_points[valid] = read_points(folder / "points.pcd")
-        told = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        reported = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         figures = {}
         for name, places in FIGURES.items():
-            value = told
+            value = reported
             for place in places:
                 value = value.get(place) if isinstance(value, dict) else None
             figures[name] = value

@@ -64,8 +64,8 @@ def events_of(path):
     """The index's lines, without an incomplete last one."""
     crc, lines = 0, read_regular(path).split(b"\n")
     for number, line in enumerate(lines[:-1], 1):
-        body, told = line[:-CRC_DIGITS - 1], line[-CRC_DIGITS - 1:]
-        if told != b" %08x" % zlib.crc32(body, crc):
+        body, reported = line[:-CRC_DIGITS - 1], line[-CRC_DIGITS - 1:]
+        if reported != b" %08x" % zlib.crc32(body, crc):
             if number == len(lines) - 1:
                 return
             raise Unusable(f"{path}: line {number} is damaged")

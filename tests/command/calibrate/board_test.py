@@ -39,8 +39,8 @@ class Board(unittest.TestCase):
             self.assertAlmostEqual(got, expected, delta=1)
 
     def test_squares_and_ruler_have_their_size(self):
-        said = self.make("--board", "9x6", "--square", "24.5")
-        self.assertIn("the ruler must be 200 mm long", said)
+        output_text = self.make("--board", "9x6", "--square", "24.5")
+        self.assertIn("the ruler must be 200 mm long", output_text)
         page = self.printed()
         self.assert_size(page, (2100, 2970))
         found, corners = cv2.findChessboardCorners(page, (9, 6))

@@ -204,8 +204,8 @@ class Figures(Workshop):
         done = run("info", self.out / "calibration.json")
         self.assertIn("figures of a calibration", done.stdout)
         self.assertIn("baseline", done.stdout)
-        told = json.loads(run("info", self.out / "calibration.json", "--json").stdout)
-        self.assertEqual(told[0]["result"], self.figures())
+        reported = json.loads(run("info", self.out / "calibration.json", "--json").stdout)
+        self.assertEqual(reported[0]["result"], self.figures())
 
 
 if __name__ == "__main__":

@@ -115,9 +115,9 @@ class Output(Workshop):
     def test_the_unit_of_a_square_is_the_one_given(self):
         self.good()
         self.assert_good(self.run_on(board=["--board", "9x6", "--square", "0.025", "--unit", "m"]))
-        told = (self.out / "rig.calibration").read_bytes()
+        reported = (self.out / "rig.calibration").read_bytes()
         self.assert_good(self.run_on())
-        self.assertEqual((self.out / "rig.calibration").read_bytes(), told)
+        self.assertEqual((self.out / "rig.calibration").read_bytes(), reported)
         # A board of 0.25 mm is accepted with --unit.
         done = self.run_on(board=["--board", "9x6", "--square", "0.025", "--unit", "mm"])
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -163,8 +163,8 @@ class CalibrationReport(unittest.TestCase):
     def test_it_prints_on_a_few_pages(self):
         printed = self.here / "printed.pdf"
         printed.write_bytes(base64.b64decode(self.browser.call("Page.printToPDF")["data"]))
-        told = subprocess.run(["pdfinfo", str(printed)], capture_output=True, text=True).stdout
-        self.assertLessEqual(int(re.search(r"Pages: +(\d+)", told)[1]), 8)
+        reported = subprocess.run(["pdfinfo", str(printed)], capture_output=True, text=True).stdout
+        self.assertLessEqual(int(re.search(r"Pages: +(\d+)", reported)[1]), 8)
 
     def test_one_camera(self):
         left = self.here / "left"

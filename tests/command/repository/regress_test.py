@@ -32,9 +32,9 @@ MOST_BYTES = 2_000_000
 class Regress(Recorded):
     def change_reference(self, change):
         """Alters the stored result, and makes the files consistent again."""
-        (result,), told = reference.load(self.folder)
+        (result,), reported = reference.load(self.folder)
         change(result)
-        accepted = told["accepted"][0]
+        accepted = reported["accepted"][0]
         reference.save(self.folder, ["pair"], [result], accepted["reason"], accepted["build"],
                        accepted["date"])
 
@@ -97,10 +97,10 @@ class Regress(Recorded):
         self.compare(1)
         self.accept("fewer disparities are searched")
         self.compare(0)
-        told = json.loads((self.folder / "regress" / "reference.json").read_text())
-        self.assertEqual([a["reason"] for a in told["accepted"]],
+        reported = json.loads((self.folder / "regress" / "reference.json").read_text())
+        self.assertEqual([a["reason"] for a in reported["accepted"]],
                          ["first", "fewer disparities are searched"])
-        for accepted in told["accepted"]:
+        for accepted in reported["accepted"]:
             self.assertRegex(accepted["date"], r"^\d{4}-\d\d-\d\d$")
             self.assertTrue(accepted["build"])
         self.assertEqual(len(list((self.folder / "regress").glob("*.npz"))), 1)
@@ -113,8 +113,8 @@ class Regress(Recorded):
                 self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1))
                 self.assertRegex(done.stderr, f"^tools/regress: {re.escape(str(path))}: .*{word}")
                 why = done.stderr.removeprefix("tools/regress: ").strip()
-                told = [{"directory": str(path), "error": why}]
-                self.assertEqual(json.loads(done.stdout or "[]"), told * ("--json" in options))
+                reported = [{"directory": str(path), "error": why}]
+                self.assertEqual(json.loads(done.stdout or "[]"), reported * ("--json" in options))
 
     def test_what_is_no_file_is_not_waited_for(self):
         self.accept()
@@ -173,13 +173,13 @@ class Regress(Recorded):
                 self.assertNotIn("\n", note)
                 self.assertIn(f"{path}: ", note)
                 self.assertIn(f"acceptances kept: {kept}", note)
-                told = reference.load(self.folder)[1]
-                self.assertEqual(told["accepted"][:-1], [first] * kept)
-                self.assertEqual(told["accepted"][-1]["reason"], "anew")
+                reported = reference.load(self.folder)[1]
+                self.assertEqual(reported["accepted"][:-1], [first] * kept)
+                self.assertEqual(reported["accepted"][-1]["reason"], "anew")
                 self.assertEqual([file.read_text() for file in others], ["kept"] * 3)
                 self.assertEqual({file.name for file in where.iterdir()},
                                  {"notes.txt", "pair-12.npz", "options.json", "reference.json",
-                                  told["pairs"][0]["file"]})
+                                  reported["pairs"][0]["file"]})
         path.write_text("no JSON")
         self.assertRegex(self.accept("told").stderr, "^tools/regress: .*not JSON.*kept: [0-9]+\n$")
         self.assertEqual(self.accept("whole").stderr, "")
@@ -207,9 +207,9 @@ class Regress(Recorded):
         for change in ({"accepted": 3}, {"accepted": []}, {"accepted": [{}]}, {"pairs": 3},
                        {"pairs": [{}]}, {"pairs": [{**pair, "file": "../regress/" + pair["file"]}]},
                        {"pairs": [{**pair, "figures": {"vertices": "3"}}]}):
-            told = {**good, **change}
-            told["crc32"] = reference.own_crc(told)
-            path.write_text(json.dumps(told))
+            reported = {**good, **change}
+            reported["crc32"] = reference.own_crc(reported)
+            path.write_text(json.dumps(reported))
             with self.subTest(change=change):
                 with self.assertRaisesRegex(Unusable, "reference.json: .*--accept"):
                     reference.load(self.folder)
@@ -389,7 +389,7 @@ class Ends(Recorded):
         self.assertEqual(self.ended(3, self.start(VERGENCE, "--out", taken, self.folder))[1],
                          f"tools/regress: {taken / 'recorded-pair.png'}: Is a directory\n")
         self.assertEqual(list(taken.glob("*.part")), [])
-        self.assertEqual(files.said(PermissionError(13, "Permission denied", "/x")),
+        self.assertEqual(files.output_text(PermissionError(13, "Permission denied", "/x")),
                          "/x: Permission denied")
 
     @unittest.skipIf(os.geteuid() == 0, "the superuser may do everything")

@@ -58,9 +58,9 @@ class Words(Recorded):
         known = set(re.findall("^    (--[a-z-]+)", pairs.run("reconstruct", "--help").stdout, re.M))
         # A new option of vergence reconstruct belongs to one of both.
         self.assertEqual(known - NO_MEASURES, set(reference.MEASURES))
-        said = regress("--help").stdout.split()
+        output_text = regress("--help").stdout.split()
         for name in reference.MEASURES:
-            self.assertIn(name, said)
+            self.assertIn(name, output_text)
             for words in ([name, "-12:60"], [f"{name}=1"]):
                 self.options(arguments=words)
                 self.assertEqual(reference.read_options(self.folder)[0], words)

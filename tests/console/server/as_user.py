@@ -52,17 +52,17 @@ class UserTest(unittest.TestCase):
         """Starts a program in the background and returns its output up to the line with this
         word."""
         program = self.begin(*command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        said = []
+        output_text = []
         for line in program.stdout:
-            said.append(line)
+            output_text.append(line)
             if word in line:
-                return program, "".join(said)
-        raise AssertionError(f"it has ended: {said}")
+                return program, "".join(output_text)
+        raise AssertionError(f"it has ended: {output_text}")
 
     def begin_daemon(self, *command):
         """Its output until it serves."""
-        self.daemon, said = self.begin_until("serving", *command)
-        return said
+        self.daemon, output_text = self.begin_until("serving", *command)
+        return output_text
 
     def run_as_user(self, *command, **options):
         return subprocess.run([*AS_USER, *command], cwd=self.home, env=self.environment, text=True,

@@ -308,13 +308,13 @@ class Clients(DaemonTest):
         os.close(read_end)
         # No further request is sent.
         with os.fdopen(write_end, "wb") as closed, open("/dev/full", "wb") as full:
-            for output, code, told in ((closed, 141, ""),
+            for output, code, reported in ((closed, 141, ""),
                                        (full, 1, "vergence: writing to standard output failed: No "
                                         "space left on device\n")):
                 done = subprocess.run([VERGENCE, "--connect", f"unix:{self.path}"],
                                       input="version\nnix\n", stdout=output,
                                       stderr=subprocess.PIPE, text=True, timeout=TIMEOUT_S)
-                self.assertEqual((done.returncode, done.stderr), (code, told))
+                self.assertEqual((done.returncode, done.stderr), (code, reported))
 
     def test_the_socket_is_for_owner_and_group(self):
         self.assertEqual(stat.S_IMODE(os.stat(self.path).st_mode), 0o660)
@@ -387,8 +387,8 @@ class NoDescriptors(DaemonTest):
         begun_s = self.busy_s()
         time.sleep(1)
         self.assertLess(self.busy_s() - begun_s, 0.5)
-        told = [other.line() for other in others[2:]]
-        self.assertEqual(set(told), {"ERR BUSY too many clients: try again later"})
+        reported = [other.line() for other in others[2:]]
+        self.assertEqual(set(reported), {"ERR BUSY too many clients: try again later"})
         self.assertEqual(first.ask("version")[-1], "OK")
 
 if __name__ == "__main__":

@@ -26,11 +26,11 @@ class Config(unittest.TestCase):
 
     def refused(self, text, begin, *parts, words=()):
         """One line, which starts with `begin` and has all of `parts`."""
-        code, said = self.check(text, *words)
-        self.assertEqual((code, said.count("\n")), (3, 1), said)
-        self.assertEqual(said[:len("vergenced: " + begin)], "vergenced: " + begin)
+        code, output_text = self.check(text, *words)
+        self.assertEqual((code, output_text.count("\n")), (3, 1), output_text)
+        self.assertEqual(output_text[:len("vergenced: " + begin)], "vergenced: " + begin)
         for part in parts:
-            self.assertIn(part, said)
+            self.assertIn(part, output_text)
 
     def test_the_example_is_what_the_program_prints_and_is_good(self):
         with open(EXAMPLE, encoding="utf-8") as file:
@@ -108,17 +108,17 @@ class Config(unittest.TestCase):
                ("6: reader_timeout", "reader_timeout = 7 s"),
                ("7: rig.sensor_address_left", "rig.sensor_address_left = 0x5c"),
                ("8: rig.frame_us", "rig.frame_interval = 3.3 ms"))
-        code, said = self.check(text)
-        lines = said.splitlines()
-        self.assertEqual((code, len(lines)), (0, 1 + len(now)), said)
+        code, output_text = self.check(text)
+        lines = output_text.splitlines()
+        self.assertEqual((code, len(lines)), (0, 1 + len(now)), output_text)
         self.assertIn("FILE: good", lines)
         for begin, write in now:
             self.assertEqual(len([line for line in lines if line.startswith(f"FILE:{begin} ")
-                                  and line.endswith(f": write {write}")]), 1, said)
+                                  and line.endswith(f": write {write}")]), 1, output_text)
         self.assertEqual(self.check("profile = rig\n" + "".join(f"{line}\n" for _, line in now)),
                          (0, "FILE: good\n"))
-        code, said = self.check("", "rig.width_px=640", "stuck_after=30")
-        self.assertEqual((code, said.count(": write ")), (0, 2), said)
+        code, output_text = self.check("", "rig.width_px=640", "stuck_after=30")
+        self.assertEqual((code, output_text.count(": write ")), (0, 2), output_text)
         # It follows the same rules.
         for text, *parts in (
                 ("rig.width_px = 99999\n", "FILE:1: rig.width_px = 99999: out of range"),
@@ -128,10 +128,10 @@ class Config(unittest.TestCase):
                 ("rig.width_px = 640\nrig.width = 640 px\n", "FILE:2: duplicate key rig.width", "line 1"),
                 ("width_px = 640\n", 'FILE:1: unknown key "width_px"')):
             with self.subTest(text):
-                code, said = self.check(text)
+                code, output_text = self.check(text)
                 self.assertEqual(code, 3)
                 for part in parts:
-                    self.assertIn(part, said.splitlines()[-1])
+                    self.assertIn(part, output_text.splitlines()[-1])
 
     def test_conflicts_name_the_expected_range(self):
         for text, *parts in (
@@ -218,9 +218,9 @@ class Config(unittest.TestCase):
                          f"store = {folder}/link\n" + files,
                          files + f"tcp_token = {folder}/link/files/token\n"):
                 with self.subTest(text):
-                    code, said = self.check(text)
-                    self.assertEqual((code, said.count("\n")), (3, 1), said)
-                    self.assertRegex(said, "^vergenced: FILE:[12]: (store|files|tcp_token) .* is "
+                    code, output_text = self.check(text)
+                    self.assertEqual((code, output_text.count("\n")), (3, 1), output_text)
+                    self.assertRegex(output_text, "^vergenced: FILE:[12]: (store|files|tcp_token) .* is "
                                      "inside (store|files) ")
             for text in (files + f"store = {folder}/real/files2\n",
                          files + f"store = {folder}/real/files/../store\n",

@@ -110,7 +110,7 @@ class Interrupt(DaemonTest):
         person.type("wait 100000\rversion\rlog 1\r")
         person.until(lambda: "waiting" in person.screen.lines[-1])
         person.type("\x03")
-        person.until(lambda: person.said("ERR CANCELLED cancelled") and person.at_prompt())
+        person.until(lambda: person.line_count("ERR CANCELLED cancelled") and person.at_prompt())
         time.sleep(0.3)
         person.look(0)
         self.assertFalse([line for line in person.screen.lines if "build" in line])
@@ -121,21 +121,21 @@ class Interrupt(DaemonTest):
         self.assertFalse([line for line in person.screen.lines if "build" in line])
         # Completion still works, and so does the next line.
         person.type("vers\t\r")
-        person.until(lambda: person.said("OK") == 1 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 1 and person.at_prompt())
 
     def test_a_person_pastes_much(self):
         person = Person.of(self)
         person.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        person.until(lambda: person.said("OK") == 300 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 300 and person.at_prompt())
         person.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        person.until(lambda: person.said("OK") == 601 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 601 and person.at_prompt())
         self.assertFalse([line for line in person.screen.lines if "ERR" in line])
         # More than the buffer holds: nothing of it is misinterpreted.
         person.type("wait 3\r" + 8000 * "bugreport\r")
-        person.until(lambda: person.said("OK") == 602 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 602 and person.at_prompt())
         self.assertGreater(person.screen.bells, 0)
         person.type("\rwait 0\r")
-        person.until(lambda: person.said("OK") == 603 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 603 and person.at_prompt())
         self.assertFalse([line for line in person.screen.lines if "ERR" in line or ".txt" in line])
 
     def test_a_person_fetches(self):
@@ -149,10 +149,10 @@ class Interrupt(DaemonTest):
             person.until(lambda: "huge" in person.screen.lines[-1])
             time.sleep(0.05 * i)
             person.type("\x03")
-            person.until(lambda i=i: person.said("vergence: interrupted") == i + 1 and
+            person.until(lambda i=i: person.line_count("vergence: interrupted") == i + 1 and
                          person.at_prompt())
         person.type("version\r")
-        person.until(lambda: person.said("OK") == 1 and person.at_prompt())
+        person.until(lambda: person.line_count("OK") == 1 and person.at_prompt())
 
     def test_ctrl_c_behind_more_than_is_kept(self):
         """A program gets an answer for each line that was not run."""

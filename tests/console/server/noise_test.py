@@ -72,18 +72,18 @@ class Noise(DaemonTest):
         """Exit code, answer, and error output."""
         begin = time.monotonic()
         process = self.begin(*words, **options)
-        output, told = process.communicate(timeout=3 * TIMEOUT_S)
-        self.assertLess(time.monotonic() - begin, SOON_S, (words, output, told))
-        return process.returncode, output, told
+        output, reported = process.communicate(timeout=3 * TIMEOUT_S)
+        self.assertLess(time.monotonic() - begin, SOON_S, (words, output, reported))
+        return process.returncode, output, reported
 
-    def check_failed(self, words, code, output, told):
+    def check_failed(self, words, code, output, reported):
         """No connection, in one line; with --json as an answer."""
-        self.assertEqual(code, 3, (words, output, told))
+        self.assertEqual(code, 3, (words, output, reported))
         if "--json" in words:
             answer = json.loads(output.splitlines()[-1])
-            self.assertEqual((answer["ok"], told), (False, ""))
+            self.assertEqual((answer["ok"], reported), (False, ""))
         else:
-            self.assertEqual((output, told.count("\n")), ("", 1))
+            self.assertEqual((output, reported.count("\n")), ("", 1))
 
     def recorded(self, name):
         """The waits in a recording."""
@@ -121,14 +121,14 @@ class Noise(DaemonTest):
             command = f"wait 0.{i + 100}"
             words = ("--json",) * (i % 2) + tuple(command.split())
             asked.append(command)
-            code, output, told = self.ask(*words)
+            code, output, reported = self.ask(*words)
             if code == 0:
-                self.assertEqual(told, "")
+                self.assertEqual(reported, "")
                 last = output.splitlines()[-1]
                 self.assertTrue(last == "OK" or json.loads(last)["ok"], output)
                 done.append(command)
             else:
-                self.check_failed(words, code, output, told)
+                self.check_failed(words, code, output, reported)
         self.spoil(CLEAN)
         self.assertEqual(self.ask("wait", "0")[0], 0)
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
@@ -145,23 +145,23 @@ class Noise(DaemonTest):
             one = self.ask(*form, "watch", "0.1", "status", "1")[1].removesuffix("OK\n")
             for rate in (CLEAN, NOISY) if WHOLE else (NOISY,):
                 self.spoil(rate)
-                code, output, told = self.ask(*form, "watch", "0.1", "status", "20")
+                code, output, reported = self.ask(*form, "watch", "0.1", "status", "20")
                 self.spoil(CLEAN)
                 lines = output.splitlines()
                 whole = code == 0
                 if form:
-                    self.assertEqual((json.loads(lines[-1])["ok"], told), (whole, ""))
+                    self.assertEqual((json.loads(lines[-1])["ok"], reported), (whole, ""))
                     rounds = [json.loads(line) for line in lines[:-1]]
                     wanted = {"event": "watch", "result": {"state": "down", "profile": "rig"}}
                     self.assertEqual([line for line in rounds if line != wanted], [])
                 else:
                     rounds = output.removesuffix("OK\n").split("\n\n")
                     self.assertEqual({line.strip() for line in rounds}, {one.strip()})
-                    self.assertEqual(told.count("\n"), 0 if whole else 1)
+                    self.assertEqual(reported.count("\n"), 0 if whole else 1)
                 if whole:
                     self.assertEqual(len(rounds), 20 - len(form), output)
                 else:
-                    self.assertIn("rounds of the watch may be missing", output + told)
+                    self.assertIn("rounds of the watch may be missing", output + reported)
 
     @unittest.skipUnless(WHOLE, "waits for longer than any silence is tolerated")
     def test_a_command_that_takes_long(self):
@@ -172,8 +172,8 @@ class Noise(DaemonTest):
             process.wait(12)  # longer than any tolerated silence
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1], "ERR CANCELLED cancelled")
-        output, told = process.communicate(timeout=TIMEOUT_S)
-        self.assertEqual((process.returncode, output, told),
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual((process.returncode, output, reported),
                          (0, "state: down\nprofile: rig\nOK\n", ""))
 
     def test_a_line_that_falls_silent(self):
@@ -184,9 +184,9 @@ class Noise(DaemonTest):
                 time.sleep(0.01)
             self.line.limit = self.line.carried + more
             begin = time.monotonic()
-            output, told = process.communicate(timeout=TIMEOUT_S)
+            output, reported = process.communicate(timeout=TIMEOUT_S)
             self.assertLess(time.monotonic() - begin, 20)
-            self.check_failed(form, process.returncode, output, told)
+            self.check_failed(form, process.returncode, output, reported)
             self.line.limit = None
 
     def test_commands_over_a_framed_line(self):
@@ -221,10 +221,10 @@ class Noise(DaemonTest):
         self.spoil(FAINT)
         there = os.path.join(self.folder, "noisy")
         for _ in range(20):
-            code, output, told = self.ask("fetch", "frame.bin", there)
+            code, output, reported = self.ask("fetch", "frame.bin", there)
             if code == 0:
                 break
-            self.check_failed(("fetch",), code, output, told)
+            self.check_failed(("fetch",), code, output, reported)
         with open(there, "rb") as file:
             self.assertEqual(file.read(), self.content)
 

@@ -41,13 +41,13 @@ class Peers(DaemonTest):
 
     def check_given_up(self, process, words):
         """No answer: exit code 3 and one line, or its JSON."""
-        output, told = process.communicate(timeout=TIMEOUT_S)
-        self.assertEqual(process.returncode, 3, (words, output, told))
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(process.returncode, 3, (words, output, reported))
         if "--json" in words:
-            self.assertEqual((json.loads(output)["error"], told), ("TIMEOUT", b""))
+            self.assertEqual((json.loads(output)["error"], reported), ("TIMEOUT", b""))
         else:
-            self.assertEqual((output, told.count(b"\n")), (b"", 1), told)
-            self.assertTrue(told.startswith(b"vergence: "), told)
+            self.assertEqual((output, reported.count(b"\n")), (b"", 1), reported)
+            self.assertTrue(reported.startswith(b"vergence: "), reported)
 
     def test_a_daemon_that_stands_still_is_given_up(self):
         self.stop_daemon()
@@ -95,12 +95,12 @@ class Peers(DaemonTest):
             process, peer = begin(*words)
             self.assertEqual(peer.recv(4096), b"@text\n")
             process.send_signal(signal.SIGINT)
-            output, told = process.communicate(timeout=TIMEOUT_S)
-            self.assertEqual(process.returncode, INTERRUPTED, (output, told))
+            output, reported = process.communicate(timeout=TIMEOUT_S)
+            self.assertEqual(process.returncode, INTERRUPTED, (output, reported))
             if "--json" in words:
-                self.assertEqual((json.loads(output)["error"], told), ("CANCELLED", b""))
+                self.assertEqual((json.loads(output)["error"], reported), ("CANCELLED", b""))
             else:
-                self.assertEqual((output, told), (b"", b"vergence: interrupted\n"))
+                self.assertEqual((output, reported), (b"", b"vergence: interrupted\n"))
 
     def test_a_person_at_a_daemon_that_stands_still(self):
         terminal = Terminal(raw=False)
@@ -109,8 +109,8 @@ class Peers(DaemonTest):
         process = self.begin(stdin=terminal.slave)
         self.assertEqual(self.wait_line(process.stderr), SILENT)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=TIMEOUT_S)
-        self.assertEqual((process.returncode, told), (INTERRUPTED, b"vergence: interrupted\n"))
+        _, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual((process.returncode, reported), (INTERRUPTED, b"vergence: interrupted\n"))
 
     def test_a_long_command_is_waited_for_in_silence(self):
         """A watch is silent between its rounds, and that is not reported as an error."""
@@ -126,7 +126,7 @@ class Peers(DaemonTest):
         server.listen()
         return server, path
 
-    def fake(self, *said):
+    def fake(self, *output_text):
         """Starts a process with a peer that sends these one after the other, one per request, and
         then nothing more."""
         server, path = self.listen()
@@ -136,7 +136,7 @@ class Peers(DaemonTest):
             peer = server.accept()[0]
             self.addCleanup(peer.close)
             peer.settimeout(TIMEOUT_S)
-            for text in said:
+            for text in output_text:
                 peer.recv(4096)
                 peer.sendall(text)
             return process, peer
@@ -151,56 +151,56 @@ class Peers(DaemonTest):
             process.send_signal(signal.SIGINT)
             self.assertEqual(peer.recv(4096), b"\x03")
             process.send_signal(signal.SIGINT)
-            output, told = process.communicate(timeout=TIMEOUT_S)
+            output, reported = process.communicate(timeout=TIMEOUT_S)
             why = "interrupted twice: ended before vergenced confirmed the cancellation"
             self.assertEqual(process.returncode, INTERRUPTED)
             if "--json" in words:
                 answer = json.loads(output)
-                self.assertEqual((answer["ok"], answer["error"], answer["message"], told),
+                self.assertEqual((answer["ok"], answer["error"], answer["message"], reported),
                                  (False, "CANCELLED", why, b""))
             else:
-                self.assertEqual((output, told.decode()), (b"", f"vergence: {why}\n"))
+                self.assertEqual((output, reported.decode()), (b"", f"vergence: {why}\n"))
 
     def test_a_peer_that_is_not_vergenced(self):
         begin = self.fake(b"SSH-2.0-OpenSSH_9.6\r\n")
         for words in (["status"], ["--json", "status"], ["fetch", "x"], []):
             process, _ = begin(*words)
-            output, told = process.communicate(timeout=TIMEOUT_S)
-            self.assertEqual(process.returncode, 3, (output, told))
+            output, reported = process.communicate(timeout=TIMEOUT_S)
+            self.assertEqual(process.returncode, 3, (output, reported))
             if "--json" in words:
                 answer = json.loads(output)
-                self.assertEqual((answer["error"], answer["message"], told),
+                self.assertEqual((answer["error"], answer["message"], reported),
                                  ("VERSION", NO_ANSWER, b""))
             else:
-                self.assertEqual((output, told.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
+                self.assertEqual((output, reported.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
 
     def test_what_a_peer_says_commands_no_terminal(self):
         evil = b"name: a\x1b]0;x\x07\x7f\xc2\x9b1m\x9bz\tb \xc3\xa9 \xe2\x82\xac"
         good = "name: a\\x1b]0;x\\x07\\x7f\\xc2\\x9b1m\\x9bz\\x09b \u00e9 \u20ac"
         begin = self.fake(b"OK\n", evil + b"\nERR IO " + evil + b"\n")
         process, _ = begin("status")
-        output, told = process.communicate(timeout=TIMEOUT_S)
-        self.assertEqual((output.decode(), told.decode()), (f"{good}\n", f"ERR IO {good}\n"))
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual((output.decode(), reported.decode()), (f"{good}\n", f"ERR IO {good}\n"))
         # A peer that rejects it.
         process, _ = self.fake(b"ERR BUSY \x1b[2J\n")("status")
-        output, told = process.communicate(timeout=TIMEOUT_S)
-        self.assertEqual(told, b"ERR BUSY \\x1b[2J\n")
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(reported, b"ERR BUSY \\x1b[2J\n")
         # JSON stays JSON.
         line = b'{"ok":\ttrue, "result": {"name": "\x7f\xc2\x9b\xc3\xa9"}}\r \n'
         process, _ = self.fake(b"OK\n", line)("--json", "status")
-        output, told = process.communicate(timeout=TIMEOUT_S)
+        output, reported = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual(json.loads(output)["result"]["name"], "\x7f\x9b\u00e9")
         self.assertEqual([byte for byte in output[:-1] if byte < 32 or byte == 127], [])
         self.assertNotIn(b"\x9b", output)
 
     def test_what_a_peer_says_to_a_person(self):
         server, path = self.listen()
-        said = (b"OK\n", b"version: 1\nOK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
+        output_text = (b"OK\n", b"version: 1\nOK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
                 b"words: show\x1b\nOK\n")
 
         def serve():
             with server.accept()[0] as peer:
-                for text in said:
+                for text in output_text:
                     peer.recv(4096)
                     peer.sendall(text)
                 peer.recv(4096)

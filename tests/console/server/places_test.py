@@ -19,12 +19,12 @@ def mode(path):
 
 class Places(UserTest):
     def test_a_user_needs_no_settings(self):
-        said = self.begin_daemon(VERGENCED, *CAMERAS)
+        output_text = self.begin_daemon(VERGENCED, *CAMERAS)
         files = self.home / ".local" / "share" / "vergence" / "files"
         places = {"socket": self.socket, "files": files, "store": self.state / "store",
                   "log": self.state / "vergenced.log"}
         for what, place in places.items():
-            self.assertIn(f"{what}: {place}\n", said)
+            self.assertIn(f"{what}: {place}\n", output_text)
             self.assertTrue(place.exists(), place)
         for made in (self.socket.parent, self.state, self.state / "store", files.parent):
             self.assertEqual(mode(made), 0o700, made)
@@ -42,10 +42,10 @@ class Places(UserTest):
         other = self.folder / "other"
         self.environment |= {"XDG_STATE_HOME": str(other / "state"), "XDG_DATA_HOME": "relative"}
         del self.environment["XDG_RUNTIME_DIR"]
-        said = self.begin_daemon(VERGENCED, *CAMERAS, "store=none")
-        self.assertIn(f"socket: {other}/state/vergence/vergenced.sock\n", said)
-        self.assertIn(f"files: {self.home}/.local/share/vergence/files\n", said)
-        self.assertNotIn("store:", said)
+        output_text = self.begin_daemon(VERGENCED, *CAMERAS, "store=none")
+        self.assertIn(f"socket: {other}/state/vergence/vergenced.sock\n", output_text)
+        self.assertIn(f"files: {self.home}/.local/share/vergence/files\n", output_text)
+        self.assertNotIn("store:", output_text)
         # The daemon starts without the variable, the client has it.
         self.environment["XDG_RUNTIME_DIR"] = str(self.runtime)
         self.assert_answers("version")
@@ -58,8 +58,8 @@ class Places(UserTest):
         config = self.home / ".config" / "vergence" / "vergenced.conf"
         config.parent.mkdir(parents=True)
         config.write_text("".join(f"{line}\n" for line in (*CAMERAS, "queue = 3", "log = none")))
-        said = self.begin_daemon(VERGENCED)
-        self.assertIn(str(self.socket), said)
+        output_text = self.begin_daemon(VERGENCED)
+        self.assertIn(str(self.socket), output_text)
         self.assertFalse((self.state / "vergenced.log").exists())
         self.assertIn("queue: 3", self.assert_answers("config"))
 
@@ -78,22 +78,22 @@ class Places(UserTest):
     def test_a_service_of_the_system_has_the_systems(self):
         for variable in ("RUNTIME_DIRECTORY", "STATE_DIRECTORY"):
             self.environment[variable] = "/run/vergence"
-            said = self.run_as_user(VERGENCED, "--help-config").stdout
+            output_text = self.run_as_user(VERGENCED, "--help-config").stdout
             del self.environment[variable]
             for line in ("socket = /run/vergence/vergenced.sock", "log = none",
                          "files = /var/lib/vergence/files", "store = /var/lib/vergence/store"):
-                self.assertIn(f"\n{line}\n", said)
+                self.assertIn(f"\n{line}\n", output_text)
         self.assertIn(f"\nsocket = {self.socket}\n",
                       self.run_as_user(VERGENCED, "--help-config").stdout)
 
     def test_no_daemon_is_one_line_with_all_places(self):
         for words in ([], ["status"], ["--json", "status"]):
             done = self.ask(*words)
-            said = json.loads(done.stdout)["message"] if "--json" in words else done.stderr
+            output_text = json.loads(done.stdout)["message"] if "--json" in words else done.stderr
             self.assertEqual((done.returncode, (done.stdout + done.stderr).count("\n")), (3, 1))
             for word in (self.socket, self.state / "vergenced.sock",
                          "/run/vergence/vergenced.sock", "vergenced", "vergence simulate"):
-                self.assertIn(str(word), said)
+                self.assertIn(str(word), output_text)
 
     def test_a_socket_that_was_left_behind(self):
         self.begin_daemon(VERGENCED, *CAMERAS)
@@ -114,8 +114,8 @@ class Places(UserTest):
 class Simulate(UserTest):
     def simulate(self, *words):
         """The printed lines to type next."""
-        _, said = self.begin_until("--connect", VERGENCE, "simulate", "plane", *words)
-        return [line.strip() for line in said.splitlines()[2:]]
+        _, output_text = self.begin_until("--connect", VERGENCE, "simulate", "plane", *words)
+        return [line.strip() for line in output_text.splitlines()[2:]]
 
     def check(self, *words):
         daemon, client = self.simulate(*words)

@@ -116,8 +116,8 @@ class Remote(DaemonTest):
 
     def test_a_connection_that_breaks(self):
         path = self.path_of("breaks.sock")
-        said_first = (b"", b'{"result": {', b"what?\n", b"\xff\x00\n", b'{"ok": tr')
-        for said in (*said_first, *(b"OK\n" + said for said in said_first)):
+        first_output = (b"", b'{"result": {', b"what?\n", b"\xff\x00\n", b'{"ok": tr')
+        for output_text in (*first_output, *(b"OK\n" + output_text for output_text in first_output)):
             for words in (["version"], ["--json", "version"], ["--json", "fetch", "x"]):
                 with socket.socket(socket.AF_UNIX) as server:
                     server.bind(path)
@@ -127,15 +127,15 @@ class Remote(DaemonTest):
                         stderr=subprocess.PIPE)
                     with server.accept()[0] as peer:
                         peer.recv(1)
-                        peer.sendall(said)
+                        peer.sendall(output_text)
                         peer.shutdown(socket.SHUT_WR)
-                        output, told = process.communicate(timeout=TIMEOUT_S)
+                        output, reported = process.communicate(timeout=TIMEOUT_S)
                 os.remove(path)
-                self.assertEqual(process.returncode, 3, (said, words, output, told))
+                self.assertEqual(process.returncode, 3, (output_text, words, output, reported))
                 if "--json" in words:
-                    self.assertEqual((json.loads(output)["ok"], told), (False, b""))
+                    self.assertEqual((json.loads(output)["ok"], reported), (False, b""))
                 else:
-                    self.assertEqual(told.count(b"\n"), 1)
+                    self.assertEqual(reported.count(b"\n"), 1)
 
     def test_a_name_of_any_characters(self):
         names = ('q"x', "a\\b", 'two "words"', "c\\\"d", "#e")
@@ -317,7 +317,7 @@ class Remote(DaemonTest):
         person.type("\x03wait 100000\r")
         person.until(lambda: "waiting" in screen.lines[-1])
         person.type("\x03")
-        person.until(lambda: person.said("ERR CANCELLED cancelled") and person.at_prompt())
+        person.until(lambda: person.line_count("ERR CANCELLED cancelled") and person.at_prompt())
         person.type("\x04")
         self.assertEqual(person.process.wait(TIMEOUT_S), 0)
 

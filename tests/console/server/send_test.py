@@ -101,23 +101,23 @@ class Send(DaemonTest):
         client = self.client()
         data = self.chance.randbytes(600)
 
-        def tell(offset, block, crc=None):
+        def report(offset, block, crc=None):
             line = block_of("b", data, offset, block)
             return client.ask_json(line if crc is None else line.replace(crc_of(block), crc))
 
-        self.assertEqual(tell(0, data[:200])["error"], "MISSING")
+        self.assertEqual(report(0, data[:200])["error"], "MISSING")
         announced = client.ask_json(f"send b 600 {crc_of(data)}")
         self.assertEqual(announced["result"], {"have": 0, "whole": "no"})
-        self.assertEqual(tell(200, data[200:400])["error"], "RANGE")
-        self.assertEqual(tell(0, data[:200], crc="00000000")["error"], "CRC")
+        self.assertEqual(report(200, data[200:400])["error"], "RANGE")
+        self.assertEqual(report(0, data[:200], crc="00000000")["error"], "CRC")
         for _ in range(2):
-            self.assertEqual(tell(0, data[:200])["result"]["have"], 200)
-        self.assertEqual(tell(100, data[100:300])["result"]["have"], 300)
-        self.assertEqual(tell(300, data[300:] + b"x")["error"], "RANGE")
+            self.assertEqual(report(0, data[:200])["result"]["have"], 200)
+        self.assertEqual(report(100, data[100:300])["result"]["have"], 300)
+        self.assertEqual(report(300, data[300:] + b"x")["error"], "RANGE")
         self.assertFalse(os.path.exists(os.path.join(self.files, "b")))
-        tell(300, data[300:450])
+        report(300, data[300:450])
         for _ in range(2):
-            self.assertEqual(tell(450, data[450:])["result"], {"have": 600, "whole": "yes"})
+            self.assertEqual(report(450, data[450:])["result"], {"have": 600, "whole": "yes"})
         self.assertEqual(self.there("b"), data)
         self.assertEqual(client.ask(f"send b 600 {crc_of(data)} 0")[0][:11], "ERR MISSING")
         self.assertEqual(client.ask("send b 600 0123456x")[0][:10], "ERR SYNTAX")

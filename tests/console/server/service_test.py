@@ -42,9 +42,9 @@ def expanded(names):
         if not name.startswith("@"):
             calls.add(name)
             continue
-        said = subprocess.run([analyze(), "syscall-filter", name], check=True, text=True,
+        output_text = subprocess.run([analyze(), "syscall-filter", name], check=True, text=True,
                               capture_output=True, timeout=TIMEOUT_S).stdout.splitlines()
-        calls |= expanded(line.strip() for line in said[1:] if line.strip()[:1] not in ("", "#"))
+        calls |= expanded(line.strip() for line in output_text[1:] if line.strip()[:1] not in ("", "#"))
     return calls
 
 
@@ -69,11 +69,11 @@ class Manager(DaemonTest):
 
 class Notify(Manager):
     def test_ready_alive_stopping(self):
-        said = [self.manager.recv(100).decode()]
+        output_text = [self.manager.recv(100).decode()]
         begin = time.monotonic()
         for _ in range(3):
-            said.append(self.manager.recv(100).decode())
-        self.assertEqual(said, ["READY=1"] + 3 * ["WATCHDOG=1"])
+            output_text.append(self.manager.recv(100).decode())
+        self.assertEqual(output_text, ["READY=1"] + 3 * ["WATCHDOG=1"])
         self.assertLess(time.monotonic() - begin, 20)
         # Also while a long command runs.
         client = self.client()
@@ -81,9 +81,9 @@ class Notify(Manager):
         for _ in range(3):
             self.assertEqual(self.manager.recv(100).decode(), "WATCHDOG=1")
         self.end(self.daemon)
-        while said[-1] == "WATCHDOG=1":
-            said.append(self.manager.recv(100).decode())
-        self.assertEqual(said[-1], "STOPPING=1")
+        while output_text[-1] == "WATCHDOG=1":
+            output_text.append(self.manager.recv(100).decode())
+        self.assertEqual(output_text[-1], "STOPPING=1")
         # The running command was cancelled and its client answered.
         self.assertEqual(client.answer(), ["ERR CANCELLED cancelled"])
         self.start()

@@ -224,10 +224,10 @@ class Cameras(CameraTest):
             with open(self.record(), "wb") as file:
                 file.write(bad)
             for command in ("settings", "settings restore"):
-                said = self.refused(client, command, "CRC")
+                output_text = self.refused(client, command, "CRC")
                 for word in (self.store, "damaged", "checksum", '"settings forget"',
                              '"settings save"'):
-                    self.assertIn(word, said)
+                    self.assertIn(word, output_text)
             self.assertEqual(self.ok(client, "status")["left"], {"exposure": 3000})
         self.ok(client, "settings save", "settings", "settings forget")
         self.refused(client, "settings", "MISSING")

@@ -35,7 +35,7 @@ class Unconfined(DaemonTest):
             client.send("wait 100000\n")
             time.sleep(0.2)
         self.end(self.daemon)
-        self.assertNotIn("ERROR", self.said())
+        self.assertNotIn("ERROR", self.output_text())
         self.start()
 
 
@@ -158,8 +158,8 @@ class NoSocket(unittest.TestCase):
         link = os.path.join(self.folder, "link")
         os.symlink(self.folder, link)
         for store in (f"{path}/../both/", f"{link}/both", f"{link}/both/store"):
-            said = self.refused(directories=(f"files={path}", f"store={store}"))
-            self.assertIn(f"store = {store} is inside files = {path}", said)
+            output_text = self.refused(directories=(f"files={path}", f"store={store}"))
+            self.assertIn(f"store = {store} is inside files = {path}", output_text)
             self.assertFalse(os.path.exists(path))
 
     def test_a_path_too_long(self):

@@ -91,7 +91,7 @@ class Watchdog(DaemonTest):
         self.start_with("hang 1 video0 ioctl STREAMON")
         self.wait_until(lambda: self.feeds() >= 1)
         self.client().send("bringup\n")
-        self.wait_until(lambda: "stuck" in self.said())
+        self.wait_until(lambda: "stuck" in self.output_text())
         at_end = self.feeds()
         time.sleep(2.5)
         self.assertEqual(self.feeds(), at_end)
@@ -108,12 +108,12 @@ class Watchdog(DaemonTest):
         type(self).settings += ("faults=watchdog.feed@2+=io",)
         self.addCleanup(setattr, type(self), "settings", self.settings[:-1])
         self.start_with("")
-        self.wait_until(lambda: "the watchdog cannot be fed: " in self.said())
+        self.wait_until(lambda: "the watchdog cannot be fed: " in self.output_text())
         self.assertEqual(self.client().ask("version")[-1], "OK")
         self.assertEqual(self.feeds(), 1)
         # It is reported once, however long it lasts.
         self.end(self.daemon)
-        self.assertEqual(self.said().count("cannot be fed"), 1)
+        self.assertEqual(self.output_text().count("cannot be fed"), 1)
 
     def test_a_slow_disk(self):
         """The bridge's watchdog expires after a second: while a pair is written to a slower disk,
