@@ -30,7 +30,7 @@ import sabotage
 
 SURVIVORS = os.path.join(prove.FPGA, "tools", "mutation_survivors.json")
 GOAL = 0.9
-CELLS_A_MUTANT, FEWEST, MOST = 6, 12, 60
+CELLS_A_MUTANT, FEWEST, MAXIMUM = 6, 12, 60
 TIMEOUT_S = 200  # of a test that may hang
 NO_BUILD = "no build"
 JOINTS = ("motion", "sensor_bus", "video_path", "bridge_core")
@@ -49,7 +49,7 @@ def yosys(runner, folder, script):
 
 
 def wanted_mutants(cells, share):
-    return max(1, round(share * min(MOST, max(FEWEST, cells // CELLS_A_MUTANT))))
+    return max(1, round(share * min(MAXIMUM, max(FEWEST, cells // CELLS_A_MUTANT))))
 
 
 def choose(runner, folder, name, wanted, seed):

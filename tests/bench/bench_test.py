@@ -16,7 +16,7 @@ ROOT = os.environ["VERGENCE_SOURCE"]
 WIDTH, HEIGHT, DISPARITY = 96, 64, 7
 OURS = {"fast", "standard", "standard+refine", "best", "board", "paper"}
 # A module cv2 in its own folder, like an unpacked wheel: it replaces the system's.
-STAND_IN = """import os, sys
+SUBSTITUTE = """import os, sys
 sys.path.remove(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 del sys.modules["cv2"]
 import cv2
@@ -146,7 +146,7 @@ class Stereo(Bench):
         self.refused("ground truth", STEREO, "--settings", self.pair("two", truth=False))
 
     def test_another_opencv_runs_in_its_own_process(self):
-        module = write_module(os.path.join(self.folder, "module"), STAND_IN)
+        module = write_module(os.path.join(self.folder, "module"), SUBSTITUTE)
         document = self.json_of(STEREO, "--json", "--quick", "--pypi", module, self.pair("one"))
         self.assertEqual(document["pypi_opencv"], cv2.__version__)
         results = {result["method"]: result for result in document["results"]}
@@ -158,14 +158,14 @@ class Stereo(Bench):
             for time in theirs["time"]:
                 self.assertGreater(time["best_ms"], 0)
 
-    def test_another_opencv_that_fails_is_said(self):
+    def test_another_opencv_that_fails_is_reported(self):
         one = self.pair("one")
         self.refused("no module cv2", STEREO, "--pypi", self.folder, one)
         broken = write_module(os.path.join(self.folder, "broken"),
-                              STAND_IN + "cv2.StereoSGBM_create = None\n")
+                              SUBSTITUTE + "cv2.StereoSGBM_create = None\n")
         self.refused("TypeError", STEREO, "--json", "--pypi", broken, one)
         dying = write_module(os.path.join(self.folder, "dying"),
-                             STAND_IN + "cv2.StereoSGBM_create = lambda *a, **b: os._exit(3)\n")
+                             SUBSTITUTE + "cv2.StereoSGBM_create = lambda *a, **b: os._exit(3)\n")
         self.refused("process ended", STEREO, "--json", "--pypi", dying, one)
 
     def test_bad_input_is_named_in_one_line(self):
@@ -186,8 +186,8 @@ class Stereo(Bench):
             self.refused("meta.json", STEREO, one)
 
 
-class Trouble(Bench):
-    def test_all_troubles_are_met(self):
+class Disturbance(Bench):
+    def test_all_disturbances_are_met(self):
         self.pair("one", lies=8)
         self.pair("two", lies=8)
         results = self.json_of(DISTURBANCE, "--json", "--only", "standard", self.pairs)["results"]
@@ -207,7 +207,7 @@ class Trouble(Bench):
                 self.assertEqual(nothing["one black"], 0)
                 self.assertLess(nothing["no texture"], 10)
 
-    def test_tables_tell_what_each_trouble_is(self):
+    def test_tables_report_what_each_disturbance_is(self):
         done = run(DISTURBANCE, "--quick", "--only", "standard", self.pair("one"))
         self.assertEqual(done.returncode, 0, done.stderr)
         for wanted in ("growth", "right image exposed 0.6 times as long", "unrelated"):

@@ -273,7 +273,7 @@ class Calibrations(pairs.Workshop):
                                  "--out", self.out, *arguments)
                 self.assert_refused(done, 3, word)
 
-    def test_ground_truth_of_another_size_is_said(self):
+    def test_ground_truth_of_another_size_is_reported(self):
         truth = self.save("truth.pfm", self.truth)
         for arguments, word in ((["--scale", "0.5"], "--scale"),
                                 (["--region", "10,10,80,60"], "--region")):

@@ -198,7 +198,7 @@ class Export(unittest.TestCase):
             T = np.array(chain["cam1"]["T_cn_cnm1"])
             self.assertEqual(T[3].tolist(), [0, 0, 0, 1])
             in_right = (np.column_stack((points / 1000, np.ones(POINTS))) @ T.T)[:, :3]
-            for name, camera, most_px, theirs, ours in (
+            for name, camera, max_px, theirs, ours in (
                     ("cam0", cameras[0], lost_px[0], points / 1000, points),
                     ("cam1", cameras[1], lost_px[1], in_right, points @ R.T + t)):
                 one = chain[name]
@@ -211,7 +211,7 @@ class Export(unittest.TestCase):
                 inside = ((exact > 0) & (exact < (1279, 959))).all(axis=1)
                 self.assertGreater(inside.sum(), POINTS / 4)
                 off_px = np.abs(brown(theirs, radtan) - exact)[inside].max()
-                self.assertLess(off_px, most_px + AGREE_PX)
+                self.assertLess(off_px, max_px + AGREE_PX)
 
     def numbers(self, path):
         """The cameras in our own text, without names and remarks."""
@@ -253,7 +253,7 @@ class Export(unittest.TestCase):
             np.testing.assert_allclose(reported["right"]["distortion_k1_k2_p1_p2_k3"],
                                        cameras[1]["D"], rtol=1e-8)
 
-    def test_an_earlier_export_is_replaced_and_mistakes_are_told(self):
+    def test_an_earlier_export_is_replaced_and_mistakes_are_reported(self):
         rig = self.make_rig(False, 0.01)[0]
         out = self.export(rig, "ros")
         first = (out / "left.yaml").read_bytes()

@@ -85,7 +85,7 @@ class Reconstruct(pairs.Workshop):
         self.assertTrue(numpy.array_equal(valid, numpy.isfinite(found)))
         self.assertLess(abs(depth[valid] - FOCAL_PX * BASELINE_MM / found[valid]).max(), 1.0)
 
-    def test_result_json_tells_the_truth(self):
+    def test_result_json_reports_the_truth(self):
         done = self.reconstruct(*RECTIFIED, "--json")
         result = json.loads(done.stdout)
         self.assertEqual(result, json.loads((self.out / "result.json").read_text()))
@@ -105,7 +105,7 @@ class Reconstruct(pairs.Workshop):
         self.assertLessEqual(sum(stages), result["time_ms"]["total"])
         self.assertNotEqual(result["build_id"], "")
 
-    def test_an_assumed_geometry_is_said(self):
+    def test_an_assumed_geometry_is_reported(self):
         done = self.reconstruct("--rectified", "--disparity", "0:48")
         self.assertIn("assumed", done.stderr)
         self.assertNotIn("depth.png", os.listdir(self.out))

@@ -33,11 +33,11 @@ class Session:
             kind, layout = ("P6", "rgb") if image.ndim == 3 else ("P5", layout)
             head = f"{kind}\n{width} {height}\n255\n".encode()
             crc = self.file("frame-{}.pnm", head + image.tobytes())
-            stand = "0,none,none,none"
+            axes = "0,none,none,none"
             values = {"frame": crc, "size": size or f"{width}x{height}", "bits": 8, "layout": layout,
                       "sequence": self.pairs, "begin_us": 1000 * self.pairs,
                       "end_us": 1000 * self.pairs + 30, "exposure_us": 0, "gain_q3": 0,
-                      "before": stand, "after": stand}
+                      "before": axes, "after": axes}
             words += [f"{side}_{key}={value}" for key, value in values.items()]
         self.line(" ".join(words))
 

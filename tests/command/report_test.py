@@ -174,7 +174,7 @@ class Report(unittest.TestCase):
         self.assertEqual(self.shown(), whole)
         self.assertEqual(self.browser.complaints(), [])
 
-    def test_the_head_says_how_bright_the_images_are(self):
+    def test_the_head_reports_how_bright_the_images_are(self):
         lines = self.browser.evaluate(
             "[...document.querySelectorAll('.camera')].map(e => e.textContent)")
         for line, name in zip(lines, (LEFT, RIGHT), strict=True):
@@ -214,7 +214,7 @@ class Report(unittest.TestCase):
         drawn = int(self.browser.evaluate("document.getElementById('view').dataset.triangles"))
         self.assertEqual(drawn, self.result["counts"]["triangles"])
 
-    def test_readout_says_what_was_measured(self):
+    def test_readout_reports_what_was_measured(self):
         plan = self.result["plan"]
         for near in ((100, 60), (160, 150), (250, 200)):
             x, y = self.valid_pixel(*near)
@@ -314,7 +314,7 @@ class Report(unittest.TestCase):
             self.browser.open(self.page, READY)
             self.assertEqual(self.browser.evaluate(clipped), 0, width)
 
-    def test_unusable_truth_is_said_in_the_page(self):
+    def test_unusable_truth_is_reported_in_the_page(self):
         small = os.path.join(self.folder.name, "small.png")
         cv2.imwrite(small, np.full((5, 9), 256, np.uint16))
         out = os.path.join(self.folder.name, "small")

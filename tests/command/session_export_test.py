@@ -127,11 +127,11 @@ class Export(Workshop):
         cv2.imwrite(str(foreign), made[0][0])
         first = self.out / names("views", 1)[0]
         first.unlink()
-        for spoil in (lambda: None, lambda: foreign.write_bytes(b""),
+        for corrupt in (lambda: None, lambda: foreign.write_bytes(b""),
                       lambda: (foreign.unlink(), foreign.symlink_to(self.out / "beside.txt")),
                       lambda: (foreign.unlink(), os.mkfifo(foreign)),
                       lambda: (foreign.unlink(), foreign.mkdir())):
-            spoil()
+            corrupt()
             before = os.lstat(foreign)
             self.refused(f"{foreign} exists", session.path)
             self.assertEqual(os.lstat(foreign), before)

@@ -98,12 +98,12 @@ class Info(Workshop):
                          ["session", "calibration", "session"])
 
     def test_damaged_ones_are_refused(self):
-        for name, spoil in (("session.index", lambda data: data.replace(b"skew", b"slew")),
+        for name, corrupt in (("session.index", lambda data: data.replace(b"skew", b"slew")),
                             ("calibration-", lambda data: data + b" "),
                             ("frame-", lambda data: data[:-1])):
             session = self.copy()
             for path in session.glob(name + "*"):
-                path.write_bytes(spoil(path.read_bytes()))
+                path.write_bytes(corrupt(path.read_bytes()))
             self.refused(f"{session}/{name}", session)
             shutil.rmtree(session)
         done = run("info", RECORDED / "mug_3x", "--convert", self.directory / "new")

@@ -68,7 +68,7 @@ class Calibrate(Calibrating):
         index = names[3] / "session.index"
         good = index.read_bytes()
         frame = next(names[4].glob("frame-*"))
-        for spoil, words in (
+        for corrupt, words in (
                 (lambda: index.write_bytes(good.replace(b"number=1", b"number=2")
                                            + b"end 00000000\n"),
                  f"{names[3]}/session.index: line 2"),
@@ -78,7 +78,7 @@ class Calibrate(Calibrating):
                 (lambda: (index.write_bytes(good), frame.write_bytes(frame.read_bytes()[:-1])),
                  f"{names[4]}/{frame.name}"),
                 (frame.unlink, f"{names[4]}/{frame.name}: ")):
-            spoil()
+            corrupt()
             done = self.run_on(*names)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
             self.assertIn("vergence calibrate: " + words, done.stderr)
@@ -113,7 +113,7 @@ class Reconstruct(Reconstructing):
                               next(session.glob("calibration-*")))
         self.assertTrue(numpy.array_equal(alone, files, equal_nan=True))
 
-    def test_every_result_tells_the_capture(self):
+    def test_every_result_reports_the_capture(self):
         """The skew between the frames, in every kind of output that has metadata."""
         strange = self.directory / "two\nlines"
         shutil.copytree(RECORDED / "cylinder_1x", strange)
@@ -167,7 +167,7 @@ class Reconstruct(Reconstructing):
         self.measured(session.path, "--pair", 1, *search)
         self.refused(f"{session.path}/frame-", session.path, *search)
 
-    def test_a_session_that_was_cut_off_says_so(self):
+    def test_a_session_that_was_cut_off_reports_so(self):
         session = Session(self.directory / "session")
         session.pair(*[cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
                        for path in (self.left_path, self.right_path)])
@@ -177,7 +177,7 @@ class Reconstruct(Reconstructing):
         session.end()
         self.assertNotIn(note, run("reconstruct", session.path, *search).stderr)
 
-    def test_what_is_wrong_is_said_in_one_line(self):
+    def test_what_is_wrong_is_reported_in_one_line(self):
         session = Session(self.directory / "session")
         session.pair(*boards.pairs(poses=boards.POSES[:1])[0])
         self.refused((f"{session.path}: ", "--calibration"), session.path)

@@ -125,7 +125,7 @@ class Signals(pairs.Workshop):
             if not any(int(mask, 16) & interrupt for mask in pending):
                 return
 
-    def test_a_second_interrupt_ends_at_once_and_says_what_is_left(self):
+    def test_a_second_interrupt_ends_at_once_and_reports_what_is_left(self):
         ended = 0
         whole = self.measure()
         subprocess.run(["rm", "-r", str(self.out)], check=True)

@@ -80,7 +80,7 @@ class Changes(unittest.TestCase):
         self.assertIn("bench/calibration", slow_tests.advice(self.root))
         self.assertEqual(slow_tests.advice(self.root, "HEAD~1"), "")
 
-    def test_without_git_it_says_nothing(self):
+    def test_without_git_it_reports_nothing(self):
         with tempfile.TemporaryDirectory() as folder:
             self.assertEqual(slow_tests.advice(pathlib.Path(folder)), "")
 

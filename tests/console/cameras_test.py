@@ -151,7 +151,7 @@ class TwoCameras(DeviceTest):
         plugs = "".join(f"plug /dev/video{side} {self.place(f'plug{side}')}\n" for side in (0, 1))
         self.serve(self.cameras() + plugs, self.profile)
         for side, name in enumerate(("left", "right")):
-            self.assert_said(f"{name}_camera = /dev/video{side}: {NOT_THERE}\n")
+            self.assert_logged(f"{name}_camera = /dev/video{side}: {NOT_THERE}\n")
         answer = self.first.ask_json("bringup")
         self.assertEqual(answer["message"], f"left camera: left_camera = /dev/video0: {NOT_THERE}")
         self.assertEqual([part["state"] for part in answer["result"]["parts"]],
@@ -184,7 +184,7 @@ class TwoCameras(DeviceTest):
             self.captured()
         self.captured()
         self.assertEqual(self.asked("health")["left"]["restarts"], 1)
-        self.assert_said("camera /dev/video0: DQBUF: Input/output error; restarting the stream")
+        self.assert_logged("camera /dev/video0: DQBUF: Input/output error; restarting the stream")
 
     def test_slow_to_start_and_jpeg(self):
         for side, picture in enumerate(self.pictures):
@@ -275,7 +275,7 @@ class FullRig(DeviceTest):
                    "left lens": f"lens_uart = {lens}: {NOT_THERE}",
                    "right lens": f"lens_uart = {lens}: {NOT_THERE}"}
         self.assertEqual(whys, missing)
-        self.assert_said(f"left camera: left_camera = /dev/video0: {NOT_THERE}\n")
+        self.assert_logged(f"left camera: left_camera = /dev/video0: {NOT_THERE}\n")
         self.assertIn("- part FPGA bridge, state the device is missing, has gone, or is not the "
                       f"expected one, why i2c = /dev/i2c-1: {NOT_THERE}",
                       [line.strip() for line in self.first.ask("bringup")])
@@ -283,13 +283,13 @@ class FullRig(DeviceTest):
     def test_what_is_missing_has_its_setting(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",
                    "reset_line=3", f"lens_uart={self.place('none')}")
-        self.assert_said(f"i2c = /dev/i2c-7: {NOT_THERE}\n")
-        self.assert_said("gpio_chip = /dev/gpiochip0: line 3 of /dev/gpiochip0 for the bridge's reset: "
+        self.assert_logged(f"i2c = /dev/i2c-7: {NOT_THERE}\n")
+        self.assert_logged("gpio_chip = /dev/gpiochip0: line 3 of /dev/gpiochip0 for the bridge's reset: "
                          "No such file or directory; no such GPIO chip")
         answer = self.first.ask_json("bringup")
         self.assertIn("bridge's reset line: gpio_chip = /dev/gpiochip0: line 3", answer["message"])
         self.assertEqual(answer["result"]["state"], "safe")
-        self.assert_said(f"left lens: lens_uart = {self.place('none')}: {NOT_THERE}")
+        self.assert_logged(f"left lens: lens_uart = {self.place('none')}: {NOT_THERE}")
 
     def test_an_i2c_bus_without_a_bridge(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras() + "gpio /dev/gpiochip0\n", "profile=rig",

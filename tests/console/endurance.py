@@ -248,7 +248,7 @@ class Endurance:
         process.wait()
         self.cancelled += 1
 
-    def be_deaf(self):
+    def stop_reading(self):
         client = self.new_client()
         client.socket.settimeout(0.05)
         try:
@@ -257,7 +257,7 @@ class Endurance:
             pass
         self.input_paused.append(client)
 
-    def send_rubbish(self):
+    def send_garbage(self):
         with self.new_client() as client:
             client.send(self.chance.randbytes(self.chance.randrange(1, 3000)) + b"\n\x03\n")
             client.socket.shutdown(socket.SHUT_WR)
@@ -280,8 +280,8 @@ class Endurance:
         elif kind < 0.88:
             self.ordinary()
         else:
-            act = pick.choice((self.cancel, self.vanish, self.be_killed, self.be_deaf,
-                               self.send_rubbish))
+            act = pick.choice((self.cancel, self.vanish, self.be_killed, self.stop_reading,
+                               self.send_garbage))
             self.report(f"a client: {act.__name__}")
             act()
         self.check_watchdog()

@@ -164,7 +164,7 @@ class DeviceTest(DaemonTest):
         self.assertTrue(answer["ok"], answer)
         return answer["result"]
 
-    def assert_said(self, text):
+    def assert_logged(self, text):
         """Waits until the log contains this."""
         end = time.monotonic() + TIMEOUT_S
         while text not in self.output_text() and time.monotonic() < end:

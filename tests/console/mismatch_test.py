@@ -176,7 +176,7 @@ class Pairs(Surfaces):
             for text in (reported.stdout, reported.stderr):
                 self.assertIn(word, text)
 
-    def test_every_output_of_an_accepted_mismatch_says_so(self):
+    def test_every_output_of_an_accepted_mismatch_reports_so(self):
         folder = self.changed("moved", self.moved("left", 1, 5))
         figures = self.asked("reconstruct moved 1 0.5 accept-mismatch")
         self.assertIn("left zoom", figures["accepted_mismatch"])

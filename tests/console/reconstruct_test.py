@@ -310,7 +310,7 @@ class Reconstruct(Surfaces):
         self.assertLess(asked_s, 5)
         self.nothing_is_left()
 
-    def test_depths_are_what_help_says(self):
+    def test_depths_are_what_help_reports(self):
         """One in a hundred points is nearer than depth_near, and one farther than depth_far."""
         output_text = self.first.ask_json("help reconstruct")["result"]["more"]
         self.assertRegex(output_text, "1 % .*depth_near.*1 % .*depth_far")

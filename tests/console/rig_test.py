@@ -222,7 +222,7 @@ class Rig(RigTest):
             self.assertEqual(self.first.ask("pan 1")[0][:13], "ERR NOT_READY")
 
 
-class Troubles(RigTest):
+class Errors(RigTest):
     settings = ("rig.skew_limit=1ms", "rig.width=128px", "rig.height=96px")
 
     def test_a_past_fault_does_not_cause_a_safe_state(self):

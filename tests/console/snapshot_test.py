@@ -181,7 +181,7 @@ class Fetched(Looking, PlayedPairs):
         self.assertEqual(sorted(os.listdir(self.here)), sorted([*taken, name]))
         self.assertEqual(self.shown(name, self.here).shape, (200, 2 * 336))
 
-    def test_a_person_gets_it_as_well(self):
+    def test_a_user_gets_it_as_well(self):
         before = os.getcwd()
         os.chdir(self.here)
         self.addCleanup(os.chdir, before)

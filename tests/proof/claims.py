@@ -2,8 +2,8 @@
 """What is proved: which functions, against which errors, with how many goals at least."""
 import collections
 
-# `least_goals`: fewer mean that something is missing from the proof.
-Claim = collections.namedtuple("Claim", "name functions checks least_goals")
+# `min_goals`: fewer mean that something is missing from the proof.
+Claim = collections.namedtuple("Claim", "name functions checks min_goals")
 
 # In addition to the checks of -wp-rte: overflow of signed numbers, shifts, division by zero, bounds
 # of arrays, reads and writes of memory.

@@ -183,7 +183,7 @@ def check_claims(folder, jobs, only):
             proved, goals, text = prove(folder, FIRMWARE, claim, functions, 1)
         whole = functions == claim.functions
         missing = [name for name in functions if f"annotating function {name}\n" not in text]
-        good = 0 < proved == goals and not missing and (not whole or goals >= claim.least_goals)
+        good = 0 < proved == goals and not missing and (not whole or goals >= claim.min_goals)
         failures += not good
         total_goals += goals
         total_proved += proved
@@ -191,7 +191,7 @@ def check_claims(folder, jobs, only):
               f" {time.monotonic() - started:7.0f}  {'proved' if good else 'FAILED'}", flush=True)
         if not good:
             print("\n".join(complaints(text)), file=sys.stderr)
-            print(f"at least {claim.least_goals} goals expected; not found: {missing}",
+            print(f"at least {claim.min_goals} goals expected; not found: {missing}",
                   file=sys.stderr)
     print(f"proved {total_proved} of {total_goals} goals", flush=True)
     return failures

@@ -18,8 +18,8 @@ NOT_PROSE = re.compile(r"/corpus/|/generated/|^tests/sessions/.*/|^tools/lint\.d
 NOT_SOURCE = re.compile(r"/corpus/|/generated/|^tests/sessions/|/pictures(/|$)|^tests/data/")
 # One text compiled for four instruction sets; their branches are those of the algorithm.
 KERNELS = re.compile(r"^firmware/(core|stereo)/(match/)?match_")
-MOST_BRANCHES = 12
-MOST_FILES = 30
+MAX_BRANCHES = 12
+MAX_FILES = 30
 
 
 class Tree:
@@ -61,7 +61,7 @@ def flat_files(tree):
                                   if not NOT_SOURCE.search(path))
     largest = folders.most_common(1)[0][1] if folders else 0
     return largest, [f"{folder}/: {count} files" for folder, count in folders.most_common()
-                     if count > MOST_FILES]
+                     if count > MAX_FILES]
 
 
 def includes(tree):
@@ -159,7 +159,7 @@ def complex_functions(tree):
         # Complexity where a switch counts once, complexity, statements, first line, lines, place
         fields = line.split("\t")
         match = re.fullmatch(r"(.+)\(\d+\): (.*)", fields[-1])
-        if match and int(fields[0]) > MOST_BRANCHES:
+        if match and int(fields[0]) > MAX_BRANCHES:
             places.append((int(fields[0]), f"{match[1]}:{fields[3]}: {match[2]} has {fields[0]} branches"))
     return len(places), [place for _, place in sorted(places, reverse=True)]
 

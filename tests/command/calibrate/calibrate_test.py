@@ -55,7 +55,7 @@ class Names(Workshop):
                 self.assert_good(self.run_on(*way))
                 self.assertEqual((self.out / "rig.calibration").read_bytes(), reference)
 
-    def test_names_that_say_nothing(self):
+    def test_names_that_report_nothing(self):
         boards.write(self.pictures, self.made[:2], "x{}.png", "y{}.png")
         self.assert_refused(self.run_on(), 3, "x1.png", "camera")
         self.assert_refused(self.run_on(self.pictures / "none*.png"), 3, "none*.png")
@@ -223,7 +223,7 @@ class Output(Workshop):
 class BadInput(Workshop):
     """One clear line each; the rest is used."""
 
-    def spoil(self, name, image):
+    def corrupt(self, name, image):
         self.assertTrue(cv2.imwrite(str(self.pictures / name), image))
 
     def test_a_missing_partner(self):
@@ -256,8 +256,8 @@ class BadInput(Workshop):
 
     def test_the_same_picture_twice(self):
         self.good()
-        self.spoil("left05.png", self.made[3][0])
-        self.spoil("right05.png", self.made[3][1])
+        self.corrupt("left05.png", self.made[3][0])
+        self.corrupt("right05.png", self.made[3][1])
         done = self.run_on()
         self.assert_good(done, 9)
         self.assertIn("same picture as", self.note(done, "left05.png"))
@@ -265,7 +265,7 @@ class BadInput(Workshop):
 
     def test_left_and_right_of_different_moments(self):
         self.good()
-        self.spoil("right05.png", self.made[6][1])
+        self.corrupt("right05.png", self.made[6][1])
         (self.pictures / "right07.png").unlink()
         done = self.run_on()
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -273,7 +273,7 @@ class BadInput(Workshop):
 
     def test_mixed_resolutions(self):
         self.good()
-        self.spoil("right02.png", cv2.resize(self.made[1][1], (320, 240)))
+        self.corrupt("right02.png", cv2.resize(self.made[1][1], (320, 240)))
         done = self.run_on()
         self.assert_good(done, 9)
         self.assertIn("320x240 pixels", self.note(done, "right02.png"))
@@ -295,8 +295,8 @@ class BadInput(Workshop):
 
     def test_blurred_and_overexposed_boards(self):
         self.good()
-        self.spoil("left02.png", cv2.GaussianBlur(self.made[1][0], (0, 0), 14))
-        self.spoil("right06.png", numpy.clip(self.made[5][1] * 9.0, 0, 255).astype(numpy.uint8))
+        self.corrupt("left02.png", cv2.GaussianBlur(self.made[1][0], (0, 0), 14))
+        self.corrupt("right06.png", numpy.clip(self.made[5][1] * 9.0, 0, 255).astype(numpy.uint8))
         done = self.run_on()
         self.assert_good(done, 8)
         self.assertIn("blurred", self.note(done, "left02.png"))
@@ -306,7 +306,7 @@ class BadInput(Workshop):
         """It can be used, but its corners may be off: the user must be warned, also with a cache.
         """
         self.good()
-        self.spoil("right06.png", numpy.clip(self.made[5][1] * 1.6, 0, 255).astype(numpy.uint8))
+        self.corrupt("right06.png", numpy.clip(self.made[5][1] * 1.6, 0, 255).astype(numpy.uint8))
         done = self.run_on()
         self.assert_good(done, 10)
         self.assertIn("expose less", self.note(done, "right06.png"))

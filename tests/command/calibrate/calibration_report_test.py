@@ -94,8 +94,8 @@ class CalibrationReport(unittest.TestCase):
         self.assertLess(abs(baseline_mm - 99.8), 0.3)
         self.assertLess(float(self.card("Rows agree within").split()[0]), 0.2)
         rig = (self.out / "rig.calibration").read_text()
-        told_px = float(re.search(r"^left_focal_px ([\d.]+)", rig, re.M)[1])
-        self.assertAlmostEqual(focal_px, told_px, delta=0.006)
+        reported_px = float(re.search(r"^left_focal_px ([\d.]+)", rig, re.M)[1])
+        self.assertAlmostEqual(focal_px, reported_px, delta=0.006)
 
     def test_rejected_pictures_are_shown_with_their_reason(self):
         figures = self.browser.evaluate(

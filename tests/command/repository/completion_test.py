@@ -103,7 +103,7 @@ class Completion(unittest.TestCase):
             self.assertEqual(self.offered(line), ["left", "right", "both"])
         self.assertEqual(self.offered(begin + "pan left -"), [])
 
-    def test_a_person_presses_tab(self):
+    def test_a_user_presses_tab(self):
         pid, fd = pty.fork()
         if pid == 0:
             os.chdir(self.folder)

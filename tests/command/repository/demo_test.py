@@ -29,7 +29,7 @@ class Demo(unittest.TestCase):
         cls.addClassCleanup(cls.folder.cleanup)
         cls.first = run("demo", "--out", cls.folder.name)
 
-    def test_says_where_to_look(self):
+    def test_reports_where_to_look(self):
         self.assertEqual(self.first.returncode, 0, self.first.stdout + self.first.stderr)
         for name in ("motorcycle", "aloe", "chessboard", *(f"rig_{name}" for name in RIG)):
             report = os.path.join(self.folder.name, name, "report.html")
@@ -38,7 +38,7 @@ class Demo(unittest.TestCase):
             self.assertLess(os.path.getsize(report), 8_000_000)
         self.assertTrue(all(len(line) <= 120 for line in self.first.stdout.splitlines()))
 
-    def test_motorcycle_is_where_the_truth_says(self):
+    def test_motorcycle_is_where_the_truth_reports(self):
         score = load(self.folder.name, "motorcycle", "evaluation.json")
         self.assertLess(score["measured_all"]["bad_2_percent"], 6)
         self.assertGreater(score["measured_all"]["density_percent"], 70)
@@ -49,7 +49,7 @@ class Demo(unittest.TestCase):
         self.assertGreater(result["bounds_mm"]["least"][2], 0.85 * near)
         self.assertLess(result["bounds_mm"]["greatest"][2], 1.25 * far)
 
-    def test_aloe_says_what_is_assumed(self):
+    def test_aloe_reports_what_is_assumed(self):
         score = load(self.folder.name, "aloe", "evaluation.json")
         self.assertLess(score["measured_all"]["bad_2_percent"], 5)
         with open(os.path.join(self.folder.name, "aloe", "report.html"), encoding="utf-8") as file:
@@ -104,7 +104,7 @@ class Demo(unittest.TestCase):
             self.assertEqual(wrong.stderr.count("\n"), 1)
             self.assertEqual(run(tool, "--help").returncode, 0)
 
-    def test_a_build_that_fails_says_where(self):
+    def test_a_build_that_fails_reports_where(self):
         with tempfile.TemporaryDirectory(prefix="vergence-build-") as folder:
             done = run("build", "some/part", "-DCMAKE_C_COMPILER=/no/such", XDG_CACHE_HOME=folder)
             self.assertEqual((done.returncode, done.stdout), (1, ""))

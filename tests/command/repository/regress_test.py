@@ -26,7 +26,7 @@ from session import Unusable
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 SESSIONS = sorted(path.parent for path in RECORDED.glob("*/session.index"))
-MOST_BYTES = 2_000_000
+MAX_BYTES = 2_000_000
 
 
 class Regress(Recorded):
@@ -65,7 +65,7 @@ class Regress(Recorded):
         self.options(arguments=["--disparity", "0:48"], tolerance={"disparity_px": 0.003})
         self.compare(1)
 
-    def test_each_kind_of_change_is_told_by_its_name(self):
+    def test_each_kind_of_change_is_reported_by_its_name(self):
         self.accept()
 
         def reason(result):
@@ -347,7 +347,7 @@ class Ends(Recorded):
                 return bool(int(line.split()[1], 16) >> (number - 1) & 1)
         return False
 
-    def test_an_early_signal_is_told_as_well(self):
+    def test_an_early_signal_is_reported_as_well(self):
         random = numpy.random.default_rng(pairs.SEED)
         for delay in random.uniform(0, 1.0, 4):
             process = self.start(VERGENCE, "--accept", "first", self.folder)
@@ -393,7 +393,7 @@ class Ends(Recorded):
                          "/x: Permission denied")
 
     @unittest.skipIf(os.geteuid() == 0, "the superuser may do everything")
-    def test_what_may_not_be_read_or_written_is_told(self):
+    def test_what_may_not_be_read_or_written_is_reported(self):
         locked = self.directory / "locked"
         locked.mkdir(mode=0o500)
         self.addCleanup(locked.chmod, 0o700)
@@ -411,7 +411,7 @@ class Sessions(unittest.TestCase):
         self.assertGreaterEqual(len(SESSIONS), 3)
         for session in SESSIONS:
             size = sum(path.stat().st_size for path in session.rglob("*") if path.is_file())
-            self.assertLessEqual(size, MOST_BYTES, session)
+            self.assertLessEqual(size, MAX_BYTES, session)
 
     def test_they_are_as_accepted(self):
         done = regress("--out", os.environ.get("TMPDIR", "/tmp") + "/vergence-regress-test",

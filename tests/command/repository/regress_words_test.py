@@ -33,7 +33,7 @@ class Words(Recorded):
             self.options(arguments=arguments)
             self.refused("left.png", word)
 
-    def test_a_session_cannot_say_what_is_written(self):
+    def test_a_session_cannot_report_what_is_written(self):
         """Sessions come from others and must not choose where to write."""
         self.accept()
         victim = self.directory / "victim"
@@ -54,7 +54,7 @@ class Words(Recorded):
             self.assertFalse(victim.exists())
         self.assertEqual({p: p.read_bytes() for p in kept}, kept)
 
-    def test_what_says_how_to_measure_is_taken(self):
+    def test_what_reports_how_to_measure_is_taken(self):
         known = set(re.findall("^    (--[a-z-]+)", pairs.run("reconstruct", "--help").stdout, re.M))
         # A new option of vergence reconstruct belongs to one of both.
         self.assertEqual(known - NO_MEASURES, set(reference.MEASURES))

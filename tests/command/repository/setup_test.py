@@ -93,7 +93,7 @@ class Setup(Machine):
         self.assertEqual(self.run_tool("install_packages").returncode, 0)
         self.assertTrue(all(call.startswith("apt-get") for call in self.called()))
 
-    def test_without_rights_it_says_what_to_install(self):
+    def test_without_rights_it_reports_what_to_install(self):
         self.installed("ccache", "cmake")
         self.user(1000)
         self.play("apt-get", WRITE_DOWN)
@@ -109,7 +109,7 @@ class Setup(Machine):
         self.assertIn("apt-get", done.stderr)
         self.assertIn("cmake", done.stderr)
 
-    def test_a_failed_installation_is_said(self):
+    def test_a_failed_installation_is_reported(self):
         self.installed("ccache")
         self.user(0)
         self.play("apt-get", '[ "$1" = update ]\n')

@@ -243,12 +243,12 @@ class Silent(WithPort):
             client.socket.close()
 
     def test_they_are_dropped(self):
-        talker, nothing, rubbish = (self.client() for _ in range(3))
+        talker, nothing, garbage = (self.client() for _ in range(3))
         begin = time.monotonic()
         self.assertEqual(talker.ask("version")[-1], "OK")
-        self.assertTrue(rubbish.ask("fly")[-1].startswith("ERR ARGUMENT"))
+        self.assertTrue(garbage.ask("fly")[-1].startswith("ERR ARGUMENT"))
         nothing.send("versi")
-        for client in (nothing, rubbish):
+        for client in (nothing, garbage):
             self.assertTrue(client.line().startswith("ERR TIMEOUT"))
             self.assertIsNone(client.line())
         self.assertGreater(time.monotonic() - begin, GREETING_S - 0.5)

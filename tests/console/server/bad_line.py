@@ -21,7 +21,7 @@ class BadLine:
         self.thread = threading.Thread(target=self.run)
         self.thread.start()
 
-    def spoil(self, data):
+    def corrupt(self, data):
         result = bytearray()
         for byte in data:
             if self.chance.random() < self.lost:
@@ -39,7 +39,7 @@ class BadLine:
                 self.carried += len(data)
                 if self.limit is not None and self.carried > self.limit:
                     continue  # unplugged
-                data = self.spoil(data)
+                data = self.corrupt(data)
                 while data:
                     data = data[os.write(ends[end], data):]
 

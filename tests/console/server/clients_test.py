@@ -127,7 +127,7 @@ class Clients(DaemonTest):
         for name in commands:
             self.assertTrue(self.first.ask_json(f"help {name}")["result"]["usage"].startswith(name))
 
-    def test_two_clients_wait_for_each_other_and_a_full_queue_says_so(self):
+    def test_two_clients_wait_for_each_other_and_a_full_queue_reports_so(self):
         others = [self.client() for _ in range(4)]
         self.first.send("wait 100000\n")
         time.sleep(0.3)
@@ -281,7 +281,7 @@ class Clients(DaemonTest):
         self.assertTrue(dropped)
         self.assertIn("a client does not read: dropped", "\n".join(self.first.ask("log 5")))
 
-    def test_very_long_lines_and_rubbish(self):
+    def test_very_long_lines_and_garbage(self):
         self.first.send("x" * 513 + "\nversion\n")
         self.assertEqual(self.first.line(),
                          "ERR SYNTAX the line is longer than 512 characters")

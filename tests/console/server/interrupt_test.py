@@ -123,7 +123,7 @@ class Interrupt(DaemonTest):
         person.type("vers\t\r")
         person.until(lambda: person.line_count("OK") == 1 and person.at_prompt())
 
-    def test_a_person_pastes_much(self):
+    def test_a_user_pastes_much(self):
         person = Person.of(self)
         person.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
         person.until(lambda: person.line_count("OK") == 300 and person.at_prompt())
@@ -138,7 +138,7 @@ class Interrupt(DaemonTest):
         person.until(lambda: person.line_count("OK") == 603 and person.at_prompt())
         self.assertFalse([line for line in person.screen.lines if "ERR" in line or ".txt" in line])
 
-    def test_a_person_fetches(self):
+    def test_a_user_fetches(self):
         with open(os.path.join(self.files, "huge"), "wb") as file:
             file.write(bytes(14 << 20))
         person = Person.of(self)

@@ -56,7 +56,7 @@ class Noise(DaemonTest):
         self.addCleanup(self.line.close)
         self.first = self.client()
 
-    def spoil(self, rate):
+    def corrupt(self, rate):
         self.line.lost = self.line.changed = rate
 
     def begin(self, *words, **options):
@@ -102,7 +102,7 @@ class Noise(DaemonTest):
                     over_socket.returncode, over_socket.stdout, over_socket.stderr))
         for rate in (NOISY, LOUD) if WHOLE else (NOISY,):
             good = 0
-            self.spoil(rate)
+            self.corrupt(rate)
             for words, answer in wanted.items():
                 got = self.ask(*words)
                 if got == answer:
@@ -116,7 +116,7 @@ class Noise(DaemonTest):
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.assertEqual(self.first.ask("record start noise")[-1], "OK")
         done, asked = [], []
-        self.spoil(LOUD)
+        self.corrupt(LOUD)
         for i in range(12 if WHOLE else 3):
             command = f"wait 0.{i + 100}"
             words = ("--json",) * (i % 2) + tuple(command.split())
@@ -129,7 +129,7 @@ class Noise(DaemonTest):
                 done.append(command)
             else:
                 self.check_failed(words, code, output, reported)
-        self.spoil(CLEAN)
+        self.corrupt(CLEAN)
         self.assertEqual(self.ask("wait", "0")[0], 0)
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
         carried_out = self.recorded("noise")[:-1]
@@ -144,9 +144,9 @@ class Noise(DaemonTest):
         for form in ((), ("--json",)):
             one = self.ask(*form, "watch", "0.1", "status", "1")[1].removesuffix("OK\n")
             for rate in (CLEAN, NOISY) if WHOLE else (NOISY,):
-                self.spoil(rate)
+                self.corrupt(rate)
                 code, output, reported = self.ask(*form, "watch", "0.1", "status", "20")
-                self.spoil(CLEAN)
+                self.corrupt(CLEAN)
                 lines = output.splitlines()
                 whole = code == 0
                 if form:
@@ -218,7 +218,7 @@ class Noise(DaemonTest):
         self.assertEqual(line.ask("@terminal"), "OK")
 
     def test_files(self):
-        self.spoil(FAINT)
+        self.corrupt(FAINT)
         there = os.path.join(self.folder, "noisy")
         for _ in range(20):
             code, output, reported = self.ask("fetch", "frame.bin", there)

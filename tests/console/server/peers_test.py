@@ -102,7 +102,7 @@ class Peers(DaemonTest):
             else:
                 self.assertEqual((output, reported), (b"", b"vergence: interrupted\n"))
 
-    def test_a_person_at_a_daemon_that_stands_still(self):
+    def test_a_user_at_a_daemon_that_stands_still(self):
         terminal = Terminal(raw=False)
         self.addCleanup(terminal.close)
         self.stop_daemon()
@@ -143,7 +143,7 @@ class Peers(DaemonTest):
 
         return begin
 
-    def test_the_second_ctrl_c_says_what_it_does(self):
+    def test_the_second_ctrl_c_reports_what_it_does(self):
         begin = self.fake(b"OK\n")
         for words in (["status"], ["--json", "status"]):
             process, peer = begin(*words)
@@ -174,7 +174,7 @@ class Peers(DaemonTest):
             else:
                 self.assertEqual((output, reported.decode()), (b"", f"vergence: {NO_ANSWER}\n"))
 
-    def test_what_a_peer_says_commands_no_terminal(self):
+    def test_what_a_peer_reports_commands_no_terminal(self):
         evil = b"name: a\x1b]0;x\x07\x7f\xc2\x9b1m\x9bz\tb \xc3\xa9 \xe2\x82\xac"
         good = "name: a\\x1b]0;x\\x07\\x7f\\xc2\\x9b1m\\x9bz\\x09b \u00e9 \u20ac"
         begin = self.fake(b"OK\n", evil + b"\nERR IO " + evil + b"\n")
@@ -193,7 +193,7 @@ class Peers(DaemonTest):
         self.assertEqual([byte for byte in output[:-1] if byte < 32 or byte == 127], [])
         self.assertNotIn(b"\x9b", output)
 
-    def test_what_a_peer_says_to_a_person(self):
+    def test_what_a_peer_reports_to_a_user(self):
         server, path = self.listen()
         output_text = (b"OK\n", b"version: 1\nOK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
                 b"words: show\x1b\nOK\n")

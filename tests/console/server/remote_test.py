@@ -305,7 +305,7 @@ class Remote(DaemonTest):
         refused("c1: contains the directory deep (fetch it, and files, by name)", "new")
         self.assertFalse(os.path.exists(self.path_of("new")))
 
-    def test_a_person(self):
+    def test_a_user(self):
         person = Person.of(self)
         screen = person.screen
         person.type("vers\t\r")
