@@ -17,7 +17,7 @@
 #include "daemon/base/version.h"
 #include "daemon/cli/manual.h"
 #include "daemon/cli/options.h"
-#include "daemon/cli/shell_words.h"
+#include "daemon/cli/shell_completion.h"
 #include "daemon/client/client.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/manuals.h"
@@ -446,8 +446,8 @@ static int print_manual(struct daemon *self, const char *argument) {
     if (console) {
         manuals_print_console(stdout, self->table, self->table_count);
     } else {
-        manuals_print_words(stdout, self->table, self->table_count);
-        shell_words_options(stdout, &page);
+        manuals_print_completion(stdout, self->table, self->table_count);
+        shell_completion_options(stdout, &page);
     }
     return CLIENT_OK;
 }

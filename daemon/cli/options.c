@@ -14,7 +14,7 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/manual.h"
 #include "daemon/cli/options_help.h"
-#include "daemon/cli/shell_words.h"
+#include "daemon/cli/shell_completion.h"
 
 enum {
     OPTIONS_NAMES_MAX = 64,
@@ -49,22 +49,22 @@ static int edit_distance(const char *a, const char *b) {
     return row[length_b];
 }
 
-const char *options_closest(const char *word, const char *const *words, int count) {
+const char *options_closest(const char *typed, const char *const *candidates, int count) {
     const char *closest = NULL;
     int nearest = 3;  // more than two edits make another word
-    const size_t length = strlen(word);
+    const size_t length = strlen(typed);
     if (length > OPTIONS_WORD_MAX) {
         return NULL;
     }
     for (int i = 0; i < count; i++) {
-        const size_t other = strlen(words[i]);
+        const size_t other = strlen(candidates[i]);
         INVARIANT(other <= OPTIONS_WORD_MAX);
-        const bool begins = length >= 3 && strncmp(word, words[i], length) == 0;
-        const int distance = begins ? 1 : edit_distance(word, words[i]);
+        const bool begins = length >= 3 && strncmp(typed, candidates[i], length) == 0;
+        const int distance = begins ? 1 : edit_distance(typed, candidates[i]);
         // Short words are near to anything: at least half of the word must match.
         if (distance < nearest && 2 * (size_t)distance <= (length > other ? length : other)) {
             nearest = distance;
-            closest = words[i];
+            closest = candidates[i];
         }
     }
     return closest;
@@ -96,10 +96,10 @@ static bool scan_number(const struct option *option, const char **text, double *
     }
     // strtod also accepts white space, "nan" and hexadecimal floats, which are not allowed here.
     const char first = **text;
-    const bool word = isalpha((unsigned char)first) != 0;
+    const bool typed = isalpha((unsigned char)first) != 0;
     const bool plain = !isspace((unsigned char)first) && errno == 0 && end != *text &&
                        memchr(*text, 'x', (size_t)(end - *text)) == NULL &&
-                       (!word || strncmp(*text, "inf", 3) == 0) && !isnan(*value);
+                       (!typed || strncmp(*text, "inf", 3) == 0) && !isnan(*value);
     *text = end;
     return plain;
 }
@@ -236,7 +236,7 @@ static bool print_help(const struct option_page *page, const char *argument) {
         manual_heading(stdout, "SEE ALSO");
         manual_reference(stdout, "", "vergence", MANUAL_SECTION, true);
     } else if (strcmp(argument, "--help-words") == 0) {
-        shell_words_options(stdout, page);
+        shell_completion_options(stdout, page);
     } else {
         return false;
     }

@@ -49,14 +49,15 @@ enum { OPTIONS_CONTINUE = -1 };
 /// Parses argv[1..argc-1] into `values` (the struct that `offset` refers to; contains the defaults
 /// before the call) and `operands` (room for operands_max). Accepts --help, `--name VALUE`,
 /// `--name=VALUE` and `--`; the last of a repeated option counts. For the build, --help-man prints
-/// a manual page and --help-words the completions (shell_words.h). Returns OPTIONS_CONTINUE, or the
-/// exit code to end with: 0 after --help, 2 after an error, reported on standard error in one line.
+/// a manual page and --help-words the completions (shell_completion.h). Returns OPTIONS_CONTINUE,
+/// or the exit code to end with: 0 after --help, 2 after an error, reported on standard error in
+/// one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count);
 
-/// The word of `words` (`count` of them) nearest to `word` by edit distance, or NULL if none is
-/// near. For "did you mean".
-const char *options_closest(const char *word, const char *const *words, int count);
+/// The word of `candidates` (`count` of them) nearest to `typed` by edit distance, or NULL if none
+/// is near. For "did you mean".
+const char *options_closest(const char *typed, const char *const *candidates, int count);
 
 #ifdef __cplusplus
 }

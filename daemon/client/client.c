@@ -78,7 +78,7 @@ static int run_help(int argc, char **argv, const struct client_command *commands
     } else if (strcmp(first, "--names") == 0) {
         client_help_print_names(stdout, commands, command_count);
     } else if (strcmp(first, "--words") == 0) {
-        client_help_print_words(stdout, commands, command_count);
+        client_help_print_completion(stdout, commands, command_count);
         for (int i = 0; i < command_count; i++) {
             print_page(commands[i].name, words, commands, command_count);
         }

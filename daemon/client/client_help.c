@@ -2,7 +2,7 @@
 #include "daemon/client/client_help.h"
 
 #include "daemon/cli/manual.h"
-#include "daemon/cli/shell_words.h"
+#include "daemon/cli/shell_completion.h"
 
 static const char summary[] = "measures 3D surfaces with two cameras";
 
@@ -82,11 +82,12 @@ void client_help_print_names(FILE *file, const struct client_command *commands, 
     fputs(CLIENT_HELP_CONNECT "\n", file);
 }
 
-void client_help_print_words(FILE *file, const struct client_command *commands, int command_count) {
+void client_help_print_completion(FILE *file, const struct client_command *commands,
+                                  int command_count) {
     for (int i = 0; i < command_count; i++) {
-        shell_words_add(file, "vergence", commands[i].name);
-        shell_words_add(file, "vergence help", commands[i].name);
+        shell_completion_add(file, "vergence", commands[i].name);
+        shell_completion_add(file, "vergence help", commands[i].name);
     }
-    shell_words_add(file, "vergence help", CLIENT_HELP_CONNECT);
-    shell_words_add(file, "vergence", "help --connect --help --version");
+    shell_completion_add(file, "vergence help", CLIENT_HELP_CONNECT);
+    shell_completion_add(file, "vergence", "help --connect --help --version");
 }

@@ -23,8 +23,9 @@ void client_help_print_manual(FILE *file, const struct client_command *commands,
 /// Prints the names of everything that has its own page, one per line.
 void client_help_print_names(FILE *file, const struct client_command *commands, int command_count);
 
-/// Prints completions for `vergence` and `vergence help` (shell_words.h).
-void client_help_print_words(FILE *file, const struct client_command *commands, int command_count);
+/// Prints completions for `vergence` and `vergence help` (shell_completion.h).
+void client_help_print_completion(FILE *file, const struct client_command *commands,
+                                  int command_count);
 
 #ifdef __cplusplus
 }

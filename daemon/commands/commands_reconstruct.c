@@ -27,7 +27,7 @@
 
 enum { SESSION, PAIR, SCALE, NEAR, FAR, ACCEPT, ARGUMENTS };
 
-static const struct reconstruct_words words = {.scale = "SCALE",
+static const struct reconstruct_texts texts = {.scale = "SCALE",
                                                .smaller = "SCALE",
                                                .depth = "NEAR and FAR",
                                                .search = "NEAR and FAR",
@@ -264,7 +264,7 @@ static int compute(struct surface *self) {
     job->outputs = &reconstruct_outputs_plain;
     job->request = &self->request;
     job->source = &source;
-    job->words = &words;
+    job->texts = &texts;
     job->observer = &observer;
     job->check_free_memory = true;
     int error = reconstruct_job_run(job);

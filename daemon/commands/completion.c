@@ -31,8 +31,8 @@ static void add_choices(struct list *list, const char *choices) {
     }
 }
 
-void completion_words(const struct command_context *context, const char *typed, char *words,
-                      size_t bytes) {
+void completion_candidates(const struct command_context *context, const char *typed, char *words,
+                           size_t bytes) {
     struct list list = {command_text_begin(words, bytes), typed};
     char before[COMMAND_LINE_MAX + 1];
     char storage[COMMAND_LINE_MAX + 1];

@@ -15,8 +15,8 @@ extern "C" {
 /// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
 /// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
 /// quotes are omitted. Uses the table, the configuration and the files of `context`.
-void completion_words(const struct command_context *context, const char *typed, char *words,
-                      size_t bytes);
+void completion_candidates(const struct command_context *context, const char *typed, char *words,
+                           size_t bytes);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@
 
 #include "console/command_text.h"
 #include "daemon/cli/manual.h"
-#include "daemon/cli/shell_words.h"
+#include "daemon/cli/shell_completion.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 
@@ -80,24 +80,24 @@ void manuals_print_console(FILE *file, const struct command *table, size_t count
     manual_reference(file, "", "vergenced", 8, true);
 }
 
-void manuals_print_words(FILE *file, const struct command *table, size_t count) {
+void manuals_print_completion(FILE *file, const struct command *table, size_t count) {
     static const char console[] = "vergence --connect WHERE";
     char place[COMMAND_LINE_MAX];
     size_t key_count = 0;
     const struct config_key *keys = config_keys(&key_count);
     for (size_t i = 0; i < key_count; i++) {
         snprintf(place, sizeof place, "%s=", keys[i].name);
-        shell_words_add(file, "vergenced", place);
+        shell_completion_add(file, "vergenced", place);
         if (keys[i].choices != NULL) {
-            shell_words_print(file, "vergenced", keys[i].name, keys[i].choices);
+            shell_completion_print(file, "vergenced", keys[i].name, keys[i].choices);
         }
     }
     for (size_t i = 0; i < count; i++) {
-        shell_words_add(file, console, table[i].name);
+        shell_completion_add(file, console, table[i].name);
         for (unsigned j = 0; j < table[i].argument_count; j++) {
             if (table[i].arguments[j].kind == COMMAND_CHOICE) {
                 snprintf(place, sizeof place, "%s %u", table[i].name, j + 1);
-                shell_words_print(file, console, place, table[i].arguments[j].choices);
+                shell_completion_print(file, console, place, table[i].arguments[j].choices);
             }
         }
     }

@@ -20,8 +20,8 @@ void manuals_print_config(FILE *file);
 void manuals_print_console(FILE *file, const struct command *table, size_t count);
 
 /// Words for the shell: settings after `vergenced`, commands after `vergence --connect WHERE`
-/// (shell_words.h).
-void manuals_print_words(FILE *file, const struct command *table, size_t count);
+/// (shell_completion.h).
+void manuals_print_completion(FILE *file, const struct command *table, size_t count);
 
 #ifdef __cplusplus
 }

@@ -67,7 +67,7 @@ static void submit(void *cookie, struct job *job) {
 static void complete(void *cookie, const char *typed, char *words) {
     const struct server *self = cookie;
     // Uses only what never changes: the worker runs in another thread.
-    completion_words(&self->general_worker.context, typed, words, EDITOR_WORDS_BYTES);
+    completion_candidates(&self->general_worker.context, typed, words, EDITOR_WORDS_BYTES);
 }
 
 /// Makes signals readable from a descriptor. Threads started later inherit the mask.

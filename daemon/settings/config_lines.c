@@ -183,8 +183,8 @@ int config_lines_set(struct config_lines *self, const char *text, size_t length,
     return 0;
 }
 
-int config_lines_words(struct config_lines *self, const char *const *words, int count,
-                       struct message *message) {
+int config_lines_arguments(struct config_lines *self, const char *const *words, int count,
+                           struct message *message) {
     for (int i = 0; i < count; i++) {
         char word[LINE_BYTES];
         if (strlen(words[i]) >= sizeof word) {

@@ -40,8 +40,8 @@ int config_lines_set(struct config_lines *self, const char *text, size_t length,
 int config_lines_read(struct config_lines *self, FILE *file, struct message *message);
 
 /// Reads `count` arguments of a command line. 0, or an error with a message.
-int config_lines_words(struct config_lines *self, const char *const *words, int count,
-                       struct message *message);
+int config_lines_arguments(struct config_lines *self, const char *const *words, int count,
+                           struct message *message);
 
 /// Puts FILE:LINE in front of the message and returns `error`.
 int config_lines_at(const char *file, int line, int error, struct message *message);

@@ -90,9 +90,9 @@ static int load(struct config *config, const char *path, const char *const *word
     config_defaults(&by_lines);
     config_defaults(&by_words);
     int error = path != NULL ? read_lines(&lines, message) : 0;
-    error = error != 0 ? error : config_lines_words(&given, words, count, message);
+    error = error != 0 ? error : config_lines_arguments(&given, words, count, message);
     if (error == 0 && last_word != NULL) {
-        error = config_lines_words(&given, &last_word, 1, message);
+        error = config_lines_arguments(&given, &last_word, 1, message);
     }
     if (error != 0) {
         return error;

@@ -14,7 +14,7 @@
 #include "daemon/surface/result/result_files.h"
 #include "daemon/surface/result/result_json.h"
 
-static const struct reconstruct_words words = {
+static const struct reconstruct_texts texts = {
     .scale = "--scale",
     .smaller = "--scale or --region",
     .depth = "--depth",
@@ -71,7 +71,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     struct reconstruct_job job = {.outputs = abilities->outputs,
                                   .request = &request,
                                   .source = &source,
-                                  .words = &words,
+                                  .texts = &texts,
                                   .observer = &observer};
     const int exit_code = reconstruct_request_parse(argc, argv, &request);
     if (exit_code != OPTIONS_CONTINUE) {

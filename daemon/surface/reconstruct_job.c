@@ -184,7 +184,7 @@ static void warn_assumed_depths(struct reconstruct_job *job) {
             &job->context,
             "no depth range was given; disparities %d to %d px were searched (set it by %s)",
             plan->disparity_min, plan->disparity_min + plan->disparity_count - 1,
-            job->context.words->search);
+            job->context.texts->search);
     }
 }
 
@@ -234,7 +234,7 @@ static int prepare(struct reconstruct_job *job) {
 static int refuse_memory(struct reconstruct_job *job) {
     return message_set(&job->message, ERROR_MEMORY,
                        "out of memory: %.0f MB are required (make the images smaller with %s)",
-                       (double)job->memory_bytes / 1e6, job->context.words->smaller);
+                       (double)job->memory_bytes / 1e6, job->context.texts->smaller);
 }
 
 static int allocate(struct reconstruct_job *job) {
@@ -324,7 +324,7 @@ static void record_doubts(struct reconstruct_job *job) {
                                  "%.0f %% of the points lie on repeating texture: they may all be "
                                  "off by one period; a narrower search (%s) leaves fewer periods",
                                  repeating_percent < 100 ? repeating_percent : 100,
-                                 job->context.words->search);
+                                 job->context.texts->search);
     }
     const struct triangulate_vertical *vertical = &job->result.vertical;
     const double scale = job->options.rectify.scale;
@@ -446,7 +446,7 @@ static int run(struct reconstruct_job *job) {
 
 int reconstruct_job_run(struct reconstruct_job *job) {
     job->start_us = monotonic_now_us();
-    job->context.words = job->words;
+    job->context.texts = job->texts;
     job->directory = job->debug.directory = (struct atomic_dir){.lock_fd = -1};
     interrupt_ask(job->observer->go_on, job->observer->self);
     const int error = run(job);

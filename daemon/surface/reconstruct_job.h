@@ -58,7 +58,7 @@ struct reconstruct_job {
     const struct reconstruct_outputs *outputs;
     const struct reconstruct_request *request;
     const struct reconstruct_source *source;
-    const struct reconstruct_words *words;
+    const struct reconstruct_texts *texts;
     const struct reconstruct_observer *observer;
     bool check_free_memory;  // refuse to start if free memory is short, so that the kernel kills no
                              // process

@@ -197,7 +197,7 @@ static int match(struct reconstruct_session *self, const struct session_pairs *p
     context->has_instrument = true;
     context->instrument = state.instrument;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
-    const char *accept = request->accept_mismatch ? NULL : context->words->accept;
+    const char *accept = request->accept_mismatch ? NULL : context->texts->accept;
     const int error = calibration_match(calibration, &state, accept, &context->mismatch);
     if (error != ERROR_OK && !request->accept_mismatch) {
         *message = context->mismatch;

@@ -129,7 +129,7 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
 static void no_disparities(int error, const struct reconstruct_context *context,
                            struct message *message) {
     const struct rectify_options *rectify = &context->options->rectify;
-    const struct reconstruct_words *words = context->words;
+    const struct reconstruct_texts *texts = context->texts;
     const int first_px = rectify->disparity_min, count = rectify->disparity_count;
     if (count > 0 && count <= MATCH_MAX_DISPARITIES && first_px >= -MATCH_DISPARITY_LIMIT &&
         first_px <= MATCH_DISPARITY_LIMIT - count) {
@@ -142,7 +142,7 @@ static void no_disparities(int error, const struct reconstruct_context *context,
                     "the search needs disparities outside of %d to %d px, or more than %d of them: "
                     "narrow it with %s, or make the images smaller with %s",
                     -MATCH_DISPARITY_LIMIT, MATCH_DISPARITY_LIMIT, MATCH_MAX_DISPARITIES,
-                    words->search, words->scale);
+                    texts->search, texts->scale);
     }
 }
 
@@ -150,14 +150,14 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
                                  struct message *message) {
     const struct calibration *calibration = context->calibration;
     const struct rectify_options *rectify = &context->options->rectify;
-    const struct reconstruct_words *words = context->words;
+    const struct reconstruct_texts *texts = context->texts;
     switch (error) {
         case ERROR_DEPTH_RANGE:
             message_set(
                 message, error, "the depth range %.6g:%.6g mm is empty: give %s",
                 rectify->depth_near_mm > 0 ? rectify->depth_near_mm : calibration->depth_near_mm,
                 rectify->depth_near_mm > 0 ? rectify->depth_far_mm : calibration->depth_far_mm,
-                words->depth);
+                texts->depth);
             break;
         case ERROR_DISPARITY_RANGE:
             no_disparities(error, context, message);
@@ -166,13 +166,13 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
             message_set(message, error,
                         "the two cameras share no field of view in the depths searched: check %s, "
                         "and the order of left and right",
-                        words->depth);
+                        texts->depth);
             break;
         case ERROR_TOO_LARGE:
             message_set(message, error,
                         "the rectified images would exceed the maximum of %dx%d pixels: give a %s "
                         "below %.3g",
-                        IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, words->scale,
+                        IMAGE_MAX_SIDE_PX, IMAGE_MAX_SIDE_PX, texts->scale,
                         // In the user's terms: the reader may have done part of the shrinking.
                         rectify->scale / context->shrink);
             break;

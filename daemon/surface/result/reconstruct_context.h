@@ -22,7 +22,7 @@ enum { RECONSTRUCT_CONTEXT_WARNINGS = 16 };
 
 /// Names of what the user can change, for messages: options of the command line, or arguments at
 /// the console.
-struct reconstruct_words {
+struct reconstruct_texts {
     const char *scale;    // sets the size of the rectified images
     const char *smaller;  // everything that makes them smaller
     const char *depth;    // sets the depth range
@@ -43,7 +43,7 @@ struct reconstruct_mesh {
 };
 
 struct reconstruct_context {
-    const struct reconstruct_words *words;
+    const struct reconstruct_texts *texts;
     const struct reconstruct_result *result;
     const struct calibration *calibration;      // in use; of the shrunk images if `shrink` > 1
     const struct reconstruct_options *options;  // in use

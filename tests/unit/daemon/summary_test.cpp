@@ -9,7 +9,7 @@
 
 namespace {
 
-const reconstruct_words words{"--scale", "--scale", "--depth", "--depth", "--accept-mismatch"};
+const reconstruct_texts texts{"--scale", "--scale", "--depth", "--depth", "--accept-mismatch"};
 
 }  // namespace
 
@@ -19,7 +19,7 @@ TEST_CASE("the scale in the message is in the user's terms") {
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
-    context.words = &words;
+    context.texts = &texts;
     message text;
     context.shrink = 1;
     options.rectify.scale = 0.8;
@@ -39,7 +39,7 @@ TEST_CASE("the message about an empty depth range states the range in use") {
     reconstruct_context context{};
     context.calibration = &rig;
     context.options = &options;
-    context.words = &words;
+    context.texts = &texts;
     context.shrink = 1;
     message text;
     reconstruct_summary_no_plan(ERROR_DEPTH_RANGE, &context, &text);

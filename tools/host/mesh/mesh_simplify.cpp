@@ -314,7 +314,7 @@ int make_mesh(reconstruct_context *context, const reconstruct_request *request,
         return message_set(message, ERROR_MEMORY,
                            "out of memory while simplifying the mesh: omit mesh.glb with "
                            "--files, or reduce the images with %s",
-                           context->words->smaller);
+                           context->texts->smaller);
     }
     return ERROR_OK;
 }

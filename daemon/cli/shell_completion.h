@@ -3,8 +3,8 @@
 /// _vergence_words of tools/install/completion.bash.in. A key is a command, "vergence info", with
 /// the words that may follow it; or a command and one of its options or words, "vergence info
 /// --size", with its values, "" if these are files, numbers or free text.
-#ifndef VERGENCE_DAEMON_CLI_SHELL_WORDS_H
-#define VERGENCE_DAEMON_CLI_SHELL_WORDS_H
+#ifndef VERGENCE_DAEMON_CLI_SHELL_COMPLETION_H
+#define VERGENCE_DAEMON_CLI_SHELL_COMPLETION_H
 
 #include <stdio.h>
 
@@ -15,13 +15,13 @@ extern "C" {
 #endif
 
 /// Sets the words of a key, separated by blanks. The key is `key` alone if `part` is NULL.
-void shell_words_print(FILE *file, const char *key, const char *part, const char *words);
+void shell_completion_print(FILE *file, const char *key, const char *part, const char *words);
 
 /// Adds a word to a key.
-void shell_words_add(FILE *file, const char *key, const char *word);
+void shell_completion_add(FILE *file, const char *key, const char *word);
 
 /// Adds the options of a page and their values.
-void shell_words_options(FILE *file, const struct option_page *page);
+void shell_completion_options(FILE *file, const struct option_page *page);
 
 #ifdef __cplusplus
 }
