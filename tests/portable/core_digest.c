@@ -23,7 +23,7 @@
 #include "stereo/image/debayer.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_kernels.h"
-#include "stereo/match/vet.h"
+#include "stereo/match/speckle_filter.h"
 #include "stereo/mesh.h"
 
 static uint32_t digest_math(void) {
@@ -261,7 +261,7 @@ static uint32_t digest_mesh(void) {
     return crc;
 }
 
-static uint32_t digest_vet(void) {
+static uint32_t digest_speckle_filter(void) {
     uint32_t crc = 0;
     for (int i = 0; i < 20; i++) {
         for (int k = 0; k < PAIR_PIXELS; k++) {
@@ -269,12 +269,13 @@ static uint32_t digest_vet(void) {
             pair.reason[k] = (uint8_t)(next_random() % 3u == 0 ? REASON_OCCLUDED : REASON_VALID);
         }
         const int speckle_px = 2 + 4 * i;
-        const size_t bytes = vet_need_bytes(PAIR_WIDTH, speckle_px, 1);
+        const size_t bytes = speckle_filter_need_bytes(PAIR_WIDTH, speckle_px, 1);
         void *memory = must_have(bytes);
         struct arena working;
         arena_init(&working, memory, bytes);
         struct match_output output = pair_output();
-        must_succeed(vet_speckles(speckle_px, &parallel_serial, &working, &output), "vet");
+        must_succeed(speckle_filter_run_all(speckle_px, &parallel_serial, &working, &output),
+                     "vet");
         free(memory);
         for (int k = 0; k < PAIR_PIXELS; k++) {
             crc = add_bits(crc, pair.reason[k], 1);
@@ -317,7 +318,7 @@ static const struct {
     {"match", digest_match},
     {"paper", digest_paper},
     {"refine", digest_refine},
-    {"vet", digest_vet},
+    {"vet", digest_speckle_filter},
     {"debayer", digest_debayer},
 };
 

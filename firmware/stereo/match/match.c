@@ -10,7 +10,7 @@
 #include "stereo/match/match_paper.h"
 #include "stereo/match/match_rules.h"
 #include "stereo/match/match_state.h"
-#include "stereo/match/vet.h"
+#include "stereo/match/speckle_filter.h"
 
 // Values chosen as described in match.md, in the order of enum match_preset.
 static const struct match_method methods[MATCH_PRESET_COUNT] = {
@@ -89,8 +89,8 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     set_state(&state, width, IMAGE_MAX_SIDE_PX, options, threads);
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
-    const size_t vetting = vet_need_bytes(width, options->speckle_px, threads);
-    return memory.need_bytes > vetting ? memory.need_bytes : vetting;
+    const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
+    return memory.need_bytes > filtering ? memory.need_bytes : filtering;
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {
@@ -148,5 +148,5 @@ int match_run(const struct match_input *input, const struct match_options *optio
         return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
     }
     return options->keep_all ? ERROR_OK
-                             : vet_speckles(options->speckle_px, parallel, arena, output);
+                             : speckle_filter_run_all(options->speckle_px, parallel, arena, output);
 }

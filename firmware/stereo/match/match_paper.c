@@ -7,7 +7,7 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_rules.h"
-#include "stereo/match/vet.h"
+#include "stereo/match/speckle_filter.h"
 
 // Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
 // by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST); most of them by less than 0.3.
@@ -93,8 +93,8 @@ size_t match_paper_need_bytes(int width, const struct match_options *options) {
     const size_t matching = arena_need_bytes(3 * (columns + 2 * SAMPLE_REACH_PX), 1) +
                             arena_need_bytes(2 * columns, sizeof(uint32_t)) +
                             arena_need_bytes(columns, sizeof(struct column));
-    const size_t vetting = vet_need_bytes(width, options->speckle_px, 1);
-    return matching > vetting ? matching : vetting;
+    const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, 1);
+    return matching > filtering ? matching : filtering;
 }
 
 static bool take_rows(struct paper *paper, struct arena *arena) {
@@ -472,8 +472,9 @@ int match_paper_run_counted(const struct match_input *input, const struct match_
     if (cancelled) {
         return ERROR_CANCELLED;
     }
-    return options->keep_all ? ERROR_OK
-                             : vet_speckles(options->speckle_px, &parallel_serial, arena, output);
+    return options->keep_all
+               ? ERROR_OK
+               : speckle_filter_run_all(options->speckle_px, &parallel_serial, arena, output);
 }
 
 int match_paper_run(const struct match_input *input, const struct match_options *options,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/vet.h"
+#include "stereo/match/speckle_filter.h"
 
 #include <string.h>
 
@@ -28,7 +28,7 @@ struct strip {
     bool cut;             // it may continue beyond the strip
 };
 
-struct vetting {
+struct filtering {
     struct match_output *output;
     int limit, parts;
     struct strip strip[MAX_PARTS];
@@ -38,7 +38,7 @@ static int part_count(int threads) {
     return threads < MAX_PARTS ? threads : MAX_PARTS;
 }
 
-size_t vet_need_bytes(int width, int speckle_px, int threads) {
+size_t speckle_filter_need_bytes(int width, int speckle_px, int threads) {
     const size_t strip = arena_need_bytes((size_t)speckle_px, sizeof(struct place)) +
                          2 * arena_need_bytes((size_t)width, 1);
     return (size_t)part_count(threads) * strip;
@@ -46,7 +46,8 @@ size_t vet_need_bytes(int width, int speckle_px, int threads) {
 
 // In one comparison, of numbers without a sign.
 static inline bool is_step(int32_t a_q8, int32_t b_q8) {
-    return (uint32_t)a_q8 - (uint32_t)b_q8 + VET_ISLAND_STEP_Q8 > 2 * VET_ISLAND_STEP_Q8;
+    return (uint32_t)a_q8 - (uint32_t)b_q8 + SPECKLE_FILTER_ISLAND_STEP_Q8 >
+           2 * SPECKLE_FILTER_ISLAND_STEP_Q8;
 }
 
 static void visit(struct strip *strip, int32_t from_q8, int x, int y) {
@@ -123,7 +124,7 @@ static void find_runs(const struct strip *strip, int y) {
 
 // All pixels of a run belong to one island, or to none. Most runs are large or continue a large
 // island, and need not be measured.
-static void vet_run(struct strip *strip, int y, int begin, int end) {
+static void speckle_filter_run(struct strip *strip, int y, int begin, int end) {
     uint8_t *run = image_u8_row(&strip->output->reason, y) + begin;
     const size_t length = (size_t)(end - begin);
     if (*run != REASON_VALID && *run != MARK_LARGE) {
@@ -140,7 +141,7 @@ static void vet_run(struct strip *strip, int y, int begin, int end) {
     }
 }
 
-static void vet_rows(struct strip *strip, int begin, int end) {
+static void speckle_filter_rows(struct strip *strip, int begin, int end) {
     const int width = strip->output->reason.width;
     for (int y = begin; y < end; y++) {
         find_runs(strip, y);
@@ -148,7 +149,7 @@ static void vet_rows(struct strip *strip, int begin, int end) {
         for (int x = 0; x < width; x = run_end) {
             const uint8_t *next = memchr(strip->stop + x + 1, 1, (size_t)(width - x - 1));
             run_end = next == NULL ? width : (int)(next - strip->stop);
-            vet_run(strip, y, x, run_end);
+            speckle_filter_run(strip, y, x, run_end);
         }
     }
 }
@@ -163,49 +164,49 @@ static void replace_marks(struct match_output *output, int begin, int end, uint8
     }
 }
 
-static void vet_part(void *context, int index) {
-    struct strip *strip = &((struct vetting *)context)->strip[index];
-    vet_rows(strip, strip->begin, strip->end);
+static void speckle_filter_part(void *context, int index) {
+    struct strip *strip = &((struct filtering *)context)->strip[index];
+    speckle_filter_rows(strip, strip->begin, strip->end);
 }
 
 static void unmark_part(void *context, int index) {
-    const struct strip *strip = &((struct vetting *)context)->strip[index];
+    const struct strip *strip = &((struct filtering *)context)->strip[index];
     replace_marks(strip->output, strip->begin, strip->end, MARK_LARGE);
 }
 
 // Rows within the limit of row y, where two strips meet. Undecided islands reach no farther.
-static void seam_rows(const struct vetting *vetting, int y, int *begin, int *end) {
-    const int height = vetting->output->reason.height;
-    *begin = y > vetting->limit ? y - vetting->limit : 0;
-    *end = height - y > vetting->limit ? y + vetting->limit : height;
+static void seam_rows(const struct filtering *filtering, int y, int *begin, int *end) {
+    const int height = filtering->output->reason.height;
+    *begin = y > filtering->limit ? y - filtering->limit : 0;
+    *end = height - y > filtering->limit ? y + filtering->limit : height;
 }
 
 // Decides the islands on both sides of a seam. All of them must be unmarked before, as an island
 // may cross several.
-static void vet_seams(const struct vetting *vetting) {
-    struct strip whole = vetting->strip[0];
-    whole.end = vetting->output->reason.height;
+static void speckle_filter_seams(const struct filtering *filtering) {
+    struct strip whole = filtering->strip[0];
+    whole.end = filtering->output->reason.height;
     int begin;
     int end;
-    for (int i = 1; i < vetting->parts; i++) {
-        seam_rows(vetting, vetting->strip[i].begin, &begin, &end);
-        replace_marks(vetting->output, begin, end, MARK_UNDECIDED);
+    for (int i = 1; i < filtering->parts; i++) {
+        seam_rows(filtering, filtering->strip[i].begin, &begin, &end);
+        replace_marks(filtering->output, begin, end, MARK_UNDECIDED);
     }
-    for (int i = 1; i < vetting->parts; i++) {
-        seam_rows(vetting, vetting->strip[i].begin, &begin, &end);
-        vet_rows(&whole, begin, end);
+    for (int i = 1; i < filtering->parts; i++) {
+        seam_rows(filtering, filtering->strip[i].begin, &begin, &end);
+        speckle_filter_rows(&whole, begin, end);
     }
 }
 
-static bool take_strips(struct vetting *vetting, struct arena *arena) {
-    const int width = vetting->output->reason.width;
-    const int height = vetting->output->reason.height;
-    for (int i = 0; i < vetting->parts; i++) {
-        struct strip *strip = &vetting->strip[i];
-        *strip = (struct strip){.output = vetting->output, .limit = vetting->limit};
-        strip->begin = height * i / vetting->parts;
-        strip->end = height * (i + 1) / vetting->parts;
-        strip->queue = arena_take(arena, (size_t)vetting->limit, sizeof *strip->queue);
+static bool take_strips(struct filtering *filtering, struct arena *arena) {
+    const int width = filtering->output->reason.width;
+    const int height = filtering->output->reason.height;
+    for (int i = 0; i < filtering->parts; i++) {
+        struct strip *strip = &filtering->strip[i];
+        *strip = (struct strip){.output = filtering->output, .limit = filtering->limit};
+        strip->begin = height * i / filtering->parts;
+        strip->end = height * (i + 1) / filtering->parts;
+        strip->queue = arena_take(arena, (size_t)filtering->limit, sizeof *strip->queue);
         strip->stop = arena_take(arena, (size_t)width, 1);
         strip->joins = arena_take(arena, (size_t)width, 1);
         if (strip->queue == NULL || strip->stop == NULL || strip->joins == NULL) {
@@ -215,23 +216,23 @@ static bool take_strips(struct vetting *vetting, struct arena *arena) {
     return true;
 }
 
-int vet_speckles(int speckle_px, const struct parallel *parallel, struct arena *arena,
-                 struct match_output *output) {
+int speckle_filter_run_all(int speckle_px, const struct parallel *parallel, struct arena *arena,
+                           struct match_output *output) {
     INVARIANT(speckle_px >= 0);
     INVARIANT(output->reason.width <= IMAGE_MAX_SIDE_PX);
     if (speckle_px < 2) {
         return ERROR_OK;
     }
     const size_t mark = arena_mark(arena);
-    struct vetting vetting = {.output = output, .limit = speckle_px};
-    vetting.parts = part_count(parallel->threads);
-    if (!take_strips(&vetting, arena)) {
+    struct filtering filtering = {.output = output, .limit = speckle_px};
+    filtering.parts = part_count(parallel->threads);
+    if (!take_strips(&filtering, arena)) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
-    parallel->run(parallel->self, vet_part, &vetting, vetting.parts);
-    vet_seams(&vetting);
-    parallel->run(parallel->self, unmark_part, &vetting, vetting.parts);
+    parallel->run(parallel->self, speckle_filter_part, &filtering, filtering.parts);
+    speckle_filter_seams(&filtering);
+    parallel->run(parallel->self, unmark_part, &filtering, filtering.parts);
     arena_release(arena, mark);
     return ERROR_OK;
 }

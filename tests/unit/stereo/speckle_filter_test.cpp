@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small islands compared with a plain flood fill, with any number of threads.
-#include "stereo/match/vet.h"
+#include "stereo/match/speckle_filter.h"
 
 #include <doctest/doctest.h>
 
@@ -89,7 +89,7 @@ std::vector<uint8_t> flooded(const Map &map, int limit) {
                 const auto next = static_cast<size_t>((y + dy) * map.width + x + dx);
                 if (!seen[next] && map.reason[next] == REASON_VALID &&
                     std::abs(map.disparity_q8[next] - map.disparity_q8[island[i]]) <=
-                        VET_ISLAND_STEP_Q8) {
+                        SPECKLE_FILTER_ISLAND_STEP_Q8) {
                     seen[next] = true;
                     island.push_back(next);
                 }
@@ -123,11 +123,11 @@ TEST_CASE("islands have the size of a flood fill, for any distribution of rows")
         CAPTURE(limit);
         CAPTURE(threads);
         const synthetic::Threads pool(threads, static_cast<uint64_t>(round));
-        const synthetic::Memory memory(vet_need_bytes(width, limit, threads));
+        const synthetic::Memory memory(speckle_filter_need_bytes(width, limit, threads));
         arena arena;
         arena_init(&arena, memory.data(), memory.size());
         match_output output = map.output();
-        REQUIRE(vet_speckles(limit, pool.parallel(), &arena, &output) == ERROR_OK);
+        REQUIRE(speckle_filter_run_all(limit, pool.parallel(), &arena, &output) == ERROR_OK);
         REQUIRE(map.reason == expected);
     }
 }
@@ -137,10 +137,10 @@ TEST_CASE("without enough memory nothing is changed") {
     Map map = random_map(random, 40, 30, 5);
     const std::vector<uint8_t> before = map.reason;
     const synthetic::Threads pool(2);
-    const synthetic::Memory memory(vet_need_bytes(40, 60, 2) / 2);
+    const synthetic::Memory memory(speckle_filter_need_bytes(40, 60, 2) / 2);
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
     match_output output = map.output();
-    CHECK(vet_speckles(60, pool.parallel(), &arena, &output) == ERROR_MEMORY);
+    CHECK(speckle_filter_run_all(60, pool.parallel(), &arena, &output) == ERROR_MEMORY);
     CHECK(map.reason == before);
 }
