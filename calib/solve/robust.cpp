@@ -45,9 +45,9 @@ struct explanation {
     double noise[CAMERAS] = {0, 0};    // of the view, over that of all
 };
 
-class judge_of_sighting {
+class view_assessor {
   public:
-    judge_of_sighting(const bundle &data, const bundle_state &state, double scale, double limit)
+    view_assessor(const bundle &data, const bundle_state &state, double scale, double limit)
         : data_(data), state_(state), scale_(scale), limit_(limit) {}
 
     // The best pose for the views of `cameras`, using all corners, refined from each of `starts`.
@@ -128,8 +128,7 @@ void accept(const explanation &given, int camera, bundle_view *view) {
     view->used = true;
     for (size_t i = 0; i < view->corners.size(); i++) {
         bundle_corner &corner = view->corners[i];
-        corner.used =
-            judge_of_sighting::is_right(corner, given.off[camera][i], given.limit[camera]);
+        corner.used = view_assessor::is_right(corner, given.off[camera][i], given.limit[camera]);
     }
 }
 
@@ -146,8 +145,8 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
     }
     size_t wrong = 0;
     for (size_t i = 0; i < alone.off[camera].size(); i++) {
-        wrong += !judge_of_sighting::is_right(view.corners[i], alone.off[camera][i],
-                                              alone.limit[camera]);
+        wrong +=
+            !view_assessor::is_right(view.corners[i], alone.off[camera][i], alone.limit[camera]);
     }
     char text[160];
     if (double(wrong) <= (1 - MIN_RIGHT) * double(view.corners.size())) {
@@ -162,7 +161,7 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
 
 // One board position being judged: the results for each of its views.
 struct trial {
-    const judge_of_sighting &judge;
+    const view_assessor &assess;
     bundle *data;
     bundle_state *state;
     const board &target;
@@ -171,14 +170,14 @@ struct trial {
 
     std::array<bundle_view, CAMERAS> &views() const { return data->sightings[sighting]; }
     view_record &record(int camera) const { return (*records)[size_t(camera)]; }
-    bool has(int camera) const { return record(camera).judged; }
+    bool has(int camera) const { return record(camera).assessed; }
 
     explanation alone(int camera) const {
-        std::vector<rigid> starts = judge.starts_of(camera, record(camera).seen);
+        std::vector<rigid> starts = assess.starts_of(camera, record(camera).seen);
         if (data->used(sighting)) {
             starts.insert(starts.begin(), state->T_left_board[sighting]);
         }
-        return judge.explain(views(), camera == LEFT, camera == RIGHT, starts);
+        return assess.explain(views(), camera == LEFT, camera == RIGHT, starts);
     }
 
     void settle(const explanation &given) const {
@@ -198,7 +197,7 @@ struct trial {
     }
 
     bool both(const std::vector<rigid> &starts, const std::string &reason) const {
-        const explanation given = judge.explain(views(), true, true, starts);
+        const explanation given = assess.explain(views(), true, true, starts);
         if (given.cost < 0 || !given.right[LEFT] || !given.right[RIGHT]) {
             return false;
         }
@@ -289,7 +288,7 @@ view_records inspect_views(bundle *data) {
                        record.seen.misfit_px < GARBAGE * record.seen.extent_px) {
                 record.reason = "its corners are numbered in mirrored order";
             } else {
-                record.judged = true;
+                record.assessed = true;
                 view.used = record.seen.misfit_px < GARBAGE * record.seen.extent_px;
             }
         }
@@ -310,14 +309,14 @@ double blunder_limit(size_t count) {
     return std::sqrt(2 * std::log(1e5 * double(std::max<size_t>(count, 1))));
 }
 
-bool judge(bundle *data, bundle_state *state, const board &target, double scale,
-           view_records *records) {
+bool assess(bundle *data, bundle_state *state, const board &target, double scale,
+            view_records *records) {
     size_t count = 0;
     for (const auto &sighting : data->sightings) {
         count += sighting[LEFT].corners.size() + sighting[RIGHT].corners.size();
     }
     const std::vector<char> before = used_pattern(*data);
-    const judge_of_sighting of(*data, *state, scale, blunder_limit(count));
+    const view_assessor of(*data, *state, scale, blunder_limit(count));
     for (size_t i = 0; i < data->sightings.size(); i++) {
         trial{of, data, state, target, i, &(*records)[i]}.run();
     }

@@ -15,10 +15,10 @@ namespace calib {
 
 /// What is known of one view besides its corners.
 struct view_record {
-    bool judged = false;  // false: unusable regardless of the other views (reason below)
-    bool turned = false;  // was numbered from the other end and has been renumbered
-    std::string reason;   // why it is not used, or that it was renumbered; "" when all is well
-    homography seen;      // when judged
+    bool assessed = false;  // false: unusable regardless of the other views (reason below)
+    bool turned = false;    // was numbered from the other end and has been renumbered
+    std::string reason;     // why it is not used, or that it was renumbered; "" when all is well
+    homography seen;        // when judged
 };
 
 using view_records = std::vector<std::array<view_record, CAMERAS>>;
@@ -41,8 +41,8 @@ double blunder_limit(size_t count);
 /// pair, when each view fits a board but not the same one. Where the board looks the same after
 /// half a turn, such a right view is renumbered if that helps. Returns true when any `used` has
 /// changed.
-bool judge(bundle *data, bundle_state *state, const board &target, double scale,
-           view_records *records);
+bool assess(bundle *data, bundle_state *state, const board &target, double scale,
+            view_records *records);
 
 }  // namespace calib
 

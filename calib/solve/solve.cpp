@@ -133,7 +133,7 @@ class solver {
             bundle_options options = cleaning_options(data());
             floor_.update(state_, spare_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
-            const bool changed = judge(&data(), &state_, seen_.target, scale, &records_);
+            const bool changed = assess(&data(), &state_, seen_.target, scale, &records_);
             options.loss_scale = LOSS * scale;
             options.tolerance = ROUGH_TOLERANCE;
             adjust(data(), options, &state_);
@@ -170,12 +170,12 @@ class solver {
         floor_.update(state_, spare_share(data(), options), &data());
         adjust(data(), options, &state_);
         for (int round = 0; round < FINAL_ROUNDS; round++) {
-            bundle_state judged = state_;
+            bundle_state assessed = state_;
             const double scale = noise_scale(data(), state_, options);
-            if (!judge(&data(), &judged, seen_.target, scale, &records_)) {
+            if (!assess(&data(), &assessed, seen_.target, scale, &records_)) {
                 break;
             }
-            state_ = judged;
+            state_ = assessed;
             adjust(data(), options, &state_);
         }
     }
@@ -245,7 +245,7 @@ class solver {
         const error_model honest = widened(errors, result.rms_px, &result.fit);
         describe_errors(data(), state_, honest, &result);
         result.second_start = again;
-        result.verdict = judge_solution(data(), state_, result);
+        result.verdict = assess_solution(data(), state_, result);
         return result;
     }
 

@@ -301,7 +301,7 @@ verdict rejection(const std::string &reason) {
     return {false, "Not calibrated: " + reason + ".", {reason}, {}};
 }
 
-verdict judge_solution(const bundle &data, const bundle_state &state, const solution &found) {
+verdict assess_solution(const bundle &data, const bundle_state &state, const solution &found) {
     std::vector<finding> findings;
     for (int camera = 0; camera < data.cameras; camera++) {
         look_at_camera(data, state, found, camera, &findings);

@@ -14,7 +14,7 @@ namespace calib {
 verdict rejection(const std::string &reason);
 
 /// The verdict on a solution whose other members are complete.
-verdict judge_solution(const bundle &data, const bundle_state &state, const solution &found);
+verdict assess_solution(const bundle &data, const bundle_state &state, const solution &found);
 
 }  // namespace calib
 

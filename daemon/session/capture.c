@@ -41,7 +41,7 @@ int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *
     int error = pair_capture(rig, options, memory, values, pair);
     error = error != 0 ? error : registers_read_all(rig, registers);
     for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
-        pair_frame_judge(&pair->frame[side]);
+        pair_frame_assess(&pair->frame[side]);
     }
     return error;
 }

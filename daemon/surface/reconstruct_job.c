@@ -207,7 +207,7 @@ static int prepare(struct reconstruct_job *job) {
     choose_options(job);
     fill_context(job);
     job->context.read_us = monotonic_now_us() - job->start_us;
-    error = reconstruct_pictures_judge(&job->context, &job->message);
+    error = reconstruct_pictures_assess(&job->context, &job->message);
     if (error != ERROR_OK) {
         return error;
     }

@@ -69,7 +69,7 @@ static bool is_same(const struct reconstruct_image *left, const struct reconstru
     return true;
 }
 
-int reconstruct_pictures_judge(struct reconstruct_context *context, struct message *message) {
+int reconstruct_pictures_assess(struct reconstruct_context *context, struct message *message) {
     context->picture[0] = stats_of(&context->left);
     context->picture[1] = stats_of(&context->right);
     // Black images may be identical: those are reported as too dark.

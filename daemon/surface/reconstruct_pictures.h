@@ -14,7 +14,7 @@ extern "C" {
 
 /// Computes the statistics of the images of `context` into its `picture`. ERROR_ARGUMENT with
 /// `message` set if both are the same image, which cannot be measured.
-int reconstruct_pictures_judge(struct reconstruct_context *context, struct message *message);
+int reconstruct_pictures_assess(struct reconstruct_context *context, struct message *message);
 
 /// Call after matching. If less than half of the pixels could be measured and the images show the
 /// reason, sets `cause` to it, several separated by semicolons. False: the images show no reason,

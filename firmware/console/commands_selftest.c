@@ -38,7 +38,7 @@ static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wro
     return wrong;
 }
 
-static int judge(const struct command_call *call, const struct hal_camera_frame *frame) {
+static int assess(const struct command_call *call, const struct hal_camera_frame *frame) {
     INVARIANT(frame->data != NULL);
     if (frame->faults != 0 || frame->width_px != PICTURE_WIDTH_PX ||
         frame->height_px != PICTURE_HEIGHT_PX) {
@@ -92,7 +92,7 @@ static int take_picture(const struct command_call *call) {
     if (error != ERROR_OK) {
         return nothing_arrived(call, error);
     }
-    error = judge(call, &frame);
+    error = assess(call, &frame);
     port->operations->give_back(port->self, &frame);
     return error;
 }

@@ -245,7 +245,7 @@ static int stalled(struct rig *self, struct mover *mover) {
 
 // ---- readings
 
-static int judge(struct rig *self, struct mover *mover) {
+static int assess(struct rig *self, struct mover *mover) {
     const uint64_t now_us = watch_now_us(self);
     const uint64_t still_us = now_us - mover->mark_us;
     const uint64_t stall_us = lens_move_stall_us(&self->profile, mover->axis);
@@ -309,7 +309,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     if (above && !mover->been_back && mover->waypoint < mover->target) {
         return begin_approach(self, mover);
     }
-    return judge(self, mover);
+    return assess(self, mover);
 }
 
 // Waits for one reading of a lens and records it.

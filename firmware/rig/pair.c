@@ -476,7 +476,7 @@ int pair_look(struct rig *rig, uint16_t *memory, size_t values,
     return end(rig, error);
 }
 
-void pair_frame_judge(struct pair_frame *frame) {
+void pair_frame_assess(struct pair_frame *frame) {
     INVARIANT(frame->data != NULL);
     const struct picture_form form = {.width_px = frame->width_px,
                                       .bits = frame->bits,

@@ -41,7 +41,7 @@ struct pair_frame {
     uint32_t exposure_us;
     uint16_t gain_q3;
     struct pair_axes before, after;
-    bool has_picture;  ///< whether `picture` is known; see pair_frame_judge
+    bool has_picture;  ///< whether `picture` is known; see pair_frame_assess
     struct picture_stats picture;
 };
 
@@ -76,7 +76,7 @@ int pair_look(struct rig *rig, uint16_t *memory, size_t values,
               struct pair_frame frames[RIG_SIDES]);
 
 /// Sets `picture` from the frame's data.
-void pair_frame_judge(struct pair_frame *frame);
+void pair_frame_assess(struct pair_frame *frame);
 
 #ifdef __cplusplus
 }

@@ -74,7 +74,7 @@ class Reference {
         repair(kept, guess);
         std::vector<Expected> row;
         for (int x = 0; x < left_.width; x++) {
-            row.push_back(judged(x, kept, guess));
+            row.push_back(assessed(x, kept, guess));
         }
         return row;
     }
@@ -211,8 +211,8 @@ class Reference {
         }
     }
 
-    Expected judged(int x, const std::vector<std::optional<int>> &kept,
-                    const std::vector<std::optional<int>> &guess) const {
+    Expected assessed(int x, const std::vector<std::optional<int>> &kept,
+                      const std::vector<std::optional<int>> &guess) const {
         const rectify_span right = right_.span[static_cast<size_t>(y_)];
         const int first = options_.disparity_min, last = first + options_.disparity_count - 1;
         const int min = std::max(first, x - right.end + 1);

@@ -79,7 +79,7 @@ std::vector<float> sgbm(const Task &task, int mode) {
     return result;
 }
 
-evaluate_result judged(const Task &task, const std::vector<float> &disparity) {
+evaluate_result assessed(const Task &task, const std::vector<float> &disparity) {
     evaluate_input input;
     input.width_px = task.width;
     input.height_px = task.height;
@@ -90,7 +90,7 @@ evaluate_result judged(const Task &task, const std::vector<float> &disparity) {
 }
 
 double filled_bad_1px(const Task &task, const std::vector<float> &disparity) {
-    return judged(task, disparity).filled_visible.bad_percent[1];
+    return assessed(task, disparity).filled_visible.bad_percent[1];
 }
 
 // Share of the occluded pixels for which a method reports a disparity.
@@ -140,9 +140,9 @@ TEST_CASE("images without relation give less than they give to three-way SGBM") 
     Pair other = render(wall(rig, 20, 0, 0, {3, 0.15}, seed + 1), rig, {});
     other.left = one.left;
     const Task task = task_of(other, 48);
-    const double our_density = judged(task, ours(task)).density_all_percent;
+    const double our_density = assessed(task, ours(task)).density_all_percent;
     const double their_density =
-        judged(task, sgbm(task, cv::StereoSGBM::MODE_SGBM_3WAY)).density_all_percent;
+        assessed(task, sgbm(task, cv::StereoSGBM::MODE_SGBM_3WAY)).density_all_percent;
     MESSAGE("claimed: ours ", our_density, " %, three-way ", their_density, " %");
     CHECK(our_density < 0.5 * their_density);
 }

@@ -8,8 +8,8 @@
 #include "stereo/match/match_kernels.h"
 #include "stereo/match/match_level.h"
 #include "stereo/match/match_paper.h"
-#include "stereo/match/match_rules.h"
 #include "stereo/match/match_state.h"
+#include "stereo/match/match_validity.h"
 #include "stereo/match/speckle_filter.h"
 
 // Values chosen as described in match.md, in the order of enum match_preset.

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
-#include "stereo/match/match_rules.h"
+#include "stereo/match/match_validity.h"
 #include "stereo/match/speckle_filter.h"
 
 // Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
@@ -358,8 +358,8 @@ static int refine_q8(const int *sum) {
     return clamp((before - after) * half / (steeper > 0 ? steeper : 1), -half, half);
 }
 
-static enum reason judge(const struct paper *paper, int x, int y, const int *sum, int count,
-                         int margin) {
+static enum reason validate(const struct paper *paper, int x, int y, const int *sum, int count,
+                            int margin) {
     const struct column *column = &paper->column[x];
     INVARIANT(!column->kept || (sum[HERE] >= 0 && sum[HERE] <= count * SIGNATURE_BITS));
     const struct match_believed believed = match_believed_of(paper->options);
@@ -400,7 +400,8 @@ static void finish_pixel(const struct paper *paper, int x, int y, uint64_t aroun
             disparity_q8 += disparity > min && disparity < max ? refine_q8(sum) : 0;
             confidence = margin > 0 ? margin * UINT8_MAX / (risen + sum[HERE]) : 0;
         }
-        reason = paper->options->keep_all ? REASON_VALID : judge(paper, x, y, sum, count, margin);
+        reason =
+            paper->options->keep_all ? REASON_VALID : validate(paper, x, y, sum, count, margin);
     }
     INVARIANT(confidence <= UINT8_MAX);
     image_i32_row(&paper->output->disparity_q8, y)[x] = disparity_q8;

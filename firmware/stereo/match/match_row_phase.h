@@ -8,9 +8,9 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_judge_phase.h"
 #include "stereo/match/match_message.h"
 #include "stereo/match/match_state.h"
+#include "stereo/match/match_validate_phase.h"
 
 enum {
     // Upper bound of a path cost's contribution to a sum of two that must fit 8 bits.
@@ -493,7 +493,7 @@ static void rows(struct match_level *level, struct match_scratch *scratch, int y
         pass_both_ways(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
     }
     for (int r = 0; r < row_count && y_begin + r < level->height; r++) {
-        judge_row(level, &scratch->line[r], y_begin + r, view.left[r]);
+        validate_row(level, &scratch->line[r], y_begin + r, view.left[r]);
     }
 }
 

@@ -22,7 +22,7 @@
 #include <string.h>
 
 #include "stereo/match/match.h"
-#include "stereo/match/match_rules.h"
+#include "stereo/match/match_validity.h"
 
 // Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)

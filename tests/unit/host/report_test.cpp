@@ -163,7 +163,7 @@ TEST_CASE("rows are rated in plain words") {
         triangulate_vertical vertical{};
         vertical.median_px = median_px;
         vertical.samples = samples;
-        return report_figures_judge_rows(vertical, fault);
+        return report_figures_assess_rows(vertical, fault);
     };
     CHECK(std::string(rows(0, 0, nullptr).word) == "not measured");
     CHECK(std::string(rows(0.05, 500, nullptr).grade) == "good");

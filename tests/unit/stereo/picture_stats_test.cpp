@@ -65,7 +65,7 @@ std::vector<uint16_t> exposed(const Picture &light, double gain, int bits, doubl
     return values;
 }
 
-picture_stats judged(const std::vector<uint16_t> &values, const picture_form &form) {
+picture_stats assessed(const std::vector<uint16_t> &values, const picture_form &form) {
     picture_stats_sums sums;
     picture_stats_begin(&sums, &form);
     const size_t row = size_t(form.width_px) * size_t(form.channels);
@@ -81,29 +81,29 @@ constexpr picture_form kGrey8 = {kWidth, 8, 1, false};
 
 TEST_CASE("light is counted in parts of a thousand of all values") {
     std::vector<uint16_t> values(size_t(kWidth) * kHeight, 0);
-    CHECK(judged(values, kGrey8).brightness_permille == 0);
-    CHECK(judged(values, kGrey8).black_permille == 1000);
-    CHECK(judged(values, kGrey8).saturated_permille == 0);
-    CHECK(judged(values, kGrey8).sharpness_permille == 0);
+    CHECK(assessed(values, kGrey8).brightness_permille == 0);
+    CHECK(assessed(values, kGrey8).black_permille == 1000);
+    CHECK(assessed(values, kGrey8).saturated_permille == 0);
+    CHECK(assessed(values, kGrey8).sharpness_permille == 0);
     std::fill(values.begin(), values.end(), 255);
-    CHECK(judged(values, kGrey8).brightness_permille == 1000);
-    CHECK(judged(values, kGrey8).black_permille == 0);
-    CHECK(judged(values, kGrey8).saturated_permille == 1000);
-    CHECK(judged(values, kGrey8).sharpness_permille == 0);
+    CHECK(assessed(values, kGrey8).brightness_permille == 1000);
+    CHECK(assessed(values, kGrey8).black_permille == 0);
+    CHECK(assessed(values, kGrey8).saturated_permille == 1000);
+    CHECK(assessed(values, kGrey8).sharpness_permille == 0);
     // A quarter at the last value that counts as black, a quarter at the first that counts as
     // saturated.
     for (size_t i = 0; i < values.size(); i++) {
         values[i] = i % 4 == 0 ? 3 : i % 4 == 1 ? 252 : i % 4 == 2 ? 4 : 251;
     }
-    CHECK(judged(values, kGrey8).brightness_permille == 500);
-    CHECK(judged(values, kGrey8).black_permille == 250);
-    CHECK(judged(values, kGrey8).saturated_permille == 250);
+    CHECK(assessed(values, kGrey8).brightness_permille == 500);
+    CHECK(assessed(values, kGrey8).black_permille == 250);
+    CHECK(assessed(values, kGrey8).saturated_permille == 250);
     // Of 16 bits, the largest sums.
     std::vector<uint16_t> wide(size_t(4096) * 8, UINT16_MAX);
     for (size_t i = 0; i < wide.size(); i += 4) {
         wide[i] = wide[i + 1] = 0;
     }
-    const picture_stats stats = judged(wide, {4096, 16, 1, false});
+    const picture_stats stats = assessed(wide, {4096, 16, 1, false});
     CHECK(stats.brightness_permille == 500);
     CHECK(stats.black_permille == 500);
     CHECK(stats.saturated_permille == 500);
@@ -115,17 +115,17 @@ TEST_CASE("sharpness is the largest step's part of the contrast") {
     for (int x = 0; x < kWidth; x++) {
         values[size_t(x)] = x % 32 < 16 ? 10 : 200;
     }
-    CHECK(judged(values, kGrey8).sharpness_permille == 1000);
+    CHECK(assessed(values, kGrey8).sharpness_permille == 1000);
     for (int x = 0; x < kWidth; x++) {
         values[size_t(x)] = uint16_t(6 * (x % 32));  // 15 equal steps
     }
-    CHECK(judged(values, kGrey8).sharpness_permille == 67);
+    CHECK(assessed(values, kGrey8).sharpness_permille == 67);
     // Weak edges next to strong ones hardly count: 100 of 100 against 2 of 30 steps.
     for (int x = 0; x < kWidth; x++) {
         values[size_t(x)] = uint16_t(x < kWidth / 2 ? (x % 32 < 16 ? 0 : 100) : x % 32 / 16);
     }
-    CHECK(judged(values, kGrey8).sharpness_permille == 1000);
-    CHECK(judged(values, {31, 8, 1, false}).sharpness_permille == 0);
+    CHECK(assessed(values, kGrey8).sharpness_permille == 1000);
+    CHECK(assessed(values, {31, 8, 1, false}).sharpness_permille == 0);
 }
 
 TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
@@ -133,7 +133,7 @@ TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     const Picture light = bars(random);
-    const int sharp = judged(exposed(light, 1, 8, 0, random), kGrey8).sharpness_permille;
+    const int sharp = assessed(exposed(light, 1, 8, 0, random), kGrey8).sharpness_permille;
     CHECK(sharp > 500);
     for (const int bits : {8, 10, 12, 16}) {
         for (const double gain : {1.0, 0.3, 0.1}) {
@@ -143,9 +143,9 @@ TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
                 CAPTURE(noise);
                 const picture_form form = {kWidth, bits, 1, false};
                 const auto values = exposed(light, gain, bits, noise * gain, random);
-                CHECK(judged(values, form).sharpness_permille ==
+                CHECK(assessed(values, form).sharpness_permille ==
                       doctest::Approx(sharp).epsilon(0.05));
-                CHECK(judged(values, form).brightness_permille ==
+                CHECK(assessed(values, form).brightness_permille ==
                       doctest::Approx(500 * gain).epsilon(0.05));
             }
         }
@@ -153,8 +153,8 @@ TEST_CASE("sharpness falls with blur and stays with light, depth and noise") {
     int before = sharp;
     for (const double sigma_px : {1.0, 2.0, 4.0, 8.0}) {
         const Picture soft = blurred(light, sigma_px);
-        const int bright = judged(exposed(soft, 1, 8, 0.004, random), kGrey8).sharpness_permille;
-        const int dim = judged(exposed(soft, 0.2, 8, 0.0008, random), kGrey8).sharpness_permille;
+        const int bright = assessed(exposed(soft, 1, 8, 0.004, random), kGrey8).sharpness_permille;
+        const int dim = assessed(exposed(soft, 0.2, 8, 0.0008, random), kGrey8).sharpness_permille;
         CAPTURE(sigma_px);
         CHECK(bright < 0.9 * before);
         CHECK(dim == doctest::Approx(bright).epsilon(0.08));
@@ -168,7 +168,7 @@ TEST_CASE("mosaics and colours are as sharp as the same picture in grey") {
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     const auto grey = exposed(blurred(bars(random), 1.5), 1, 10, 0.002, random);
-    const picture_stats of_grey = judged(grey, {kWidth, 10, 1, false});
+    const picture_stats of_grey = assessed(grey, {kWidth, 10, 1, false});
     std::vector<uint16_t> mosaic = grey, rgb;
     for (int y = 0; y < kHeight; y++) {
         for (int x = 0; x < kWidth; x++) {
@@ -178,8 +178,8 @@ TEST_CASE("mosaics and colours are as sharp as the same picture in grey") {
             rgb.insert(rgb.end(), {uint16_t(grey[at] / 4), grey[at], uint16_t(grey[at] / 4)});
         }
     }
-    const picture_stats of_mosaic = judged(mosaic, {kWidth, 10, 1, true});
-    const picture_stats of_rgb = judged(rgb, {kWidth, 10, 3, false});
+    const picture_stats of_mosaic = assessed(mosaic, {kWidth, 10, 1, true});
+    const picture_stats of_rgb = assessed(rgb, {kWidth, 10, 3, false});
     CHECK(of_mosaic.sharpness_permille ==
           doctest::Approx(of_grey.sharpness_permille).epsilon(0.12));
     CHECK(of_rgb.sharpness_permille == of_grey.sharpness_permille);

@@ -131,7 +131,7 @@ class runner {
                                               ? mirrored_text()
                                               : solution_.verdict.sentence + hint_for_unsolved());
         }
-        judge();
+        assess();
         if (!describe_rig()) {
             return CLIENT_BAD_INPUT;
         }
@@ -250,7 +250,7 @@ class runner {
     }
 
     /// Adds to the verdict what the solver cannot know.
-    void judge() {
+    void assess() {
         if (job_.single) {
             return;
         }

@@ -49,7 +49,7 @@ bool read_picture(reading *self, int side, picture_stats *found) {
     }
     if (!frame.has_picture) {
         frame.data = values.data();
-        pair_frame_judge(&frame);
+        pair_frame_assess(&frame);
     }
     *found = frame.picture;
     return true;

@@ -109,7 +109,7 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
 
 }  // namespace
 
-report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault) {
+report_verdict report_figures_assess_rows(const triangulate_vertical &vertical, const char *fault) {
     const double median_px = vertical.median_px;
     // The matcher compares 5x5 windows row by row: up to a third of a pixel it loses nothing,
     // beyond a pixel it compares different content.
@@ -152,7 +152,7 @@ report_figures report_figures_collect(const reconstruct_context &context) {
         figures.total_ms += 1e-3 * static_cast<double>(stage_us);
     }
     collect_lengths(result, &figures);
-    figures.vertical = report_figures_judge_rows(
+    figures.vertical = report_figures_assess_rows(
         result.vertical,
         result_figures_rows_fault(&result.vertical, &result.plan, context.options->rectify.scale));
     compare_with_truth(context, &figures.truth);

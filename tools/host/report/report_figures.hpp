@@ -54,6 +54,6 @@ report_figures report_figures_collect(const reconstruct_context &context);
 double report_figures_brightness_percent(const reconstruct_image &image);
 
 /// Rates the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
-report_verdict report_figures_judge_rows(const triangulate_vertical &vertical, const char *fault);
+report_verdict report_figures_assess_rows(const triangulate_vertical &vertical, const char *fault);
 
 #endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Common to all presets of the matcher: validity of arguments, and rules for rejecting a pixel.
 /// Private to match*.c.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_RULES_H
-#define VERGENCE_STEREO_MATCH_MATCH_RULES_H
+#ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
+#define VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
 
 #include "stereo/match/match.h"
 

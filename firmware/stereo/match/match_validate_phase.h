@@ -2,16 +2,16 @@
 // The end of phase 3 (included by match_plain.c and the other kernel sets): validates the winners
 // of a row: sub-pixel position, left-right consistency, and the reason why a pixel has no
 // disparity. The loops over a row have no branches, so that compilers can vectorize them.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
-#define VERGENCE_STEREO_MATCH_MATCH_JUDGE_PHASE_H
+#ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDATE_PHASE_H
+#define VERGENCE_STEREO_MATCH_MATCH_VALIDATE_PHASE_H
 
 #include <string.h>
 
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_finish_phase.h"
-#include "stereo/match/match_rules.h"
 #include "stereo/match/match_state.h"
+#include "stereo/match/match_validity.h"
 
 enum {
     CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, with the nearer lane first
@@ -380,8 +380,8 @@ static void write_output(const struct match_level *level, const struct match_lin
 
 // Validates the winners of row y and writes them: to the output on level 0, to the surface on
 // others.
-static void judge_row(struct match_level *level, struct match_line *line, int y,
-                      struct rectify_span left) {
+static void validate_row(struct match_level *level, struct match_line *line, int y,
+                         struct rectify_span left) {
     check_claims(level, line);
     check_fits(level, line);
     if (level == &level->state->level[0]) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_rules.h"
+#include "stereo/match/match_validity.h"
 
 #include "core/error.h"
 
