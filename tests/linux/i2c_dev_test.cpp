@@ -137,7 +137,7 @@ TEST_CASE("a missing device, and a partial transfer") {
     std::array<uint8_t, 2> word{};
     CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_I2C_NACK);
     adapter->address = kBridge;
-    adapter->only_messages = 1;
+    adapter->only_path_costs = 1;
     CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_IO);
     CHECK(begun == 5);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The kernels' dynamic-programming step (firmware/stereo/match/match_message.h) along paths: one
+/// The kernels' dynamic-programming step (firmware/stereo/match/match_path_cost.h) along paths: one
 /// object per processor level, compiled from match_paths_phase.h, for comparison in the test.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PATHS_H
@@ -17,7 +17,7 @@ struct match_paths {
     /// (a multiple of 16) bytes per pixel, large[m] the large penalty on the way to each; the first
     /// one counts as 0.
     void (*pass)(const uint8_t *const costs[], const uint8_t *const large[], uint8_t small,
-                 int pixels, int lanes, uint8_t *const messages[]);
+                 int pixels, int lanes, uint8_t *const path_costs[]);
 };
 
 extern const struct match_paths match_paths_plain;

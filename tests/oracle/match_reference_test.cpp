@@ -275,22 +275,22 @@ Volume random_costs(Dice &dice, int width, int height, int lanes) {
 
 // One path of a volume for the kernels' step, and its result.
 struct PathBytes {
-    std::vector<uint8_t> costs, large, messages;
+    std::vector<uint8_t> costs, large, path_costs;
 };
 
 void check_paths(const Level &level, const std::vector<PathBytes> &given, int small, int lanes) {
     std::vector<PathBytes> paths = given;
     std::vector<const uint8_t *> costs, large;
-    std::vector<uint8_t *> messages;
+    std::vector<uint8_t *> path_costs;
     for (PathBytes &path : paths) {
-        path.messages.resize(path.costs.size());
+        path.path_costs.resize(path.costs.size());
         costs.push_back(path.costs.data());
         large.push_back(path.large.data());
-        messages.push_back(path.messages.data());
+        path_costs.push_back(path.path_costs.data());
     }
     const int pixels = static_cast<int>(paths[0].large.size());
     level.paths->pass(costs.data(), large.data(), static_cast<uint8_t>(small), pixels, lanes,
-                      messages.data());
+                      path_costs.data());
     int differing = 0;
     for (const PathBytes &path : paths) {
         std::vector<Lanes> pixel_costs;
@@ -299,11 +299,11 @@ void check_paths(const Level &level, const std::vector<PathBytes> &given, int sm
         }
         const std::vector<Lanes> expected = reference::path_costs(
             pixel_costs, small, std::vector<double>(path.large.begin(), path.large.end()));
-        auto message = path.messages.begin();
+        auto path_cost = path.path_costs.begin();
         for (const Lanes &pixel : expected) {
             const Lanes by_lane = reference::normalised(pixel);
-            differing += !std::equal(by_lane.begin(), by_lane.end(), message);
-            message += lanes;
+            differing += !std::equal(by_lane.begin(), by_lane.end(), path_cost);
+            path_cost += lanes;
         }
     }
     CHECK(differing == 0);

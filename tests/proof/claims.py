@@ -19,11 +19,11 @@ VECTORS = [
     "vector_blend", "vector_lowest", "vector_first", "vector_equal", "count_bits", "vector_cost",
 ]
 SMALL = [
-    "match_share_of", "match_share_between", "match_weight", "match_carry", "match_large_penalty",
+    "match_share_of", "match_share_between", "match_weight", "match_carry", "match_p2",
     "match_step", "match_same_window", "match_cell", "match_guide", "match_span",
     "match_tile_columns", "match_range_ends", "match_realign", "image_u8_row", "image_i32_row",
 ]
-MESSAGES = ["load_lanes", "store_lanes", "lower_neighbour", "pass_message"]
+MESSAGES = ["load_lanes", "store_lanes", "lower_neighbour", "add_path_cost"]
 FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
 COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
 COLUMNS = [
@@ -32,7 +32,7 @@ COLUMNS = [
 ]
 ROWS = [
     "searched", "hide_outside", "first_lowest", "choose", "pass_right", "pass_left",
-    "enter_tile_with_messages", "hides", "prepare_line",
+    "enter_tile_with_path_costs", "hides", "prepare_line",
 ]
 JUDGEMENTS = [
     "record_winner", "widen", "check_texture", "write_surface", "write_reasons",
@@ -69,7 +69,7 @@ MUTANTS = [
      "count_bits"),
     ("match_state.h", "i < 7; i++", "i < 8; i++", "match_share_between"),
     ("match_state.h", "65520 - 585 * capped", "65520 - 586 * capped", "match_weight"),
-    ("match_message.h", "k + 1 < lanes / MATCH_LANES ?", "k + 1 <= lanes / MATCH_LANES ?",
+    ("match_path_cost.h", "k + 1 < lanes / MATCH_LANES ?", "k + 1 <= lanes / MATCH_LANES ?",
      "lower_neighbour"),
     ("match_column_phase.h", "(ptrdiff_t)(c + member) * lanes", "(ptrdiff_t)(c + member + 1) * lanes",
      "member_cells"),

@@ -43,7 +43,7 @@ Reported transfer(Bench &bench, std::vector<I2cMessage> messages, const Held &he
         at(held.to_bit, {});
     }
     const simrig::I2cResult result = bench.rig.i2c(kSpeedHz, messages);
-    const Reported reported = {result.status, result.messages_done, result.bytes_done,
+    const Reported reported = {result.status, result.path_costs_done, result.bytes_done,
                                bench.rig.now_us() - begin_us};
     bench.rig.host().set_faults({});
     CHECK(bench.rig.wires().in.scl);  // released by the master as well

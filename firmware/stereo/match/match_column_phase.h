@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_message.h"
+#include "stereo/match/match_path_cost.h"
 #include "stereo/match/match_state.h"
 
 struct column_view {
@@ -275,23 +275,23 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 }
 
 // One row on the way down. The average of the rows above, at `down`, is updated with the costs at
-// `cost`. Together with the average from below, in `message`, it becomes the average of all rows,
+// `cost`. Together with the average from below, in `path_cost`, it becomes the average of all rows,
 // at `cost`. The path costs of the row above, at `previous`, become those of this row, at
-// `message`.
+// `path_cost`.
 /*@ requires are_lanes(lanes) && \valid_read(shares);
     requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
     requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
     requires tile_valid(down, lanes) && tile_valid(cost, lanes);
-    requires tile_valid(previous, lanes) && tile_valid(message, lanes);
+    requires tile_valid(previous, lanes) && tile_valid(path_cost, lanes);
     assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
-        message[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
+        path_cost[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
-                          uint8_t *cost, uint8_t *previous, uint8_t *message, const int lanes) {
-    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+                          uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const int lanes) {
+    const struct vector small = vector_all(MATCH_P1);
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
         loop assigns c, down[0 .. MATCH_TILE_COLUMNS * lanes - 1],
-            cost[0 .. MATCH_TILE_COLUMNS * lanes - 1], message[0 .. MATCH_TILE_COLUMNS * lanes - 1];
-        loop variant MATCH_TILE_COLUMNS - c; */
+            cost[0 .. MATCH_TILE_COLUMNS * lanes - 1], path_cost[0 .. MATCH_TILE_COLUMNS * lanes -
+       1]; loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c += VECTOR_MEMBERS) {
         //@ assert 0 <= c * lanes <= (MATCH_TILE_COLUMNS - VECTOR_MEMBERS) * lanes;
         uint8_t *down_at[VECTOR_MEMBERS];
@@ -302,7 +302,7 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
         member_cells(down, c, down_at, lanes);
         member_cells(cost, c, cost_at, lanes);
         member_cells(previous, c, previous_at, lanes);
-        member_cells(message, c, message_at, lanes);
+        member_cells(path_cost, c, message_at, lanes);
         /*@ loop invariant 0 <= member <= VECTOR_MEMBERS;
             loop invariant \forall integer m; 0 <= m < member ==>
                 penalty_at[m] == &shares->penalty[c + m];
@@ -324,8 +324,8 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
         store_lanes(&own, cost_at, 0, lanes);
         struct lanes running;
         load_lanes((const uint8_t *const *)previous_at, 0, &running, lanes);
-        const struct message_penalties penalties = {small, vector_each(penalty_at, 0)};
-        pass_message(&own, penalties, &running, lanes);
+        const struct path_penalties penalties = {small, vector_each(penalty_at, 0)};
+        add_path_cost(&own, penalties, &running, lanes);
         store_lanes(&running, message_at, 0, lanes);
     }
 }
@@ -358,7 +358,7 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
         const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
         view->mass[c] = mass;
         shares->below[c] = match_share_swapped(match_share_between(mass, mass_below[c]));
-        shares->penalty[c] = match_large_penalty(step[c]);
+        shares->penalty[c] = match_p2(step[c]);
     }
     if (y == 0) {
         memset(shares->penalty, 0, sizeof shares->penalty);
@@ -387,9 +387,9 @@ MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const i
         struct column_shares shares;
         carry_down(view, y, &shares);
         cost = ring_cells(view, tile, y);
-        uint8_t *message = match_cell(band->from_above[y - band->begin], tile, 0);
-        descend(&shares, y < view->last, down, cost, previous, message, lanes);
-        previous = message;
+        uint8_t *path_cost = match_cell(band->from_above[y - band->begin], tile, 0);
+        descend(&shares, y < view->last, down, cost, previous, path_cost, lanes);
+        previous = path_cost;
     }
 }
 

@@ -8,7 +8,7 @@
 
 #include "core/invariant.h"
 #include "stereo/match/match_feature_phase.h"
-#include "stereo/match/match_message.h"
+#include "stereo/match/match_path_cost.h"
 #include "stereo/match/match_state.h"
 
 enum { COST_GROUPS = MATCH_ROWS_ABREAST / VECTOR_MEMBERS };

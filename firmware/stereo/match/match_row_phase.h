@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "stereo/match/match_message.h"
+#include "stereo/match/match_path_cost.h"
 #include "stereo/match/match_state.h"
 #include "stereo/match/match_validate_phase.h"
 
@@ -36,7 +36,7 @@ struct row_view {
     const uint8_t *cost[MATCH_ROWS_ABREAST];
     const uint8_t *above[MATCH_ROWS_ABREAST];  // messages from above
     uint8_t *sum[MATCH_ROWS_ABREAST];  // of those and the path costs from the left; may be `above`
-    uint8_t *message[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
+    uint8_t *path_cost[MATCH_ROWS_ABREAST];  // of the last pixel of a tile
     struct rectify_span left[MATCH_ROWS_ABREAST], right[MATCH_ROWS_ABREAST];
 };
 
@@ -50,7 +50,7 @@ struct row_view {
             \valid_read(of->cost[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
             \valid_read(of->above[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
             \valid(of->sum[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
-            \valid(of->message[r] + (0 .. lanes - 1)) && \valid_read(of->line + r) &&
+            \valid(of->path_cost[r] + (0 .. lanes - 1)) && \valid_read(of->line + r) &&
             \valid_read(of->line[r].row.penalty + (x_begin .. x_begin + columns)) &&
             \valid(of->line[r].row.lane + (x_begin .. x_begin + columns - 1)) &&
             \valid(of->line[r].row.margin + (x_begin .. x_begin + columns - 1))); */
@@ -91,7 +91,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     /*@ admit copied: view.level == of->level && view.line == of->line &&
             (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
                 view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
-                view.message[r] == of->message[r]); */
+                view.path_cost[r] == of->path_cost[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
     /*@ loop invariant 0 <= r <= groups;
         loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty;
@@ -100,35 +100,35 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty;
     }
-    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
+    const struct vector small = vector_all(MATCH_P1);
     const struct vector max = vector_all(SUMMAND_MAX);
     const int count = lanes / MATCH_LANES;
-    struct lanes message[ROW_GROUPS];
+    struct lanes path_cost[ROW_GROUPS];
     /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, message[0 .. groups - 1];
+        loop assigns q, path_cost[0 .. groups - 1];
         loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
-        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+        load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
                    lanes);
     }
     ptrdiff_t cell = tile->offset;
     /*@ loop invariant x_begin <= x <= x_begin + columns;
         loop invariant cell == tile->offset + (x - x_begin) * lanes;
-        loop assigns x, cell, message[0 .. groups - 1],
+        loop assigns x, cell, path_cost[0 .. groups - 1],
             view.sum[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
         loop variant x_begin + columns - x; */
     for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, message[0 .. groups - 1],
+            loop assigns q, path_cost[0 .. groups - 1],
                 view.sum[0 .. groups - 1][cell .. cell + lanes - 1];
             loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
-            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
             struct lanes cost;
             load_lanes(view.cost + r, cell, &cost, lanes);
-            pass_message(&cost, penalties, &message[q], lanes);
+            add_path_cost(&cost, penalties, &path_cost[q], lanes);
             /*@ loop invariant 0 <= k <= count;
                 loop assigns k, view.sum[r][cell .. cell + lanes - 1];
                 loop variant count - k; */
@@ -137,15 +137,15 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
                 const struct vector above = vector_load(view.above + r, at);
                 vector_store(
                     view.sum + r, at,
-                    vector_add(vector_min(above, max), vector_min(message[q].part[k], max)));
+                    vector_add(vector_min(above, max), vector_min(path_cost[q].part[k], max)));
             }
         }
     }
     /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop assigns q, view.path_cost[0 .. groups - 1][0 .. lanes - 1];
         loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
-        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
+        store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
@@ -177,7 +177,7 @@ static inline struct vector hide_outside(const struct row_view *view, int r_begi
 }
 
 // The first lane of a member that is the lowest of all `total`.
-/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= MESSAGE_VECTORS;
+/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= PATH_COST_VECTORS;
     requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
     requires count == 1 ==>
         (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
@@ -216,17 +216,17 @@ MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
 // Adds up all path costs of pixel x of the rows from r_begin on, and records the winner of each.
 /*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
     requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
-    requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(message);
+    requires 0 <= x <= INT16_MAX && is_cell(cell) && \valid_read(path_cost);
     requires \valid_read(view->sum[r_begin] + (cell .. cell + lanes - 1));
     requires \valid_read(view->line + r_begin);
     requires \valid(view->line[r_begin].row.lane + x);
     requires \valid(view->line[r_begin].row.margin + x);
     assigns view->line[r_begin].row.lane[x], view->line[r_begin].row.margin[x]; */
 MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct match_tile *tile,
-                         int x, ptrdiff_t cell, const struct lanes *message, const bool hide,
+                         int x, ptrdiff_t cell, const struct lanes *path_cost, const bool hide,
                          const int lanes) {
     const int count = lanes / MATCH_LANES;
-    struct vector total[MESSAGE_VECTORS];
+    struct vector total[PATH_COST_VECTORS];
     struct vector lowest = vector_all(UINT8_MAX);
     /*@ loop invariant 0 <= k <= count;
         loop invariant k == 1 ==>
@@ -238,7 +238,7 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
     for (int k = 0; k < count; k++) {
         total[k] = vector_add(vector_load((const uint8_t *const *)view->sum + r_begin,
                                           cell + (ptrdiff_t)k * MATCH_LANES),
-                              message->part[k]);
+                              path_cost->part[k]);
         if (hide) {
             total[k] = hide_outside(view, r_begin, tile, x, k * MATCH_LANES, total[k]);
         }
@@ -282,7 +282,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     /*@ admit copied: view.level == of->level && view.line == of->line &&
             (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
                 view.above[r] == of->above[r] && view.sum[r] == of->sum[r] &&
-                view.message[r] == of->message[r]); */
+                view.path_cost[r] == of->path_cost[r]); */
     const uint8_t *penalty[MATCH_ROWS_ABREAST];
     /*@ loop invariant 0 <= r <= groups;
         loop invariant \forall integer i; 0 <= i < r ==> penalty[i] == of->line[i].row.penalty + 1;
@@ -291,19 +291,19 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     for (int r = 0; r < groups * VECTOR_MEMBERS; r++) {
         penalty[r] = view.line[r].row.penalty + 1;
     }
-    const struct vector small = vector_all(MATCH_SMALL_PENALTY);
-    struct lanes message[ROW_GROUPS];
+    const struct vector small = vector_all(MATCH_P1);
+    struct lanes path_cost[ROW_GROUPS];
     /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, message[0 .. groups - 1];
+        loop assigns q, path_cost[0 .. groups - 1];
         loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
-        load_lanes((const uint8_t *const *)view.message + q * VECTOR_MEMBERS, 0, &message[q],
+        load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
                    lanes);
     }
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
     /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
         loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
-        loop assigns x, cell, message[0 .. groups - 1],
+        loop assigns x, cell, path_cost[0 .. groups - 1],
             of->line[0 .. groups - 1].row.lane[x_begin .. x_begin + columns - 1],
             of->line[0 .. groups - 1].row.margin[x_begin .. x_begin + columns - 1];
         loop variant x - x_begin + 1; */
@@ -311,23 +311,23 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         cell -= lanes;
         /*@ loop invariant 0 <= q <= groups;
-            loop assigns q, message[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
+            loop assigns q, path_cost[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
                 of->line[0 .. groups - 1].row.margin[x];
             loop variant groups - q; */
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
-            const struct message_penalties penalties = {small, vector_each(penalty + r, x)};
+            const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
             struct lanes cost;
             load_lanes(view.cost + r, cell, &cost, lanes);
-            pass_message(&cost, penalties, &message[q], lanes);
-            choose(&view, r, tile, x, cell, &message[q], hide, lanes);
+            add_path_cost(&cost, penalties, &path_cost[q], lanes);
+            choose(&view, r, tile, x, cell, &path_cost[q], hide, lanes);
         }
     }
     /*@ loop invariant 0 <= q <= groups;
-        loop assigns q, view.message[0 .. groups - 1][0 .. lanes - 1];
+        loop assigns q, view.path_cost[0 .. groups - 1][0 .. lanes - 1];
         loop variant groups - q; */
     for (int q = 0; q < groups; q++) {
-        store_lanes(&message[q], view.message + q * VECTOR_MEMBERS, 0, lanes);
+        store_lanes(&path_cost[q], view.path_cost + q * VECTOR_MEMBERS, 0, lanes);
     }
 }
 
@@ -336,21 +336,22 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
 /*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
     requires from != NULL ==> match_is_tile(from);
     requires \forall integer r; 0 <= r < rows ==>
-        \valid(view->message[r] + (0 .. tile->lanes - 1)) &&
-        (from != NULL ==> \valid_read(view->message[r] + (0 .. from->lanes - 1)));
-    assigns view->message[0 .. rows - 1][0 .. tile->lanes - 1]; */
-static void enter_tile_with_messages(const struct row_view *view, const int rows,
-                                     const struct match_tile *from, const struct match_tile *tile) {
+        \valid(view->path_cost[r] + (0 .. tile->lanes - 1)) &&
+        (from != NULL ==> \valid_read(view->path_cost[r] + (0 .. from->lanes - 1)));
+    assigns view->path_cost[0 .. rows - 1][0 .. tile->lanes - 1]; */
+static void enter_tile_with_path_costs(const struct row_view *view, const int rows,
+                                       const struct match_tile *from,
+                                       const struct match_tile *tile) {
     /*@ loop invariant 0 <= r <= rows;
-        loop assigns r, view->message[0 .. rows - 1][0 .. tile->lanes - 1];
+        loop assigns r, view->path_cost[0 .. rows - 1][0 .. tile->lanes - 1];
         loop variant rows - r; */
     for (int r = 0; r < rows; r++) {
         if (from == NULL) {
-            memset(view->message[r], 0, (size_t)tile->lanes);
+            memset(view->path_cost[r], 0, (size_t)tile->lanes);
         } else if (!match_same_window(from, tile)) {
             uint8_t realigned[MATCH_MAX_DISPARITIES];
-            match_realign(view->message[r], from, NULL, tile, realigned);
-            memcpy(view->message[r], realigned, (size_t)tile->lanes);
+            match_realign(view->path_cost[r], from, NULL, tile, realigned);
+            memcpy(view->path_cost[r], realigned, (size_t)tile->lanes);
         }
     }
 }
@@ -421,7 +422,7 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     for (int t = 0; t < level->tiles; t++) {
         const struct match_tile *tile = &view->tiles[t];
         const int columns = match_tile_columns(level, t);
-        enter_tile_with_messages(view, rows, t == 0 ? NULL : tile - 1, tile);
+        enter_tile_with_path_costs(view, rows, t == 0 ? NULL : tile - 1, tile);
 #define PASS_RIGHT(lanes) pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, lanes)
         MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_RIGHT);
 #undef PASS_RIGHT
@@ -431,7 +432,7 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
         const int columns = match_tile_columns(level, t);
         const int x = t * MATCH_TILE_COLUMNS;
         const bool hidden = hides(view, rows, tile, x, columns);
-        enter_tile_with_messages(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
+        enter_tile_with_path_costs(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
         if (hidden) {
 #define PASS_LEFT(lanes) pass_left(view, tile, x, columns, true, groups, lanes)
             MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
@@ -460,7 +461,7 @@ static void prepare_line(const struct match_level *level, struct match_line *lin
         loop assigns x, penalty[0 .. width - 1];
         loop variant width - x; */
     for (int x = 1; x < width; x++) {
-        penalty[x] = match_large_penalty(match_step(guide[x], guide[x - 1]));
+        penalty[x] = match_p2(match_step(guide[x], guide[x - 1]));
     }
     penalty[width] = 0;
     memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);
@@ -481,7 +482,7 @@ static void rows(struct match_level *level, struct match_scratch *scratch, int y
         view.above[r] = band->from_above[row];
         // The last row's path costs are still needed by the next band.
         view.sum[r] = y == band->end - 1 ? band->last_sum : band->from_above[row];
-        view.message[r] = scratch->running + (size_t)r * (size_t)level->lanes;
+        view.path_cost[r] = scratch->running + (size_t)r * (size_t)level->lanes;
         const int known = y < level->height ? y : level->height - 1;
         const struct match_input *input = level->state->input;
         view.left[r] = match_span(level, &input->left, input->left_span, known);

@@ -30,10 +30,10 @@
 #define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
 
 enum {
-    MATCH_LANES = 16,          // disparities are padded to a multiple of this
-    MATCH_SMALL_PENALTY = 20,  // of a change by one disparity
-    MATCH_COST_MAX = 127,      // so that a path cost stays below 256
-    MATCH_WEIGHT_ONE = 128,    // shares of a blend are in 1/128, between 1 and 127
+    MATCH_LANES = 16,        // disparities are padded to a multiple of this
+    MATCH_P1 = 20,           // of a change by one disparity
+    MATCH_COST_MAX = 127,    // so that a path cost stays below 256
+    MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
     MATCH_CENSUS_WEIGHT = 4,
     MATCH_CENSUS_RADIUS = 2,
@@ -292,7 +292,7 @@ static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
 /// Penalty of a jump across a step of grey levels: an edge makes it plausible.
 /*@ assigns \nothing;
     ensures 40 <= \result <= 120; */
-static inline uint8_t match_large_penalty(uint8_t step) {
+static inline uint8_t match_p2(uint8_t step) {
     enum { LARGE_MAX = 120, LARGE_MIN = 40, LARGE_SLOPE = 6 };
     const uint8_t steps = (LARGE_MAX - LARGE_MIN) / LARGE_SLOPE + 1;
     const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < steps ? step : steps));

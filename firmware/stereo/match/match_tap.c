@@ -6,7 +6,7 @@
 #include "core/invariant.h"
 #include "stereo/match/match_vector_plain.h"
 // The step uses the vectors included above.
-#include "stereo/match/match_message.h"
+#include "stereo/match/match_path_cost.h"
 #include "stereo/match/match_state.h"
 
 // The kernels must be the first member.
@@ -50,11 +50,11 @@ static void tapped_cost_rows(struct match_level *level, struct match_scratch *sc
     }
 }
 
-static void look_at_messages(const struct match_level *level, const struct match_band *band,
-                             int y) {
+static void look_at_path_costs(const struct match_level *level, const struct match_band *band,
+                               int y) {
     const struct match_tap *tap = tap_of(level);
     INVARIANT(y >= band->begin && y < band->end);
-    struct match_tap_row row = row_of(level, band, MATCH_TAP_MESSAGES, y);
+    struct match_tap_row row = row_of(level, band, MATCH_TAP_PATH_COSTS, y);
     row.cost_around = level->ring[y % level->ring_rows];
     row.from_above = band->from_above[y - band->begin];
     tap->look(tap->self, &row);
@@ -80,7 +80,7 @@ static void tapped_rows(struct match_level *level, struct match_scratch *scratch
                         int rows) {
     const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
     for (int y = y_begin; y < end; y++) {
-        look_at_messages(level, scratch->band, y);
+        look_at_path_costs(level, scratch->band, y);
     }
     tap_of(level)->real->rows(level, scratch, y_begin, rows);
     for (int y = y_begin; y < end; y++) {
@@ -106,39 +106,38 @@ struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int
                                      .doubtful = tile->doubtful};
 }
 
-// Advances a path cost to the pixel at `cell` of a plane of costs, and leaves it in `message`.
-static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t *message,
+// Advances a path cost to the pixel at `cell` of a plane of costs, and leaves it in `path_cost`.
+static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t *path_cost,
                     int lanes) {
     const uint8_t *const cost_at[] = {costs};
-    uint8_t *const message_at[] = {message};
+    uint8_t *const message_at[] = {path_cost};
     struct lanes cost;
     struct lanes running;
     load_lanes(cost_at, (ptrdiff_t)cell, &cost, lanes);
     load_lanes((const uint8_t *const *)message_at, 0, &running, lanes);
-    const struct message_penalties penalties = {vector_all(MATCH_SMALL_PENALTY),
-                                                vector_all(penalty)};
-    pass_message(&cost, penalties, &running, lanes);
+    const struct path_penalties penalties = {vector_all(MATCH_P1), vector_all(penalty)};
+    add_path_cost(&cost, penalties, &running, lanes);
     store_lanes(&running, message_at, 0, lanes);
 }
 
-void match_tap_messages(const struct match_tap_row *row, bool from_right, uint8_t *plane) {
-    INVARIANT(row->event == MATCH_TAP_MESSAGES);
+void match_tap_path_costs(const struct match_tap_row *row, bool from_right, uint8_t *plane) {
+    INVARIANT(row->event == MATCH_TAP_PATH_COSTS);
     const uint8_t *guide = match_guide(row->owner, row->y);
-    uint8_t message[MATCH_MAX_DISPARITIES] = {0};
+    uint8_t path_cost[MATCH_MAX_DISPARITIES] = {0};
     uint8_t realigned[MATCH_MAX_DISPARITIES];
     const struct match_tile *from = NULL;
     for (int i = 0; i < row->width; i++) {
         const int x = from_right ? row->width - 1 - i : i;
         const struct match_tile *tile = &row->tiles[x / MATCH_TILE_COLUMNS];
         if (from != NULL && !match_same_window(from, tile)) {
-            match_realign(message, from, NULL, tile, realigned);
-            memcpy(message, realigned, (size_t)tile->lanes);
+            match_realign(path_cost, from, NULL, tile, realigned);
+            memcpy(path_cost, realigned, (size_t)tile->lanes);
         }
         from = tile;
         const uint8_t before = guide[i == 0 ? x : (from_right ? x + 1 : x - 1)];
-        const uint8_t penalty = i == 0 ? 0 : match_large_penalty(match_step(guide[x], before));
+        const uint8_t penalty = i == 0 ? 0 : match_p2(match_step(guide[x], before));
         const size_t cell = match_tap_window_at(row, x).cell;
-        pass_on(row->cost_around, cell, penalty, message, tile->lanes);
-        memcpy(plane + cell, message, (size_t)tile->lanes);
+        pass_on(row->cost_around, cell, penalty, path_cost, tile->lanes);
+        memcpy(plane + cell, path_cost, (size_t)tile->lanes);
     }
 }

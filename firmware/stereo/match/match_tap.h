@@ -19,9 +19,9 @@ struct match_tile;
 
 /// When a row is reported; each row of each level is reported once at each event.
 enum match_tap_event {
-    MATCH_TAP_COSTS,     // phase 1 is done with it
-    MATCH_TAP_MESSAGES,  // phase 2 is done with it
-    MATCH_TAP_WINNERS,   // phase 3 is done with it
+    MATCH_TAP_COSTS,       // phase 1 is done with it
+    MATCH_TAP_PATH_COSTS,  // phase 2 is done with it
+    MATCH_TAP_WINNERS,     // phase 3 is done with it
 };
 
 /// A row at an event. A plane holds one byte for every searched disparity of every pixel; see
@@ -40,7 +40,7 @@ struct match_tap_row {
     // MATCH_TAP_COSTS
     const uint8_t *census[3], *gradient;  // of the left row, by column
     const uint8_t *cost, *cost_along;     // planes: of the pixel, averaged along the row
-    // MATCH_TAP_MESSAGES
+    // MATCH_TAP_PATH_COSTS
     const uint8_t *cost_around;  // plane: averaged along the columns as well
     const uint8_t *from_above;   // plane: path costs from the row above
     // MATCH_TAP_WINNERS, by column
@@ -79,10 +79,10 @@ struct match_tap match_tap_of(const struct match_kernels *real, match_tap_look *
 /// The window of column x.
 struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int x);
 
-/// Computes the path costs along a row reported at MATCH_TAP_MESSAGES into a plane
+/// Computes the path costs along a row reported at MATCH_TAP_PATH_COSTS into a plane
 /// (row->plane_bytes, the caller's): from the left, or from the right. They are recomputed, as the
 /// matcher only keeps their sum.
-void match_tap_messages(const struct match_tap_row *row, bool from_right, uint8_t *plane);
+void match_tap_path_costs(const struct match_tap_row *row, bool from_right, uint8_t *plane);
 
 #ifdef __cplusplus
 }

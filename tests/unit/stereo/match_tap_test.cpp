@@ -45,8 +45,8 @@ struct Seen {
 
 std::vector<int> best_of_totals(const match_tap_row &row) {
     std::vector<uint8_t> left(row.plane_bytes), right(row.plane_bytes);
-    match_tap_messages(&row, false, left.data());
-    match_tap_messages(&row, true, right.data());
+    match_tap_path_costs(&row, false, left.data());
+    match_tap_path_costs(&row, true, right.data());
     std::vector<int> best;
     for (int x = 0; x < row.width; x++) {
         const match_tap_window window = match_tap_window_at(&row, x);
@@ -72,7 +72,7 @@ void look(void *self, const match_tap_row *row) {
     const std::lock_guard<std::mutex> lock(seen.mutex);
     seen.times[{row->event, row->level, row->y}]++;
     seen.heights[row->level] = row->height;
-    if (row->event == MATCH_TAP_MESSAGES) {
+    if (row->event == MATCH_TAP_PATH_COSTS) {
         seen.best[{row->level, row->y}] = best_of_totals(*row);
     } else if (row->event == MATCH_TAP_WINNERS) {
         const std::vector<int> &best = seen.best[{row->level, row->y}];
@@ -102,7 +102,7 @@ void check_run(match_options options, int threads, const Matched &plain) {
     }
     // A coarser level's last rows may not be needed.
     CHECK(seen.times.size() <= static_cast<size_t>(3 * rows));
-    for (const int event : {MATCH_TAP_COSTS, MATCH_TAP_MESSAGES, MATCH_TAP_WINNERS}) {
+    for (const int event : {MATCH_TAP_COSTS, MATCH_TAP_PATH_COSTS, MATCH_TAP_WINNERS}) {
         for (int y = 0; y < seen.heights[0]; y++) {
             CHECK(seen.times[{event, 0, y}] == 1);
         }

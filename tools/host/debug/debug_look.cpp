@@ -34,8 +34,8 @@ void debug_look::save(const match_tap_row &row) {
         case MATCH_TAP_COSTS:
             save_costs(row);
             break;
-        case MATCH_TAP_MESSAGES:
-            save_messages(row);
+        case MATCH_TAP_PATH_COSTS:
+            save_path_costs(row);
             break;
         case MATCH_TAP_WINNERS:
             save_winners(row);
@@ -115,7 +115,7 @@ void debug_look::save_costs(const match_tap_row &row) {
     }
 }
 
-void debug_look::save_messages(const match_tap_row &row) {
+void debug_look::save_path_costs(const match_tap_row &row) {
     debug_level &level = level_of(row);
     for (int x = 0; x < row.width; x++) {
         const match_tap_window window = match_tap_window_at(&row, x);
@@ -126,8 +126,8 @@ void debug_look::save_messages(const match_tap_row &row) {
         return;
     }
     std::vector<std::uint8_t> left(row.plane_bytes), right(row.plane_bytes), total(row.plane_bytes);
-    match_tap_messages(&row, false, left.data());
-    match_tap_messages(&row, true, right.data());
+    match_tap_path_costs(&row, false, left.data());
+    match_tap_path_costs(&row, true, right.data());
     for (int x = 0; x < row.width; x++) {
         const match_tap_window window = match_tap_window_at(&row, x);
         for (int i = 0; i < window.count; i++) {

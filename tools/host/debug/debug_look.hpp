@@ -71,7 +71,7 @@ class debug_look {
     static void look(void *self, const match_tap_row *row);
     void save(const match_tap_row &row);
     void save_costs(const match_tap_row &row);
-    void save_messages(const match_tap_row &row);
+    void save_path_costs(const match_tap_row &row);
     void save_winners(const match_tap_row &row);
     void save_slice(const match_tap_row &row, debug_plane plane, const std::uint8_t *bytes);
     debug_level &level_of(const match_tap_row &row);

@@ -131,10 +131,10 @@ I2cResult I2cHost::transfer(unsigned speed_hz, std::vector<I2cMessage> &messages
     }
     try {
         for (I2cMessage &message : messages) {
-            start(result.messages_done != 0);
+            start(result.path_costs_done != 0);
             result.bytes_done = 0;
             run_message(message, result);
-            result.messages_done++;
+            result.path_costs_done++;
         }
         result.bytes_done = 0;
         stop();

@@ -29,7 +29,7 @@ enum class I2cStatus {
 
 struct I2cResult {
     I2cStatus status = I2cStatus::kOk;
-    size_t messages_done = 0;
+    size_t path_costs_done = 0;
     size_t bytes_done = 0;  ///< of the message that failed
 };
 

@@ -126,7 +126,7 @@ Board::Answer Board::answer(const Transfer &transfer) {
     const I2cResult result = rig_.i2c(transfer.speed_hz, messages);
     BodyWriter reply;
     reply.u32(uint32_t(int32_t(status_of(result.status))));
-    reply.u16(uint16_t(result.messages_done));
+    reply.u16(uint16_t(result.path_costs_done));
     reply.u16(uint16_t(result.bytes_done));
     for (const I2cMessage &message : messages) {
         if (message.read) {

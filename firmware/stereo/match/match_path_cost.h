@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The dynamic-programming step of phases 2 and 3 (included by them).
-#ifndef VERGENCE_STEREO_MATCH_MATCH_MESSAGE_H
-#define VERGENCE_STEREO_MATCH_MATCH_MESSAGE_H
+#ifndef VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
+#define VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
 
 #include "stereo/match/match_state.h"
 
-enum { MESSAGE_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
+enum { PATH_COST_VECTORS = MATCH_MAX_DISPARITIES / MATCH_LANES };
 
 /// All lanes of a pixel, or of one pixel for each member.
 struct lanes {
-    struct vector part[MESSAGE_VECTORS];
+    struct vector part[PATH_COST_VECTORS];
 };
 
-struct message_penalties {
-    struct vector small;  // of a change by one disparity
-    struct vector large;  // of any other
+struct path_penalties {
+    struct vector p1;  // of a change by one disparity
+    struct vector p2;  // of any other
 };
 
 /*@ predicate are_lanes(integer lanes) =
@@ -70,35 +70,35 @@ MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct
 }
 
 // message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
-// path cost in `message` and neighbours beyond the ends are infinite; then its lowest lane is
+// path cost in `path_cost` and neighbours beyond the ends are infinite; then its lowest lane is
 // subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual
 // information", PAMI 30(2), 2008, equation 13.
 /*@ requires are_lanes(lanes);
-    requires \valid_read(cost) && \valid(message) && \separated(cost, message);
-    assigns message->part[0 .. lanes / MATCH_LANES - 1]; */
-MATCH_INLINE void pass_message(const struct lanes *cost, struct message_penalties penalties,
-                               struct lanes *message, const int lanes) {
+    requires \valid_read(cost) && \valid(path_cost) && \separated(cost, path_cost);
+    assigns path_cost->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void add_path_cost(const struct lanes *cost, struct path_penalties penalties,
+                                struct lanes *path_cost, const int lanes) {
     const int count = lanes / MATCH_LANES;
     struct vector before = vector_all(UINT8_MAX);
     struct vector smallest = vector_all(UINT8_MAX);
     /*@ loop invariant 0 <= k <= count;
-        loop assigns k, before, smallest, message->part[0 .. count - 1];
+        loop assigns k, before, smallest, path_cost->part[0 .. count - 1];
         loop variant count - k; */
     for (int k = 0; k < count; k++) {
-        const struct vector here = message->part[k];
-        const struct vector beside = lower_neighbour(message, k, before, lanes);
+        const struct vector here = path_cost->part[k];
+        const struct vector beside = lower_neighbour(path_cost, k, before, lanes);
         const struct vector step =
-            vector_min(vector_min(here, vector_add(beside, penalties.small)), penalties.large);
-        message->part[k] = vector_add(cost->part[k], step);
-        smallest = vector_min(smallest, message->part[k]);
+            vector_min(vector_min(here, vector_add(beside, penalties.p1)), penalties.p2);
+        path_cost->part[k] = vector_add(cost->part[k], step);
+        smallest = vector_min(smallest, path_cost->part[k]);
         before = here;
     }
     const struct vector lowest = vector_lowest(smallest);
     /*@ loop invariant 0 <= k <= count;
-        loop assigns k, message->part[0 .. count - 1];
+        loop assigns k, path_cost->part[0 .. count - 1];
         loop variant count - k; */
     for (int k = 0; k < count; k++) {
-        message->part[k] = vector_sub(message->part[k], lowest);
+        path_cost->part[k] = vector_sub(path_cost->part[k], lowest);
     }
 }
 
