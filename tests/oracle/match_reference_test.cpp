@@ -15,7 +15,7 @@
 #include "core/arena.h"
 #include "core/error.h"
 #include "match_paths.h"
-#include "match_tapped.h"
+#include "match_probed.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
 #include "stereo/match/match_kernels.h"
@@ -150,8 +150,8 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     const int width = task.width();
     const int height = task.height();
     Grid<match_window> windows(width, height);
-    const match_tapped tapped =
-        match_tap(kernels, averages.empty() ? nullptr : averages.data(), windows.cells.data());
+    const match_probed probed =
+        match_probe(kernels, averages.empty() ? nullptr : averages.data(), windows.cells.data());
     const Search &search = task.search;
     match_options options =
         match_default_options(search.disparity_min + search.extra_below,
@@ -161,7 +161,7 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     options.preset = task.preset;
     options.speckle_px = task.search.speckle_px;
     options.keep_all = task.search.keep_all;
-    options.kernels = &tapped.kernels;
+    options.kernels = &probed.kernels;
     const std::vector<rectify_span> left_spans = spans_of(task.left);
     const std::vector<rectify_span> right_spans = spans_of(task.right);
     const match_input input = {{task.left.grey.cells.data(), width, height, width},

@@ -14,9 +14,9 @@ constexpr int summand_max = 127;
 
 }  // namespace
 
-debug_look::debug_look(int row) : row_(row), tap_(match_tap_of(nullptr, look, this)) {}
+debug_look::debug_look(int row) : row_(row), probe_(match_probe_of(nullptr, look, this)) {}
 
-void debug_look::look(void *self, const match_tap_row *row) {
+void debug_look::look(void *self, const match_probe_row *row) {
     debug_look &looker = *static_cast<debug_look *>(self);
     const std::lock_guard<std::mutex> lock(looker.mutex_);
     // The matcher is C: must not throw.
@@ -29,21 +29,21 @@ void debug_look::look(void *self, const match_tap_row *row) {
     }
 }
 
-void debug_look::save(const match_tap_row &row) {
+void debug_look::save(const match_probe_row &row) {
     switch (row.event) {
-        case MATCH_TAP_COSTS:
+        case MATCH_PROBE_COSTS:
             save_costs(row);
             break;
-        case MATCH_TAP_PATH_COSTS:
+        case MATCH_PROBE_PATH_COSTS:
             save_path_costs(row);
             break;
-        case MATCH_TAP_WINNERS:
+        case MATCH_PROBE_WINNERS:
             save_winners(row);
             break;
     }
 }
 
-debug_level &debug_look::level_of(const match_tap_row &row) {
+debug_level &debug_look::level_of(const match_probe_row &row) {
     const auto number = static_cast<std::size_t>(row.level);
     if (levels_.size() <= number) {
         levels_.resize(number + 1);
@@ -78,15 +78,15 @@ debug_level &debug_look::level_of(const match_tap_row &row) {
     return level;
 }
 
-bool debug_look::is_sliced(const match_tap_row &row) const {
+bool debug_look::is_sliced(const match_probe_row &row) const {
     return row.level == 0 && row.y == std::min(row_ >> row.shift_y, row.height - 1);
 }
 
-void debug_look::save_slice(const match_tap_row &row, debug_plane plane,
+void debug_look::save_slice(const match_probe_row &row, debug_plane plane,
                             const std::uint8_t *bytes) {
     std::vector<std::int16_t> &slice = slices_[plane];
     for (int x = 0; x < row.width; x++) {
-        const match_tap_window window = match_tap_window_at(&row, x);
+        const match_probe_window window = match_probe_window_at(&row, x);
         const int end = std::min(window.first + window.count, row.disparity_count);
         for (int i = window.first; i < end; i++) {
             slice[static_cast<std::size_t>(i) * static_cast<std::size_t>(row.width) +
@@ -96,7 +96,7 @@ void debug_look::save_slice(const match_tap_row &row, debug_plane plane,
     }
 }
 
-void debug_look::save_costs(const match_tap_row &row) {
+void debug_look::save_costs(const match_probe_row &row) {
     const debug_level &level = level_of(row);
     if (row.level > 0) {
         return;
@@ -115,10 +115,10 @@ void debug_look::save_costs(const match_tap_row &row) {
     }
 }
 
-void debug_look::save_path_costs(const match_tap_row &row) {
+void debug_look::save_path_costs(const match_probe_row &row) {
     debug_level &level = level_of(row);
     for (int x = 0; x < row.width; x++) {
-        const match_tap_window window = match_tap_window_at(&row, x);
+        const match_probe_window window = match_probe_window_at(&row, x);
         level.window_first[level.index(x, row.y)] = static_cast<std::int16_t>(window.first);
         level.window_count[level.index(x, row.y)] = static_cast<std::int16_t>(window.count);
     }
@@ -126,10 +126,10 @@ void debug_look::save_path_costs(const match_tap_row &row) {
         return;
     }
     std::vector<std::uint8_t> left(row.plane_bytes), right(row.plane_bytes), total(row.plane_bytes);
-    match_tap_path_costs(&row, false, left.data());
-    match_tap_path_costs(&row, true, right.data());
+    match_probe_path_costs(&row, false, left.data());
+    match_probe_path_costs(&row, true, right.data());
     for (int x = 0; x < row.width; x++) {
-        const match_tap_window window = match_tap_window_at(&row, x);
+        const match_probe_window window = match_probe_window_at(&row, x);
         for (int i = 0; i < window.count; i++) {
             const std::size_t cell = window.cell + static_cast<std::size_t>(i);
             const int sum = std::min<int>(row.from_above[cell], summand_max) +
@@ -144,7 +144,7 @@ void debug_look::save_path_costs(const match_tap_row &row) {
     save_slice(row, DEBUG_TOTAL, total.data());
 }
 
-void debug_look::save_winners(const match_tap_row &row) {
+void debug_look::save_winners(const match_probe_row &row) {
     debug_level &level = level_of(row);
     const std::size_t begin = level.index(0, row.y);
     std::copy_n(row.winner, row.width, &level.winner[begin]);

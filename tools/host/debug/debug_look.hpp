@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "stereo/match/match_tap.h"
+#include "stereo/match/match_probe.h"
 
 /// The byte planes of which one row is kept.
 enum debug_plane {
@@ -51,7 +51,7 @@ class debug_look {
     debug_look &operator=(const debug_look &) = delete;
 
     /// For match_options.kernels; lives as long as this object.
-    const match_kernels *kernels() const { return &tap_.kernels; }
+    const match_kernels *kernels() const { return &probe_.kernels; }
 
     int row() const { return row_; }
     /// Whether memory ran out; everything else is then undefined.
@@ -68,19 +68,19 @@ class debug_look {
     const std::vector<std::int16_t> &slice(debug_plane plane) const { return slices_[plane]; }
 
   private:
-    static void look(void *self, const match_tap_row *row);
-    void save(const match_tap_row &row);
-    void save_costs(const match_tap_row &row);
-    void save_path_costs(const match_tap_row &row);
-    void save_winners(const match_tap_row &row);
-    void save_slice(const match_tap_row &row, debug_plane plane, const std::uint8_t *bytes);
-    debug_level &level_of(const match_tap_row &row);
-    bool is_sliced(const match_tap_row &row) const;
+    static void look(void *self, const match_probe_row *row);
+    void save(const match_probe_row &row);
+    void save_costs(const match_probe_row &row);
+    void save_path_costs(const match_probe_row &row);
+    void save_winners(const match_probe_row &row);
+    void save_slice(const match_probe_row &row, debug_plane plane, const std::uint8_t *bytes);
+    debug_level &level_of(const match_probe_row &row);
+    bool is_sliced(const match_probe_row &row) const;
 
     int row_;
     bool failed_ = false;
     std::mutex mutex_;
-    match_tap tap_;
+    match_probe probe_;
     std::vector<debug_level> levels_;
     std::vector<std::uint8_t> brighter_, gradient_, reason_;
     std::array<std::vector<std::int16_t>, DEBUG_PLANES> slices_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The probe reports every row of every level once per event, reports the inputs of the choice of
 // winners, and changes nothing.
-#include "stereo/match/match_tap.h"
+#include "stereo/match/match_probe.h"
 
 #include <doctest/doctest.h>
 
@@ -43,13 +43,13 @@ struct Seen {
     int differing = 0, compared = 0;
 };
 
-std::vector<int> best_of_totals(const match_tap_row &row) {
+std::vector<int> best_of_totals(const match_probe_row &row) {
     std::vector<uint8_t> left(row.plane_bytes), right(row.plane_bytes);
-    match_tap_path_costs(&row, false, left.data());
-    match_tap_path_costs(&row, true, right.data());
+    match_probe_path_costs(&row, false, left.data());
+    match_probe_path_costs(&row, true, right.data());
     std::vector<int> best;
     for (int x = 0; x < row.width; x++) {
-        const match_tap_window window = match_tap_window_at(&row, x);
+        const match_probe_window window = match_probe_window_at(&row, x);
         const int nearest = x - row.disparity_min - window.first;  // right pixel of the first lane
         int lowest = 256, at = -2;
         for (int i = 0; i < window.count; i++) {
@@ -67,14 +67,14 @@ std::vector<int> best_of_totals(const match_tap_row &row) {
     return best;
 }
 
-void look(void *self, const match_tap_row *row) {
+void look(void *self, const match_probe_row *row) {
     Seen &seen = *static_cast<Seen *>(self);
     const std::lock_guard<std::mutex> lock(seen.mutex);
     seen.times[{row->event, row->level, row->y}]++;
     seen.heights[row->level] = row->height;
-    if (row->event == MATCH_TAP_PATH_COSTS) {
+    if (row->event == MATCH_PROBE_PATH_COSTS) {
         seen.best[{row->level, row->y}] = best_of_totals(*row);
-    } else if (row->event == MATCH_TAP_WINNERS) {
+    } else if (row->event == MATCH_PROBE_WINNERS) {
         const std::vector<int> &best = seen.best[{row->level, row->y}];
         for (int x = 0; x < row->width; x++) {
             const int expected = best[static_cast<size_t>(x)];
@@ -86,23 +86,23 @@ void look(void *self, const match_tap_row *row) {
 
 void check_run(match_options options, int threads, const Matched &plain) {
     Seen seen;
-    const match_tap tap = match_tap_of(options.kernels, look, &seen);
-    options.kernels = &tap.kernels;
+    const match_probe probe = match_probe_of(options.kernels, look, &seen);
+    options.kernels = &probe.kernels;
     Threads workers(threads);
     MatchSetting setting;
     setting.parallel = workers.parallel();
-    const Matched tapped = run_match(pair_of_test(), options, setting);
-    REQUIRE(tapped.status == ERROR_OK);
-    CHECK(tapped.disparity_q8 == plain.disparity_q8);
-    CHECK(tapped.reason == plain.reason);
-    CHECK(tapped.confidence == plain.confidence);
+    const Matched probed = run_match(pair_of_test(), options, setting);
+    REQUIRE(probed.status == ERROR_OK);
+    CHECK(probed.disparity_q8 == plain.disparity_q8);
+    CHECK(probed.reason == plain.reason);
+    CHECK(probed.confidence == plain.confidence);
     int rows = 0;
     for (const auto &[level, count] : seen.heights) {
         rows += count;
     }
     // A coarser level's last rows may not be needed.
     CHECK(seen.times.size() <= static_cast<size_t>(3 * rows));
-    for (const int event : {MATCH_TAP_COSTS, MATCH_TAP_PATH_COSTS, MATCH_TAP_WINNERS}) {
+    for (const int event : {MATCH_PROBE_COSTS, MATCH_PROBE_PATH_COSTS, MATCH_PROBE_WINNERS}) {
         for (int y = 0; y < seen.heights[0]; y++) {
             CHECK(seen.times[{event, 0, y}] == 1);
         }

@@ -2,8 +2,8 @@
 /// Debug probe of the matcher: kernels that do the same as those of a processor level, and report
 /// each row of each level to a callback. The result is identical, and a run without a probe has no
 /// overhead. For pictures and tests.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_TAP_H
-#define VERGENCE_STEREO_MATCH_MATCH_TAP_H
+#ifndef VERGENCE_STEREO_MATCH_MATCH_PROBE_H
+#define VERGENCE_STEREO_MATCH_MATCH_PROBE_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -18,17 +18,17 @@ extern "C" {
 struct match_tile;
 
 /// When a row is reported; each row of each level is reported once at each event.
-enum match_tap_event {
-    MATCH_TAP_COSTS,       // phase 1 is done with it
-    MATCH_TAP_PATH_COSTS,  // phase 2 is done with it
-    MATCH_TAP_WINNERS,     // phase 3 is done with it
+enum match_probe_event {
+    MATCH_PROBE_COSTS,       // phase 1 is done with it
+    MATCH_PROBE_PATH_COSTS,  // phase 2 is done with it
+    MATCH_PROBE_WINNERS,     // phase 3 is done with it
 };
 
 /// A row at an event. A plane holds one byte for every searched disparity of every pixel; see
-/// match_tap_window_at. All pointers belong to the matcher and are valid during the call only;
+/// match_probe_window_at. All pointers belong to the matcher and are valid during the call only;
 /// those of other events are NULL.
-struct match_tap_row {
-    enum match_tap_event event;
+struct match_probe_row {
+    enum match_probe_event event;
     int level;                            // 0: the finest
     int y;                                // of the level
     int width, height, shift_x, shift_y;  // of the level: 2^shift columns and rows make a pixel
@@ -37,13 +37,13 @@ struct match_tap_row {
     const struct match_tile *tiles;
     const struct match_level *owner;
 
-    // MATCH_TAP_COSTS
+    // MATCH_PROBE_COSTS
     const uint8_t *census[3], *gradient;  // of the left row, by column
     const uint8_t *cost, *cost_along;     // planes: of the pixel, averaged along the row
-    // MATCH_TAP_PATH_COSTS
+    // MATCH_PROBE_PATH_COSTS
     const uint8_t *cost_around;  // plane: averaged along the columns as well
     const uint8_t *from_above;   // plane: path costs from the row above
-    // MATCH_TAP_WINNERS, by column
+    // MATCH_PROBE_WINNERS, by column
     const int16_t *winner;      // counted from disparity_min; -1: there is no disparity
     const uint32_t *around;     // costs before, at and after it, in the lower bytes
     const uint8_t *margin;      // margin over its best rival
@@ -54,7 +54,7 @@ struct match_tap_row {
 
 /// The disparities that one pixel of a row searched, counted from the level's lowest, and the start
 /// of their bytes in a plane.
-struct match_tap_window {
+struct match_probe_window {
     int first, count;  // the last ones may lie beyond the level's range, as padding
     size_t cell;
     bool doubtful;  // the coarser level saw other good matches
@@ -62,27 +62,28 @@ struct match_tap_window {
 
 /// Callback for a row. Called by the thread that processed it, so by several threads at the same
 /// time.
-typedef void match_tap_look(void *self, const struct match_tap_row *row);
+typedef void match_probe_look(void *self, const struct match_probe_row *row);
 
 /// Owned by the caller, and valid for longer than the run; `kernels` goes into
 /// match_options.kernels.
-struct match_tap {
+struct match_probe {
     struct match_kernels kernels;
     const struct match_kernels *real;
-    match_tap_look *look;
+    match_probe_look *look;
     void *self;
 };
 
 /// A probe of the kernels `real`, or of the fastest ones if that is NULL.
-struct match_tap match_tap_of(const struct match_kernels *real, match_tap_look *look, void *self);
+struct match_probe match_probe_of(const struct match_kernels *real, match_probe_look *look,
+                                  void *self);
 
 /// The window of column x.
-struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int x);
+struct match_probe_window match_probe_window_at(const struct match_probe_row *row, int x);
 
-/// Computes the path costs along a row reported at MATCH_TAP_PATH_COSTS into a plane
+/// Computes the path costs along a row reported at MATCH_PROBE_PATH_COSTS into a plane
 /// (row->plane_bytes, the caller's): from the left, or from the right. They are recomputed, as the
 /// matcher only keeps their sum.
-void match_tap_path_costs(const struct match_tap_row *row, bool from_right, uint8_t *plane);
+void match_probe_path_costs(const struct match_probe_row *row, bool from_right, uint8_t *plane);
 
 #ifdef __cplusplus
 }

@@ -2,8 +2,8 @@
 /// Kernels that report to a test which disparities each tile of the finest level searched, and that
 /// can use averaged costs of the test instead of computing them from the images. Everything else is
 /// unchanged.
-#ifndef VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
-#define VERGENCE_TESTS_ORACLE_MATCH_TAPPED_H
+#ifndef VERGENCE_TESTS_ORACLE_MATCH_PROBED_H
+#define VERGENCE_TESTS_ORACLE_MATCH_PROBED_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,7 +20,7 @@ struct match_window {
     bool doubtful;  // the coarser level saw other good matches
 };
 
-struct match_tapped {
+struct match_probed {
     struct match_kernels kernels;  // for match_options.kernels
     const struct match_kernels *real;
     // Owned by the caller: row by row, one byte per lane, as many lanes per pixel as the
@@ -30,8 +30,8 @@ struct match_tapped {
 };
 
 /// Probes the kernels of a processor level. For a finest level with all rows, on one thread.
-struct match_tapped match_tap(const struct match_kernels *real, const uint8_t *averages,
-                              struct match_window *windows);
+struct match_probed match_probe(const struct match_kernels *real, const uint8_t *averages,
+                                struct match_window *windows);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_tap.h"
+#include "stereo/match/match_probe.h"
 
 #include <string.h>
 
@@ -10,14 +10,14 @@
 #include "stereo/match/match_state.h"
 
 // The kernels must be the first member.
-static const struct match_tap *tap_of(const struct match_level *level) {
-    return (const struct match_tap *)level->state->options.kernels;
+static const struct match_probe *probe_of(const struct match_level *level) {
+    return (const struct match_probe *)level->state->options.kernels;
 }
 
-static struct match_tap_row row_of(const struct match_level *level, const struct match_band *band,
-                                   enum match_tap_event event, int y) {
+static struct match_probe_row row_of(const struct match_level *level, const struct match_band *band,
+                                     enum match_probe_event event, int y) {
     INVARIANT(y >= band->begin && y < level->height);
-    return (struct match_tap_row){
+    return (struct match_probe_row){
         .event = event,
         .level = (int)(level - level->state->level),
         .y = y,
@@ -33,37 +33,37 @@ static struct match_tap_row row_of(const struct match_level *level, const struct
     };
 }
 
-static void tapped_cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+static void probed_cost_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                              int rows) {
-    const struct match_tap *tap = tap_of(level);
-    tap->real->cost_rows(level, scratch, y_begin, rows);
+    const struct match_probe *probe = probe_of(level);
+    probe->real->cost_rows(level, scratch, y_begin, rows);
     for (int r = 0; r < rows && y_begin + r < level->height; r++) {
         const struct match_features *left = &scratch->line[r].cost.left;
-        struct match_tap_row row = row_of(level, scratch->band, MATCH_TAP_COSTS, y_begin + r);
+        struct match_probe_row row = row_of(level, scratch->band, MATCH_PROBE_COSTS, y_begin + r);
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             row.census[plane] = left->census[plane];
         }
         row.gradient = left->gradient;
         row.cost = scratch->band->from_above[r];
         row.cost_along = level->ring[row.y % level->ring_rows];
-        tap->look(tap->self, &row);
+        probe->look(probe->self, &row);
     }
 }
 
 static void look_at_path_costs(const struct match_level *level, const struct match_band *band,
                                int y) {
-    const struct match_tap *tap = tap_of(level);
+    const struct match_probe *probe = probe_of(level);
     INVARIANT(y >= band->begin && y < band->end);
-    struct match_tap_row row = row_of(level, band, MATCH_TAP_PATH_COSTS, y);
+    struct match_probe_row row = row_of(level, band, MATCH_PROBE_PATH_COSTS, y);
     row.cost_around = level->ring[y % level->ring_rows];
     row.from_above = band->from_above[y - band->begin];
-    tap->look(tap->self, &row);
+    probe->look(probe->self, &row);
 }
 
 static void look_at_winners(const struct match_level *level, const struct match_band *band,
                             const struct match_line *line, int y) {
-    const struct match_tap *tap = tap_of(level);
-    struct match_tap_row row = row_of(level, band, MATCH_TAP_WINNERS, y);
+    const struct match_probe *probe = probe_of(level);
+    struct match_probe_row row = row_of(level, band, MATCH_PROBE_WINNERS, y);
     row.winner = line->row.lane;
     row.around = line->row.around;
     row.margin = line->row.margin;
@@ -72,38 +72,39 @@ static void look_at_winners(const struct match_level *level, const struct match_
     if (row.level == 0) {
         row.reason = image_u8_row(&level->state->output->reason, y << level->shift_y);
     }
-    tap->look(tap->self, &row);
+    probe->look(probe->self, &row);
 }
 
 // Reports the results of phase 2 before phase 3 reuses their memory.
-static void tapped_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
+static void probed_rows(struct match_level *level, struct match_scratch *scratch, int y_begin,
                         int rows) {
     const int end = y_begin + rows < level->height ? y_begin + rows : level->height;
     for (int y = y_begin; y < end; y++) {
         look_at_path_costs(level, scratch->band, y);
     }
-    tap_of(level)->real->rows(level, scratch, y_begin, rows);
+    probe_of(level)->real->rows(level, scratch, y_begin, rows);
     for (int y = y_begin; y < end; y++) {
         look_at_winners(level, scratch->band, &scratch->line[y - y_begin], y);
     }
 }
 
-struct match_tap match_tap_of(const struct match_kernels *real, match_tap_look *look, void *self) {
+struct match_probe match_probe_of(const struct match_kernels *real, match_probe_look *look,
+                                  void *self) {
     const struct match_kernels *kernels = real != NULL ? real : match_kernels_best();
-    struct match_tap tap = {.kernels = *kernels, .real = kernels, .look = look, .self = self};
-    tap.kernels.cost_rows = tapped_cost_rows;
-    tap.kernels.rows = tapped_rows;
-    return tap;
+    struct match_probe probe = {.kernels = *kernels, .real = kernels, .look = look, .self = self};
+    probe.kernels.cost_rows = probed_cost_rows;
+    probe.kernels.rows = probed_rows;
+    return probe;
 }
 
-struct match_tap_window match_tap_window_at(const struct match_tap_row *row, int x) {
+struct match_probe_window match_probe_window_at(const struct match_probe_row *row, int x) {
     INVARIANT(x >= 0 && x < row->width);
     const struct match_tile *tile = &row->tiles[x / MATCH_TILE_COLUMNS];
     const size_t column = (size_t)(x % MATCH_TILE_COLUMNS);
-    return (struct match_tap_window){.first = tile->base,
-                                     .count = tile->lanes,
-                                     .cell = (size_t)tile->offset + column * (size_t)tile->lanes,
-                                     .doubtful = tile->doubtful};
+    return (struct match_probe_window){.first = tile->base,
+                                       .count = tile->lanes,
+                                       .cell = (size_t)tile->offset + column * (size_t)tile->lanes,
+                                       .doubtful = tile->doubtful};
 }
 
 // Advances a path cost to the pixel at `cell` of a plane of costs, and leaves it in `path_cost`.
@@ -120,8 +121,8 @@ static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t 
     store_lanes(&running, message_at, 0, lanes);
 }
 
-void match_tap_path_costs(const struct match_tap_row *row, bool from_right, uint8_t *plane) {
-    INVARIANT(row->event == MATCH_TAP_PATH_COSTS);
+void match_probe_path_costs(const struct match_probe_row *row, bool from_right, uint8_t *plane) {
+    INVARIANT(row->event == MATCH_PROBE_PATH_COSTS);
     const uint8_t *guide = match_guide(row->owner, row->y);
     uint8_t path_cost[MATCH_MAX_DISPARITIES] = {0};
     uint8_t realigned[MATCH_MAX_DISPARITIES];
@@ -136,7 +137,7 @@ void match_tap_path_costs(const struct match_tap_row *row, bool from_right, uint
         from = tile;
         const uint8_t before = guide[i == 0 ? x : (from_right ? x + 1 : x - 1)];
         const uint8_t penalty = i == 0 ? 0 : match_p2(match_step(guide[x], before));
-        const size_t cell = match_tap_window_at(row, x).cell;
+        const size_t cell = match_probe_window_at(row, x).cell;
         pass_on(row->cost_around, cell, penalty, path_cost, tile->lanes);
         memcpy(plane + cell, path_cost, (size_t)tile->lanes);
     }
