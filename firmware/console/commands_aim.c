@@ -169,7 +169,7 @@ static int run_axis(const struct command_call *call, enum lens_axis axis) {
             error = (sides >> side & 1) != 0 ? check_position(call, side, axis) : 0;
         }
         if (error == 0) {
-            error = rig_lens_go(call->rig, sides, axis, (int32_t)call->values[1].integer);
+            error = rig_lens_move_to(call->rig, sides, axis, (int32_t)call->values[1].integer);
         }
     }
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {

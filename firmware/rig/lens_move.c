@@ -37,7 +37,7 @@ struct mover {
     uint32_t sent;
     uint64_t since_us, mark_us, deadline_us;
     bool been_back, far;
-    int32_t trim_before;
+    int32_t offset_before;
     uint32_t trims;
     int32_t rested;  // where the previous approach ended off its target; INT32_MIN: not yet
     uint32_t path, done;
@@ -83,7 +83,7 @@ uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis
 
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
-    const int32_t beside = run_up(profile) + 2 * LENS_MOVE_TRIM_COUNTS;
+    const int32_t beside = run_up(profile) + 2 * LENS_MOVE_OFFSET_COUNTS;
     return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_NONSENSE_US + LENS_MOVE_REST_US +
            LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
            (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
@@ -105,7 +105,7 @@ static int send(struct rig *self, const struct mover *mover) {
 // ---- legs
 
 static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
-    const int32_t wanted = goal + self->lens_trim[mover->side][mover->axis];
+    const int32_t wanted = goal + self->lens_offset[mover->side][mover->axis];
     const struct lens_limits limits = mover->limits;
     mover->goal = goal;
     mover->begin = mover->middle;
@@ -153,14 +153,14 @@ static int jammed(struct rig *self, struct mover *mover) {
         "focus is stuck at # and does not move to # (free the ring, then move it again)",
         "iris is stuck at # and does not move to # (free the ring, then move it again)",
     };
-    self->lens_trim[mover->side][mover->axis] = mover->trim_before;  // that was not drift
+    self->lens_offset[mover->side][mover->axis] = mover->offset_before;  // that was not drift
     watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
     return watch_error(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
                        (const int32_t[]){mover->middle, mover->goal});
 }
 
 static int not_there(struct rig *self, struct mover *mover) {
-    self->lens_trim[mover->side][mover->axis] = mover->trim_before;
+    self->lens_offset[mover->side][mover->axis] = mover->offset_before;
     watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
     return watch_error(self, lens_read_part(mover->side), ERROR_TIMEOUT,
                        "it is at # and does not arrive at # in time (check the motor, and the "
@@ -180,7 +180,7 @@ static int go_on_up(struct rig *self, struct mover *mover) {
 // Start far enough away to distinguish a jam from drift; without room below, start above.
 static int begin_long_approach(struct rig *self, struct mover *mover) {
     const int32_t target = mover->target, middle = mover->middle;
-    const int32_t run = run_up(&self->profile) + LENS_MOVE_TRIM_COUNTS;
+    const int32_t run = run_up(&self->profile) + LENS_MOVE_OFFSET_COUNTS;
     const int32_t below = (middle < target ? middle : target) - run;
     const int32_t above = (middle > target ? middle : target) + run;
     mover->waypoint = below >= mover->limits.min ? below : above;
@@ -189,11 +189,12 @@ static int begin_long_approach(struct rig *self, struct mover *mover) {
 }
 
 // It moved, and stopped off the target: approach again, corrected by the error.
-static int trim(struct rig *self, struct mover *mover) {
+static int update_offset(struct rig *self, struct mover *mover) {
     const int32_t beside = mover->middle - mover->target;
     const int32_t tolerance = self->profile.lens_tolerance_counts;
-    int32_t *offset = &self->lens_trim[mover->side][mover->axis];
-    const int32_t wanted = within(*offset - beside, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
+    int32_t *offset = &self->lens_offset[mover->side][mover->axis];
+    const int32_t wanted =
+        within(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
     const int32_t command = within(mover->target + wanted, mover->limits.min, mover->limits.max);
     const bool at_end = command == mover->command;
     const bool again =
@@ -216,9 +217,9 @@ static int trim(struct rig *self, struct mover *mover) {
 static void follow_drift(struct rig *self, const struct mover *mover) {
     enum { NOISE_COUNTS = 2 };
     const int32_t beside = mover->middle - mover->target;
-    int32_t *offset = &self->lens_trim[mover->side][mover->axis];
+    int32_t *offset = &self->lens_offset[mover->side][mover->axis];
     const int32_t step = beside >= NOISE_COUNTS ? -1 : beside <= -NOISE_COUNTS ? 1 : 0;
-    *offset = within(*offset + step, -LENS_MOVE_TRIM_COUNTS, LENS_MOVE_TRIM_COUNTS);
+    *offset = within(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
 }
 
 // No movement for too long.
@@ -228,11 +229,11 @@ static int stalled(struct rig *self, struct mover *mover) {
     const int32_t moved = distance(mover->middle, mover->begin);
     const int32_t tolerance = self->profile.lens_tolerance_counts;
     const bool back = mover->phase == GOING_BACK;
-    if (left > LENS_MOVE_TRIM_COUNTS + (mover->far ? LENS_MOVE_TRIM_COUNTS : 0)) {
+    if (left > LENS_MOVE_OFFSET_COUNTS + (mover->far ? LENS_MOVE_OFFSET_COUNTS : 0)) {
         return jammed(self, mover);
     }
     if (!back) {
-        return trim(self, mover);
+        return update_offset(self, mover);
     }
     // Whatever the drift, a long leg moves the motor at least by the run-up, and past the target.
     const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
@@ -376,7 +377,7 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     const int32_t seen = mover->middle;
     const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
-    const int32_t offset = self->lens_trim[mover->side][mover->axis];
+    const int32_t offset = self->lens_offset[mover->side][mover->axis];
     const int32_t at = within(all + offset, mover->limits.min, mover->limits.max);
     const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
     (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
@@ -461,7 +462,7 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
     return error;
 }
 
-int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
+int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
                     : watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
@@ -486,7 +487,7 @@ int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t p
         mover->target = position;
         mover->low = mover->waypoint = below > limits.min ? below : limits.min;
         mover->rested = INT32_MIN;
-        mover->trim_before = self->lens_trim[side][axis];
+        mover->offset_before = self->lens_offset[side][axis];
         mover->since_us = watch_now_us(self);
     }
     if (error != ERROR_OK) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How rig_lens_go moves lenses, and how long it may take.
+/// How rig_lens_move_to moves lenses, and how long it may take.
 ///
 /// A motor turns its ring through gears with play, so the ring's position is repeatable only if it
 /// is always approached from the same side. A move first goes down to target -
@@ -10,9 +10,9 @@
 /// readings is within the tolerance, and stays so for three more readings. It is jammed when that
 /// median has not come LENS_MOVE_STEP_COUNTS nearer for lens_move_stall_us and five readings; after
 /// half of that time the command is sent again, as it may have been lost. A motor that moved, but
-/// stops off the target by at most LENS_MOVE_TRIM_COUNTS (for example, because its potentiometer
+/// stops off the target by at most LENS_MOVE_OFFSET_COUNTS (for example, because its potentiometer
 /// has drifted), is sent as far the other way on the next approach, up to three times; the
-/// correction is kept in `lens_trim`. At an end of the controller's range no correction is
+/// correction is kept in `lens_offset`. At an end of the controller's range no correction is
 /// possible: the lens has arrived when a second approach ends at the same position.
 ///
 /// A drift smaller than the tolerance is corrected by one count per move.
@@ -49,7 +49,7 @@ enum {
     LENS_MOVE_COMMANDS = 4,  ///< within that time
     LENS_MOVE_SETTLED_READINGS = 4,
     LENS_MOVE_TRIMS = 3,
-    LENS_MOVE_TRIM_COUNTS = 20,
+    LENS_MOVE_OFFSET_COUNTS = 20,
     LENS_MOVE_REST_US = 2500000,  ///< longest time to stop
 };
 
@@ -67,8 +67,8 @@ uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis
 bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
                           int32_t target);
 
-/// Upper bound of the duration of a call of rig_lens_go, for lenses at most `distance` counts away
-/// from their targets.
+/// Upper bound of the duration of a call of rig_lens_move_to, for lenses at most `distance` counts
+/// away from their targets.
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance);
 

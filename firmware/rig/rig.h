@@ -60,7 +60,7 @@ int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 /// position, from below because of backlash, and waits until it has arrived. ERROR_JAMMED: no
 /// movement; ERROR_TIMEOUT: it does not arrive, or its controller does not answer; for details and
 /// times see rig/lens_move.h. On any error all motors are at rest.
-int rig_lens_go(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
+int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
 /// Reads the positions of a lens, each the median of three readings, and stores them in
 /// `lens_position`.
 int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]);

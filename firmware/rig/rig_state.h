@@ -135,7 +135,7 @@ struct rig {
     int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
     int32_t lens_position[RIG_SIDES][LENS_AXES];   ///< last reading; INT32_MIN: never, or no such
                                                    ///< axis
-    int32_t lens_trim[RIG_SIDES][LENS_AXES];       ///< added to commands: see rig/lens_move.h
+    int32_t lens_offset[RIG_SIDES][LENS_AXES];     ///< added to commands: see rig/lens_move.h
     uint16_t pan_q4[RIG_SIDES];                    ///< pulse width of the last command
     uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn stops
     uint64_t lens_rest_us[RIG_SIDES];              ///< when the lens was last seen to have arrived

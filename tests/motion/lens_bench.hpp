@@ -148,7 +148,7 @@ class LensRig {
         longest_silence_us = 0;
         done = total = 0;
         went_back = false;
-        return rig_lens_go(&rig, sides, axis, position);
+        return rig_lens_move_to(&rig, sides, axis, position);
     }
 
     struct rig rig;

@@ -158,7 +158,7 @@ TEST_CASE("no frame was exposed while its camera turned or its lens moved") {
         REQUIRE(bench.idle_ms(4000 + uint64_t(i) * 170) == ERROR_OK);
         const bool turns = i % 2 == 0;
         const int error = turns ? rig_pan_both(&bench.rig, 20000 * (i + 1), -20000 * (i + 1))
-                                : rig_lens_go(&bench.rig, kBoth, LENS_ZOOM, 320 + 10 * i);
+                                : rig_lens_move_to(&bench.rig, kBoth, LENS_ZOOM, 320 + 10 * i);
         REQUIRE_MESSAGE(error == ERROR_OK, bench.rig.last_error.text);
         const uint64_t rested_us = bench.now_us() - (turns ? 0 : kReading_us);
         REQUIRE_MESSAGE(bench.capture(pair) == ERROR_OK, bench.rig.last_error.text);

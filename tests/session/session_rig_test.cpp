@@ -69,7 +69,7 @@ struct session_of_commands {
         INFO(std::string(instrument->last_error.text));
         idle(instrument.get(), recorder, player);
         codes.push_back(rig_window(instrument.get(), 64, 48, 1));
-        codes.push_back(rig_lens_go(instrument.get(), 3, LENS_ZOOM, 320));
+        codes.push_back(rig_lens_move_to(instrument.get(), 3, LENS_ZOOM, 320));
         std::uint32_t applied_us = 0;
         codes.push_back(rig_exposure(instrument.get(), 3, 5000, &applied_us));
         codes.push_back(static_cast<int>(applied_us));
