@@ -25,7 +25,7 @@ struct horn {
     uint16_t goal_q4, waypoint_q4;
     uint16_t actual_q4, slew_q4;
     bool limp;  // no pulses, so its position is unknown
-    uint64_t rest_us;
+    uint64_t stopped_at_us;
 };
 
 static enum rig_part part_of(unsigned side) {
@@ -107,7 +107,7 @@ static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t
 
 // ---- one leg
 
-// Starts a horn. It will have stopped at `rest_us`.
+// Starts a horn. It will have stopped at `stopped_at_us`.
 static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t period_us) {
     const struct servo_model *model = &self->profile.servo[horn->side];
     int error = fpga_bridge_servo_aim(&self->bridge, horn->side, width_q4);
@@ -117,15 +117,16 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     if (error != ERROR_OK) {
         return failed(self, horn->side, error);
     }
-    const uint64_t now_us = watch_now_us(self), before_us = self->pan_rest_us[horn->side];
-    uint64_t rest_us = now_us > before_us ? now_us : before_us;
+    const uint64_t now_us = watch_now_us(self), before_us = self->pan_stopped_at_us[horn->side];
+    uint64_t stopped_at_us = now_us > before_us ? now_us : before_us;
     // With its first pulse a limp horn turns from an unknown position to where the bridge begins.
-    rest_us += horn->limp ? servo_travel_us(model, model->min_q4, model->max_q4, 0, period_us) : 0;
-    rest_us += servo_travel_us(model, horn->actual_q4, width_q4, horn->slew_q4, period_us);
+    stopped_at_us +=
+        horn->limp ? servo_travel_us(model, model->min_q4, model->max_q4, 0, period_us) : 0;
+    stopped_at_us += servo_travel_us(model, horn->actual_q4, width_q4, horn->slew_q4, period_us);
     horn->limp = false;
-    horn->rest_us = rest_us;
+    horn->stopped_at_us = stopped_at_us;
     self->pan_q4[horn->side] = width_q4;
-    self->pan_rest_us[horn->side] = rest_us;
+    self->pan_stopped_at_us[horn->side] = stopped_at_us;
     return ERROR_OK;
 }
 
@@ -138,7 +139,7 @@ static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
         if (error != ERROR_OK) {
             return error;
         }
-        if (horn->actual_q4 != width_q4 && watch_now_us(self) > horn->rest_us + LATE_US) {
+        if (horn->actual_q4 != width_q4 && watch_now_us(self) > horn->stopped_at_us + LATE_US) {
             watch_used(self, part_of(horn->side), ERROR_TIMEOUT);
             return watch_error(
                 self, part_of(horn->side), ERROR_TIMEOUT,
@@ -147,7 +148,7 @@ static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
                 (const int32_t[]){horn->actual_q4 / Q4_PER_US, width_q4 / Q4_PER_US});
         }
     }
-    return watch_until(self, horn->rest_us);
+    return watch_until(self, horn->stopped_at_us);
 }
 
 static int run_leg(struct rig *self, struct horn *horns, unsigned count, bool last,
@@ -192,7 +193,7 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
     }
     if (still == count) {
         for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
-            error = watch_until(self, self->pan_rest_us[horns[i].side]);
+            error = watch_until(self, self->pan_stopped_at_us[horns[i].side]);
         }
         return error;
     }

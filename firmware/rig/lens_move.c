@@ -39,7 +39,7 @@ struct mover {
     bool been_back, far;
     int32_t offset_before;
     uint32_t trims;
-    int32_t rested;  // where the previous approach ended off its target; INT32_MIN: not yet
+    int32_t rest_position;  // where the previous approach ended off its target; INT32_MIN: not yet
     uint32_t path, done;
 };
 
@@ -197,10 +197,10 @@ static int update_offset(struct rig *self, struct mover *mover) {
         within(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
     const int32_t command = within(mover->target + wanted, mover->limits.min, mover->limits.max);
     const bool at_end = command == mover->command;
-    const bool again =
-        mover->rested != INT32_MIN && distance(mover->rested, mover->middle) <= tolerance;
+    const bool again = mover->rest_position != INT32_MIN &&
+                       distance(mover->rest_position, mover->middle) <= tolerance;
     if (at_end && again) {
-        self->lens_rest_us[mover->side] = mover->mark_us;
+        self->lens_stopped_at_us[mover->side] = mover->mark_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -208,7 +208,7 @@ static int update_offset(struct rig *self, struct mover *mover) {
         return not_there(self, mover);
     }
     mover->trims++;
-    mover->rested = mover->middle;
+    mover->rest_position = mover->middle;
     *offset = at_end ? *offset : wanted;
     return begin_long_approach(self, mover);
 }
@@ -255,7 +255,7 @@ static int assess(struct rig *self, struct mover *mover) {
             return go_on_up(self, mover);
         }
         follow_drift(self, mover);
-        self->lens_rest_us[mover->side] = now_us;
+        self->lens_stopped_at_us[mover->side] = now_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -346,7 +346,7 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
 static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
                          int32_t *position) {
     const uint64_t since_us = watch_now_us(self);
-    self->lens_rest_us[mover->side] = since_us;  // not earlier, as far as known
+    self->lens_stopped_at_us[mover->side] = since_us;  // not earlier, as far as known
     struct lens_reading readings[LENS_AXES];
     int error = ERROR_TIMEOUT;
     while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {
@@ -486,7 +486,7 @@ int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int3
         const int32_t below = position - run_up(&self->profile);
         mover->target = position;
         mover->low = mover->waypoint = below > limits.min ? below : limits.min;
-        mover->rested = INT32_MIN;
+        mover->rest_position = INT32_MIN;
         mover->offset_before = self->lens_offset[side][axis];
         mover->since_us = watch_now_us(self);
     }

@@ -139,9 +139,9 @@ static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
 // the two.
 static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
-    const uint64_t settled_us = rig->settled_us[RIG_RIGHT];
+    const uint64_t settled_at_us = rig->settled_at_us[RIG_RIGHT];
     const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = watch_now_us(rig);
-    const uint64_t begin_us = settled_us > now_us + frame_us ? settled_us - frame_us : now_us;
+    const uint64_t begin_us = settled_at_us > now_us + frame_us ? settled_at_us - frame_us : now_us;
     int error = take_frame(rig, RIG_LEFT, begin_us, memory, values, &frames[RIG_LEFT]);
     if (error != ERROR_OK) {
         return error;
@@ -374,7 +374,7 @@ static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, 
 static int wait_for_rest(struct rig *rig) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = watch_until(rig, rig->pan_rest_us[side]);
+        error = watch_until(rig, rig->pan_stopped_at_us[side]);
     }
     return error;
 }

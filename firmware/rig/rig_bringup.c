@@ -402,12 +402,12 @@ static void forget(struct rig *self) {
         self->lens[side] = (struct lens_drive){NULL, NULL};
         self->sensor[side] = (struct mt9t001){.bus = NULL};
         self->pan_q4[side] = 0;
-        self->pan_rest_us[side] = 0;
-        self->lens_rest_us[side] = 0;
-        self->settled_us[side] = 0;
-        self->owed[side] = false;
+        self->pan_stopped_at_us[side] = 0;
+        self->lens_stopped_at_us[side] = 0;
+        self->settled_at_us[side] = 0;
+        self->frame_pending[side] = false;
         self->exposure_us[side] = 0;
-        self->found_exposure_us[side] = 0;
+        self->initial_exposure_us[side] = 0;
         self->gain_q3[side] = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->lens_commanded[side][axis] = INT32_MIN;
@@ -419,7 +419,7 @@ static void forget(struct rig *self) {
 }
 
 int rig_bringup(struct rig *self) {
-    if (self->state == RIG_READY || self->lost) {
+    if (self->state == RIG_READY || self->bridge_lost) {
         rig_safe(self);
     }
     forget(self);

@@ -36,7 +36,7 @@ static bool has_source(const struct rig *self, unsigned side) {
 
 // 0: not known.
 static uint32_t exposure_us(const struct rig *self, unsigned side) {
-    return self->exposure_us[side] != 0 ? self->exposure_us[side] : self->found_exposure_us[side];
+    return self->exposure_us[side] != 0 ? self->exposure_us[side] : self->initial_exposure_us[side];
 }
 
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
@@ -53,7 +53,7 @@ uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
 
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
     const uint64_t wait_us = before_us + MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->settled_us[side] = later(self->settled_us[side], watch_now_us(self) + wait_us);
+    self->settled_at_us[side] = later(self->settled_at_us[side], watch_now_us(self) + wait_us);
 }
 
 static int source_failed(struct rig *self, unsigned side, int error) {
@@ -82,7 +82,7 @@ int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_came
     }
     self->streaming[side] = true;
     self->started_us[side] = watch_now_us(self);
-    self->owed[side] = false;
+    self->frame_pending[side] = false;
     self->format = *format;
     return ERROR_OK;
 }
@@ -98,7 +98,7 @@ void rig_camera_find_exposure(struct rig *self, unsigned side) {
     // Data from a driver is untrusted.
     const int32_t max_us = RIG_EXPOSURE_MAX_US;
     const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
-    self->found_exposure_us[side] = (uint32_t)(usable_us < max_us ? usable_us : max_us);
+    self->initial_exposure_us[side] = (uint32_t)(usable_us < max_us ? usable_us : max_us);
 }
 
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
@@ -214,13 +214,14 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
 // The earliest begin of a frame that was exposed with the camera at rest: rows are exposed before
 // they are sent.
 static uint64_t still_us(const struct rig *self, unsigned side) {
-    return later(self->pan_rest_us[side], self->lens_rest_us[side]) + exposure_us(self, side);
+    return later(self->pan_stopped_at_us[side], self->lens_stopped_at_us[side]) +
+           exposure_us(self, side);
 }
 
 static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
                           struct hal_camera_frame *frame) {
     const uint64_t begin_us =
-        later(later(not_before_us, self->settled_us[side]), still_us(self, side));
+        later(later(not_before_us, self->settled_at_us[side]), still_us(self, side));
     const uint64_t now_us = watch_now_us(self);
     uint64_t deadline_us =
         later(begin_us, now_us) + TIMEOUT_FRAMES * rig_camera_frame_us(self, side) + TIMEOUT_US;

@@ -70,7 +70,7 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->settled_us[side] = watch_now_us(self) + wait_us;
+    self->settled_at_us[side] = watch_now_us(self) + wait_us;
     return ERROR_OK;
 }
 
@@ -81,7 +81,7 @@ static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
             control(self, side, HAL_CAMERA_EXPOSURE_US, (int32_t)exposure_us, &applied);
         if (error == ERROR_OK) {
             self->exposure_us[side] = (uint32_t)applied;
-            self->found_exposure_us[side] = 0;
+            self->initial_exposure_us[side] = 0;
         }
         return error;
     }

@@ -137,19 +137,19 @@ struct rig {
                                                    ///< axis
     int32_t lens_offset[RIG_SIDES][LENS_AXES];     ///< added to commands: see rig/lens_move.h
     uint16_t pan_q4[RIG_SIDES];                    ///< pulse width of the last command
-    uint64_t pan_rest_us[RIG_SIDES];               ///< when the horn stops
-    uint64_t lens_rest_us[RIG_SIDES];              ///< when the lens was last seen to have arrived
+    uint64_t pan_stopped_at_us[RIG_SIDES];         ///< when the horn stops
+    uint64_t lens_stopped_at_us[RIG_SIDES];        ///< when the lens was last seen to have arrived
     uint32_t exposure_us[RIG_SIDES];               ///< as set; 0: never set, or not known
-    uint32_t found_exposure_us[RIG_SIDES];  ///< found in the camera at the bring-up; 0: as above
+    uint32_t initial_exposure_us[RIG_SIDES];  ///< found in the camera at the bring-up; 0: as above
     uint16_t gain_q3[RIG_SIDES];
-    uint64_t settled_us[RIG_SIDES];  ///< frames that begin at this time or later have the new
-                                     ///< settings
-    bool lost;                       ///< the bridge does not accept feeds, and the rig was not yet
+    uint64_t settled_at_us[RIG_SIDES];  ///< frames that begin at this time or later have the new
+                                        ///< settings
+    bool bridge_lost;                ///< the bridge does not accept feeds, and the rig was not yet
                                      ///< made safe
     bool streaming[RIG_SIDES];       ///< this side's source delivers frames
     uint64_t started_us[RIG_SIDES];  ///< when its stream started
     uint64_t triggered_us;           ///< when the trigger line last went active
-    bool owed[RIG_SIDES];            ///< the frame of that pulse has not been taken yet
+    bool frame_pending[RIG_SIDES];   ///< the frame of that pulse has not been taken yet
     struct hal_camera_format format;
     uint32_t pairs;   ///< number taken since the bring-up
     uint64_t fed_us;  ///< last feed of the bridge's watchdog

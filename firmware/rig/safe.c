@@ -74,7 +74,7 @@ int rig_safe(struct rig *self) {
                                                  rig_camera_stop};
     int first = ERROR_OK;
     struct rig_error last_error = self->last_error;
-    self->lost = false;
+    self->bridge_lost = false;
     for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
         const int error = steps[i](self);
         if (first == ERROR_OK && error != ERROR_OK) {
@@ -88,7 +88,7 @@ int rig_safe(struct rig *self) {
 }
 
 int failure_end(struct rig *self, int error) {
-    return self->lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
+    return self->bridge_lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
 }
 
 int failure_make_safe(struct rig *self, int error) {

@@ -80,7 +80,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
 // A driver drops frames when its buffers are full, and a camera must read out its last frame before
 // it accepts a pulse.
 static int drop_held(struct rig *self, unsigned side) {
-    uint64_t deadline_us = self->owed[side] ? deadline_of(self, side) : 0;
+    uint64_t deadline_us = self->frame_pending[side] ? deadline_of(self, side) : 0;
     int error = ERROR_OK;
     for (int held = 0; error == ERROR_OK && held < HELD_MAX; held++) {
         struct hal_camera_frame frame;
@@ -90,7 +90,7 @@ static int drop_held(struct rig *self, unsigned side) {
             rig_camera_give_back(self, side, &frame);
         }
     }
-    self->owed[side] = false;
+    self->frame_pending[side] = false;
     return error == ERROR_TIMEOUT ? ERROR_OK : error;
 }
 
@@ -105,7 +105,7 @@ static int drop_all(struct rig *self) {
 int trigger_fire(struct rig *self) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = watch_until(self, self->settled_us[side]);
+        error = watch_until(self, self->settled_at_us[side]);
     }
     error = error == ERROR_OK ? drop_all(self) : error;
     if (error != ERROR_OK) {
@@ -114,7 +114,7 @@ int trigger_fire(struct rig *self) {
     self->triggered_us = watch_now_us(self);
     error = set_line(self, true);
     if (error == ERROR_OK) {
-        self->owed[RIG_LEFT] = self->owed[RIG_RIGHT] = true;
+        self->frame_pending[RIG_LEFT] = self->frame_pending[RIG_RIGHT] = true;
         error = watch_until(self, self->triggered_us + self->profile.trigger_us);
     }
     const struct rig_error last_error = self->last_error;
@@ -129,7 +129,7 @@ int trigger_fire(struct rig *self) {
 int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
     const int error = wait(self, side, self->triggered_us, deadline_of(self, side), frame);
     if (error == ERROR_OK) {
-        self->owed[side] = false;
+        self->frame_pending[side] = false;
         return watch_used(self, camera_of(side), error);
     }
     if (error != ERROR_TIMEOUT) {

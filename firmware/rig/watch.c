@@ -43,7 +43,7 @@ int watch_feed(struct rig *self) {
     const int error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_watchdog_feed(&self->bridge));
     if (error != ERROR_OK) {
         self->state = RIG_SAFE;
-        self->lost = true;
+        self->bridge_lost = true;
         return watch_failed(self, RIG_PART_BRIDGE, error,
                             error == ERROR_RESTARTED
                                 ? "it has restarted and lost its settings (run bringup)"
