@@ -36,10 +36,10 @@ static int take_profile(struct config *config, struct message *message) {
                        why.text);
 }
 
-void main_backends_report_departure(struct main_backends *self) {
+void main_backends_report_mismatch(struct main_backends *self) {
     const char *why = self->replay.last_error.text;
-    if (self->has_replay && why[0] != '\0' && !self->departure_reported) {
-        self->departure_reported = true;
+    if (self->has_replay && why[0] != '\0' && !self->mismatch_reported) {
+        self->mismatch_reported = true;
         self->log->operations->write(self->log->self, HAL_LOG_WARNING, why);
     }
 }
@@ -52,7 +52,7 @@ static void open_nothing(void *opaque) {
 static const char *why_played_part_fails(void *opaque, enum rig_part part) {
     struct main_backends *self = opaque;
     (void)part;
-    main_backends_report_departure(self);
+    main_backends_report_mismatch(self);
     return self->replay.ran_out
                ? "the replayed recording ends here: restart the daemon to replay it again"
            : self->replay.last_error.text[0] != '\0'

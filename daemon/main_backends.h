@@ -26,7 +26,7 @@ struct main_backends {
     bool has_sim, has_replay;
     struct rig_devices replay_devices;  ///< opens nothing, but states why a replayed part fails
     const struct hal_log *log;
-    bool departure_reported;  ///< the end of the replay was logged
+    bool mismatch_reported;  ///< the end of the replay was logged
 
     struct fault_plan plan;
     struct fault_i2c fault_i2c;
@@ -53,7 +53,7 @@ const struct hal_store *main_backends_store(struct main_backends *self,
 const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
                                                   const struct hal_watchdog *real);
 /// Logs once why a replay ended, if it did.
-void main_backends_report_departure(struct main_backends *self);
+void main_backends_report_mismatch(struct main_backends *self);
 void main_backends_close(struct main_backends *self);
 
 #ifdef __cplusplus

@@ -37,7 +37,7 @@ static int run_replay(const struct command_call *call) {
     }
     reply_number(call, "command", outcome.command, 0, NULL);
     reply_number(call, "call", outcome.call, 0, NULL);
-    return command_fail(call, ERROR_VERIFY, "%s", outcome.departed.text);
+    return command_fail(call, ERROR_VERIFY, "%s", outcome.mismatch.text);
 }
 
 static const struct command_argument replay_arguments[] = {

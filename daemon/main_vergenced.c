@@ -381,7 +381,7 @@ static int serve(struct daemon *self) {
     close_watchdog(self);
     commands_session_end(&self->backends.record, &self->log);
     disk_writer_stop(&self->disk_writer);
-    main_backends_report_departure(&self->backends);
+    main_backends_report_mismatch(&self->backends);
     main_backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);

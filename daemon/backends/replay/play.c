@@ -61,13 +61,13 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
 // ---- differences
 
 static bool differs(const struct play *self) {
-    return self->outcome->departed.text[0] != '\0';
+    return self->outcome->mismatch.text[0] != '\0';
 }
 
 /// Records a difference; only the first one counts.
-static void depart(struct play *self, const char *format, ...)
+static void diverge(struct play *self, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-static void depart(struct play *self, const char *format, ...) {
+static void diverge(struct play *self, const char *format, ...) {
     struct play_outcome *outcome = self->outcome;
     char what[MESSAGE_BYTES];
     va_list arguments;
@@ -79,18 +79,18 @@ static void depart(struct play *self, const char *format, ...) {
     va_end(arguments);
     outcome->command = outcome->commands + 1;
     outcome->call = self->replay.made + 1;
-    message_set(&outcome->departed, 0, "%s", what);
+    message_set(&outcome->mismatch, 0, "%s", what);
 }
 
 /// Records a call that differs, unless only the cut-off end of the recording is missing.
 static void look_for_error(struct play *self) {
     if (self->replay.ended && !(self->replay.ran_out && self->outcome->cut)) {
-        depart(self, "%s", self->replay.last_error.text);
+        diverge(self, "%s", self->replay.last_error.text);
     }
 }
 
 /// Records the first word in which two index lines differ.
-static void depart_in_pair(struct play *self) {
+static void diverge_in_pair(struct play *self) {
     const char *expected = self->line[0];
     const char *came = self->line[1];
     for (;;) {
@@ -102,9 +102,9 @@ static void depart_in_pair(struct play *self) {
         expected += length + 1;
         came += length + 1;
     }
-    depart(self, "%s: pair %u: expected %.*s, got %.*s", self->session.path,
-           (unsigned)self->event.pair.number, (int)strcspn(expected, " "), expected,
-           (int)strcspn(came, " "), came);
+    diverge(self, "%s: pair %u: expected %.*s, got %.*s", self->session.path,
+            (unsigned)self->event.pair.number, (int)strcspn(expected, " "), expected,
+            (int)strcspn(came, " "), came);
 }
 
 // ---- commands
@@ -177,13 +177,13 @@ static void bring_rig(struct play *self) {
     struct message why;
     // Sessions are untrusted input, and so are their settings and calls.
     if (config_check(&self->config, &why) != 0) {
-        depart(self, "%s: invalid settings: %.900s", self->session.path, why.text);
+        diverge(self, "%s: invalid settings: %.900s", self->session.path, why.text);
         return;
     }
     const char *missing = rig_ports_missing(&self->config.profile, &self->replay.ports);
     if (missing != NULL) {
-        depart(self, "%s: its settings require %s, which was not recorded", self->session.path,
-               missing);
+        diverge(self, "%s: its settings require %s, which was not recorded", self->session.path,
+                missing);
         return;
     }
     rig_init(&self->rig, &self->config.profile, &self->replay.ports, &observer);
@@ -214,8 +214,8 @@ static void run_command(struct play *self) {
     const int error = command_parse(self->event.text, self->table, self->table_count, storage,
                                     values, &command, why, COMMAND_MESSAGE_BYTES);
     if (error != 0 || command == NULL) {
-        depart(self, "%s: cannot replay the command \"%.200s\": %s", self->session.path,
-               self->event.text, why);
+        diverge(self, "%s: cannot replay the command \"%.200s\": %s", self->session.path,
+                self->event.text, why);
         return;
     }
     const struct command_call call = {.rig = &self->rig,
@@ -233,8 +233,8 @@ static void run_command(struct play *self) {
 
 static void compare_pair(struct play *self) {
     if (!self->taken) {
-        depart(self, "%s: pair %u was recorded here, but not captured%s%.500s", self->session.path,
-               (unsigned)self->event.pair.number, self->why[0] != '\0' ? ": " : "", self->why);
+        diverge(self, "%s: pair %u was recorded here, but not captured%s%.500s", self->session.path,
+                (unsigned)self->event.pair.number, self->why[0] != '\0' ? ": " : "", self->why);
         return;
     }
     self->taken = false;
@@ -248,7 +248,7 @@ static void compare_pair(struct play *self) {
     const int came = session_event_print(&self->again, self->line[1]);
     INVARIANT(expected > 0 && came > 0);
     if (strcmp(self->line[0], self->line[1]) != 0) {
-        depart_in_pair(self);
+        diverge_in_pair(self);
         return;
     }
     self->outcome->pairs++;
@@ -348,8 +348,8 @@ static int play_all(struct play *self, struct message *message) {
         look_for_error(self);
     }
     if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {
-        depart(self, "%s: the last %u recorded calls were not made", self->session.path,
-               (unsigned)self->replay.calls);
+        diverge(self, "%s: the last %u recorded calls were not made", self->session.path,
+                (unsigned)self->replay.calls);
     }
     outcome->calls = self->replay.made;
     outcome->same = !differs(self);

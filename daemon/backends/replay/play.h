@@ -31,7 +31,7 @@ struct play_outcome {
     bool same;                                                        ///< everything matched
     bool cut;  ///< the recording was cut off (a kill, a full disk) and replayed up to there
     uint32_t command, call;   ///< position of the first difference, from 1; 0: none
-    struct message departed;  ///< the difference; "" if there is none
+    struct message mismatch;  ///< the difference; "" if there is none
 };
 
 /// Replays the session `path`, relative to the descriptor `parent` as for openat(2). Returns 0 if

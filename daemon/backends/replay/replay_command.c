@@ -75,7 +75,7 @@ static void print_json(const char *path, const struct play_outcome *outcome) {
         json_open_object(&json, "difference");
         json_integer(&json, "command", outcome->command);
         json_integer(&json, "call", outcome->call);
-        json_text(&json, "text", outcome->departed.text);
+        json_text(&json, "text", outcome->mismatch.text);
         json_close_object(&json);
     }
     json_close_object(&json);
@@ -94,7 +94,7 @@ static void print_outcome(const char *path, const struct play_outcome *outcome,
     }
     if (!outcome->same) {
         fprintf(stderr, "vergence replay: command %u, call %u: %s\n", (unsigned)outcome->command,
-                (unsigned)outcome->call, outcome->departed.text);
+                (unsigned)outcome->call, outcome->mismatch.text);
     }
 }
 
