@@ -13,8 +13,8 @@ int bundle_view::used_count() const {
                              [](const bundle_corner &corner) { return corner.used; }));
 }
 
-bool bundle::used(size_t sighting) const {
-    return sightings[sighting][LEFT].used || sightings[sighting][RIGHT].used;
+bool bundle::used(size_t capture) const {
+    return captures[capture][LEFT].used || captures[capture][RIGHT].used;
 }
 
 std::vector<board_point> make_board_points(const board &board, double half_mm[2]) {
@@ -45,9 +45,9 @@ bundle single_camera(const bundle &data, int camera) {
     result.points = data.points;
     result.half_mm[0] = data.half_mm[0];
     result.half_mm[1] = data.half_mm[1];
-    for (const auto &sighting : data.sightings) {
-        result.sightings.emplace_back();
-        result.sightings.back()[LEFT] = sighting[size_t(camera)];
+    for (const auto &capture : data.captures) {
+        result.captures.emplace_back();
+        result.captures.back()[LEFT] = capture[size_t(camera)];
     }
     return result;
 }

@@ -47,10 +47,10 @@ struct bundle {
     lens_frame frame[CAMERAS];
     std::vector<board_point> points;  // by index
     double half_mm[2] = {1, 1};       // half of the board's width and height
-    std::vector<std::array<bundle_view, CAMERAS>> sightings;
+    std::vector<std::array<bundle_view, CAMERAS>> captures;
 
     /// True when the view of any camera is used.
-    bool used(size_t sighting) const;
+    bool used(size_t capture) const;
 };
 
 /// The estimated state.
@@ -98,9 +98,9 @@ bool corner_residual(const bundle &data, int camera, const bundle_corner &corner
 /// position.
 template <class Call>
 void for_used_residuals(const bundle &data, const bundle_state &state, const Call &call) {
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < data.cameras; camera++) {
-            const bundle_view &view = data.sightings[i][size_t(camera)];
+            const bundle_view &view = data.captures[i][size_t(camera)];
             for (const bundle_corner &corner : view.corners) {
                 double residual_px[2];
                 if (view.used && corner.used &&

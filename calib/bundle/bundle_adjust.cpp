@@ -49,12 +49,12 @@ struct corner_loss {
 // Parameter blocks: lens, board increment, warp and, for the right camera, the rig's increment.
 class view_cost final : public ceres::CostFunction {
   public:
-    view_cost(const bundle &data, size_t sighting, int camera, const bundle_state &base,
+    view_cost(const bundle &data, size_t capture, int camera, const bundle_state &base,
               double loss_scale)
         : data_(data),
-          view_(data.sightings[sighting][size_t(camera)]),
+          view_(data.captures[capture][size_t(camera)]),
           camera_(camera),
-          T_left_board_(base.T_left_board[sighting]),
+          T_left_board_(base.T_left_board[capture]),
           T_right_left_(base.T_right_left),
           loss_scale_(loss_scale) {
         set_num_residuals(2 * view_.used_count());
@@ -172,9 +172,9 @@ void hold(const std::array<bool, Places> &free, double *block, ceres::Problem *p
 int describe(const bundle &data, const bundle_options &options, const bundle_state &base,
              blocks *moving, ceres::Problem *problem, ceres::ParameterBlockOrdering *ordering) {
     bool sees[CAMERAS] = {false, false};
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < data.cameras; camera++) {
-            if (!data.sightings[i][size_t(camera)].used) {
+            if (!data.captures[i][size_t(camera)].used) {
                 continue;
             }
             std::vector<double *> parameters = {moving->lens[camera].value.data(),
@@ -211,7 +211,7 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
     moving.lens[LEFT] = state->lens[LEFT];
     moving.lens[RIGHT] = state->lens[RIGHT];
     std::copy_n(state->warp_mm, int(WARP_PLACES), moving.warp_mm);
-    moving.board.assign(data.sightings.size(), {});
+    moving.board.assign(data.captures.size(), {});
     ceres::Problem problem;
     ceres::Solver::Options solver;
     solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -235,7 +235,7 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
     std::copy_n(moving.warp_mm, int(WARP_PLACES), state->warp_mm);
     state->T_right_left = moved_rig(state->T_right_left, moving.rig);
     orthonormalise(state->T_right_left.R);
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         if (data.used(i)) {
             state->T_left_board[i] = moved_board(state->T_left_board[i], moving.board[i].data());
             orthonormalise(state->T_left_board[i].R);

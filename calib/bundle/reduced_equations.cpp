@@ -62,14 +62,14 @@ matrix frame_by_board(const rigid &T_left_board) {
 
 }  // namespace
 
-board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t sighting) {
+board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t capture) {
     board_equations result;
     matrix board = matrix::Zero(POSE_PLACES, POSE_PLACES);
     matrix mixed = matrix::Zero(SHARED, POSE_PLACES);
     matrix board_gradient = matrix::Zero(POSE_PLACES, 1);
-    const rigid &pose = state.T_left_board[sighting];
+    const rigid &pose = state.T_left_board[capture];
     for (int camera = 0; camera < data.cameras; camera++) {
-        const bundle_view &view = data.sightings[sighting][size_t(camera)];
+        const bundle_view &view = data.captures[capture][size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
             corner_rows rows;
             if (!view.used || !corner.used ||

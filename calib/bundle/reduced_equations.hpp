@@ -31,7 +31,7 @@ struct board_equations {
 };
 
 /// Of one used board position, at the least-squares solution `state`.
-board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t sighting);
+board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t capture);
 
 /// Indices that are estimated.
 std::vector<int> free_places(const bundle &data, const bundle_options &options);

@@ -26,9 +26,9 @@ struct contender {
     bool possible = true;  // its lenses fold nowhere, and its parameters are determined
 };
 
-std::vector<size_t> used_sightings(const bundle &data) {
+std::vector<size_t> used_captures(const bundle &data) {
     std::vector<size_t> result;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         if (data.used(i)) {
             result.push_back(i);
         }
@@ -42,16 +42,16 @@ bundle_options options_for(const model_candidate &candidate) {
     return options;
 }
 
-void score_held_out(const bundle &data, size_t sighting, const bundle_state &state, size_t position,
+void score_held_out(const bundle &data, size_t capture, const bundle_state &state, size_t position,
                     contender *result) {
-    rigid pose = state.T_left_board[sighting];
-    if (fit_pose(data, data.sightings[sighting], state, 0, &pose) < 0) {
-        pose = result->state.T_left_board[sighting];
+    rigid pose = state.T_left_board[capture];
+    if (fit_pose(data, data.captures[capture], state, 0, &pose) < 0) {
+        pose = result->state.T_left_board[capture];
     }
     double cost = 0, squares = 0;
     int corners = 0;
     for (int camera = 0; camera < data.cameras; camera++) {
-        const bundle_view &view = data.sightings[sighting][size_t(camera)];
+        const bundle_view &view = data.captures[capture][size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
             double residual[2];
             if (view.used && corner.used &&
@@ -71,7 +71,7 @@ void score_held_out(const bundle &data, size_t sighting, const bundle_state &sta
 void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, contender *result) {
     bundle taught = data;
     for (size_t k = fold; k < used.size(); k += FOLDS) {
-        for (bundle_view &view : taught.sightings[used[k]]) {
+        for (bundle_view &view : taught.captures[used[k]]) {
             view.used = false;
         }
     }
@@ -85,7 +85,7 @@ void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, 
 // Solves and cross-validates all candidates.
 void contend(const bundle &data, int threads, const std::function<void()> &between,
              std::vector<contender> *contenders) {
-    const std::vector<size_t> used = used_sightings(data);
+    const std::vector<size_t> used = used_captures(data);
     parallel_pieces(
         threads, int(contenders->size()),
         [&](int k) {

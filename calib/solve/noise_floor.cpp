@@ -16,9 +16,9 @@ const int HALVINGS = 40;
 
 template <class Bundle, class Call>
 void for_all_corners(Bundle &data, const Call &call) {
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < CAMERAS; camera++) {
-            for (auto &corner : data.sightings[i][size_t(camera)].corners) {
+            for (auto &corner : data.captures[i][size_t(camera)].corners) {
                 call(i, camera, corner);
             }
         }
@@ -57,7 +57,7 @@ void noise_floor::update(const bundle_state &state, double spare_share, bundle *
     for_all_corners(*data, [&](size_t i, int camera, const bundle_corner &corner) {
         const double given_px = given_px_[place++];
         double residual[2];
-        if (data->sightings[i][size_t(camera)].used && corner.used &&
+        if (data->captures[i][size_t(camera)].used && corner.used &&
             corner_residual(*data, camera, corner, state, state.T_left_board[i], residual)) {
             const double length_px = std::hypot(residual[0], residual[1]) / std::sqrt(spare_share);
             all.push_back({length_px, given_px});

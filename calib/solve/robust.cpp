@@ -165,23 +165,23 @@ struct trial {
     bundle *data;
     bundle_state *state;
     const board &target;
-    size_t sighting;
+    size_t capture;
     std::array<view_record, CAMERAS> *records;
 
-    std::array<bundle_view, CAMERAS> &views() const { return data->sightings[sighting]; }
+    std::array<bundle_view, CAMERAS> &views() const { return data->captures[capture]; }
     view_record &record(int camera) const { return (*records)[size_t(camera)]; }
     bool has(int camera) const { return record(camera).assessed; }
 
     explanation alone(int camera) const {
         std::vector<rigid> starts = assess.starts_of(camera, record(camera).seen);
-        if (data->used(sighting)) {
-            starts.insert(starts.begin(), state->T_left_board[sighting]);
+        if (data->used(capture)) {
+            starts.insert(starts.begin(), state->T_left_board[capture]);
         }
         return assess.explain(views(), camera == LEFT, camera == RIGHT, starts);
     }
 
     void settle(const explanation &given) const {
-        state->T_left_board[sighting] = given.T_left_board;
+        state->T_left_board[capture] = given.T_left_board;
     }
 
     void one(int camera, const explanation &given) const {
@@ -212,8 +212,8 @@ struct trial {
 
     // Each view is consistent, but they disagree with each other.
     void disagreement(const explanation &left, const explanation &right) const {
-        const mismatch found = explain_mismatch(*data, *state, sighting, target, left.T_left_board,
-                                                right.T_left_board);
+        const mismatch found =
+            explain_mismatch(*data, *state, capture, target, left.T_left_board, right.T_left_board);
         if (found.half_turn && target.looks_same_turned()) {
             bundle_view &view = views()[RIGHT];
             const bundle_view before = view;
@@ -234,7 +234,7 @@ struct trial {
     void run() const {
         if (has(LEFT) && has(RIGHT)) {
             const std::string turned = record(RIGHT).turned ? record(RIGHT).reason : "";
-            if (data->used(sighting) && both({state->T_left_board[sighting]}, turned)) {
+            if (data->used(capture) && both({state->T_left_board[capture]}, turned)) {
                 return;
             }
             const explanation left = alone(LEFT), right = alone(RIGHT);
@@ -257,8 +257,8 @@ struct trial {
 // The set of used corners, to detect a change.
 std::vector<char> used_pattern(const bundle &data) {
     std::vector<char> pattern;
-    for (const auto &sighting : data.sightings) {
-        for (const bundle_view &view : sighting) {
+    for (const auto &capture : data.captures) {
+        for (const bundle_view &view : capture) {
             pattern.push_back(view.used);
             for (const bundle_corner &corner : view.corners) {
                 pattern.push_back(view.used && corner.used);
@@ -271,10 +271,10 @@ std::vector<char> used_pattern(const bundle &data) {
 }  // namespace
 
 view_records inspect_views(bundle *data) {
-    view_records records(data->sightings.size());
+    view_records records(data->captures.size());
     for (size_t i = 0; i < records.size(); i++) {
         for (int camera = 0; camera < data->cameras; camera++) {
-            bundle_view &view = data->sightings[i][size_t(camera)];
+            bundle_view &view = data->captures[i][size_t(camera)];
             view_record &record = records[i][size_t(camera)];
             view.used = false;
             if (view.empty()) {
@@ -312,12 +312,12 @@ double blunder_limit(size_t count) {
 bool assess(bundle *data, bundle_state *state, const board &target, double scale,
             view_records *records) {
     size_t count = 0;
-    for (const auto &sighting : data->sightings) {
-        count += sighting[LEFT].corners.size() + sighting[RIGHT].corners.size();
+    for (const auto &capture : data->captures) {
+        count += capture[LEFT].corners.size() + capture[RIGHT].corners.size();
     }
     const std::vector<char> before = used_pattern(*data);
     const view_assessor of(*data, *state, scale, blunder_limit(count));
-    for (size_t i = 0; i < data->sightings.size(); i++) {
+    for (size_t i = 0; i < data->captures.size(); i++) {
         trial{of, data, state, target, i, &(*records)[i]}.run();
     }
     return used_pattern(*data) != before;

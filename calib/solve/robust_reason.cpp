@@ -102,9 +102,9 @@ std::string corner_reason(const bundle &data, int camera, const bundle_corner &c
                : sentence("is %.2f px off", off_px);
 }
 
-mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
+mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t capture,
                           const board &target, const rigid &left, const rigid &right) {
-    const bundle_view &view = data.sightings[sighting][RIGHT];
+    const bundle_view &view = data.captures[capture][RIGHT];
     const auto predicted = all_pixels(data, RIGHT, state, left);
     const double square_px = std::max(1.0, distance(predicted[0], predicted[predicted.size() - 1]) /
                                                std::hypot(target.columns - 1, target.rows - 1));
@@ -121,7 +121,7 @@ mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t 
     if (result.reason.empty()) {
         const double moved_mm[3] = {right.t_mm[0] - left.t_mm[0], right.t_mm[1] - left.t_mm[1],
                                     right.t_mm[2] - left.t_mm[2]};
-        const bool overexposed = view.overexposed || data.sightings[sighting][LEFT].overexposed;
+        const bool overexposed = view.overexposed || data.captures[capture][LEFT].overexposed;
         result.reason = sentence(
             "left and right do not show the same board position (%.1f mm and %.1f degrees "
             "apart): %s",

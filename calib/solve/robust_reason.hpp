@@ -21,7 +21,7 @@ struct mismatch {
 };
 
 /// `left` and `right` are T_left_board from each view alone.
-mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t sighting,
+mismatch explain_mismatch(const bundle &data, const bundle_state &state, size_t capture,
                           const board &target, const rigid &left, const rigid &right);
 
 }  // namespace calib

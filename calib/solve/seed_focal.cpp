@@ -30,8 +30,8 @@ bundle stand_ins(const lens_frame &frame, const std::vector<homography> &seen) {
                                     (H[3] * x + H[4] * y + H[5]) / z, 1, true});
             result.points.push_back({x, y, {}, {}});
         }
-        result.sightings.emplace_back();
-        result.sightings.back()[LEFT] = view;
+        result.captures.emplace_back();
+        result.captures.back()[LEFT] = view;
     }
     return result;
 }
@@ -46,7 +46,7 @@ double misfit_at(const bundle &data, const std::vector<homography> &seen, double
         double cost = -1;
         if (pose_from_homography(seen[i], focal_px, data.frame[LEFT].middle_x_px,
                                  data.frame[LEFT].middle_y_px, &pose)) {
-            cost = fit_pose_either_way(data, data.sightings[i], state, 0, &pose);
+            cost = fit_pose_either_way(data, data.captures[i], state, 0, &pose);
         }
         sum += cost >= 0 ? std::sqrt(cost) : seen[i].extent_px;
     }
@@ -111,7 +111,7 @@ std::vector<double> vote_rig(const bundle &data, const lens_state &right,
         const rigid T = T_camera_board[RIGHT][candidate] * inverse(T_camera_board[LEFT][candidate]);
         std::vector<double> off;
         for (const size_t pair : pairs) {
-            off.push_back(median_off_px(alone, state, data.sightings[pair][RIGHT],
+            off.push_back(median_off_px(alone, state, data.captures[pair][RIGHT],
                                         T * T_camera_board[LEFT][pair]));
         }
         std::vector<double> sorted = off;

@@ -29,8 +29,8 @@ const double AGREE_SIGMAS = 0.05;    // two starts whose results are closer than
 
 int count_views(const bundle &data, int camera) {
     int views = 0;
-    for (const auto &sighting : data.sightings) {
-        views += sighting[size_t(camera)].used;
+    for (const auto &capture : data.captures) {
+        views += capture[size_t(camera)].used;
     }
     return views;
 }
@@ -56,9 +56,9 @@ double spare_share(const bundle &data, const bundle_options &options) {
     for (const bool one : options.free_lens) {
         parameters += one ? data.cameras : 0;
     }
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         parameters += data.used(i) ? POSE_PLACES : 0;
-        for (const bundle_view &view : data.sightings[i]) {
+        for (const bundle_view &view : data.captures[i]) {
             residuals += view.used ? 2 * view.used_count() : 0;
         }
     }
@@ -190,7 +190,7 @@ class solver {
         if (!begin(1.35, 0.75, &copy, &other).empty()) {
             return result;
         }
-        for (size_t i = 0; i < copy.sightings.size(); i++) {
+        for (size_t i = 0; i < copy.captures.size(); i++) {
             if (!copy.used(i)) {
                 other.T_left_board[i] = state_.T_left_board[i];
             }

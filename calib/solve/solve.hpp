@@ -21,7 +21,7 @@ namespace calib {
 
 /// One board position: what the left camera (0) and the right one (1) saw. A view without corners
 /// counts as not taken.
-struct sighting {
+struct capture {
     std::array<std::string, 2> name;  // names of the images, for reports; should be unique
     std::array<board_view, 2> view;
 };
@@ -30,7 +30,7 @@ struct observations {
     board target;
     int cameras = 2;  // 1: everything of camera 1 is ignored
     std::array<int, 2> width_px{}, height_px{};
-    std::vector<sighting> sightings;
+    std::vector<capture> captures;
 };
 
 struct solve_options {
@@ -49,7 +49,7 @@ struct solve_options {
 
 /// A corner that was rejected as an outlier.
 struct rejected_corner {
-    size_t sighting;
+    size_t capture;
     int camera, index;
     double off_px;
     std::string reason;
@@ -58,7 +58,7 @@ struct rejected_corner {
 /// A view that was rejected as a whole. `repaired`: its corners were renumbered and it counts after
 /// all.
 struct rejected_view {
-    size_t sighting;
+    size_t capture;
     int camera;
     bool repaired;
     std::string reason;
@@ -66,7 +66,7 @@ struct rejected_view {
 
 /// The residual of one corner: predicted minus seen.
 struct corner_residual_px {
-    size_t sighting;
+    size_t capture;
     int camera, index;
     double x_px, y_px;    // where it was seen
     double dx_px, dy_px;  // residual
@@ -157,7 +157,7 @@ struct solution {
     double rms_px = 0;  // per point, of all used corners
     double sigma0 = 0;  // estimated sigma of a corner over the one that weighted it
     double held_out_rms_px = 0;
-    int sightings_used = 0, pairs_used = 0;
+    int captures_used = 0, pairs_used = 0;
     std::vector<model_score> scores;
     fit_test fit;
     start_test second_start;

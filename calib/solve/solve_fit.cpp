@@ -54,8 +54,8 @@ fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) 
     for (int camera = 0; camera < data.cameras; camera++) {
         image[camera].resize(size_t(CELLS_ACROSS * CELLS_DOWN));
         const lens_frame &frame = data.frame[camera];
-        for (size_t i = 0; i < data.sightings.size(); i++) {
-            const bundle_view &view = data.sightings[i][size_t(camera)];
+        for (size_t i = 0; i < data.captures.size(); i++) {
+            const bundle_view &view = data.captures[i][size_t(camera)];
             for (const bundle_corner &corner : view.corners) {
                 double residual[2];
                 if (!view.used || !corner.used ||

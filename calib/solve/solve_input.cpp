@@ -47,7 +47,7 @@ int compare_views(const board_view &a, const board_view &b) {
 
 // Sorted by image content before names: the same pictures give the same bytes, whatever their
 // names.
-bool is_before(const sighting &a, const sighting &b) {
+bool is_before(const capture &a, const capture &b) {
     for (size_t camera = 0; camera < CAMERAS; camera++) {
         const int order = compare_views(a.view[camera], b.view[camera]);
         if (order != 0) {
@@ -76,7 +76,7 @@ std::string check_observations(const observations &seen) {
         if (width < 1 || height < 1 || width > LENS_SIDE_MAX_PX || height > LENS_SIDE_MAX_PX) {
             return "the image size is not known";
         }
-        for (const sighting &one : seen.sightings) {
+        for (const capture &one : seen.captures) {
             const std::string fault = check_view(seen, one.view[size_t(camera)], camera);
             if (!fault.empty()) {
                 return one.name[size_t(camera)] + ": " + fault;
@@ -88,10 +88,10 @@ std::string check_observations(const observations &seen) {
 
 ordered_bundle order_observations(const observations &seen) {
     ordered_bundle result;
-    result.caller.resize(seen.sightings.size());
+    result.caller.resize(seen.captures.size());
     std::iota(result.caller.begin(), result.caller.end(), size_t(0));
     std::stable_sort(result.caller.begin(), result.caller.end(), [&](size_t a, size_t b) {
-        return is_before(seen.sightings[a], seen.sightings[b]);
+        return is_before(seen.captures[a], seen.captures[b]);
     });
     bundle &data = result.data;
     data.cameras = seen.cameras;
@@ -101,10 +101,10 @@ ordered_bundle order_observations(const observations &seen) {
             make_lens_frame(seen.width_px[size_t(camera)], seen.height_px[size_t(camera)]);
     }
     for (const size_t place : result.caller) {
-        data.sightings.emplace_back();
+        data.captures.emplace_back();
         for (int camera = 0; camera < seen.cameras; camera++) {
-            const board_view &from = seen.sightings[place].view[size_t(camera)];
-            bundle_view &view = data.sightings.back()[size_t(camera)];
+            const board_view &from = seen.captures[place].view[size_t(camera)];
+            bundle_view &view = data.captures.back()[size_t(camera)];
             view.overexposed = from.overexposed();
             for (const corner &one : from.corners) {
                 const double sigma_px = one.sigma_px > 0 ? one.sigma_px : SIGMA_UNKNOWN_PX;

@@ -43,7 +43,7 @@ void describe_lenses(const bundle &data, const bundle_state &state, solution *re
 // One camera's view of one position; sums the squares of the used corners.
 void describe_view(const bundle &data, const bundle_state &state, size_t ordered, size_t caller,
                    int camera, solution *result) {
-    const bundle_view &view = data.sightings[ordered][size_t(camera)];
+    const bundle_view &view = data.captures[ordered][size_t(camera)];
     view_summary &summary = result->views[caller][size_t(camera)];
     summary.used = view.used;
     double squares = 0;
@@ -89,7 +89,7 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
                   const view_records &records, const bundle_state &state) {
     const bundle &data = ordered.data;
     solution result;
-    const size_t count = seen.sightings.size();
+    const size_t count = seen.captures.size();
     result.T_left_board.resize(count);
     result.board_known.assign(count, false);
     result.views.resize(count);
@@ -106,8 +106,8 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
         result.board_known[caller] = solved && data.used(i);
         if (result.board_known[caller]) {
             result.T_left_board[caller] = to_first_corner(data, state, state.T_left_board[i]);
-            result.sightings_used++;
-            result.pairs_used += data.sightings[i][LEFT].used && data.sightings[i][RIGHT].used;
+            result.captures_used++;
+            result.pairs_used += data.captures[i][LEFT].used && data.captures[i][RIGHT].used;
         }
         for (int camera = 0; camera < data.cameras; camera++) {
             describe_view(data, state, i, caller, camera, &result);

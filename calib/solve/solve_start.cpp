@@ -17,9 +17,9 @@ const int ROUNDS = 3;
 // Sum of the distances, which ranks starts regardless of their losses.
 double total_distance(const bundle &data, const bundle_state &state) {
     double sum = 0;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < data.cameras; camera++) {
-            const bundle_view &view = data.sightings[i][size_t(camera)];
+            const bundle_view &view = data.captures[i][size_t(camera)];
             for (const bundle_corner &corner : view.corners) {
                 double residual[2];
                 if (!view.used || !corner.used) {
@@ -37,16 +37,16 @@ double total_distance(const bundle &data, const bundle_state &state) {
 struct single_start {
     bundle data;  // of one camera
     std::vector<homography> seen;
-    std::vector<size_t> sightings;  // of `seen`
+    std::vector<size_t> captures;  // of `seen`
 };
 
 single_start prepare(const bundle &data, const view_records &records, int camera) {
     single_start result;
     result.data = single_camera(data, camera);
-    for (size_t i = 0; i < data.sightings.size(); i++) {
-        if (data.sightings[i][size_t(camera)].used) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
+        if (data.captures[i][size_t(camera)].used) {
             result.seen.push_back(records[i][size_t(camera)].seen);
-            result.sightings.push_back(i);
+            result.captures.push_back(i);
         }
     }
     return result;
@@ -56,16 +56,16 @@ single_start prepare(const bundle &data, const view_records &records, int camera
 bundle_state start_single(single_start from, double focal_px, const bundle_options &robust) {
     bundle_state state;
     state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
-    state.T_left_board.resize(from.data.sightings.size());
+    state.T_left_board.resize(from.data.captures.size());
     for (size_t k = 0; k < from.seen.size(); k++) {
-        const size_t i = from.sightings[k];
+        const size_t i = from.captures[k];
         rigid &pose = state.T_left_board[i];
         const bool possible =
             pose_from_homography(from.seen[k], focal_px, from.data.frame[LEFT].middle_x_px,
                                  from.data.frame[LEFT].middle_y_px, &pose);
-        from.data.sightings[i][LEFT].used =
+        from.data.captures[i][LEFT].used =
             possible &&
-            fit_pose_either_way(from.data, from.data.sightings[i], state, LOSS, &pose) >= 0;
+            fit_pose_either_way(from.data, from.data.captures[i], state, LOSS, &pose) >= 0;
     }
     bundle_options rough = robust;
     rough.free_lens = {};
@@ -83,8 +83,8 @@ bundle_state start_single(single_start from, double focal_px, const bundle_optio
 // right camera.
 bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *state) {
     std::vector<size_t> pairs;
-    for (size_t i = 0; i < data->sightings.size(); i++) {
-        if (data->sightings[i][LEFT].used && data->sightings[i][RIGHT].used) {
+    for (size_t i = 0; i < data->captures.size(); i++) {
+        if (data->captures[i][LEFT].used && data->captures[i][RIGHT].used) {
             pairs.push_back(i);
         }
     }
@@ -100,17 +100,17 @@ bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *sta
     const double suspect_px = 5 * sorted[sorted.size() / 2] + 3;
     for (size_t k = 0; k < pairs.size(); k++) {
         if (off[k] > suspect_px) {
-            data->sightings[pairs[k]][LEFT].used = false;
-            data->sightings[pairs[k]][RIGHT].used = false;
+            data->captures[pairs[k]][LEFT].used = false;
+            data->captures[pairs[k]][RIGHT].used = false;
         }
     }
     state->lens[LEFT] = single[LEFT].lens[LEFT];
     state->lens[RIGHT] = single[RIGHT].lens[LEFT];
     state->T_left_board = single[LEFT].T_left_board;
-    for (size_t i = 0; i < data->sightings.size(); i++) {
-        if (!data->sightings[i][LEFT].used && data->sightings[i][RIGHT].used) {
+    for (size_t i = 0; i < data->captures.size(); i++) {
+        if (!data->captures[i][LEFT].used && data->captures[i][RIGHT].used) {
             state->T_left_board[i] = inverse(state->T_right_left) * single[RIGHT].T_left_board[i];
-            data->sightings[i][RIGHT].used = state->T_left_board[i].t_mm[2] > 0;
+            data->captures[i][RIGHT].used = state->T_left_board[i].t_mm[2] > 0;
         }
     }
     return true;
@@ -174,13 +174,13 @@ void adjust_robustly(const bundle &data, bundle_options options, bundle_state *s
         adjust(data, options, state);
         const double scale = LOSS * robust_scale(data, *state);
         bool reversed = false;
-        for (size_t i = 0; i < data.sightings.size(); i++) {
+        for (size_t i = 0; i < data.captures.size(); i++) {
             if (!data.used(i)) {
                 continue;
             }
             rigid same = state->T_left_board[i], other = second_pose(same);
-            const double same_cost = fit_pose(data, data.sightings[i], *state, scale, &same);
-            const double other_cost = fit_pose(data, data.sightings[i], *state, scale, &other);
+            const double same_cost = fit_pose(data, data.captures[i], *state, scale, &same);
+            const double other_cost = fit_pose(data, data.captures[i], *state, scale, &other);
             if (other_cost >= 0 && other_cost < 0.99 * same_cost &&
                 turn_between_rad(same, other) > 1e-3) {
                 state->T_left_board[i] = other;
@@ -206,9 +206,9 @@ std::string find_start(bundle *data, const view_records &records, const start_op
     } else if (!join(data, single, state)) {
         return "no board position was seen by both cameras";
     }
-    for (size_t i = 0; i < data->sightings.size(); i++) {
+    for (size_t i = 0; i < data->captures.size(); i++) {
         if (!(state->T_left_board[i].t_mm[2] > 0)) {  // no pose was found
-            data->sightings[i][LEFT].used = data->sightings[i][RIGHT].used = false;
+            data->captures[i][LEFT].used = data->captures[i][RIGHT].used = false;
         }
     }
     adjust_robustly(*data, options.robust, state);

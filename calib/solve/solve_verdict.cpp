@@ -49,8 +49,8 @@ const char *camera_name(const bundle &data, int camera) {
 double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
     double sum[3] = {0, 0, 0};
     std::vector<std::array<double, 3>> normals;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
-        if (data.sightings[i][size_t(camera)].used) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
+        if (data.captures[i][size_t(camera)].used) {
             const double *R = state.T_left_board[i].R;
             normals.push_back({R[2], R[5], R[8]});
             for (size_t axis = 0; axis < 3; axis++) {
@@ -72,8 +72,8 @@ double coverage(const bundle &data, int camera) {
     const int across = 4, down = 3;
     bool seen[across * down] = {};
     const lens_frame &frame = data.frame[camera];
-    for (const auto &sighting : data.sightings) {
-        const bundle_view &view = sighting[size_t(camera)];
+    for (const auto &capture : data.captures) {
+        const bundle_view &view = capture[size_t(camera)];
         for (const bundle_corner &corner : view.corners) {
             if (view.used && corner.used) {
                 const int x =
@@ -91,8 +91,8 @@ void look_at_camera(const bundle &data, const bundle_state &state, const solutio
                     int camera, std::vector<finding> *findings) {
     const char *who = camera_name(data, camera);
     int views = 0;
-    for (const auto &sighting : data.sightings) {
-        views += sighting[size_t(camera)].used;
+    for (const auto &capture : data.captures) {
+        views += capture[size_t(camera)].used;
     }
     const double share = found.errors->lens_sigma(camera, LOG_FOCAL);
     const double spread = normals_spread_rad(data, state, camera);
@@ -154,10 +154,10 @@ std::string scatter_of(const fit_test &fit) {
 // outside the model.
 void look_at_edges(const bundle &data, std::vector<finding> *findings) {
     int rejected = 0, rejected_outside = 0, outside = 0;
-    for (const auto &sighting : data.sightings) {
+    for (const auto &capture : data.captures) {
         for (int camera = 0; camera < data.cameras; camera++) {
             const lens_frame &frame = data.frame[camera];
-            const bundle_view &view = sighting[size_t(camera)];
+            const bundle_view &view = capture[size_t(camera)];
             for (const bundle_corner &corner : view.corners) {
                 const double radius_px =
                     std::hypot(corner.x_px - frame.middle_x_px, corner.y_px - frame.middle_y_px);
@@ -220,8 +220,8 @@ std::string pattern_of(const fit_test &fit) {
 
 void look_at_rejections(const bundle &data, std::vector<finding> *findings) {
     size_t views = 0, wrong = 0;
-    for (const auto &sighting : data.sightings) {
-        for (const bundle_view &view : sighting) {
+    for (const auto &capture : data.captures) {
+        for (const bundle_view &view : capture) {
             views += !view.empty();
             wrong += !view.empty() && !view.used;
         }
@@ -283,7 +283,7 @@ std::string sentence_on_good(const bundle &data, const solution &found) {
         found.sigma.focal_px[LEFT] / found.camera[LEFT].fx_px,
         data.cameras == CAMERAS ? found.sigma.focal_px[RIGHT] / found.camera[RIGHT].fx_px : 0.0);
     std::string text =
-        sentence("Good: %d boards fit to %.2f px", found.sightings_used, found.rms_px);
+        sentence("Good: %d boards fit to %.2f px", found.captures_used, found.rms_px);
     if (found.held_out_rms_px > 0) {
         text += sentence(" (%.2f px when held out)", found.held_out_rms_px);
     }

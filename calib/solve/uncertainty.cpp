@@ -95,7 +95,7 @@ error_model::error_model(const bundle &data, const bundle_options &options,
       covariance_(size_t(SIZE * SIZE), 0.0) {
     std::vector<board_equations> boards;
     board_equations sum;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         if (data.used(i)) {
             boards.push_back(eliminate_board(data, state, i));
             add(boards.back(), &sum);

@@ -130,30 +130,30 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
                   views.rotation_rad + Vector{0, plan.knock_rad, 0}, views.translation_mm);
     const Camera &knocked_right = after_knock.right;
     int attempts = 0;
-    while (int(views.seen.sightings.size()) < plan.boards) {
+    while (int(views.seen.captures.size()) < plan.boards) {
         if (++attempts > 1000 * plan.boards) {
             throw std::runtime_error("no board of the plan is in view");
         }
         const Board board = random_board(plan, views.rig.left, random);
-        calib::sighting sighting;
-        const std::string number = std::to_string(1000 + views.seen.sightings.size()).substr(1);
-        sighting.name = {"left" + number, "right" + number};
-        sighting.view[0].corners = look(plan, views.rig.left, square_mm, board);
-        const size_t place = views.seen.sightings.size();
+        calib::capture capture;
+        const std::string number = std::to_string(1000 + views.seen.captures.size()).substr(1);
+        capture.name = {"left" + number, "right" + number};
+        capture.view[0].corners = look(plan, views.rig.left, square_mm, board);
+        const size_t place = views.seen.captures.size();
         const double moved_mm = place % 2 == 0 ? 0 : plan.moved_mm;
         const Board later = {board.R, board.middle_mm + moved_mm * Vector{1, -0.7, 0.5}};
         const bool knocked = 2 * place >= size_t(plan.boards);
-        sighting.view[1].corners =
+        capture.view[1].corners =
             look(plan, knocked ? knocked_right : views.rig.right, square_mm, later);
         const size_t min = plan.all_in_view ? all : all / 3;
-        if (sighting.view[0].corners.size() < min ||
-            (plan.cameras == 2 && sighting.view[1].corners.size() < min)) {
+        if (capture.view[0].corners.size() < min ||
+            (plan.cameras == 2 && capture.view[1].corners.size() < min)) {
             continue;
         }
-        for (calib::board_view &view : sighting.view) {
+        for (calib::board_view &view : capture.view) {
             add_noise(&view.corners, plan.noise_px, noise);
         }
-        views.seen.sightings.push_back(sighting);
+        views.seen.captures.push_back(capture);
         views.R_left_board.push_back(board.R);
         const Vector to_corner{-square_mm * (plan.columns - 1) / 2,
                                -square_mm * (plan.rows - 1) / 2, 0};

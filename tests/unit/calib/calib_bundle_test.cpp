@@ -64,9 +64,9 @@ scene random_scene(uint64_t seed, double focal_px) {
     result.state.warp_mm[1] = -0.3;
     result.state.warp_mm[2] = 0.2;
     result.state.warp_mm[3] = 0.4;
-    result.data.sightings.emplace_back();
+    result.data.captures.emplace_back();
     for (int camera = 0; camera < 2; camera++) {
-        calib::bundle_view &view = result.data.sightings[0][size_t(camera)];
+        calib::bundle_view &view = result.data.captures[0][size_t(camera)];
         view.used = true;
         for (int index = 0; index < board.corner_count(); index++) {
             calib::bundle_corner corner{index, 0, 0, 0.1, true};
@@ -99,7 +99,7 @@ std::array<double, 2> moved_residual(const scene &from, int camera, size_t corne
     }
     std::array<double, 2> residual;
     REQUIRE(calib::corner_residual(from.data, camera,
-                                   from.data.sightings[0][size_t(camera)].corners[corner], state,
+                                   from.data.captures[0][size_t(camera)].corners[corner], state,
                                    state.T_left_board[0], residual.data()));
     return residual;
 }
@@ -140,7 +140,7 @@ TEST_CASE("derivatives match finite differences") {
             for (size_t corner = 0; corner < 35; corner += 6) {
                 calib::corner_rows rows;
                 REQUIRE(calib::make_corner_rows(
-                    from.data, camera, from.data.sightings[0][size_t(camera)].corners[corner],
+                    from.data, camera, from.data.captures[0][size_t(camera)].corners[corner],
                     from.state.lens[camera], from.state.T_left_board[0], from.state.T_right_left,
                     from.state.warp_mm, &rows));
                 const int places[4] = {calib::LENS_PLACES, calib::POSE_PLACES, calib::POSE_PLACES,
@@ -197,7 +197,7 @@ TEST_CASE("an adjustment ends where the gradient vanishes, from either side") {
     one.T_left_board[0] = calib::moved_board(one.T_left_board[0], away);
     other.T_left_board[0] = calib::moved_board(other.T_left_board[0], back);
     // The rig would follow the one board, so only the left view is used.
-    from.data.sightings[0][RIGHT].used = false;
+    from.data.captures[0][RIGHT].used = false;
     const auto first = calib::adjust(from.data, options, &one);
     const auto second = calib::adjust(from.data, options, &other);
     CHECK(first.converged);
@@ -215,7 +215,7 @@ TEST_CASE("an adjustment ends where the gradient vanishes, from either side") {
 
 TEST_CASE("an empty adjustment succeeds") {
     scene from = random_scene(1, 1000);
-    from.data.sightings[0][LEFT].used = from.data.sightings[0][RIGHT].used = false;
+    from.data.captures[0][LEFT].used = from.data.captures[0][RIGHT].used = false;
     calib::bundle_state state = from.state;
     CHECK_FALSE(calib::adjust(from.data, {}, &state).converged);
     CHECK(state.T_left_board[0].t_mm[2] == from.state.T_left_board[0].t_mm[2]);

@@ -23,8 +23,8 @@ calib::observations claims(uint64_t seed) {
     plan.depth_range = 0.2;
     plan.noise_px = 0.1;
     calib::observations seen = synthetic::make_rig_views(plan, seed, seed + 1).seen;
-    for (size_t i = 0; i < seen.sightings.size(); i++) {
-        for (calib::board_view &view : seen.sightings[i].view) {
+    for (size_t i = 0; i < seen.captures.size(); i++) {
+        for (calib::board_view &view : seen.captures[i].view) {
             for (calib::corner &corner : view.corners) {
                 corner.sigma_px = i % 2 == 0 ? 0.02 : 0.002;
             }

@@ -12,8 +12,8 @@
 
 namespace {
 
+using calib::capture;
 using calib::corner;
-using calib::sighting;
 using Named = std::set<std::array<size_t, 3>>;  // position, camera, index
 
 const size_t WHOLE_VIEW = 9999;
@@ -42,10 +42,10 @@ calib::solution solve(const calib::observations &seen) {
 Named named(const calib::solution &found) {
     Named result;
     for (const auto &one : found.rejected_corners) {
-        result.insert({one.sighting, size_t(one.camera), size_t(one.index)});
+        result.insert({one.capture, size_t(one.camera), size_t(one.index)});
     }
     for (const auto &one : found.rejected_views) {
-        result.insert({one.sighting, size_t(one.camera), WHOLE_VIEW});
+        result.insert({one.capture, size_t(one.camera), WHOLE_VIEW});
     }
     return result;
 }
@@ -53,11 +53,11 @@ Named named(const calib::solution &found) {
 std::string reasons(const calib::solution &found) {
     std::string text;
     for (const auto &one : found.rejected_corners) {
-        text += std::to_string(one.sighting) + "/" + std::to_string(one.camera) + " corner " +
+        text += std::to_string(one.capture) + "/" + std::to_string(one.camera) + " corner " +
                 std::to_string(one.index) + " " + one.reason + "\n";
     }
     for (const auto &one : found.rejected_views) {
-        text += std::to_string(one.sighting) + "/" + std::to_string(one.camera) + " " + one.reason +
+        text += std::to_string(one.capture) + "/" + std::to_string(one.camera) + " " + one.reason +
                 "\n";
     }
     return text;
@@ -113,7 +113,7 @@ TEST_CASE("no good corner is rejected") {
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         CHECK(named(found).empty());
-        CHECK(found.sightings_used == 20);
+        CHECK(found.captures_used == 20);
     }
 }
 
@@ -125,9 +125,9 @@ TEST_CASE("single wrong corners are named, all of them and no others") {
         const calib::solution clean = solve(views.seen);
         synthetic::Random random(seed + synthetic::test_seed());
         Named wrong;
-        for (size_t i = 0; i < views.seen.sightings.size(); i++) {
+        for (size_t i = 0; i < views.seen.captures.size(); i++) {
             for (size_t camera = 0; camera < 2; camera++) {
-                for (corner &one : views.seen.sightings[i].view[camera].corners) {
+                for (corner &one : views.seen.captures[i].view[camera].corners) {
                     if (random.uniform(0, 1) < 0.05) {
                         const double off_px = random.uniform(3, 30);
                         const double towards = random.uniform(-3.1416, 3.1416);
@@ -152,10 +152,10 @@ TEST_CASE("single wrong corners are named, all of them and no others") {
 
 TEST_CASE("swapped numbers and a shifted row are named") {
     auto views = synthetic::make_rig_views(twenty_boards(), 3, 4);
-    auto &sightings = views.seen.sightings;
-    std::swap(sightings[2].view[0].corners[10].x_px, sightings[2].view[0].corners[31].x_px);
-    std::swap(sightings[2].view[0].corners[10].y_px, sightings[2].view[0].corners[31].y_px);
-    shift_row(&sightings[5].view[1], views.seen.target, 2);
+    auto &captures = views.seen.captures;
+    std::swap(captures[2].view[0].corners[10].x_px, captures[2].view[0].corners[31].x_px);
+    std::swap(captures[2].view[0].corners[10].y_px, captures[2].view[0].corners[31].y_px);
+    shift_row(&captures[5].view[1], views.seen.target, 2);
     const calib::solution found = solve(views.seen);
     INFO(reasons(found));
     Named wrong = {{2, 0, 10}, {2, 0, 31}};
@@ -173,17 +173,17 @@ TEST_CASE("a pair numbered from opposite ends is named, and corrected where the 
         plan.rows = rows;
         auto views = synthetic::make_rig_views(plan, 5, 6);
         const int count = views.seen.target.corner_count();
-        half_turn(&views.seen.sightings[4].view[1], count);
+        half_turn(&views.seen.captures[4].view[1], count);
         // With both ends turned there is no error: the board is then turned around.
-        half_turn(&views.seen.sightings[8].view[0], count);
-        half_turn(&views.seen.sightings[8].view[1], count);
+        half_turn(&views.seen.captures[8].view[0], count);
+        half_turn(&views.seen.captures[8].view[1], count);
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         const bool same_turned = views.seen.target.looks_same_turned();
         CHECK(same_turned == (rows == 7));
         REQUIRE(!found.rejected_views.empty());
         for (const auto &one : found.rejected_views) {
-            CHECK(one.sighting == 4);
+            CHECK(one.capture == 4);
             CHECK(one.repaired == same_turned);
             CHECK(one.reason.find("opposite ends") != std::string::npos);
         }
@@ -194,10 +194,10 @@ TEST_CASE("a pair numbered from opposite ends is named, and corrected where the 
 
 TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named") {
     auto views = synthetic::make_rig_views(twenty_boards(), 7, 8);
-    auto &sightings = views.seen.sightings;
+    auto &captures = views.seen.captures;
     const calib::solution clean = solve(views.seen);
     SUBCASE("images of two pairs swapped") {
-        std::swap(sightings[1].view[1], sightings[9].view[1]);
+        std::swap(captures[1].view[1], captures[9].view[1]);
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         CHECK(
@@ -207,7 +207,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         CHECK(focal_error(views, found) < 1.5 * focal_error(views, clean) + 1e-4);
     }
     SUBCASE("one view's numbers a row too low") {
-        shift_board(&sightings[11].view[1], views.seen.target);
+        shift_board(&captures[11].view[1], views.seen.target);
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         CHECK(named(found) == Named{{11, 0, WHOLE_VIEW}, {11, 1, WHOLE_VIEW}});
@@ -215,7 +215,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
     }
     SUBCASE("a view of random numbers") {
         synthetic::Random random(5);
-        auto &corners = sightings[3].view[0].corners;
+        auto &corners = captures[3].view[0].corners;
         for (size_t i = corners.size() - 1; i > 0; i--) {
             const size_t other = size_t(random.uniform(0, double(i + 1)));
             std::swap(corners[i].x_px, corners[other].x_px);
@@ -228,7 +228,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         CHECK(found.views[3][1].used);
     }
     SUBCASE("a mirrored view") {
-        for (corner &one : sightings[6].view[1].corners) {
+        for (corner &one : captures[6].view[1].corners) {
             one.x_px = views.seen.width_px[1] - 1 - one.x_px;
         }
         const calib::solution found = solve(views.seen);
@@ -237,7 +237,7 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         CHECK(found.rejected_views[0].reason.find("mirrored") != std::string::npos);
     }
     SUBCASE("the board moved by a millimetre between the two images") {
-        for (corner &one : sightings[6].view[1].corners) {
+        for (corner &one : captures[6].view[1].corners) {
             one.x_px += 1.7;
             one.y_px -= 1.1;
         }
@@ -246,8 +246,8 @@ TEST_CASE("wrong partners, shifted boards, nonsense and mirrored order are named
         CHECK(named(found) == Named{{6, 0, WHOLE_VIEW}, {6, 1, WHOLE_VIEW}});
     }
     SUBCASE("five corners, or one row") {
-        sightings[0].view[0].corners.resize(5);
-        sightings[1].view[1].corners.resize(9);
+        captures[0].view[0].corners.resize(5);
+        captures[1].view[1].corners.resize(9);
         const calib::solution found = solve(views.seen);
         INFO(reasons(found));
         CHECK(named(found) == Named{{0, 0, WHOLE_VIEW}, {1, 1, WHOLE_VIEW}});

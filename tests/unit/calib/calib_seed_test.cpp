@@ -22,16 +22,16 @@ synthetic::RigViewsPlan plan_at(double focal_px, double noise_px) {
 
 calib::bundle used_bundle(const calib::observations &seen) {
     calib::bundle data = calib::order_observations(seen).data;
-    for (auto &sighting : data.sightings) {
-        sighting[0].used = sighting[1].used = true;
+    for (auto &capture : data.captures) {
+        capture[0].used = capture[1].used = true;
     }
     return data;
 }
 
 std::vector<calib::homography> homographies(const calib::bundle &data, size_t camera) {
-    std::vector<calib::homography> result(data.sightings.size());
+    std::vector<calib::homography> result(data.captures.size());
     for (size_t i = 0; i < result.size(); i++) {
-        REQUIRE(calib::fit_homography(data, data.sightings[i][camera], &result[i]));
+        REQUIRE(calib::fit_homography(data, data.captures[i][camera], &result[i]));
     }
     return result;
 }
@@ -41,7 +41,7 @@ std::vector<calib::homography> homographies(const calib::bundle &data, size_t ca
 TEST_CASE("a homography of exact corners is exact, and robust against wrong ones") {
     const auto views = synthetic::make_rig_views(plan_at(3000, 0), 1, 2);
     calib::bundle data = used_bundle(views.seen);
-    calib::bundle_view &view = data.sightings[0][LEFT];
+    calib::bundle_view &view = data.captures[0][LEFT];
     calib::homography clean, dirty;
     REQUIRE(calib::fit_homography(data, view, &clean));
     CHECK(clean.misfit_px < 1e-8);
@@ -82,8 +82,8 @@ TEST_CASE("a pose is found from its mirrored twin") {
     state.lens[0] = calib::state_from_lens(data.frame[0], truth.left);
     state.lens[1] = calib::state_from_lens(data.frame[1], truth.right);
     int twins = 0;
-    for (size_t i = 0; i < data.sightings.size(); i++) {
-        calib::both_views left_only = data.sightings[i];
+    for (size_t i = 0; i < data.captures.size(); i++) {
+        calib::both_views left_only = data.captures[i];
         left_only[1].used = false;
         calib::homography seen;
         calib::rigid pose;
@@ -107,7 +107,7 @@ TEST_CASE("a pose is found from its mirrored twin") {
 
 TEST_CASE("pairs vote for the rig, and outliers stand out") {
     auto views = synthetic::make_rig_views(plan_at(3000, 0.1), 5, 6);
-    std::swap(views.seen.sightings[2].view[1], views.seen.sightings[7].view[1]);
+    std::swap(views.seen.captures[2].view[1], views.seen.captures[7].view[1]);
     const calib::bundle data = used_bundle(views.seen);
     const calibration truth = views.truth();
     const calib::lens_state right = calib::state_from_lens(data.frame[1], truth.right);
@@ -121,12 +121,12 @@ TEST_CASE("pairs vote for the rig, and outliers stand out") {
         for (const calib::homography &seen : homographies(data, camera)) {
             calib::rigid pose;
             REQUIRE(calib::pose_from_homography(seen, lens.fx_px, lens.cx_px, lens.cy_px, &pose));
-            REQUIRE(calib::fit_pose_either_way(alone, alone.sightings[poses[camera].size()], state,
+            REQUIRE(calib::fit_pose_either_way(alone, alone.captures[poses[camera].size()], state,
                                                3, &pose) > 0);
             poses[camera].push_back(pose);
         }
     }
-    for (size_t i = 0; i < data.sightings.size(); i++) {
+    for (size_t i = 0; i < data.captures.size(); i++) {
         pairs.push_back(i);
     }
     calib::rigid T_right_left;

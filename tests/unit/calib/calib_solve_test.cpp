@@ -111,16 +111,16 @@ TEST_CASE("the same bytes on any number of threads and in any order") {
     CHECK(same_bytes(one, solve(views.seen, 1)));
     CHECK(same_bytes(one, solve(views.seen, 4)));
     calib::observations shuffled = views.seen;
-    std::reverse(shuffled.sightings.begin(), shuffled.sightings.end());
-    std::swap(shuffled.sightings[1], shuffled.sightings[6]);
+    std::reverse(shuffled.captures.begin(), shuffled.captures.end());
+    std::swap(shuffled.captures[1], shuffled.captures[6]);
     const calib::solution other = solve(shuffled, 3);
     CHECK(same_bytes(one, other));
     // Results by board position follow the caller's order.
     CHECK(other.views[9][0].rms_px == one.views[0][0].rms_px);
     CHECK(other.T_left_board[9].t_mm[2] == one.T_left_board[0].t_mm[2]);
     CHECK(other.views[1][1].rms_px == one.views[3][1].rms_px);
-    for (auto &sighting : shuffled.sightings) {
-        sighting.name = {"", ""};
+    for (auto &capture : shuffled.captures) {
+        capture.name = {"", ""};
     }
     CHECK(same_bytes(one, solve(shuffled)));
 }
@@ -174,17 +174,17 @@ TEST_CASE("one camera alone") {
 TEST_CASE("boards that one camera alone saw help that camera") {
     auto views = synthetic::make_rig_views(plain(), 7, 8);
     for (const size_t i : {size_t(1), size_t(4)}) {
-        views.seen.sightings[i].view[0].corners.clear();
+        views.seen.captures[i].view[0].corners.clear();
     }
     for (const size_t i : {size_t(2), size_t(8)}) {
-        views.seen.sightings[i].view[1].corners.clear();
+        views.seen.captures[i].view[1].corners.clear();
     }
     const calib::solution found = solve(views.seen);
     REQUIRE(found.solved);
     INFO(found.verdict.sentence);
     CHECK(found.verdict.good);
     CHECK(found.pairs_used == 6);
-    CHECK(found.sightings_used == 10);
+    CHECK(found.captures_used == 10);
     CHECK(found.rejected_views.empty());
     const calibration truth = views.truth();
     CHECK(std::fabs(calibration_baseline_mm(&found.rig) - calibration_baseline_mm(&truth)) <
@@ -197,8 +197,8 @@ TEST_CASE("parts of boards are enough") {
     plan.fill = 1.1;
     const auto views = synthetic::make_rig_views(plan, 9, 10);
     size_t corners = 0;
-    for (const auto &sighting : views.seen.sightings) {
-        corners += sighting.view[0].corners.size();
+    for (const auto &capture : views.seen.captures) {
+        corners += capture.view[0].corners.size();
     }
     CHECK(corners < 0.9 * 540);
     const calib::solution found = solve(views.seen);
@@ -212,31 +212,31 @@ TEST_CASE("unusable observations are rejected with a reason") {
     auto views = synthetic::make_rig_views(plain(), 11, 12);
     calib::observations seen = views.seen;
     SUBCASE("no observations") {
-        seen.sightings.clear();
+        seen.captures.clear();
         const calib::solution found = solve(seen);
         CHECK_FALSE(found.solved);
         CHECK(mentions(found, "too few boards"));
     }
     SUBCASE("two pairs") {
-        seen.sightings.resize(2);
+        seen.captures.resize(2);
         CHECK_FALSE(solve(seen).solved);
     }
     SUBCASE("never both cameras") {
-        for (size_t i = 0; i < seen.sightings.size(); i++) {
-            seen.sightings[i].view[i % 2].corners.clear();
+        for (size_t i = 0; i < seen.captures.size(); i++) {
+            seen.captures[i].view[i % 2].corners.clear();
         }
         const calib::solution found = solve(seen);
         CHECK_FALSE(found.solved);
         CHECK(mentions(found, "seen by both cameras"));
     }
     SUBCASE("numbers beyond the board") {
-        seen.sightings[3].view[1].corners.back().index = 54;
+        seen.captures[3].view[1].corners.back().index = 54;
         const calib::solution found = solve(seen);
         CHECK_FALSE(found.solved);
         CHECK(mentions(found, "right003"));
     }
     SUBCASE("not a number") {
-        seen.sightings[3].view[1].corners[0].x_px = std::nan("");
+        seen.captures[3].view[1].corners[0].x_px = std::nan("");
         CHECK_FALSE(solve(seen).solved);
     }
     SUBCASE("no size") {
@@ -269,8 +269,8 @@ TEST_CASE("an unobservable focal length is reported") {
         plan.boards = 1;
     }
     auto views = synthetic::make_rig_views(plan, 15, 16);
-    while (views.seen.sightings.size() < 10) {
-        views.seen.sightings.push_back(views.seen.sightings[0]);
+    while (views.seen.captures.size() < 10) {
+        views.seen.captures.push_back(views.seen.captures[0]);
     }
     const calib::solution found = solve(views.seen);
     INFO(found.verdict.sentence);

@@ -72,7 +72,7 @@ TEST_CASE("figures follow from corners and boards") {
     const calibration_figures figures = calibration_figures_collect(views.seen, result);
     REQUIRE(figures.camera.size() == 2);
     for (const calibration_pose &pose : figures.camera[0].poses) {
-        const synthetic::Vector &t = views.t_left_board_mm[pose.sighting];
+        const synthetic::Vector &t = views.t_left_board_mm[pose.capture];
         // The plan's boards are at 1800 mm, 30 % nearer or farther; their corner 0 is near.
         CHECK(std::fabs(pose.distance_mm - std::hypot(t.x, t.y, t.z)) < 700);
         CHECK(pose.tilt_deg < 60);
@@ -122,8 +122,8 @@ TEST_CASE("pages: the same bytes, without pictures, without a solution, without 
     CHECK(page.find("nan") == std::string::npos);
 
     calib::observations nothing = views.seen;
-    for (calib::sighting &sighting : nothing.sightings) {
-        for (calib::board_view &view : sighting.view) {
+    for (calib::capture &capture : nothing.captures) {
+        for (calib::board_view &view : capture.view) {
             view.corners.clear();
             view.rejection = "the board is not in the picture";
         }

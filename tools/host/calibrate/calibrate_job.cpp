@@ -288,10 +288,10 @@ class runner {
     /// Empty when a name cannot be written to such a file; a note reports that.
     std::string corners_text() {
         std::vector<calib::cached_view> views;
-        for (const calib::sighting &sighting : views_.seen.sightings) {
+        for (const calib::capture &capture : views_.seen.captures) {
             for (size_t camera = 0; camera < 2; camera++) {
-                if (!sighting.name[camera].empty()) {
-                    views.push_back({sighting.name[camera], sighting.view[camera]});
+                if (!capture.name[camera].empty()) {
+                    views.push_back({capture.name[camera], capture.view[camera]});
                 }
             }
         }

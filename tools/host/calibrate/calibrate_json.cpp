@@ -99,7 +99,7 @@ json fit_json(const calib::solution &solution) {
     return {{"rms_px", solution.rms_px},
             {"held_out_rms_px", solution.held_out_rms_px},
             {"sigma0", solution.sigma0},
-            {"sightings_used", solution.sightings_used},
+            {"captures_used", solution.captures_used},
             {"pairs_used", solution.pairs_used},
             {"image_z", fit.image_z},
             {"board_z", fit.board_z},
@@ -119,17 +119,17 @@ json fit_json(const calib::solution &solution) {
 }
 
 json view_json(const calibrate_result &result, size_t shot, size_t camera) {
-    const calib::sighting &sighting = result.views->seen.sightings[shot];
-    if (sighting.name[camera].empty()) {
+    const calib::capture &capture = result.views->seen.captures[shot];
+    if (capture.name[camera].empty()) {
         return nullptr;
     }
     const calib::view_summary &summary = result.solution->views[shot][camera];
-    json object = {{"name", sighting.name[camera]},
-                   {"corners", sighting.view[camera].corners.size()},
+    json object = {{"name", capture.name[camera]},
+                   {"corners", capture.view[camera].corners.size()},
                    {"corners_used", summary.corners_used},
                    {"rms_px", summary.used ? json(summary.rms_px) : json(nullptr)}};
-    if (!sighting.view[camera].rejection.empty()) {
-        object["refused"] = sighting.view[camera].rejection;
+    if (!capture.view[camera].rejection.empty()) {
+        object["refused"] = capture.view[camera].rejection;
     }
     return object;
 }
@@ -138,7 +138,7 @@ json boards_json(const calibrate_result &result) {
     json list = json::array();
     const calib::solution &solution = *result.solution;
     const calib::board &board = result.views->seen.target;
-    for (size_t shot = 0; shot < result.views->seen.sightings.size(); shot++) {
+    for (size_t shot = 0; shot < result.views->seen.captures.size(); shot++) {
         json object;
         for (size_t camera = 0; camera < static_cast<size_t>(result.views->seen.cameras);
              camera++) {
@@ -165,15 +165,15 @@ json boards_json(const calibrate_result &result) {
 json rejected_json(const calibrate_result &result) {
     json views = json::array(), corners = json::array();
     const auto name = [&](size_t shot, int camera) {
-        return result.views->seen.sightings[shot].name[static_cast<size_t>(camera)];
+        return result.views->seen.captures[shot].name[static_cast<size_t>(camera)];
     };
     for (const calib::rejected_view &view : result.solution->rejected_views) {
-        views.push_back({{"name", name(view.sighting, view.camera)},
+        views.push_back({{"name", name(view.capture, view.camera)},
                          {"mended", view.repaired},
                          {"reason", view.reason}});
     }
     for (const calib::rejected_corner &corner : result.solution->rejected_corners) {
-        corners.push_back({{"name", name(corner.sighting, corner.camera)},
+        corners.push_back({{"name", name(corner.capture, corner.camera)},
                            {"corner", corner.index},
                            {"off_px", corner.off_px},
                            {"reason", corner.reason}});

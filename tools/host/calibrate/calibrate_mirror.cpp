@@ -26,23 +26,23 @@ const size_t pairs_tried = 12;
 const double much_better = 3;  // in residuals
 const double poor_rms_px = 1;  // from here on something may be wrong with all pictures
 
-bool is_pair(const calib::sighting &sighting) {
-    return !sighting.view[0].corners.empty() && !sighting.view[1].corners.empty();
+bool is_pair(const calib::capture &capture) {
+    return !capture.view[0].corners.empty() && !capture.view[1].corners.empty();
 }
 
 int count_pairs(const calib::observations &seen) {
-    return static_cast<int>(std::count_if(seen.sightings.begin(), seen.sightings.end(), is_pair));
+    return static_cast<int>(std::count_if(seen.captures.begin(), seen.captures.end(), is_pair));
 }
 
 /// Up to `pairs_tried` of the pairs, spread from the first to the last.
 calib::observations some_pairs(const calib::observations &seen) {
-    std::vector<calib::sighting> pairs;
-    std::copy_if(seen.sightings.begin(), seen.sightings.end(), std::back_inserter(pairs), is_pair);
+    std::vector<calib::capture> pairs;
+    std::copy_if(seen.captures.begin(), seen.captures.end(), std::back_inserter(pairs), is_pair);
     const size_t count = std::min(pairs.size(), pairs_tried);
     calib::observations some = seen;
-    some.sightings.clear();
+    some.captures.clear();
     for (size_t i = 0; i < count; i++) {
-        some.sightings.push_back(pairs[i * pairs.size() / count]);
+        some.captures.push_back(pairs[i * pairs.size() / count]);
     }
     return some;
 }
@@ -69,12 +69,12 @@ bool calibrate_one_camera_mirrors(const calib::observations &seen, int threads,
         return false;
     }
     const calib::observations some = some_pairs(seen);
-    const auto tried = static_cast<double>(some.sightings.size());
+    const auto tried = static_cast<double>(some.captures.size());
     const double fitted = as_they_are.pairs_used / std::max(1.0, double(count_pairs(seen)));
     for (const bool by_rows : {true, false}) {
         calib::observations other = some;
-        for (calib::sighting &sighting : other.sightings) {
-            calib::board_view &right = sighting.view[1];
+        for (calib::capture &capture : other.captures) {
+            calib::board_view &right = capture.view[1];
             right = mirrored(seen.target, right, seen.width_px[1], by_rows);
         }
         const calib::solution found = calib::solve(other, quick_options(threads, progress));

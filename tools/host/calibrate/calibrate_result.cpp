@@ -64,8 +64,8 @@ uint32_t crc_of_corners(const calib::observations &seen) {
     uint32_t crc = 0;
     const double square[2] = {seen.target.square_mm, seen.target.marker_mm};
     crc = crc_update(crc, square, sizeof square);
-    for (const calib::sighting &sighting : seen.sightings) {
-        for (const calib::board_view &view : sighting.view) {
+    for (const calib::capture &capture : seen.captures) {
+        for (const calib::board_view &view : capture.view) {
             for (const calib::corner &corner : view.corners) {
                 const double numbers[3] = {double(corner.index), corner.x_px, corner.y_px};
                 crc = crc_update(crc, numbers, sizeof numbers);
@@ -91,7 +91,7 @@ std::string board_text(const calib::solution &solution) {
 }
 
 const std::string &name_of(const calibrate_result &result, size_t shot, int camera) {
-    return result.views->seen.sightings[shot].name[static_cast<size_t>(camera)];
+    return result.views->seen.captures[shot].name[static_cast<size_t>(camera)];
 }
 
 /// Pictures with the same reason on one line.
@@ -133,7 +133,7 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution) {
         if (!one.used || !rectified_row(solution, axes, one.camera, one, &row)) {
             continue;
         }
-        const std::pair<size_t, int> key(one.sighting, one.index);
+        const std::pair<size_t, int> key(one.capture, one.index);
         if (one.camera == 0) {
             left[key] = row;
         } else if (left.count(key) > 0) {
@@ -208,10 +208,10 @@ std::string calibrate_result_text(const calibrate_result &result) {
 
 std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result) {
     std::vector<calibrate_rejection> overexposed;
-    const auto &sightings = result.views->seen.sightings;
-    for (size_t shot = 0; shot < sightings.size(); shot++) {
+    const auto &captures = result.views->seen.captures;
+    for (size_t shot = 0; shot < captures.size(); shot++) {
         for (int camera = 0; camera < result.views->seen.cameras; camera++) {
-            if (sightings[shot].view[static_cast<size_t>(camera)].overexposed()) {
+            if (captures[shot].view[static_cast<size_t>(camera)].overexposed()) {
                 overexposed.push_back({shot, camera,
                                        "most of the white of the board is overexposed, which moves "
                                        "corners: expose less"});
@@ -224,7 +224,7 @@ std::vector<std::string> calibrate_result_overexposed(const calibrate_result &re
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result) {
     std::vector<std::string> lines = grouped(result, result.views->rejections);
     for (const calib::rejected_view &view : result.solution->rejected_views) {
-        lines.push_back(name_of(result, view.sighting, view.camera) + ": " + view.reason +
+        lines.push_back(name_of(result, view.capture, view.camera) + ": " + view.reason +
                         (view.repaired ? " (mended)" : " (left out)"));
     }
     std::vector<calib::rejected_corner> corners = result.solution->rejected_corners;
@@ -232,7 +232,7 @@ std::vector<std::string> calibrate_result_rejections(const calibrate_result &res
                      [](const auto &a, const auto &b) { return a.off_px > b.off_px; });
     for (size_t i = 0; i < std::min(corners.size(), corners_listed); i++) {
         const calib::rejected_corner &corner = corners[i];
-        lines.push_back(name_of(result, corner.sighting, corner.camera) +
+        lines.push_back(name_of(result, corner.capture, corner.camera) +
                         report_text_format(": corner %d ", corner.index) + corner.reason +
                         " (left out)");
     }

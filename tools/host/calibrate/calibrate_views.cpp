@@ -278,20 +278,20 @@ class finder {
         result.pictures = static_cast<int>(named_.size());
         const size_t folder = common_folder();
         for (size_t shot = 0; shot < shots_.size(); shot++) {
-            calib::sighting sighting;
+            calib::capture capture;
             for (size_t camera = 0; camera < static_cast<size_t>(cameras_); camera++) {
                 const looked_at &one = pictures_[2 * shot + camera];
                 const std::string &name = shots_[shot].path[camera];
-                sighting.name[camera] = name.empty() ? name : name.substr(folder);
-                sighting.view[camera] = one.view;
+                capture.name[camera] = name.empty() ? name : name.substr(folder);
+                capture.view[camera] = one.view;
                 result.boards += !one.view.corners.empty();
                 if (!one.reason.empty()) {
-                    sighting.view[camera].rejection = one.reason;
+                    capture.view[camera].rejection = one.reason;
                     result.rejections.push_back({shot, static_cast<int>(camera), one.reason});
                 }
             }
-            result.pairs += !sighting.view[0].corners.empty() && !sighting.view[1].corners.empty();
-            result.seen.sightings.push_back(sighting);
+            result.pairs += !capture.view[0].corners.empty() && !capture.view[1].corners.empty();
+            result.seen.captures.push_back(capture);
         }
         return result;
     }

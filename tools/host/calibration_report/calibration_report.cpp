@@ -43,7 +43,7 @@ std::string body_of(const calibration_page &page) {
 std::string meta_of(const calibration_page &page) {
     const calib::observations &seen = *page.seen;
     return report_text_format("%zu %s · board of %d × %d corners, squares of %g mm",
-                              seen.sightings.size(), seen.cameras == 2 ? "pairs" : "images",
+                              seen.captures.size(), seen.cameras == 2 ? "pairs" : "images",
                               seen.target.columns, seen.target.rows, seen.target.square_mm) +
            (seen.target.coded() ? " with markers" : "");
 }

@@ -19,8 +19,8 @@ struct calibration_page {
     std::string title;              // displayed only: may hold any text
     /// Loads one image, upright and grey, rows without gaps. Returns false if it is unavailable;
     /// the page then omits it. May be empty. Called for few images, once or twice each.
-    std::function<bool(std::size_t sighting, int camera, std::vector<std::uint8_t> *grey,
-                       int *width, int *height)>
+    std::function<bool(std::size_t capture, int camera, std::vector<std::uint8_t> *grey, int *width,
+                       int *height)>
         load;
 };
 

@@ -115,11 +115,11 @@ void add_corners(const calib::solution &result, defects *all) {
     std::map<std::pair<std::size_t, int>, std::map<int, const calib::corner_residual_px *>> seen;
     for (const calib::corner_residual_px &corner : result.residuals) {
         if (!corner.used) {
-            seen[{corner.sighting, corner.camera}][corner.index] = &corner;
+            seen[{corner.capture, corner.camera}][corner.index] = &corner;
         }
     }
     for (const calib::rejected_corner &corner : result.rejected_corners) {
-        defect &one = (*all)[{corner.sighting, corner.camera}];
+        defect &one = (*all)[{corner.capture, corner.camera}];
         if (one.sentences.size() < 6) {
             one.sentences.push_back(
                 report_text_format("Corner %d, %.1f px off: ", corner.index, corner.off_px) +
@@ -127,7 +127,7 @@ void add_corners(const calib::solution &result, defects *all) {
         } else if (one.sentences.size() == 6) {
             one.sentences.push_back("More corners of this image were rejected likewise");
         }
-        const auto &corners = seen[{corner.sighting, corner.camera}];
+        const auto &corners = seen[{corner.capture, corner.camera}];
         const auto found = corners.find(corner.index);
         if (found != corners.end()) {
             one.marks_px.push_back({found->second->x_px, found->second->y_px});
@@ -137,23 +137,23 @@ void add_corners(const calib::solution &result, defects *all) {
 
 defects collect_errors(const calibration_page &page) {
     defects all;
-    for (std::size_t i = 0; i < page.seen->sightings.size(); i++) {
+    for (std::size_t i = 0; i < page.seen->captures.size(); i++) {
         for (int camera = 0; camera < page.seen->cameras; camera++) {
-            const auto &view = page.seen->sightings[i].view[static_cast<std::size_t>(camera)];
+            const auto &view = page.seen->captures[i].view[static_cast<std::size_t>(camera)];
             if (!view.rejection.empty()) {
                 all[{i, camera}].sentences.push_back(view.rejection);
             }
         }
     }
     for (const calib::rejected_view &view : page.result->rejected_views) {
-        all[{view.sighting, view.camera}].sentences.push_back(
+        all[{view.capture, view.camera}].sentences.push_back(
             (view.repaired ? "Renumbered and used: " : "Rejected: ") + view.reason);
     }
     add_corners(*page.result, &all);
     return all;
 }
 
-std::string disturbance_figure(const calibration_page &page, std::size_t sighting, int camera,
+std::string disturbance_figure(const calibration_page &page, std::size_t capture, int camera,
                                const defect &what, bool with_picture) {
     std::string words;
     for (const std::string &sentence : what.sentences) {
@@ -161,7 +161,7 @@ std::string disturbance_figure(const calibration_page &page, std::size_t sightin
     }
     calibration_picture picture;
     std::string shown;
-    if (with_picture && calibration_picture_load(page, sighting, camera, &picture)) {
+    if (with_picture && calibration_picture_load(page, capture, camera, &picture)) {
         std::string marks;
         for (const auto &mark : what.marks_px) {
             marks += report_text_format("M%.1f %.1fh0", mark.first, mark.second);
@@ -174,7 +174,7 @@ std::string disturbance_figure(const calibration_page &page, std::size_t sightin
             picture.width_px, picture.height_px, picture.width_px / 30.0, marks.c_str());
     }
     return calibration_report_figure(
-        shown, "<b>" + calibration_report_image_name(page, sighting, camera) + "</b> (" +
+        shown, "<b>" + calibration_report_image_name(page, capture, camera) + "</b> (" +
                    calibration_report_side(page, camera) + ")" + words);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 const double DEGREE = 180 / 3.14159265358979323846;
 
-calibration_pose pose_of(const calib::board &board, std::size_t sighting,
+calibration_pose pose_of(const calib::board &board, std::size_t capture,
                          const calib::rigid &T_camera_board) {
     const double middle_board_mm[3] = {0.5 * (board.columns - 1) * board.square_mm,
                                        0.5 * (board.rows - 1) * board.square_mm, 0};
@@ -25,7 +25,7 @@ calibration_pose pose_of(const calib::board &board, std::size_t sighting,
     // The line of sight itself is inclined where the board is off the axis.
     const double across = std::atan2(normal[0], normal[2]) - std::atan2(middle_mm[0], middle_mm[2]);
     const double down = std::atan2(normal[1], normal[2]) - std::atan2(middle_mm[1], middle_mm[2]);
-    return {sighting, distance_mm, DEGREE * std::acos(std::min(1.0, cosine)), DEGREE * across,
+    return {capture, distance_mm, DEGREE * std::acos(std::min(1.0, cosine)), DEGREE * across,
             DEGREE * down};
 }
 
@@ -55,7 +55,7 @@ calibration_camera_figures collect_camera(const calib::observations &seen,
     for (const auto &row : figures.count) {
         figures.empty_areas += static_cast<int>(std::count(std::begin(row), std::end(row), 0));
     }
-    for (std::size_t i = 0; i < seen.sightings.size(); i++) {
+    for (std::size_t i = 0; i < seen.captures.size(); i++) {
         if (result.board_known[i] && result.views[i][static_cast<std::size_t>(camera)].used) {
             const calib::rigid &T_left_board = result.T_left_board[i];
             figures.poses.push_back(pose_of(
@@ -67,7 +67,7 @@ calibration_camera_figures collect_camera(const calib::observations &seen,
 
 /// A corner that both cameras used.
 struct shared_corner {
-    std::size_t sighting;
+    std::size_t capture;
     int index;
     double ray[2][3];    // in each camera's frame
     double point_mm[3];  // between the rays, left frame
@@ -79,7 +79,7 @@ std::vector<shared_corner> share_corners(const calib::solution &result) {
     const auto &all = result.residuals;
     const auto key_less = [](const calib::corner_residual_px &a,
                              const calib::corner_residual_px &b) {
-        return a.sighting != b.sighting ? a.sighting < b.sighting : a.index < b.index;
+        return a.capture != b.capture ? a.capture < b.capture : a.index < b.index;
     };
     std::vector<calib::corner_residual_px> side[2];
     for (const calib::corner_residual_px &corner : all) {
@@ -95,7 +95,7 @@ std::vector<shared_corner> share_corners(const calib::solution &result) {
         if (right == side[1].end() || key_less(left, *right)) {
             continue;
         }
-        shared_corner corner{left.sighting, left.index, {}, {}};
+        shared_corner corner{left.capture, left.index, {}, {}};
         const double seen_px[2][2] = {{left.x_px, left.y_px}, {right->x_px, right->y_px}};
         const double origin_mm[3] = {0, 0, 0};
         double turned[3];
@@ -178,12 +178,12 @@ calibration_measured measure(const calib::board &board, const calib::solution &r
     double length_sum_mm = 0, error_sum_mm2 = 0, plane_sum_mm2 = 0;
     std::size_t begin = 0;
     while (begin < shared.size()) {
-        const std::size_t sighting = shared[begin].sighting;
-        const calib::rigid T_board_left = calib::inverse(result.T_left_board[sighting]);
+        const std::size_t capture = shared[begin].capture;
+        const calib::rigid T_board_left = calib::inverse(result.T_left_board[capture]);
         std::vector<std::array<double, 3>> points_mm;
         std::vector<const double *> by_index(static_cast<std::size_t>(board.corner_count()));
         std::size_t end = begin;
-        for (; end < shared.size() && shared[end].sighting == sighting; end++) {
+        for (; end < shared.size() && shared[end].capture == capture; end++) {
             std::array<double, 3> in_board_mm;
             calib::apply(T_board_left, shared[end].point_mm, in_board_mm.data());
             points_mm.push_back(in_board_mm);

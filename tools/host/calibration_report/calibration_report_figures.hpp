@@ -12,7 +12,7 @@
 
 /// Pose of a board in front of a camera.
 struct calibration_pose {
-    std::size_t sighting;
+    std::size_t capture;
     double distance_mm;  // of the board's middle
     double tilt_deg;     // between the board's normal and the line of sight to its middle
     double turn_deg;     // its part about the image's vertical axis, left edge away: positive

@@ -132,7 +132,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     const std::string area_words = area_hint(figures, weakest, static_cast<double>(corners) / 9);
     const bool flat = tilted.max_deg < TILT_ENOUGH_DEG;
     const bool shallow = depth.far_mm < DEPTH_ENOUGH * depth.near_mm;
-    const bool few = result.sightings_used < DEFAULT_POSITIONS;
+    const bool few = result.captures_used < DEFAULT_POSITIONS;
     const bool complete = area_words.empty() && !flat && !shallow && !few;
 
     // The single most useful picture, then why.
@@ -148,7 +148,7 @@ std::vector<std::string> calibration_figures_hints(const calib::observations &,
     if (few) {
         hints.push_back(report_text_format(
             "%d board positions are used; take %d more: each lowers all error bars.",
-            result.sightings_used, DEFAULT_POSITIONS - result.sightings_used));
+            result.captures_used, DEFAULT_POSITIONS - result.captures_used));
     }
     if (!area_words.empty()) {
         hints.push_back(area_words);

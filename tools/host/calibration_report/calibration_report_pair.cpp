@@ -17,7 +17,7 @@ bool best_pair(const calib::solution &result, std::size_t *best) {
     std::vector<std::array<double, 4>> box(result.views.size(), {INFINITY, INFINITY, 0, 0});
     for (const calib::corner_residual_px &corner : result.residuals) {
         if (corner.used && corner.camera == 0) {
-            auto &b = box[corner.sighting];
+            auto &b = box[corner.capture];
             b = {std::min(b[0], corner.x_px), std::min(b[1], corner.y_px),
                  std::max(b[2], corner.x_px), std::max(b[3], corner.y_px)};
         }
@@ -45,11 +45,11 @@ std::string rows_over(int width_px, int height_px) {
 }
 
 std::string pictures(const calibration_page &page, const calibration_figures &figures) {
-    std::size_t sighting = 0;
+    std::size_t capture = 0;
     calibration_picture raw[2];
-    if (!figures.rectified_known || !best_pair(*page.result, &sighting) ||
-        !calibration_picture_load(page, sighting, 0, &raw[0]) ||
-        !calibration_picture_load(page, sighting, 1, &raw[1])) {
+    if (!figures.rectified_known || !best_pair(*page.result, &capture) ||
+        !calibration_picture_load(page, capture, 0, &raw[0]) ||
+        !calibration_picture_load(page, capture, 1, &raw[1])) {
         return "";
     }
     const calibration &rig = page.result->rig;
@@ -69,8 +69,8 @@ std::string pictures(const calibration_page &page, const calibration_figures &fi
     }
     return calibration_report_figure(
         html + "</div>\n",
-        "<b>" + calibration_report_image_name(page, sighting, 0) + "</b> and <b>" +
-            calibration_report_image_name(page, sighting, 1) +
+        "<b>" + calibration_report_image_name(page, capture, 0) + "</b> and <b>" +
+            calibration_report_image_name(page, capture, 1) +
             "</b>, rectified. Each line runs through the same points of both images. Point at an "
             "image to see its row in the other.");
 }

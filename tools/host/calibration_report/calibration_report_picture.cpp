@@ -48,10 +48,10 @@ bool raw_pixel(const lens &camera, double view_radius, const export_rectified &r
 
 }  // namespace
 
-bool calibration_picture_load(const calibration_page &page, std::size_t sighting, int camera,
+bool calibration_picture_load(const calibration_page &page, std::size_t capture, int camera,
                               calibration_picture *picture) {
     if (!page.load ||
-        !page.load(sighting, camera, &picture->grey, &picture->width_px, &picture->height_px)) {
+        !page.load(capture, camera, &picture->grey, &picture->width_px, &picture->height_px)) {
         return false;
     }
     return picture->width_px > 0 && picture->height_px > 0 &&

@@ -16,7 +16,7 @@ struct calibration_picture {
 };
 
 /// Calls the page's loader. Returns false when the picture is unavailable.
-bool calibration_picture_load(const calibration_page &page, std::size_t sighting, int camera,
+bool calibration_picture_load(const calibration_page &page, std::size_t capture, int camera,
                               calibration_picture *picture);
 
 /// At most `width_px` wide, by the mean of the pixels that a new one covers.

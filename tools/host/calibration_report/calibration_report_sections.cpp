@@ -55,11 +55,11 @@ const char *calibration_report_side(const calibration_page &page, int camera) {
     return page.seen->cameras == 1 ? "camera" : camera == 0 ? "left" : "right";
 }
 
-std::string calibration_report_image_name(const calibration_page &page, std::size_t sighting,
+std::string calibration_report_image_name(const calibration_page &page, std::size_t capture,
                                           int camera) {
-    const std::string &name = page.seen->sightings[sighting].name[static_cast<std::size_t>(camera)];
+    const std::string &name = page.seen->captures[capture].name[static_cast<std::size_t>(camera)];
     return name.empty()
-               ? report_text_format("%s %zu", calibration_report_side(page, camera), sighting + 1)
+               ? report_text_format("%s %zu", calibration_report_side(page, camera), capture + 1)
                : report_text_escape(report_text_file_name(name));
 }
 
@@ -88,8 +88,8 @@ std::string calibration_report_cards(const calibration_page &page,
     }
     std::string cards =
         card("Board positions",
-             report_text_format("%d <small>of %zu</small>", result.sightings_used,
-                                page.seen->sightings.size()),
+             report_text_format("%d <small>of %zu</small>", result.captures_used,
+                                page.seen->captures.size()),
              report_text_count(corners) + " corners used, " +
                  report_text_count(result.rejected_corners.size()) + " rejected by name") +
         card("Reprojection", report_text_format("%.3f <small>px rms</small>", result.rms_px),

@@ -28,7 +28,7 @@ std::string calibration_report_tables(const calibration_page &page,
 const char *calibration_report_side(const calibration_page &page, int camera);
 
 /// File name of an image, HTML-escaped; its number where it has no name.
-std::string calibration_report_image_name(const calibration_page &page, std::size_t sighting,
+std::string calibration_report_image_name(const calibration_page &page, std::size_t capture,
                                           int camera);
 
 #endif
