@@ -11,9 +11,9 @@
 static int open_sim(struct main_backends *self, const struct config *config,
                     struct rig_ports *ports, struct message *message) {
     const int error =
-        sim_backend_open(&self->sim, config->backend_place, SIM_CONNECTION_TIMEOUT_MS);
+        sim_backend_open(&self->sim, config->backend_address, SIM_CONNECTION_TIMEOUT_MS);
     if (error != 0) {
-        return message_set(message, error, "backend = sim %s: %s", config->backend_place,
+        return message_set(message, error, "backend = sim %s: %s", config->backend_address,
                            self->sim.connection.text);
     }
     self->has_sim = true;
@@ -24,7 +24,7 @@ static int open_sim(struct main_backends *self, const struct config *config,
 
 /// For a replay the instrument is the recorded one, whatever the settings say.
 static int take_profile(struct config *config, struct message *message) {
-    int error = replay_profile(AT_FDCWD, config->backend_place, config, message);
+    int error = replay_profile(AT_FDCWD, config->backend_address, config, message);
     if (error == 0) {
         error = config_check(config, message);
     }
@@ -32,7 +32,7 @@ static int take_profile(struct config *config, struct message *message) {
         return 0;
     }
     const struct message why = *message;
-    return message_set(message, error, "backend = replay %s: %.900s", config->backend_place,
+    return message_set(message, error, "backend = replay %s: %.900s", config->backend_address,
                        why.text);
 }
 
@@ -63,7 +63,7 @@ static const char *why_played_part_fails(void *opaque, enum rig_part part) {
 
 static int open_replay(struct main_backends *self, struct config *config, struct rig_ports *ports,
                        struct message *message) {
-    int error = replay_open(&self->replay, AT_FDCWD, config->backend_place, NULL, message);
+    int error = replay_open(&self->replay, AT_FDCWD, config->backend_address, NULL, message);
     self->has_replay = error == 0;
     // Pairs alone can be replayed for any profile of two cameras.
     const bool calls = error == 0 && self->replay.log != NULL;
@@ -81,14 +81,14 @@ static int open_replay(struct main_backends *self, struct config *config, struct
             message, ERROR_ARGUMENT,
             "backend = replay %s: the recording does not contain %s, which its profile "
             "requires",
-            config->backend_place, missing);
+            config->backend_address, missing);
     }
     if (missing != NULL) {
         return message_set(message, ERROR_ARGUMENT,
                            "backend = replay %s: pairs without recorded calls replay as two "
                            "cameras only (set profile = two-cameras, rig.trigger = no, and "
                            "rig.width and rig.height to the size of its frames)",
-                           config->backend_place);
+                           config->backend_address);
     }
     return 0;
 }

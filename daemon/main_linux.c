@@ -30,11 +30,11 @@ static int open_uart(struct main_linux *self, struct message *message) {
 }
 
 static int open_gpio(struct main_linux *self, struct message *message) {
-    if (gpiod_lines_are_current(&self->lines, self->places)) {
+    if (gpiod_lines_are_current(&self->lines, self->locations)) {
         return ERROR_OK;
     }
     gpiod_lines_close(&self->lines);
-    return gpiod_lines_open(&self->lines, self->places, message);
+    return gpiod_lines_open(&self->lines, self->locations, message);
 }
 
 static int open_device(struct main_linux *self, enum main_linux_device device,
@@ -169,11 +169,11 @@ static bool find_places(struct main_linux *self) {
     for (int i = 0; i < HAL_GPIO_LINES; i++) {
         if (lines[i].line != CONFIG_NO_LINE) {
             any = true;
-            self->places[i] =
-                (struct gpiod_lines_place){.chip = config->gpio_chip,
-                                           .offset = (unsigned)lines[i].line,
-                                           .active_low = lines[i].low,
-                                           .active_at_start = i == HAL_GPIO_LENS_POWER};
+            self->locations[i] =
+                (struct gpiod_line_location){.chip = config->gpio_chip,
+                                             .offset = (unsigned)lines[i].line,
+                                             .active_low = lines[i].low,
+                                             .active_at_start = i == HAL_GPIO_LENS_POWER};
         }
     }
     return any;

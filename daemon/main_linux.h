@@ -34,7 +34,7 @@ struct main_linux {
     struct v4l2_camera camera[RIG_SIDES];
     struct termios_uart uart;
     struct gpiod_lines lines;
-    struct gpiod_lines_place places[HAL_GPIO_LINES];
+    struct gpiod_line_location locations[HAL_GPIO_LINES];
     struct rig_devices devices;
     bool needed[MAIN_LINUX_DEVICES];
     struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is

@@ -21,7 +21,7 @@
 #include "daemon/client/client.h"
 #include "daemon/commands/commands_daemon.h"
 #include "daemon/commands/manuals.h"
-#include "daemon/files/places.h"
+#include "daemon/files/standard_paths.h"
 #include "daemon/files/sync_file.h"
 #include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
@@ -151,19 +151,19 @@ static bool join_tables(struct daemon *self) {
 /// Creates the parent directories of default locations only: a location from a setting must exist,
 /// so that a typing error is noticed.
 static int make_places(const struct config *config, struct message *message) {
-    struct places places;
-    places_default(&places);
+    struct standard_paths paths;
+    standard_paths_default(&paths);
     const struct {
         const char *key, *path, *by_default;
     } all[] = {
-        {"socket", config->socket, places.socket},
-        {"files", config->files, places.files},
-        {"store", config->store, places.store},
-        {"log", config->log_file, places.log},
+        {"socket", config->socket, paths.socket},
+        {"files", config->files, paths.files},
+        {"store", config->store, paths.store},
+        {"log", config->log_file, paths.log},
     };
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         if (strcmp(all[i].path, all[i].by_default) == 0 &&
-            !places_make_parent(all[i].path, places.of_user ? 0700 : 0750)) {
+            !standard_paths_make_parent(all[i].path, paths.of_user ? 0700 : 0750)) {
             return message_set(message, ERROR_IO, "%s = %s: cannot create its directory: %s",
                                all[i].key, all[i].path, strerror(errno));
         }
@@ -346,17 +346,17 @@ static void report_start(struct daemon *self) {
     const bool elsewhere = config->log_file[0] != '\0';
     const struct {
         const char *what, *place;
-    } places[] = {{"socket", config->socket},
-                  {"files", config->files},
-                  {"store", config->store},
-                  {"log", config->log_file}};
-    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
-        if (places[i].place[0] == '\0') {
+    } paths[] = {{"socket", config->socket},
+                 {"files", config->files},
+                 {"store", config->store},
+                 {"log", config->log_file}};
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
+        if (paths[i].place[0] == '\0') {
             continue;
         }
-        log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "%s: %s", places[i].what, places[i].place);
+        log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "%s: %s", paths[i].what, paths[i].place);
         if (elsewhere) {
-            fprintf(stderr, "vergenced: %s: %s\n", places[i].what, places[i].place);
+            fprintf(stderr, "vergenced: %s: %s\n", paths[i].what, paths[i].place);
         }
     }
     log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
@@ -468,11 +468,11 @@ static int run(int argc, char **argv) {
         return code;
     }
     struct message message;
-    struct places places;
-    places_default(&places);
+    struct standard_paths paths;
+    standard_paths_default(&paths);
     const char *path = arguments.check != NULL ? arguments.check : arguments.config;
-    if (path == NULL && access(places.config, F_OK) == 0) {
-        path = places.config;
+    if (path == NULL && access(paths.config, F_OK) == 0) {
+        path = paths.config;
     }
     const bool check = arguments.check != NULL;
     daemon.old_lines.report = check ? stderr : NULL;

@@ -145,8 +145,8 @@ bool project(const lens_frame &frame, const lens_state &state, const double poin
     return true;
 }
 
-bool lens_model::estimates(int place) const {
-    switch (place) {
+bool lens_model::estimates(int parameter) const {
+    switch (parameter) {
         case LOG_ASPECT:
             return !square_pixels;
         case RADIAL_2:
@@ -164,11 +164,11 @@ bool lens_model::estimates(int place) const {
 }
 
 int lens_model::count() const {
-    int places = 0;
-    for (int place = 0; place < LENS_PLACES; place++) {
-        places += estimates(place);
+    int parameters = 0;
+    for (int parameter = 0; parameter < LENS_PARAMETERS; parameter++) {
+        parameters += estimates(parameter);
     }
-    return places;
+    return parameters;
 }
 
 const char *lens_model_name(lens_model model) {

@@ -12,7 +12,7 @@
 namespace calib {
 
 /// Indices of the parameters in a `lens_state`.
-enum lens_place {
+enum lens_parameter {
     LOG_FOCAL,     // log of fx in px
     LOG_ASPECT,    // log of fy / fx
     CENTRE_X,      // principal point from the middle of the image, px
@@ -22,11 +22,11 @@ enum lens_place {
     TANGENTIAL_1,  // p1: px at the reference radius
     TANGENTIAL_2,  // p2: likewise
     RADIAL_6,      // k3: like RADIAL_2
-    LENS_PLACES,
+    LENS_PARAMETERS,
 };
 
 struct lens_state {
-    std::array<double, LENS_PLACES> value{};
+    std::array<double, LENS_PARAMETERS> value{};
 };
 
 /// Constants of a solution. The reference radius is half of the image's diagonal.
@@ -45,8 +45,8 @@ lens_state state_from_lens(const lens_frame &frame, const lens &lens);
 /// Pixel of a point in the camera's frame (z > 0), and its derivatives.
 struct projection {
     double pixel_px[2];
-    double by_point[2][3];           // px per mm
-    double by_lens[2][LENS_PLACES];  // px per unit of each parameter of the state
+    double by_point[2][3];               // px per mm
+    double by_lens[2][LENS_PARAMETERS];  // px per unit of each parameter of the state
 };
 
 /// Returns false (result untouched) when z <= 0.
@@ -63,7 +63,7 @@ struct lens_model {
     kind distortion = K1_K2_P1_P2;
     bool square_pixels = true;
 
-    bool estimates(int place) const;
+    bool estimates(int parameter) const;
     int count() const;
 };
 
@@ -72,10 +72,10 @@ struct lens_model {
 /// often are not to 1e-3: a stretched print seen from one side only looks like pixels that are not
 /// square.)
 struct board_model {
-    enum { BEND_X, BEND_Y, TWIST, STRETCH, PLACES };
+    enum { BEND_X, BEND_Y, TWIST, STRETCH, PARAMETERS };
     bool bent = false, stretched = false;
 
-    bool estimates(int place) const { return place == STRETCH ? stretched : bent; }
+    bool estimates(int parameter) const { return parameter == STRETCH ? stretched : bent; }
     int count() const { return (bent ? 3 : 0) + (stretched ? 1 : 0); }
 };
 

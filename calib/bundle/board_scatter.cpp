@@ -19,13 +19,13 @@ double trace_of_product(const matrix &A, const matrix &B) {
 
 }  // namespace
 
-board_scatter scatter_of(const std::vector<board_equations> &boards, const std::vector<int> &places,
-                         double sigma0) {
-    const long count = long(places.size());
+board_scatter scatter_of(const std::vector<board_equations> &boards,
+                         const std::vector<int> &parameters, double sigma0) {
+    const long count = long(parameters.size());
     const double variance = sigma0 * sigma0;
     matrix all = matrix::Zero(count, count);
     for (const board_equations &board : boards) {
-        all += picked(board.shared, places);
+        all += picked(board.shared, parameters);
     }
     bool singular = false;
     const matrix inverse = inverse_of(all, &singular);
@@ -36,10 +36,10 @@ board_scatter scatter_of(const std::vector<board_equations> &boards, const std::
     matrix seen = matrix::Zero(count, count);
     double expected = 0, expected_variance = 0;
     for (const board_equations &board : boards) {
-        const matrix own = picked(board.shared, places);
+        const matrix own = picked(board.shared, parameters);
         matrix gradient(count, 1);
         for (long i = 0; i < count; i++) {
-            gradient(i, 0) = board.gradient(places[size_t(i)], 0);
+            gradient(i, 0) = board.gradient(parameters[size_t(i)], 0);
         }
         const matrix without = inverse_of(all - own, &singular);
         if (singular) {

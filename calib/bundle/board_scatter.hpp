@@ -20,12 +20,12 @@ struct board_scatter {
 };
 
 /// Leaves out one position after the other (the jackknife, to first order). `boards` are all used
-/// positions at the least-squares solution, `places` the estimated parameters, `sigma0` the scale
-/// of the residuals. With fewer than four positions, or where one position alone determines a
+/// positions at the least-squares solution, `parameters` the estimated parameters, `sigma0` the
+/// scale of the residuals. With fewer than four positions, or where one position alone determines a
 /// parameter, the result is ratio 1, z 0 and the covariance of corner noise. Source: B. Efron, C.
 /// Stein, "The jackknife estimate of variance", 1981.
-board_scatter scatter_of(const std::vector<board_equations> &boards, const std::vector<int> &places,
-                         double sigma0);
+board_scatter scatter_of(const std::vector<board_equations> &boards,
+                         const std::vector<int> &parameters, double sigma0);
 
 }  // namespace calib
 

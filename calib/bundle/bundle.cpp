@@ -56,7 +56,7 @@ double print_stretch(const bundle &data, const bundle_state &state) {
     return std::fabs(state.warp_mm[board_model::STRETCH]) / data.half_mm[0];
 }
 
-void warped(const board_point &point, const double warp_mm[WARP_PLACES], double point_mm[3]) {
+void warped(const board_point &point, const double warp_mm[WARP_PARAMETERS], double point_mm[3]) {
     point_mm[0] = point.x_mm + warp_mm[board_model::STRETCH] * point.stretch[0];
     point_mm[1] = point.y_mm + warp_mm[board_model::STRETCH] * point.stretch[1];
     point_mm[2] = 0;
@@ -78,7 +78,7 @@ void turn_rows(const double by_point[3], const double arm[3], double by_turn[3])
 
 bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corner,
                       const lens_state &lens, const rigid &T_left_board, const rigid &T_right_left,
-                      const double warp_mm[WARP_PLACES], corner_rows *rows) {
+                      const double warp_mm[WARP_PARAMETERS], corner_rows *rows) {
     const board_point &drawn = data.points[size_t(corner.index)];
     double on_board[3], arm[3], in_left[3], in_camera[3], arm_right[3] = {0, 0, 0};
     warped(drawn, warp_mm, on_board);
@@ -101,7 +101,7 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
     const double z_mm = T_left_board.t_mm[2];
     for (int axis = 0; axis < 2; axis++) {
         rows->residual_px[axis] = seen.pixel_px[axis] - measured[axis];
-        std::copy_n(seen.by_lens[axis], int(LENS_PLACES), rows->by_lens[axis]);
+        std::copy_n(seen.by_lens[axis], int(LENS_PARAMETERS), rows->by_lens[axis]);
         double by_left[3];  // px per mm of the left frame
         double *by_rig = rows->by_rig[axis], *by_board = rows->by_board[axis];
         if (camera == RIGHT) {
@@ -110,7 +110,7 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
             std::copy_n(seen.by_point[axis], 3, by_rig + 3);
         } else {
             std::copy_n(seen.by_point[axis], 3, by_left);
-            std::fill_n(by_rig, int(POSE_PLACES), 0.0);
+            std::fill_n(by_rig, int(POSE_PARAMETERS), 0.0);
         }
         turn_rows(by_left, arm, by_board);
         by_board[3] = by_left[0] * z_mm;
@@ -144,7 +144,7 @@ bool corner_residual(const bundle &data, int camera, const bundle_corner &corner
     return true;
 }
 
-rigid moved_board(const rigid &T_left_board, const double increment[POSE_PLACES]) {
+rigid moved_board(const rigid &T_left_board, const double increment[POSE_PARAMETERS]) {
     rigid result = turned(T_left_board, increment);
     const double *t = T_left_board.t_mm;
     const double z = t[2] * std::exp(increment[5]);
@@ -154,7 +154,7 @@ rigid moved_board(const rigid &T_left_board, const double increment[POSE_PLACES]
     return result;
 }
 
-rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]) {
+rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PARAMETERS]) {
     rigid result = turned(T_right_left, increment);
     for (int i = 0; i < 3; i++) {
         result.t_mm[i] += increment[3 + i];
@@ -164,11 +164,11 @@ rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]) 
 
 bundle_options options_of(lens_model lens, board_model board, double loss_scale) {
     bundle_options options;
-    for (int place = 0; place < LENS_PLACES; place++) {
-        options.free_lens[size_t(place)] = lens.estimates(place);
+    for (int parameter = 0; parameter < LENS_PARAMETERS; parameter++) {
+        options.free_lens[size_t(parameter)] = lens.estimates(parameter);
     }
-    for (int place = 0; place < WARP_PLACES; place++) {
-        options.free_warp[size_t(place)] = board.estimates(place);
+    for (int parameter = 0; parameter < WARP_PARAMETERS; parameter++) {
+        options.free_warp[size_t(parameter)] = board.estimates(parameter);
     }
     options.loss_scale = loss_scale;
     return options;

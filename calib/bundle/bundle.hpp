@@ -15,7 +15,7 @@
 namespace calib {
 
 enum { LEFT, RIGHT, CAMERAS };
-enum { POSE_PLACES = 6, WARP_PLACES = board_model::PLACES };
+enum { POSE_PARAMETERS = 6, WARP_PARAMETERS = board_model::PARAMETERS };
 
 /// A corner of the board as drawn, and its displacement per mm of each warp.
 struct board_point {
@@ -57,7 +57,7 @@ struct bundle {
 struct bundle_state {
     lens_state lens[CAMERAS];
     rigid T_right_left;
-    double warp_mm[WARP_PLACES] = {0, 0, 0, 0};
+    double warp_mm[WARP_PARAMETERS] = {0, 0, 0, 0};
     std::vector<rigid> T_left_board;  // by board position
 };
 
@@ -72,23 +72,23 @@ bundle single_camera(const bundle &data, int camera);
 double print_stretch(const bundle &data, const bundle_state &state);
 
 /// Position of a board point in the board's frame, warp included.
-void warped(const board_point &point, const double warp_mm[WARP_PLACES], double point_mm[3]);
+void warped(const board_point &point, const double warp_mm[WARP_PARAMETERS], double point_mm[3]);
 
 /// Residual (predicted minus seen, px) of one corner and its derivatives by the estimated
 /// parameters. Pose increments are (rotation in rad of the left frame, then shift of t.x / t.z, t.y
 /// / t.z and log t.z); those of T_right_left are (rotation in the right frame, shift in mm).
 struct corner_rows {
     double residual_px[2];
-    double by_lens[2][LENS_PLACES];
-    double by_board[2][POSE_PLACES];
-    double by_rig[2][POSE_PLACES];  // 0 for the left camera
-    double by_warp[2][WARP_PLACES];
+    double by_lens[2][LENS_PARAMETERS];
+    double by_board[2][POSE_PARAMETERS];
+    double by_rig[2][POSE_PARAMETERS];  // 0 for the left camera
+    double by_warp[2][WARP_PARAMETERS];
 };
 
 /// Returns false when the point is not in front of the camera.
 bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corner,
                       const lens_state &lens, const rigid &T_left_board, const rigid &T_right_left,
-                      const double warp_mm[WARP_PLACES], corner_rows *rows);
+                      const double warp_mm[WARP_PARAMETERS], corner_rows *rows);
 
 /// The residual alone.
 bool corner_residual(const bundle &data, int camera, const bundle_corner &corner,
@@ -114,13 +114,13 @@ void for_used_residuals(const bundle &data, const bundle_state &state, const Cal
 }
 
 /// The pose after the increment described at `corner_rows`.
-rigid moved_board(const rigid &T_left_board, const double increment[POSE_PLACES]);
-rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PLACES]);
+rigid moved_board(const rigid &T_left_board, const double increment[POSE_PARAMETERS]);
+rigid moved_rig(const rigid &T_right_left, const double increment[POSE_PARAMETERS]);
 
 /// Which parameters are estimated, and how.
 struct bundle_options {
-    std::array<bool, LENS_PLACES> free_lens{};
-    std::array<bool, WARP_PLACES> free_warp{};
+    std::array<bool, LENS_PARAMETERS> free_lens{};
+    std::array<bool, WARP_PARAMETERS> free_warp{};
     /// Scale in standard deviations of the Cauchy loss on a corner's distance; 0 for least squares.
     double loss_scale = 0;
     int max_iterations = 60;

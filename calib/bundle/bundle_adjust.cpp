@@ -58,18 +58,18 @@ class view_cost final : public ceres::CostFunction {
           T_right_left_(base.T_right_left),
           loss_scale_(loss_scale) {
         set_num_residuals(2 * view_.used_count());
-        *mutable_parameter_block_sizes() = {LENS_PLACES, POSE_PLACES, WARP_PLACES};
+        *mutable_parameter_block_sizes() = {LENS_PARAMETERS, POSE_PARAMETERS, WARP_PARAMETERS};
         if (camera == RIGHT) {
-            mutable_parameter_block_sizes()->push_back(POSE_PLACES);
+            mutable_parameter_block_sizes()->push_back(POSE_PARAMETERS);
         }
     }
 
     bool Evaluate(double const *const *parameters, double *residuals,
                   double **jacobians) const override {
-        static const double still[POSE_PLACES] = {0, 0, 0, 0, 0, 0};
+        static const double still[POSE_PARAMETERS] = {0, 0, 0, 0, 0, 0};
         const double *rig_increment = camera_ == RIGHT ? parameters[3] : still;
         lens_state lens;
-        std::copy_n(parameters[0], int(LENS_PLACES), lens.value.begin());
+        std::copy_n(parameters[0], int(LENS_PARAMETERS), lens.value.begin());
         const rigid T_left_board = moved_board(T_left_board_, parameters[1]);
         const rigid T_right_left = moved_rig(T_right_left_, rig_increment);
         turn_factors factors;
@@ -126,7 +126,7 @@ class view_cost final : public ceres::CostFunction {
         double *x = jacobian + row * Columns, *y = x + Columns;
         for (int i = 0; i < Columns; i++) {
             double along[2] = {rows[0][i], rows[1][i]};
-            if constexpr (Columns == POSE_PLACES) {
+            if constexpr (Columns == POSE_PARAMETERS) {
                 for (int axis = 0; turn != nullptr && i < 3 && axis < 2; axis++) {
                     along[axis] = rows[axis][0] * turn[i] + rows[axis][1] * turn[3 + i] +
                                   rows[axis][2] * turn[6 + i];
@@ -148,23 +148,23 @@ class view_cost final : public ceres::CostFunction {
 // The blocks that Ceres varies.
 struct blocks {
     lens_state lens[CAMERAS];
-    double rig[POSE_PLACES] = {0, 0, 0, 0, 0, 0};
-    double warp_mm[WARP_PLACES];
-    std::vector<std::array<double, POSE_PLACES>> board;
+    double rig[POSE_PARAMETERS] = {0, 0, 0, 0, 0, 0};
+    double warp_mm[WARP_PARAMETERS];
+    std::vector<std::array<double, POSE_PARAMETERS>> board;
 };
 
-template <size_t Places>
-void hold(const std::array<bool, Places> &free, double *block, ceres::Problem *problem) {
+template <size_t Parameters>
+void hold(const std::array<bool, Parameters> &free, double *block, ceres::Problem *problem) {
     std::vector<int> constant;
-    for (size_t place = 0; place < Places; place++) {
-        if (!free[place]) {
-            constant.push_back(int(place));
+    for (size_t parameter = 0; parameter < Parameters; parameter++) {
+        if (!free[parameter]) {
+            constant.push_back(int(parameter));
         }
     }
-    if (constant.size() == Places) {
+    if (constant.size() == Parameters) {
         problem->SetParameterBlockConstant(block);
     } else if (!constant.empty()) {
-        problem->SetManifold(block, new ceres::SubsetManifold(int(Places), constant));
+        problem->SetManifold(block, new ceres::SubsetManifold(int(Parameters), constant));
     }
 }
 
@@ -210,7 +210,7 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
     blocks moving;
     moving.lens[LEFT] = state->lens[LEFT];
     moving.lens[RIGHT] = state->lens[RIGHT];
-    std::copy_n(state->warp_mm, int(WARP_PLACES), moving.warp_mm);
+    std::copy_n(state->warp_mm, int(WARP_PARAMETERS), moving.warp_mm);
     moving.board.assign(data.captures.size(), {});
     ceres::Problem problem;
     ceres::Solver::Options solver;
@@ -232,7 +232,7 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
 
     state->lens[LEFT] = moving.lens[LEFT];
     state->lens[RIGHT] = moving.lens[RIGHT];
-    std::copy_n(moving.warp_mm, int(WARP_PLACES), state->warp_mm);
+    std::copy_n(moving.warp_mm, int(WARP_PARAMETERS), state->warp_mm);
     state->T_right_left = moved_rig(state->T_right_left, moving.rig);
     orthonormalise(state->T_right_left.R);
     for (size_t i = 0; i < data.captures.size(); i++) {

@@ -9,21 +9,21 @@ namespace {
 
 // The two rows of one corner.
 using shared_rows = double[2][SHARED];
-using board_rows = double[2][POSE_PLACES];
+using board_rows = double[2][POSE_PARAMETERS];
 
 void spread(const corner_rows &rows, int camera, double weight, shared_rows *shared,
             board_rows *board) {
     for (int axis = 0; axis < 2; axis++) {
         double *by_shared = (*shared)[axis];
         std::fill_n(by_shared, int(SHARED), 0.0);
-        for (int i = 0; i < LENS_PLACES; i++) {
-            by_shared[LENS_AT + camera * LENS_PLACES + i] = weight * rows.by_lens[axis][i];
+        for (int i = 0; i < LENS_PARAMETERS; i++) {
+            by_shared[LENS_AT + camera * LENS_PARAMETERS + i] = weight * rows.by_lens[axis][i];
         }
-        for (int i = 0; i < POSE_PLACES; i++) {
+        for (int i = 0; i < POSE_PARAMETERS; i++) {
             by_shared[RIG_AT + i] = weight * rows.by_rig[axis][i];
             (*board)[axis][i] = weight * rows.by_board[axis][i];
         }
-        for (int i = 0; i < WARP_PLACES; i++) {
+        for (int i = 0; i < WARP_PARAMETERS; i++) {
             by_shared[WARP_AT + i] = weight * rows.by_warp[axis][i];
         }
     }
@@ -43,7 +43,7 @@ void add_product(const double (&a)[2][A], const double (&b)[2][B], matrix *sum) 
 // Effect of a board's increment on the frame: rotation, then shift of the left frame's origin.
 matrix frame_by_board(const rigid &T_left_board) {
     const double *t = T_left_board.t_mm;
-    matrix M = matrix::Zero(POSE_PLACES, POSE_PLACES);
+    matrix M = matrix::Zero(POSE_PARAMETERS, POSE_PARAMETERS);
     M.topLeftCorner<3, 3>().setIdentity();
     // shift = dt - turn x t
     M(3, 1) = -t[2];
@@ -64,9 +64,9 @@ matrix frame_by_board(const rigid &T_left_board) {
 
 board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t capture) {
     board_equations result;
-    matrix board = matrix::Zero(POSE_PLACES, POSE_PLACES);
-    matrix mixed = matrix::Zero(SHARED, POSE_PLACES);
-    matrix board_gradient = matrix::Zero(POSE_PLACES, 1);
+    matrix board = matrix::Zero(POSE_PARAMETERS, POSE_PARAMETERS);
+    matrix mixed = matrix::Zero(SHARED, POSE_PARAMETERS);
+    matrix board_gradient = matrix::Zero(POSE_PARAMETERS, 1);
     const rigid &pose = state.T_left_board[capture];
     for (int camera = 0; camera < data.cameras; camera++) {
         const bundle_view &view = data.captures[capture][size_t(camera)];
@@ -102,29 +102,29 @@ board_equations eliminate_board(const bundle &data, const bundle_state &state, s
 }
 
 std::vector<int> free_places(const bundle &data, const bundle_options &options) {
-    std::vector<int> places;
-    for (int i = 0; i < data.cameras * LENS_PLACES; i++) {
-        if (options.free_lens[size_t(i % LENS_PLACES)]) {
-            places.push_back(LENS_AT + i);
+    std::vector<int> parameters;
+    for (int i = 0; i < data.cameras * LENS_PARAMETERS; i++) {
+        if (options.free_lens[size_t(i % LENS_PARAMETERS)]) {
+            parameters.push_back(LENS_AT + i);
         }
     }
-    for (int i = 0; data.cameras == CAMERAS && i < POSE_PLACES; i++) {
-        places.push_back(RIG_AT + i);
+    for (int i = 0; data.cameras == CAMERAS && i < POSE_PARAMETERS; i++) {
+        parameters.push_back(RIG_AT + i);
     }
-    for (int i = 0; i < WARP_PLACES; i++) {
+    for (int i = 0; i < WARP_PARAMETERS; i++) {
         if (options.free_warp[size_t(i)]) {
-            places.push_back(WARP_AT + i);
+            parameters.push_back(WARP_AT + i);
         }
     }
-    return places;
+    return parameters;
 }
 
-matrix picked(const matrix &shared, const std::vector<int> &places) {
-    const long count = long(places.size());
+matrix picked(const matrix &shared, const std::vector<int> &parameters) {
+    const long count = long(parameters.size());
     matrix result(count, count);
     for (long row = 0; row < count; row++) {
         for (long column = 0; column < count; column++) {
-            result(row, column) = shared(places[size_t(row)], places[size_t(column)]);
+            result(row, column) = shared(parameters[size_t(row)], parameters[size_t(column)]);
         }
     }
     return result;

@@ -13,9 +13,9 @@ namespace calib {
 /// Indices of the parameters that all boards share.
 enum {
     LENS_AT = 0,
-    RIG_AT = CAMERAS * LENS_PLACES,
-    WARP_AT = RIG_AT + POSE_PLACES,
-    SHARED = WARP_AT + WARP_PLACES,
+    RIG_AT = CAMERAS * LENS_PARAMETERS,
+    WARP_AT = RIG_AT + POSE_PARAMETERS,
+    SHARED = WARP_AT + WARP_PARAMETERS,
 };
 
 /// What one board position contributes to the shared parameters.
@@ -24,8 +24,8 @@ struct board_equations {
     matrix gradient = matrix::Zero(SHARED, 1);
     /// Rotation and shift of the frame that this board position implies: their dependence on the
     /// shared parameters and their own covariance, in squared sigmas.
-    matrix frame_by_shared = matrix::Zero(POSE_PLACES, SHARED);
-    matrix frame_noise = matrix::Zero(POSE_PLACES, POSE_PLACES);
+    matrix frame_by_shared = matrix::Zero(POSE_PARAMETERS, SHARED);
+    matrix frame_noise = matrix::Zero(POSE_PARAMETERS, POSE_PARAMETERS);
     double squares = 0;  // of the residuals, in sigmas
     long residuals = 0;
 };
@@ -36,8 +36,8 @@ board_equations eliminate_board(const bundle &data, const bundle_state &state, s
 /// Indices that are estimated.
 std::vector<int> free_places(const bundle &data, const bundle_options &options);
 
-/// The rows and columns of `places`.
-matrix picked(const matrix &shared, const std::vector<int> &places);
+/// The rows and columns of `parameters`.
+matrix picked(const matrix &shared, const std::vector<int> &parameters);
 
 /// Inverse of a symmetric matrix with its diagonal scaled to 1. Undetermined directions become
 /// huge, not infinite, and set `*singular`.

@@ -157,8 +157,8 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     for (const int corners : best.corners) {
         residuals += 2 * corners;
     }
-    const double spare =
-        residuals - double(POSE_PLACES * best.corners.size()) - parameters_of(data, best.candidate);
+    const double spare = residuals - double(POSE_PARAMETERS * best.corners.size()) -
+                         parameters_of(data, best.candidate);
     const double variance = best.squares / std::max(1.0, spare);
     const int missing =
         parameters_of(data, best.candidate) - parameters_of(data, simpler.candidate);
@@ -209,14 +209,14 @@ size_t elect(const bundle &data, const std::vector<contender> &contenders, size_
 
 void forget_absent(const model_candidate &candidate, bundle_state *state) {
     for (lens_state &lens : state->lens) {
-        for (int place = 0; place < LENS_PLACES; place++) {
-            if (!candidate.model.estimates(place)) {
-                lens.value[size_t(place)] = 0;
+        for (int parameter = 0; parameter < LENS_PARAMETERS; parameter++) {
+            if (!candidate.model.estimates(parameter)) {
+                lens.value[size_t(parameter)] = 0;
             }
         }
     }
-    for (int place = 0; place < WARP_PLACES; place++) {
-        state->warp_mm[place] *= candidate.target.estimates(place) ? 1 : 0;
+    for (int parameter = 0; parameter < WARP_PARAMETERS; parameter++) {
+        state->warp_mm[parameter] *= candidate.target.estimates(parameter) ? 1 : 0;
     }
 }
 

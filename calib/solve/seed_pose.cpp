@@ -13,8 +13,8 @@ namespace {
 
 const double SETTLED = 1e-8;  // relative gain of a step, over the cost, at which iteration ends
 
-using matrix6 = Eigen::Matrix<double, POSE_PLACES, POSE_PLACES>;
-using vector6 = Eigen::Matrix<double, POSE_PLACES, 1>;
+using matrix6 = Eigen::Matrix<double, POSE_PARAMETERS, POSE_PARAMETERS>;
+using vector6 = Eigen::Matrix<double, POSE_PARAMETERS, 1>;
 
 struct lens_view {
     const bundle &data;
@@ -71,8 +71,8 @@ void normal_equations(const lens_view &of, const rigid &T_left_board, double sca
             const double inverse = 1 / (corner.sigma_px * corner.sigma_px);
             const double square = inverse * (r[0] * r[0] + r[1] * r[1]);
             const double weight = inverse / (scale > 0 ? 1 + square / (scale * scale) : 1);
-            for (int column = 0; column < POSE_PLACES; column++) {
-                for (int row = 0; row < POSE_PLACES; row++) {
+            for (int column = 0; column < POSE_PARAMETERS; column++) {
+                for (int row = 0; row < POSE_PARAMETERS; row++) {
                     (*A)(row, column) += weight * x[row] * x[column] + weight * y[row] * y[column];
                 }
                 (*b)(column) -= weight * x[column] * r[0] + weight * y[column] * r[1];

@@ -57,7 +57,7 @@ double spare_share(const bundle &data, const bundle_options &options) {
         parameters += one ? data.cameras : 0;
     }
     for (size_t i = 0; i < data.captures.size(); i++) {
-        parameters += data.used(i) ? POSE_PLACES : 0;
+        parameters += data.used(i) ? POSE_PARAMETERS : 0;
         for (const bundle_view &view : data.captures[i]) {
             residuals += view.used ? 2 * view.used_count() : 0;
         }

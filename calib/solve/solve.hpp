@@ -145,7 +145,7 @@ struct solution {
     /// middle, a = 2 x / width and b = 2 y / height, its height is z = BEND_X a^2 + BEND_Y b^2 +
     /// TWIST a b; its rows are longer than drawn by STRETCH / width, its columns shorter by the
     /// same share.
-    double warp_mm[board_model::PLACES] = {0, 0, 0, 0};
+    double warp_mm[board_model::PARAMETERS] = {0, 0, 0, 0};
 
     std::vector<rigid> T_left_board;  // by board position, board's frame as in board.hpp
     std::vector<bool> board_known;

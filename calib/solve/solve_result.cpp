@@ -27,7 +27,7 @@ void describe_lenses(const bundle &data, const bundle_state &state, solution *re
     for (int camera = 0; camera < data.cameras; camera++) {
         result->camera[camera] = lens_from_state(data.frame[camera], state.lens[camera]);
     }
-    std::copy_n(state.warp_mm, int(WARP_PLACES), result->warp_mm);
+    std::copy_n(state.warp_mm, int(WARP_PARAMETERS), result->warp_mm);
     if (data.cameras == CAMERAS) {
         result->T_right_left = state.T_right_left;
         result->rig.left = result->camera[LEFT];

@@ -16,7 +16,7 @@ namespace {
 
 enum {
     FRAME_AT = SHARED,  // rotation and shift of the boards' frame
-    SIZE = SHARED + POSE_PLACES,
+    SIZE = SHARED + POSE_PARAMETERS,
 };
 
 void add(const board_equations &board, board_equations *sum) {
@@ -28,13 +28,13 @@ void add(const board_equations &board, board_equations *sum) {
     sum->residuals += board.residuals;
 }
 
-// How the shared parameters and the boards' frame depend on those of `places`.
-matrix follow_of(const board_equations &sum, const std::vector<int> &places, long board_count) {
-    matrix follow = matrix::Zero(SIZE, long(places.size()));
+// How the shared parameters and the boards' frame depend on those of `parameters`.
+matrix follow_of(const board_equations &sum, const std::vector<int> &parameters, long board_count) {
+    matrix follow = matrix::Zero(SIZE, long(parameters.size()));
     for (long column = 0; column < follow.cols(); column++) {
-        follow(places[size_t(column)], column) = 1;
-        follow.col(column).tail<POSE_PLACES>() =
-            sum.frame_by_shared.col(places[size_t(column)]) / double(board_count);
+        follow(parameters[size_t(column)], column) = 1;
+        follow.col(column).tail<POSE_PARAMETERS>() =
+            sum.frame_by_shared.col(parameters[size_t(column)]) / double(board_count);
     }
     return follow;
 }
@@ -51,10 +51,10 @@ matrix doubt_of(const bundle &data, const bundle_options &options, const board_e
                 long board_count, double variance, const matrix &estimated) {
     matrix shared = sum.shared;
     bundle_options doubting = options;
-    for (const int place : {TANGENTIAL_1, TANGENTIAL_2}) {
-        doubting.free_lens[size_t(place)] = true;
+    for (const int parameter : {TANGENTIAL_1, TANGENTIAL_2}) {
+        doubting.free_lens[size_t(parameter)] = true;
         for (int camera = 0; camera < data.cameras; camera++) {
-            const int at = LENS_AT + camera * LENS_PLACES + place;
+            const int at = LENS_AT + camera * LENS_PARAMETERS + parameter;
             const double expected_px = TANGENTIAL_SHARE * data.frame[camera].radius_px;
             shared(at, at) += variance / (expected_px * expected_px);
         }
@@ -62,15 +62,15 @@ matrix doubt_of(const bundle &data, const bundle_options &options, const board_e
     if (doubting.free_lens == options.free_lens) {
         return matrix::Zero(SIZE, SIZE);
     }
-    const std::vector<int> places = free_places(data, doubting);
+    const std::vector<int> parameters = free_places(data, doubting);
     bool singular = false;  // the prior of p1 and p2 is known: the rest is reused
-    const matrix inverse = inverse_of(picked(shared, places), &singular);
-    matrix gradient(long(places.size()), 1);
+    const matrix inverse = inverse_of(picked(shared, parameters), &singular);
+    matrix gradient(long(parameters.size()), 1);
     for (long row = 0; row < gradient.rows(); row++) {
-        gradient(row, 0) = sum.gradient(places[size_t(row)], 0);
+        gradient(row, 0) = sum.gradient(parameters[size_t(row)], 0);
     }
     const matrix step = product(inverse, gradient);
-    const matrix follow = follow_of(sum, places, board_count);
+    const matrix follow = follow_of(sum, parameters, board_count);
     return carried(follow, variance * inverse + product(step, step.transpose())) -
            variance * estimated;
 }
@@ -101,22 +101,23 @@ error_model::error_model(const bundle &data, const bundle_options &options,
             add(boards.back(), &sum);
         }
     }
-    const std::vector<int> places = free_places(data, options);
-    const long count = long(places.size()), board_count = std::max(1L, long(boards.size()));
-    const long spare = sum.residuals - count - long(POSE_PLACES) * board_count;
+    const std::vector<int> parameters = free_places(data, options);
+    const long count = long(parameters.size()), board_count = std::max(1L, long(boards.size()));
+    const long spare = sum.residuals - count - long(POSE_PARAMETERS) * board_count;
     sigma0_ = std::sqrt(sum.squares / double(std::max(1L, spare)));
     const double variance = sigma0_ * sigma0_;
-    const matrix follow = follow_of(sum, places, board_count);
-    const matrix estimated = carried(follow, inverse_of(picked(sum.shared, places), &singular_));
+    const matrix follow = follow_of(sum, parameters, board_count);
+    const matrix estimated =
+        carried(follow, inverse_of(picked(sum.shared, parameters), &singular_));
     singular_ = singular_ || spare < 1;
     const matrix doubt = doubt_of(data, options, sum, board_count, variance, estimated);
     Eigen::Map<matrix> result(covariance_.data(), SIZE, SIZE);
     result = estimated;
-    result.bottomRightCorner<POSE_PLACES, POSE_PLACES>() +=
+    result.bottomRightCorner<POSE_PARAMETERS, POSE_PARAMETERS>() +=
         sum.frame_noise / double(board_count * board_count);
     result = variance * result + doubt;
     if (!singular_) {
-        const board_scatter scatter = scatter_of(boards, places, sigma0_);
+        const board_scatter scatter = scatter_of(boards, parameters, sigma0_);
         scatter_z_ = scatter.z;
         scatter_ratio_ = std::max(1.0, scatter.ratio);
         const matrix seen = carried(follow, scatter.covariance) + doubt;
@@ -164,15 +165,15 @@ double error_model::variance(const std::vector<double> &row) const {
     return std::max(0.0, covariance(row, row));
 }
 
-double error_model::lens_sigma(int camera, int place) const {
+double error_model::lens_sigma(int camera, int parameter) const {
     std::vector<double> row(SIZE, 0.0);
-    row[size_t(LENS_AT + camera * LENS_PLACES + place)] = 1;
+    row[size_t(LENS_AT + camera * LENS_PARAMETERS + parameter)] = 1;
     return std::sqrt(variance(row));
 }
 
-double error_model::rig_sigma(int place) const {
+double error_model::rig_sigma(int parameter) const {
     std::vector<double> row(SIZE, 0.0);
-    row[size_t(RIG_AT + place)] = 1;
+    row[size_t(RIG_AT + parameter)] = 1;
     return std::sqrt(variance(row));
 }
 
@@ -202,8 +203,8 @@ bool error_model::pixel_rows(int camera, const double in_left_mm[3], bool far,
     }
     for (int axis = 0; axis < 2; axis++) {
         rows[axis].assign(SIZE, 0.0);
-        std::copy_n(seen.by_lens[axis], int(LENS_PLACES),
-                    rows[axis].begin() + LENS_AT + camera * LENS_PLACES);
+        std::copy_n(seen.by_lens[axis], int(LENS_PARAMETERS),
+                    rows[axis].begin() + LENS_AT + camera * LENS_PARAMETERS);
         if (camera == RIGHT) {
             frame_row(seen.by_point[axis], arm, far, rows[axis].data() + RIG_AT);
             geometry_rotate_back(state_.T_right_left.R, seen.by_point[axis], by_left[axis]);

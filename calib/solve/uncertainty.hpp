@@ -42,9 +42,9 @@ class error_model {
 
     /// Standard deviation of one lens parameter, in its own unit; 0 when it was not estimated,
     /// except for p1 and p2: without them the model is simpler, but the lens may not be.
-    double lens_sigma(int camera, int place) const;
+    double lens_sigma(int camera, int parameter) const;
     /// Of the increments of T_right_left (`bundle.hpp`): rotation in rad, then shift in mm.
-    double rig_sigma(int place) const;
+    double rig_sigma(int parameter) const;
     double baseline_sigma_mm() const;
 
     /// Covariance {xx, xy, yy} in px^2 of where a camera shows the point that it shows at

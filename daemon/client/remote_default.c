@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "daemon/client/remote.h"
-#include "daemon/files/places.h"
+#include "daemon/files/standard_paths.h"
 
 bool remote_is_address(const char *word) {
     const size_t first = strcspn(word, " \t");
@@ -14,11 +14,11 @@ bool remote_is_address(const char *word) {
 }
 
 int remote_open_default(struct remote_line *line, struct message *message) {
-    char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES];
+    char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES];
     char tried[MESSAGE_BYTES / 2] = "";
-    const size_t count = places_sockets(sockets);
+    const size_t count = standard_paths_sockets(sockets);
     for (size_t i = 0; i < count; i++) {
-        char address[sizeof "unix:" + PLACES_PATH_BYTES];
+        char address[sizeof "unix:" + STANDARD_PATH_BYTES];
         snprintf(address, sizeof address, "unix:%s", sockets[i]);
         const int error = remote_line_open(line, address, message);
         if (error == 0 || error == ERROR_MEMORY) {

@@ -82,25 +82,25 @@ static int64_t parse_number(const char *text, int64_t max) {
     return number <= max ? number : -1;
 }
 
-static int open_tcp(const struct remote_line *self, const char *place, struct message *message) {
+static int open_tcp(const struct remote_line *self, const char *endpoint, struct message *message) {
     char host[256];
-    const char *colon = strrchr(place, ':');
-    if (colon == NULL || (size_t)(colon - place) >= sizeof host) {
+    const char *colon = strrchr(endpoint, ':');
+    if (colon == NULL || (size_t)(colon - endpoint) >= sizeof host) {
         return message_set(message, ERROR_ARGUMENT,
-                           "invalid address \"tcp:%s\" (expected tcp:HOST:PORT)", place);
+                           "invalid address \"tcp:%s\" (expected tcp:HOST:PORT)", endpoint);
     }
     if (parse_number(colon + 1, PORT_MAX) < 1) {
         return message_set(message, ERROR_ARGUMENT,
-                           "tcp:%s: invalid port \"%s\" (expected 1 to %d)", place, colon + 1,
+                           "tcp:%s: invalid port \"%s\" (expected 1 to %d)", endpoint, colon + 1,
                            PORT_MAX);
     }
-    memcpy(host, place, (size_t)(colon - place));
-    host[colon - place] = '\0';
+    memcpy(host, endpoint, (size_t)(colon - endpoint));
+    host[colon - endpoint] = '\0';
     const struct addrinfo hints = {.ai_socktype = SOCK_STREAM};
     struct addrinfo *list = NULL;
     const int failed = getaddrinfo(host, colon + 1, &hints, &list);
     if (failed != 0) {
-        return message_set(message, ERROR_IO, "tcp:%s: %s", place, gai_strerror(failed));
+        return message_set(message, ERROR_IO, "tcp:%s: %s", endpoint, gai_strerror(failed));
     }
     int fd = -1;
     for (const struct addrinfo *at = list; at != NULL && fd < 0; at = at->ai_next) {
@@ -114,7 +114,7 @@ static int open_tcp(const struct remote_line *self, const char *place, struct me
     }
     freeaddrinfo(list);
     if (fd < 0) {
-        return message_set(message, ERROR_IO, "tcp:%s: %s (is vergenced running there?)", place,
+        return message_set(message, ERROR_IO, "tcp:%s: %s (is vergenced running there?)", endpoint,
                            strerror(errno));
     }
     const int one = 1;
@@ -122,22 +122,22 @@ static int open_tcp(const struct remote_line *self, const char *place, struct me
     return fd;
 }
 
-static int open_serial(const char *place, struct message *message) {
+static int open_serial(const char *endpoint, struct message *message) {
     char device[256];
     uint32_t baud = SERIAL_BAUD;
-    const char *colon = strrchr(place, ':');
-    const size_t length = colon != NULL ? (size_t)(colon - place) : strlen(place);
+    const char *colon = strrchr(endpoint, ':');
+    const size_t length = colon != NULL ? (size_t)(colon - endpoint) : strlen(endpoint);
     if (length >= sizeof device) {
-        return message_set(message, ERROR_ARGUMENT, "serial:%s: name too long", place);
+        return message_set(message, ERROR_ARGUMENT, "serial:%s: name too long", endpoint);
     }
-    memcpy(device, place, length);
+    memcpy(device, endpoint, length);
     device[length] = '\0';
     if (colon != NULL) {
         const int64_t given = parse_number(colon + 1, INT32_MAX);
         if (given < 0) {
             return message_set(message, ERROR_ARGUMENT,
                                "invalid address \"serial:%s\" (expected serial:DEVICE:BAUD)",
-                               place);
+                               endpoint);
         }
         baud = (uint32_t)given;
     }

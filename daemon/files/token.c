@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/file_error.h"
-#include "daemon/files/places.h"
+#include "daemon/files/standard_paths.h"
 #include "daemon/files/sync_file.h"
 #include "daemon/files/write_all.h"
 
@@ -150,7 +150,7 @@ int token_open(const char *path, char token[TOKEN_BYTES], struct message *messag
         return error;
     }
     if (!given) {
-        places_make_parent(chosen, 0700);  // if that fails, creating the file reports why
+        standard_paths_make_parent(chosen, 0700);  // if that fails, creating the file reports why
     }
     return make_file(chosen, token, message);
 }

@@ -139,14 +139,14 @@ void listener_turn_away(int fd) {
     close(fd);
 }
 
-void listener_turn_away_without_descriptor(int listener, int *spare_fd) {
+void listener_turn_away_without_descriptor(int listener, int *reserve_fd) {
     if (errno != EMFILE && errno != ENFILE) {
         return;
     }
     // It is -1 if another thread took the freed descriptor.
-    const int fd = *spare_fd >= 0 && close(*spare_fd) == 0 ? listener_accept(listener) : -1;
+    const int fd = *reserve_fd >= 0 && close(*reserve_fd) == 0 ? listener_accept(listener) : -1;
     if (fd >= 0) {
         listener_turn_away(fd);
     }
-    *spare_fd = fcntl(listener, F_DUPFD_CLOEXEC, 0);
+    *reserve_fd = fcntl(listener, F_DUPFD_CLOEXEC, 0);
 }

@@ -39,8 +39,8 @@ int listener_accept(int fd);
 void listener_turn_away(int fd);
 
 /// Rejects a client after accept() failed for want of a descriptor (errno EMFILE or ENFILE;
-/// otherwise does nothing), using `spare_fd`, which is reserved for that.
-void listener_turn_away_without_descriptor(int listener, int *spare_fd);
+/// otherwise does nothing), using `reserve_fd`, which is reserved for that.
+void listener_turn_away_without_descriptor(int listener, int *reserve_fd);
 
 #ifdef __cplusplus
 }

@@ -84,8 +84,8 @@ static bool open_signals(struct server *self) {
     }
     self->signal_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
     self->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    self->spare_fd = self->wake_fd >= 0 ? fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0) : -1;
-    return self->signal_fd >= 0 && self->spare_fd >= 0;
+    self->reserve_fd = self->wake_fd >= 0 ? fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0) : -1;
+    return self->signal_fd >= 0 && self->reserve_fd >= 0;
 }
 
 static bool open_clients(struct server *self) {
@@ -133,7 +133,7 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
                             .listeners = {-1, -1},
                             .signal_fd = -1,
                             .wake_fd = -1,
-                            .spare_fd = -1};
+                            .reserve_fd = -1};
     if (!open_signals(self)) {
         return message_set(message, ERROR_IO, "cannot wait for signals: %s", strerror(errno));
     }
@@ -194,7 +194,7 @@ static void close_client(struct server *self, struct connection *client) {
 
 /// A slot for a new client: an unused one, else that of the longest-connected client that has not
 /// greeted. NULL: all have greeted.
-static struct connection *free_seat(struct server *self) {
+static struct connection *free_slot(struct server *self) {
     struct connection *silent = NULL;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
         struct connection *client = &self->clients[i];
@@ -213,7 +213,7 @@ static struct connection *free_seat(struct server *self) {
 }
 
 /// Whether all slots are used and one becomes free as soon as its last command ends.
-static bool seat_is_due(const struct server *self) {
+static bool slot_is_due(const struct server *self) {
     bool due = false;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
         const struct connection *client = &self->clients[i];
@@ -284,25 +284,25 @@ static void serve(struct server *self, struct connection *client, short input, s
 
 /// Accepts only one client: poll() must report closed clients before the next one is accepted, or a
 /// client that closes and reconnects could find its old slot still in use.
-static void accept_client(struct server *self, int place, uint64_t now_us) {
-    const int listener = self->listeners[place];
-    if (seat_is_due(self)) {
+static void accept_client(struct server *self, int listener_index, uint64_t now_us) {
+    const int listener = self->listeners[listener_index];
+    if (slot_is_due(self)) {
         return;
     }
     const int fd = listener_accept(listener);
     if (fd < 0) {
-        listener_turn_away_without_descriptor(listener, &self->spare_fd);
+        listener_turn_away_without_descriptor(listener, &self->reserve_fd);
         return;
     }
-    struct connection *seat = free_seat(self);
-    if (seat == NULL) {
+    struct connection *slot = free_slot(self);
+    if (slot == NULL) {
         listener_turn_away(fd);
         return;
     }
-    connection_begin(seat, CONNECTION_LINES, fd, fd, "client");
-    connection_await_greeting(seat, place == LISTENER_TCP ? self->token : NULL, now_us);
+    connection_begin(slot, CONNECTION_LINES, fd, fd, "client");
+    connection_await_greeting(slot, listener_index == LISTENER_TCP ? self->token : NULL, now_us);
     // Its first line may have arrived already; a client that has greeted keeps the slot.
-    serve(self, seat, POLLIN, 0, now_us);
+    serve(self, slot, POLLIN, 0, now_us);
 }
 
 /// Collects the descriptors to poll; stores the indices of each client's in `at` (-1: not polled).
@@ -310,7 +310,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     nfds_t count = 0;
     fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
     fds[count++] = (struct pollfd){.fd = self->wake_fd, .events = POLLIN};
-    const short accepting = seat_is_due(self) ? 0 : POLLIN;
+    const short accepting = slot_is_due(self) ? 0 : POLLIN;
     for (int i = 0; i < LISTENERS; i++) {
         fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = accepting};
     }
@@ -458,8 +458,8 @@ void server_close(struct server *self) {
     if (self->signal_fd >= 0) {
         close(self->signal_fd);
     }
-    if (self->spare_fd >= 0) {
-        close(self->spare_fd);
+    if (self->reserve_fd >= 0) {
+        close(self->reserve_fd);
     }
     if (self->wake_fd >= 0) {
         close(self->wake_fd);

@@ -6,7 +6,7 @@
 #include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/places.h"
+#include "daemon/files/standard_paths.h"
 #include "daemon/settings/config_keys.h"
 #include "hal/log.h"
 
@@ -28,7 +28,7 @@ static void take_place(char *setting, size_t bytes, const char *place) {
 }
 
 void config_defaults(struct config *config) {
-    struct places places;
+    struct standard_paths paths;
     *config = (struct config){
         .backend = CONFIG_BACKEND_LINUX,
         .i2c = "/dev/i2c-1",
@@ -49,11 +49,11 @@ void config_defaults(struct config *config) {
         .log_level = HAL_LOG_INFO,
         .confine = true,
     };
-    places_default(&places);
-    take_place(config->socket, sizeof config->socket, places.socket);
-    take_place(config->files, sizeof config->files, places.files);
-    take_place(config->store, sizeof config->store, places.store);
-    take_place(config->log_file, sizeof config->log_file, places.log);
+    standard_paths_default(&paths);
+    take_place(config->socket, sizeof config->socket, paths.socket);
+    take_place(config->files, sizeof config->files, paths.files);
+    take_place(config->store, sizeof config->store, paths.store);
+    take_place(config->log_file, sizeof config->log_file, paths.log);
     const int error = set_built_in(config, "rig");
     INVARIANT(error == 0);
 }
@@ -186,7 +186,7 @@ static int set_backend(struct config *config, const char *value, struct message 
             break;
         }
         config->backend = backends[i].backend;
-        strcpy(config->backend_place, place);
+        strcpy(config->backend_address, place);
         return 0;
     }
     return message_set(message, ERROR_ARGUMENT,
@@ -313,7 +313,7 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
             break;
         case CONFIG_BACKEND:
             snprintf(text, bytes, "%s%s%s", backends[config->backend],
-                     config->backend_place[0] != '\0' ? " " : "", config->backend_place);
+                     config->backend_address[0] != '\0' ? " " : "", config->backend_address);
             break;
         case CONFIG_TEXT:
             snprintf(text, bytes, "%s", place[0] != '\0' ? place : key->none);

@@ -39,8 +39,8 @@ struct config {
     char profile_file[CONFIG_TEXT_BYTES];             ///< file of `base`; "": built in
 
     enum config_backend backend;
-    char backend_place[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
-    char i2c[CONFIG_TEXT_BYTES];            ///< devices of the Linux backends
+    char backend_address[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
+    char i2c[CONFIG_TEXT_BYTES];              ///< devices of the Linux backends
     char camera[RIG_SIDES][CONFIG_TEXT_BYTES];
     char lens_uart[CONFIG_TEXT_BYTES];
     char gpio_chip[CONFIG_TEXT_BYTES];

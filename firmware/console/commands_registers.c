@@ -18,7 +18,7 @@ static int put_value(const struct command_call *call, const char *name, uint16_t
     return 0;
 }
 
-static int read_one(const struct command_call *call, enum registers_place where,
+static int read_one(const struct command_call *call, enum registers_device where,
                     const struct registers_entry *entry) {
     uint16_t value = 0;
     const int error = registers_read(call->rig, where, entry->index, &value);
@@ -57,7 +57,7 @@ static int no_such(const struct command_call *call, const char *word,
     return ERROR_ARGUMENT;
 }
 
-static int read_named(const struct command_call *call, enum registers_place where,
+static int read_named(const struct command_call *call, enum registers_device where,
                       const struct registers_entry *entries, size_t count) {
     const char *word = call->values[1].text;
     int64_t index = -1;
@@ -77,11 +77,11 @@ static int read_named(const struct command_call *call, enum registers_place wher
 
 void commands_registers_candidates(const struct command_candidates *to) {
     const int choice =
-        to->count == 2 ? command_words_choice(to->words[1], REGISTERS_PLACE_NAMES) : -1;
+        to->count == 2 ? command_words_choice(to->words[1], REGISTERS_DEVICE_NAMES) : -1;
     if (choice < 0) {
         return;
     }
-    const enum registers_place where = (enum registers_place)choice;
+    const enum registers_device where = (enum registers_device)choice;
     size_t count = 0;
     const struct registers_entry *entries = registers_entries(where, &count);
     for (size_t i = 0; i < count; i++) {
@@ -92,7 +92,7 @@ void commands_registers_candidates(const struct command_candidates *to) {
 }
 
 int commands_registers_run(const struct command_call *call) {
-    const enum registers_place where = (enum registers_place)call->values[0].choice;
+    const enum registers_device where = (enum registers_device)call->values[0].choice;
     if (!call->rig->profile.bridge) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "registers: this instrument has no FPGA bridge");

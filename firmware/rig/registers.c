@@ -26,55 +26,55 @@ static const struct registers_entry sensor_entries[] = {
     {"green2_gain", 0x2E},  {"chip_enable", 0xF8},
 };
 
-const struct registers_entry *registers_entries(enum registers_place place, size_t *count) {
-    INVARIANT((unsigned)place < REGISTERS_PLACES && count != NULL);
-    *count = place == REGISTERS_BRIDGE ? sizeof bridge_entries / sizeof bridge_entries[0]
-                                       : sizeof sensor_entries / sizeof sensor_entries[0];
-    return place == REGISTERS_BRIDGE ? bridge_entries : sensor_entries;
+const struct registers_entry *registers_entries(enum registers_device device, size_t *count) {
+    INVARIANT((unsigned)device < REGISTERS_DEVICES && count != NULL);
+    *count = device == REGISTERS_BRIDGE ? sizeof bridge_entries / sizeof bridge_entries[0]
+                                        : sizeof sensor_entries / sizeof sensor_entries[0];
+    return device == REGISTERS_BRIDGE ? bridge_entries : sensor_entries;
 }
 
-bool registers_readable(enum registers_place place, uint8_t index) {
-    if (place != REGISTERS_BRIDGE) {
+bool registers_readable(enum registers_device device, uint8_t index) {
+    if (device != REGISTERS_BRIDGE) {
         return true;
     }
     const struct bridge_register *known = fpga_bridge_register(index);
     return known != NULL && (known->flags & BRIDGE_READ) != 0;
 }
 
-static struct mt9t001 *sensor_of(struct rig *rig, enum registers_place place) {
-    return &rig->sensor[place == REGISTERS_LEFT ? RIG_LEFT : RIG_RIGHT];
+static struct mt9t001 *sensor_of(struct rig *rig, enum registers_device device) {
+    return &rig->sensor[device == REGISTERS_LEFT ? RIG_LEFT : RIG_RIGHT];
 }
 
-int registers_read(struct rig *rig, enum registers_place place, uint8_t index, uint16_t *value) {
+int registers_read(struct rig *rig, enum registers_device device, uint8_t index, uint16_t *value) {
     INVARIANT(rig->profile.bridge);
-    return place == REGISTERS_BRIDGE ? fpga_bridge_read(&rig->bridge, index, value)
-                                     : mt9t001_read(sensor_of(rig, place), index, value);
+    return device == REGISTERS_BRIDGE ? fpga_bridge_read(&rig->bridge, index, value)
+                                      : mt9t001_read(sensor_of(rig, device), index, value);
 }
 
 /// Number of consecutive readable registers from the first entry on.
-static size_t run_of(enum registers_place place, const struct registers_entry *entries,
+static size_t run_of(enum registers_device device, const struct registers_entry *entries,
                      size_t count) {
     size_t run = 0;
     while (run < count && run < REGISTERS_RUN_WORDS &&
            entries[run].index == entries[0].index + run &&
-           registers_readable(place, entries[run].index)) {
+           registers_readable(device, entries[run].index)) {
         run++;
     }
     return run;
 }
 
 /// Reads with as few transfers as the device allows.
-static int read_run(struct rig *rig, enum registers_place place, struct registers_run *run) {
+static int read_run(struct rig *rig, enum registers_device device, struct registers_run *run) {
     int error = ERROR_OK;
     for (uint16_t at = 0; at < run->count && error == ERROR_OK;) {
         const uint8_t index = (uint8_t)(run->first + at);
         size_t words = 1;
-        if (place == REGISTERS_BRIDGE) {
+        if (device == REGISTERS_BRIDGE) {
             words = run->count - at;
             words = words < FPGA_BRIDGE_BLOCK_WORDS ? words : FPGA_BRIDGE_BLOCK_WORDS;
             error = fpga_bridge_read_block(&rig->bridge, index, words, &run->values[at]);
         } else {
-            error = mt9t001_read(sensor_of(rig, place), index, &run->values[at]);
+            error = mt9t001_read(sensor_of(rig, device), index, &run->values[at]);
         }
         at = (uint16_t)(at + words);
     }
@@ -82,22 +82,22 @@ static int read_run(struct rig *rig, enum registers_place place, struct register
     return error == ERROR_OK ? ERROR_OK : failure_of_bus(rig, run->part, error);
 }
 
-static int read_place(struct rig *rig, enum registers_place place, struct registers_all *all) {
-    static const enum rig_part parts[REGISTERS_PLACES] = {RIG_PART_BRIDGE, RIG_PART_LEFT_SENSOR,
-                                                          RIG_PART_RIGHT_SENSOR};
+static int read_place(struct rig *rig, enum registers_device device, struct registers_all *all) {
+    static const enum rig_part parts[REGISTERS_DEVICES] = {RIG_PART_BRIDGE, RIG_PART_LEFT_SENSOR,
+                                                           RIG_PART_RIGHT_SENSOR};
     size_t count = 0;
-    const struct registers_entry *entries = registers_entries(place, &count);
+    const struct registers_entry *entries = registers_entries(device, &count);
     int error = ERROR_OK;
     for (size_t i = 0; i < count && error == ERROR_OK;) {
-        const size_t length = run_of(place, &entries[i], count - i);
+        const size_t length = run_of(device, &entries[i], count - i);
         if (length > 0) {
             INVARIANT(all->count < REGISTERS_RUNS_MAX);
             struct registers_run *run = &all->run[all->count];
-            *run = (struct registers_run){.part = parts[place],
+            *run = (struct registers_run){.part = parts[device],
                                           .at_us = watch_now_us(rig),
                                           .first = entries[i].index,
                                           .count = (uint16_t)length};
-            error = read_run(rig, place, run);
+            error = read_run(rig, device, run);
             all->count += error == ERROR_OK;
         }
         i += length > 0 ? length : 1;
@@ -112,9 +112,9 @@ int registers_read_all(struct rig *rig, struct registers_all *all) {
         return ERROR_NOT_READY;
     }
     int error = ERROR_OK;
-    for (int place = 0; place < REGISTERS_PLACES && rig->profile.bridge && error == ERROR_OK;
-         place++) {
-        error = read_place(rig, (enum registers_place)place, all);
+    for (int device = 0; device < REGISTERS_DEVICES && rig->profile.bridge && error == ERROR_OK;
+         device++) {
+        error = read_place(rig, (enum registers_device)device, all);
     }
     return error == ERROR_OK ? failure_end(rig, error) : failure_make_safe(rig, error);
 }

@@ -14,10 +14,10 @@
 extern "C" {
 #endif
 
-enum registers_place { REGISTERS_BRIDGE, REGISTERS_LEFT, REGISTERS_RIGHT, REGISTERS_PLACES };
+enum registers_device { REGISTERS_BRIDGE, REGISTERS_LEFT, REGISTERS_RIGHT, REGISTERS_DEVICES };
 
 /// Names of the devices at the console, separated by blanks, in the order above.
-#define REGISTERS_PLACE_NAMES "bridge left right"
+#define REGISTERS_DEVICE_NAMES "bridge left right"
 
 struct registers_entry {
     const char *name;
@@ -25,14 +25,14 @@ struct registers_entry {
 };
 
 /// Named registers of a device, by ascending index. Static storage.
-const struct registers_entry *registers_entries(enum registers_place place, size_t *count);
+const struct registers_entry *registers_entries(enum registers_device device, size_t *count);
 
 /// Whether a register can be read usefully: false for write-only registers.
-bool registers_readable(enum registers_place place, uint8_t index);
+bool registers_readable(enum registers_device device, uint8_t index);
 
 /// Reads one register. Needs a bridge. Returns an error of the bridge's or the sensor's driver;
 /// `trouble` is not changed.
-int registers_read(struct rig *rig, enum registers_place place, uint8_t index, uint16_t *value);
+int registers_read(struct rig *rig, enum registers_device device, uint8_t index, uint16_t *value);
 
 enum { REGISTERS_RUN_WORDS = 16, REGISTERS_RUNS_MAX = 24 };
 

@@ -13,7 +13,7 @@
 
 static struct fake_device devices[FAKE_DEVICES];
 static struct fake_file files[FAKE_FILES];
-static int spare_fd = -1;  // for files that belong to no device
+static int reserve_fd = -1;  // for files that belong to no device
 
 struct fake_device *fake_file_device(const char *path, unsigned major, unsigned minor,
                                      const struct fake_operations *operations, void *state) {
@@ -52,7 +52,7 @@ void fake_file_prepare(void) {
             devices[i].memory_fd = (int)syscall(SYS_memfd_create, "fake", MFD_CLOEXEC);
         }
     }
-    spare_fd = (int)syscall(SYS_memfd_create, "fake", MFD_CLOEXEC);
+    reserve_fd = (int)syscall(SYS_memfd_create, "fake", MFD_CLOEXEC);
 }
 
 uint64_t fake_file_plugged(const struct fake_device *device) {
@@ -96,7 +96,7 @@ static void remember(int fd, const char *name, struct fake_device *device,
 
 int fake_file_new(const char *name, struct fake_device *device,
                   const struct fake_operations *operations, void *state) {
-    const int memory_fd = device == NULL ? spare_fd : device->memory_fd;
+    const int memory_fd = device == NULL ? reserve_fd : device->memory_fd;
     const int fd = memory_fd < 0 ? (int)syscall(SYS_memfd_create, "fake", MFD_CLOEXEC)
                                  : (int)syscall(SYS_fcntl, memory_fd, F_DUPFD_CLOEXEC, 0);
     if (fd < 0) {

@@ -18,7 +18,7 @@ using linux_try::record;
 const char *const kChip = "/dev/gpiochip0";
 
 struct Lines {
-    gpiod_lines_place places[HAL_GPIO_LINES]{};
+    gpiod_line_location places[HAL_GPIO_LINES]{};
     gpiod_lines lines{};
     message text{};
     int opened;
@@ -127,7 +127,7 @@ TEST_CASE("missing lines, and wrong uses of lines") {
     CHECK(lines.set(HAL_GPIO_BRIDGE_IRQ, true) == ERROR_UNSUPPORTED);
     CHECK(lines.lines.hal.operations->wait_edge(lines.lines.hal.self, HAL_GPIO_BRIDGE_RESET,
                                                 kStart_us, &time_us) == ERROR_UNSUPPORTED);
-    const struct gpiod_lines_place none[HAL_GPIO_LINES] = {};
+    const struct gpiod_line_location none[HAL_GPIO_LINES] = {};
     gpiod_lines empty;
     CHECK(gpiod_lines_open(&empty, none, &lines.text) == ERROR_OK);
     gpiod_lines_close(&empty);
@@ -204,7 +204,7 @@ TEST_CASE("a line's error is reported in one line") {
     chip->requested[5] = false;
     gpiod_lines lines;
     message text;
-    gpiod_lines_place places[HAL_GPIO_LINES] = {};
+    gpiod_line_location places[HAL_GPIO_LINES] = {};
     places[HAL_GPIO_BRIDGE_RESET] = {kChip, 99, false, false};
     CHECK(gpiod_lines_open(&lines, places, &text) == ERROR_UNSUPPORTED);
     places[HAL_GPIO_BRIDGE_RESET] = {"/dev/gpiochip9", 1, false, false};
@@ -218,7 +218,7 @@ TEST_CASE("lines that are not requested return an error") {
     const Kernel kernel;
     gpiod_lines lines;
     gpiod_lines_init(&lines);
-    const gpiod_lines_place none[HAL_GPIO_LINES] = {};
+    const gpiod_line_location none[HAL_GPIO_LINES] = {};
     CHECK(!gpiod_lines_are_current(&lines, none));
     bool active = false;
     uint64_t time_us = 0;

@@ -90,7 +90,7 @@ class GpiodV2(unittest.TestCase):
             #include "core/error.h"
             #include "daemon/backends/linux/gpiod_lines.h"
             int main(void) {
-                struct gpiod_lines_place places[HAL_GPIO_LINES] = {{0}};
+                struct gpiod_line_location places[HAL_GPIO_LINES] = {{0}};
                 struct gpiod_lines lines;
                 struct message text;
                 printf("%d\n", gpiod_lines_open(&lines, places, &text));

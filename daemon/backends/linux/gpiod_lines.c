@@ -123,30 +123,31 @@ void gpiod_lines_init(struct gpiod_lines *self) {
     *self = (struct gpiod_lines){.hal = {&operations, self}, .closed = true};
 }
 
-int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
+int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_line_location *locations,
                      struct message *message) {
     gpiod_lines_init(self);
     for (int i = 0; i < HAL_GPIO_LINES; i++) {
-        const struct gpiod_lines_place *place = &places[i];
-        if (place->chip == NULL) {
+        const struct gpiod_line_location *location = &locations[i];
+        if (location->chip == NULL) {
             continue;
         }
-        const enum gpiod_shim_use use = kinds[i].is_input        ? GPIOD_SHIM_EDGES
-                                        : place->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
-                                                                 : GPIOD_SHIM_OUTPUT_INACTIVE;
+        const enum gpiod_shim_use use = kinds[i].is_input           ? GPIOD_SHIM_EDGES
+                                        : location->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
+                                                                    : GPIOD_SHIM_OUTPUT_INACTIVE;
         // Before opening: a chip that changes meanwhile counts as another one.
         self->chips[i] = (struct device_file_identity){.number = 0};
-        (void)device_file_identify(place->chip, &self->chips[i]);
+        (void)device_file_identify(location->chip, &self->chips[i]);
         do {
-            self->lines[i] = gpiod_shim_open(place->chip, place->offset, place->active_low, use);
+            self->lines[i] =
+                gpiod_shim_open(location->chip, location->offset, location->active_low, use);
         } while (self->lines[i] == NULL && errno == EINTR);
         if (self->lines[i] == NULL) {
             const int error_number = errno;
             const char *advice = "";
             const int error = open_error(error_number, &advice);
             gpiod_lines_close(self);
-            return message_set(message, error, "line %u of %s for %s: %s; %s", place->offset,
-                               place->chip, kinds[i].name, strerror(error_number), advice);
+            return message_set(message, error, "line %u of %s for %s: %s; %s", location->offset,
+                               location->chip, kinds[i].name, strerror(error_number), advice);
         }
     }
     self->closed = false;
@@ -162,12 +163,12 @@ void gpiod_lines_close(struct gpiod_lines *self) {
 }
 
 bool gpiod_lines_are_current(const struct gpiod_lines *self,
-                             const struct gpiod_lines_place *places) {
+                             const struct gpiod_line_location *locations) {
     bool current = !self->closed && !self->gone;
     for (int i = 0; i < HAL_GPIO_LINES && current; i++) {
         struct device_file_identity there;
         current = self->lines[i] == NULL ||
-                  (places[i].chip != NULL && device_file_identify(places[i].chip, &there) &&
+                  (locations[i].chip != NULL && device_file_identify(locations[i].chip, &there) &&
                    device_file_is_same(&self->chips[i], &there));
     }
     return current;

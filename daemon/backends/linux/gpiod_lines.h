@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /// Location of a line of the interface.
-struct gpiod_lines_place {
+struct gpiod_line_location {
     const char *chip;  ///< "/dev/gpiochip0"; NULL: the line does not exist
     unsigned offset;   ///< on the chip
     bool active_low;
@@ -36,13 +36,13 @@ void gpiod_lines_init(struct gpiod_lines *self);
 /// Requests all lines that have a location. Outputs are set to their initial level, and keep their
 /// last level after the program ends if the chip does. Errors: ERROR_DEVICE, ERROR_REFUSED,
 /// ERROR_UNSUPPORTED, ERROR_IO, with a message, and nothing is requested.
-int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_lines_place *places,
+int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_line_location *locations,
                      struct message *message);
 void gpiod_lines_close(struct gpiod_lines *self);
 /// Whether the lines are requested, their chips are still those at these locations, and the last
 /// use reported none as gone.
 bool gpiod_lines_are_current(const struct gpiod_lines *self,
-                             const struct gpiod_lines_place *places);
+                             const struct gpiod_line_location *locations);
 
 #ifdef __cplusplus
 }

@@ -73,15 +73,15 @@ static int connect_unix(const char *path, int64_t deadline_ms) {
     return connect_to((const struct sockaddr *)&address, sizeof address, deadline_ms);
 }
 
-static int connect_tcp(const char *place, int64_t deadline_ms) {
+static int connect_tcp(const char *endpoint, int64_t deadline_ms) {
     char host[256];
-    const char *colon = strrchr(place, ':');
-    if (colon == NULL || colon == place || colon[1] == '\0' ||
-        (size_t)(colon - place) >= sizeof host) {
+    const char *colon = strrchr(endpoint, ':');
+    if (colon == NULL || colon == endpoint || colon[1] == '\0' ||
+        (size_t)(colon - endpoint) >= sizeof host) {
         return ERROR_ARGUMENT;
     }
-    memcpy(host, place, (size_t)(colon - place));
-    host[colon - place] = '\0';
+    memcpy(host, endpoint, (size_t)(colon - endpoint));
+    host[colon - endpoint] = '\0';
     const struct addrinfo hints = {.ai_socktype = SOCK_STREAM};
     struct addrinfo *found = NULL;
     if (getaddrinfo(host, colon + 1, &hints, &found) != 0) {

@@ -85,7 +85,7 @@ scene random_scene(uint64_t seed, double focal_px) {
 std::array<double, 2> moved_residual(const scene &from, int camera, size_t corner, int kind,
                                      int place, double step) {
     calib::bundle_state state = from.state;
-    double increment[calib::POSE_PLACES] = {0, 0, 0, 0, 0, 0};
+    double increment[calib::POSE_PARAMETERS] = {0, 0, 0, 0, 0, 0};
     if (kind == 0) {
         state.lens[camera].value[size_t(place)] += step;
     } else if (kind == 1) {
@@ -113,7 +113,7 @@ TEST_CASE("the solver's lens is the core's in other units") {
         const calib::lens_state state = random_lens(random, focal_px);
         const lens lens = calib::lens_from_state(frame, state);
         const calib::lens_state back = calib::state_from_lens(frame, lens);
-        for (size_t place = 0; place < calib::LENS_PLACES; place++) {
+        for (size_t place = 0; place < calib::LENS_PARAMETERS; place++) {
             CHECK(back.value[place] == doctest::Approx(state.value[place]).epsilon(1e-12));
         }
         for (int i = 0; i < 200; i++) {
@@ -143,8 +143,8 @@ TEST_CASE("derivatives match finite differences") {
                     from.data, camera, from.data.captures[0][size_t(camera)].corners[corner],
                     from.state.lens[camera], from.state.T_left_board[0], from.state.T_right_left,
                     from.state.warp_mm, &rows));
-                const int places[4] = {calib::LENS_PLACES, calib::POSE_PLACES, calib::POSE_PLACES,
-                                       calib::WARP_PLACES};
+                const int places[4] = {calib::LENS_PARAMETERS, calib::POSE_PARAMETERS,
+                                       calib::POSE_PARAMETERS, calib::WARP_PARAMETERS};
                 for (int kind = 0; kind < 4; kind++) {
                     for (int place = 0; place < places[kind]; place++) {
                         const double step = 1e-6;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/files/places.h"
+#include "daemon/files/standard_paths.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #define SOCKET "/vergence/vergenced.sock"
 #define STATE "/.local/state"
 
-static const struct places of_system = {
+static const struct standard_paths of_system = {
     .config = "/etc/vergence/vergenced.conf",
     .socket = "/run" SOCKET,
     .files = "/var/lib/vergence/files",
@@ -30,7 +30,7 @@ static bool is_system(void) {
 
 /// Joins the value of a variable, or if it is not set a path in the home directory, with `rest`.
 /// XDG: a relative path counts as not set. False: no such path.
-static bool join(char path[PLACES_PATH_BYTES], const char *variable, const char *in_home,
+static bool join(char path[STANDARD_PATH_BYTES], const char *variable, const char *in_home,
                  const char *rest) {
     const char *value = getenv(variable);
     const char *home = getenv("HOME");
@@ -38,37 +38,37 @@ static bool join(char path[PLACES_PATH_BYTES], const char *variable, const char 
     if (!set && (home == NULL || home[0] != '/')) {
         return false;
     }
-    return snprintf(path, PLACES_PATH_BYTES, "%s%s%s", set ? value : home, set ? "" : in_home,
-                    rest) < PLACES_PATH_BYTES;
+    return snprintf(path, STANDARD_PATH_BYTES, "%s%s%s", set ? value : home, set ? "" : in_home,
+                    rest) < STANDARD_PATH_BYTES;
 }
 
 /// After "su" the variable may name another user's directory.
-static bool runtime_socket(char path[PLACES_PATH_BYTES]) {
+static bool runtime_socket(char path[STANDARD_PATH_BYTES]) {
     const char *directory = getenv("XDG_RUNTIME_DIR");
     struct stat status;
     return directory != NULL && directory[0] == '/' && stat(directory, &status) == 0 &&
            S_ISDIR(status.st_mode) && status.st_uid == user() &&
-           snprintf(path, PLACES_PATH_BYTES, "%s" SOCKET, directory) < PLACES_PATH_BYTES;
+           snprintf(path, STANDARD_PATH_BYTES, "%s" SOCKET, directory) < STANDARD_PATH_BYTES;
 }
 
-static bool state_socket(char path[PLACES_PATH_BYTES]) {
+static bool state_socket(char path[STANDARD_PATH_BYTES]) {
     return join(path, "XDG_STATE_HOME", STATE, SOCKET);
 }
 
-void places_default(struct places *places) {
-    places->of_user =
+void standard_paths_default(struct standard_paths *paths) {
+    paths->of_user =
         !is_system() &&
-        join(places->config, "XDG_CONFIG_HOME", "/.config", "/vergence/vergenced.conf") &&
-        (runtime_socket(places->socket) || state_socket(places->socket)) &&
-        join(places->files, "XDG_DATA_HOME", "/.local/share", "/vergence/files") &&
-        join(places->store, "XDG_STATE_HOME", STATE, "/vergence/store") &&
-        join(places->log, "XDG_STATE_HOME", STATE, "/vergence/vergenced.log");
-    if (!places->of_user) {
-        *places = of_system;
+        join(paths->config, "XDG_CONFIG_HOME", "/.config", "/vergence/vergenced.conf") &&
+        (runtime_socket(paths->socket) || state_socket(paths->socket)) &&
+        join(paths->files, "XDG_DATA_HOME", "/.local/share", "/vergence/files") &&
+        join(paths->store, "XDG_STATE_HOME", STATE, "/vergence/store") &&
+        join(paths->log, "XDG_STATE_HOME", STATE, "/vergence/vergenced.log");
+    if (!paths->of_user) {
+        *paths = of_system;
     }
 }
 
-size_t places_sockets(char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES]) {
+size_t standard_paths_sockets(char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES]) {
     size_t count = 0;
     if (user() != 0) {
         count += runtime_socket(sockets[count]);
@@ -78,8 +78,8 @@ size_t places_sockets(char sockets[PLACES_SOCKETS_MAX][PLACES_PATH_BYTES]) {
     return count + 1;
 }
 
-bool places_make_parent(const char *path, mode_t mode) {
-    char parent[PLACES_PATH_BYTES];
+bool standard_paths_make_parent(const char *path, mode_t mode) {
+    char parent[STANDARD_PATH_BYTES];
     const char *last = strrchr(path, '/');
     if (last == NULL || last == path) {
         return true;
@@ -92,6 +92,6 @@ bool places_make_parent(const char *path, mode_t mode) {
     if (stat(parent, &status) == 0 || mkdir(parent, mode) == 0 || errno == EEXIST) {
         return true;
     }
-    return errno == ENOENT && places_make_parent(parent, mode) &&
+    return errno == ENOENT && standard_paths_make_parent(parent, mode) &&
            (mkdir(parent, mode) == 0 || errno == EEXIST);
 }
