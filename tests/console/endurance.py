@@ -68,7 +68,7 @@ class Endurance:
         self.began_s, self.at_s = 0.0, 0.0
         self.files = os.path.join(folder, "files")
         self.path = os.path.join(folder, "v.sock")
-        self.rig, self.daemon, self.desk, self.client = None, None, None, None
+        self.rig, self.daemon, self.control_connection, self.client = None, None, None, None
         self.seed = seed
         self.lately = collections.deque(maxlen=LATELY)
         self.rig_log = os.path.join(folder, "rig.log")
@@ -89,8 +89,8 @@ class Endurance:
              "reader_timeout=1s", f"log={os.path.join(self.folder, 'log')}"],
             stdin=subprocess.DEVNULL, env={**os.environ, "ASAN_OPTIONS": quiet})
         self.await_path(self.path, self.daemon)
-        self.desk = RigClient(f"unix:{rig_path}", CONTROLLER)
-        self.desk.socket.settimeout(COMMAND_S)
+        self.control_connection = RigClient(f"unix:{rig_path}", CONTROLLER)
+        self.control_connection.socket.settimeout(COMMAND_S)
         self.client = self.new_client()
         self.bringup()
         self.must("settings save")
@@ -207,13 +207,13 @@ class Endurance:
             f"serial garbage {pick.uniform(0.01, 1):.2f}",
             f"serial lost {pick.uniform(0.01, 1):.2f}"))
         self.report(f"fault {what}")
-        self.desk.control(f"fault {what}")
+        self.control_connection.control(f"fault {what}")
         self.faulty = pick.randrange(1, 6)
 
     def mend(self):
         self.report("all faults are repaired")
         for repair in REPAIRS:
-            self.desk.control(f"fault {repair}")
+            self.control_connection.control(f"fault {repair}")
         self.faulty = 0
         self.bringup()
 
@@ -313,7 +313,7 @@ class Endurance:
         return int(lines["VmRSS"].split()[0]), fds
 
     def now_s(self):
-        return self.desk.time_us() * 1e-6
+        return self.control_connection.time_us() * 1e-6
 
     def passed_s(self):
         self.at_s = self.now_s()

@@ -125,10 +125,10 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
     RigViews views = empty_views(plan, random);
     const double square_mm = views.seen.target.square_mm;
     const size_t all = size_t(plan.columns * plan.rows);
-    const Rig after_knock =
+    const Rig after_displacement =
         posed_rig(views.rig.left, views.rig.right,
-                  views.rotation_rad + Vector{0, plan.knock_rad, 0}, views.translation_mm);
-    const Camera &knocked_right = after_knock.right;
+                  views.rotation_rad + Vector{0, plan.displacement_rad, 0}, views.translation_mm);
+    const Camera &displaced_right = after_displacement.right;
     int attempts = 0;
     while (int(views.seen.captures.size()) < plan.boards) {
         if (++attempts > 1000 * plan.boards) {
@@ -142,9 +142,9 @@ RigViews make_rig_views(const RigViewsPlan &plan, uint64_t scene_seed, uint64_t 
         const size_t place = views.seen.captures.size();
         const double moved_mm = place % 2 == 0 ? 0 : plan.moved_mm;
         const Board later = {board.R, board.middle_mm + moved_mm * Vector{1, -0.7, 0.5}};
-        const bool knocked = 2 * place >= size_t(plan.boards);
+        const bool displaced = 2 * place >= size_t(plan.boards);
         capture.view[1].corners =
-            look(plan, knocked ? knocked_right : views.rig.right, square_mm, later);
+            look(plan, displaced ? displaced_right : views.rig.right, square_mm, later);
         const size_t min = plan.all_in_view ? all : all / 3;
         if (capture.view[0].corners.size() < min ||
             (plan.cameras == 2 && capture.view[1].corners.size() < min)) {

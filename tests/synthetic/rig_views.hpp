@@ -32,7 +32,7 @@ struct RigViewsPlan {
     // For every other pair, between the left and the right picture: shift of the board along all
     // its axes; and rotation of the right camera about its vertical axis for the second half of all
     // pairs.
-    double moved_mm = 0, knock_rad = 0;
+    double moved_mm = 0, displacement_rad = 0;
     double roll_max_rad = 0.4;  // of the board about its normal
     double waves_px = 0;        // distortion outside all lens models: sin along both axes
     bool all_in_view = true;    // false: corners outside an image are simply not seen

@@ -255,7 +255,7 @@ int serve(const Options &options, const Plan &plan) {
 
 int run(const Options &options) {
     if (options.help || options.help_control) {
-        std::fputs(options.help ? kUsage : ControlDesk::help().c_str(), stdout);
+        std::fputs(options.help ? kUsage : ControlServer::help().c_str(), stdout);
         return 0;
     }
     if (options.version) {

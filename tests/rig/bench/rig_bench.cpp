@@ -45,7 +45,7 @@ rig_profile small_profile(uint16_t width_px, uint16_t height_px) {
 
 RigBench::RigBench(const rig_profile &profile, const std::string &scene)
     : process(scene), faulty(opened(backend, process.where())) {
-    REQUIRE(sim_connection_open(&desk, process.where().c_str(), SIMRIG_ROLE_CONTROL,
+    REQUIRE(sim_connection_open(&control_connection, process.where().c_str(), SIMRIG_ROLE_CONTROL,
                                 SIM_CONNECTION_TIMEOUT_MS) == ERROR_OK);
     static constexpr hal_log_operations kLogOperations = {write_log};
     log_ = {&kLogOperations, &logged};
@@ -56,7 +56,7 @@ RigBench::RigBench(const rig_profile &profile, const std::string &scene)
 }
 
 RigBench::~RigBench() {
-    sim_connection_close(&desk);
+    sim_connection_close(&control_connection);
     sim_backend_close(&backend);
 }
 
@@ -80,8 +80,9 @@ int RigBench::idle_ms(uint64_t time_ms) {
 
 std::string RigBench::control(const std::string &command) {
     char answer[4096];
-    const int error = sim_connection_control(&desk, command.c_str(), answer, sizeof answer);
-    REQUIRE_MESSAGE(error == ERROR_OK, desk.text);
+    const int error =
+        sim_connection_control(&control_connection, command.c_str(), answer, sizeof answer);
+    REQUIRE_MESSAGE(error == ERROR_OK, control_connection.text);
     return answer;
 }
 

@@ -39,7 +39,7 @@ class RigBench {
 
     SimrigProcess process;
     sim_backend backend{};
-    sim_connection desk{};  ///< a second connection, for injecting faults
+    sim_connection control_connection{};  ///< a second connection, for injecting faults
     FaultyPorts faulty;
     ::rig rig{};
     std::vector<std::string> logged;

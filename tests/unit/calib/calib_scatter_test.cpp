@@ -99,7 +99,7 @@ TEST_CASE("boards that moved between left and right pictures widen the error bar
 
 TEST_CASE("a rig that was bumped is not good") {
     synthetic::RigViewsPlan plan = handheld();
-    plan.knock_rad = 0.002;
+    plan.displacement_rad = 0.002;
     const outcome seen = solve_some(plan, kScenes);
     CHECK(seen.scattered >= kScenes - 1);
     CHECK(seen.good <= kScenes * 3 / 8);

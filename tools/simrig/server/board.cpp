@@ -62,8 +62,8 @@ void put(BodyWriter &reply, const std::vector<float> &values) {
 
 }  // namespace
 
-Board::Board(Rig &rig, ControlDesk &desk, WallClock clock)
-    : rig_(rig), desk_(desk), clock_(std::move(clock)) {}
+Board::Board(Rig &rig, ControlServer &control_connection, WallClock clock)
+    : rig_(rig), control_server_(control_connection), clock_(std::move(clock)) {}
 
 std::optional<Body> Board::begin(uint16_t type, const Body &body, simrig_role role) {
     try {
@@ -186,7 +186,7 @@ Board::Answer Board::answer(const SerialRead &) {
 
 // An exception of the control side becomes the reply's text.
 template <typename Ask>
-auto Board::at_desk(Ask ask) -> decltype(ask()) {
+auto Board::at_control(Ask ask) -> decltype(ask()) {
     try {
         return ask();
     } catch (const std::runtime_error &error) {
@@ -196,13 +196,14 @@ auto Board::at_desk(Ask ask) -> decltype(ask()) {
 
 Board::Answer Board::answer(const ControlLine &line) {
     BodyWriter reply = ok();
-    reply.text(at_desk([&] { return desk_.run(line.text); }));
+    reply.text(at_control([&] { return control_server_.run(line.text); }));
     return reply.take();
 }
 
 Board::Answer Board::answer(const AskTruth &ask) {
-    const world::Truth truth =
-        at_desk([&] { return desk_.truth_of(ask.camera, 0, desk_.pictured(ask.camera).rows); });
+    const world::Truth truth = at_control([&] {
+        return control_server_.truth_of(ask.camera, 0, control_server_.pictured(ask.camera).rows);
+    });
     const std::string camera = world::camera_text(truth);
     BodyWriter reply = ok();
     reply.u16(uint16_t(truth.columns));
@@ -214,7 +215,7 @@ Board::Answer Board::answer(const AskTruth &ask) {
 }
 
 Board::Answer Board::answer(const AskTruthRows &ask) {
-    const int columns = at_desk([&] { return desk_.pictured(ask.camera).columns; });
+    const int columns = at_control([&] { return control_server_.pictured(ask.camera).columns; });
     const bool depth = (ask.layers & SIMRIG_LAYER_DEPTH) != 0;
     const bool normal = (ask.layers & SIMRIG_LAYER_NORMAL) != 0;
     const bool object = (ask.layers & SIMRIG_LAYER_OBJECT) != 0;
@@ -225,7 +226,7 @@ Board::Answer Board::answer(const AskTruthRows &ask) {
                       "a reply holds at most " + std::to_string(max_rows) + " such rows"};
     }
     const world::Truth truth =
-        at_desk([&] { return desk_.truth_of(ask.camera, ask.first_row, ask.rows); });
+        at_control([&] { return control_server_.truth_of(ask.camera, ask.first_row, ask.rows); });
     BodyWriter reply = ok();
     reply.u16(uint16_t(truth.columns));
     reply.u16(uint16_t(truth.rows));

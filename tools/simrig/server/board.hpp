@@ -19,7 +19,7 @@ using WallClock = std::function<double()>;
 
 class Board {
   public:
-    Board(Rig &rig, ControlDesk &desk, WallClock clock);
+    Board(Rig &rig, ControlServer &control_connection, WallClock clock);
 
     /// Starts a request of a client that has greeted. Empty: it continues in step().
     std::optional<Body> begin(uint16_t type, const Body &body, simrig_role role);
@@ -61,14 +61,14 @@ class Board {
     Answer answer(const AskTruthRows &ask);
 
     template <typename Ask>
-    static auto at_desk(Ask ask) -> decltype(ask());
+    static auto at_control(Ask ask) -> decltype(ask());
     uint32_t there_already(uint32_t wake);
     double slice_end(double until_us) const;
     Body time_and(uint32_t woken) const;
     Body frame();
 
     Rig &rig_;
-    ControlDesk &desk_;
+    ControlServer &control_server_;
     WallClock clock_;
     std::optional<Pending> pending_;
 };

@@ -95,10 +95,10 @@ double number_at(const Words &words, size_t at, const std::string &what, double 
     return value;
 }
 
-ControlDesk::ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::string files)
+ControlServer::ControlServer(Rig &rig, Stage &stage, const std::string &scene, std::string files)
     : rig_(rig), stage_(stage), staging_(scene), files_(std::move(files)) {}
 
-std::string ControlDesk::help() {
+std::string ControlServer::help() {
     return "status                              time, pan angles, lens positions\n"
            "scene NAME|FILE                     another scene from the next frame on\n"
            "move OBJECT X Y Z [RX RY RZ]        moves an object of the scene: mm and degrees, as\n"
@@ -123,7 +123,7 @@ std::string ControlDesk::help() {
            "restore NAME                        returns to it\n";
 }
 
-std::string ControlDesk::run(const std::string &command) {
+std::string ControlServer::run(const std::string &command) {
     const Words words = words_of(command);
     const std::string &name = word_at(words, 0, "a command");
     if (name == "help" || name == "status") {
@@ -140,14 +140,14 @@ std::string ControlDesk::run(const std::string &command) {
         return at(words);
     }
     if (name == "fault" || name == "scene" || name == "move") {
-        const Deed what = deed(words);
+        const Action what = action(words);
         what.run();
         return what.answer;
     }
     refuse("unknown command '" + name + "'; see help");
 }
 
-ControlDesk::Deed ControlDesk::deed(const Words &words) {
+ControlServer::Action ControlServer::action(const Words &words) {
     switch (one_of(word_at(words, 0, "a command"), {"fault", "scene", "move"}, "command")) {
         case 0:
             return {fault_of(rig_, words), ""};
@@ -159,7 +159,7 @@ ControlDesk::Deed ControlDesk::deed(const Words &words) {
 }
 
 // The answer holds the file's sum, so that a replay notices a changed file.
-ControlDesk::Deed ControlDesk::change_scene(const Words &words) {
+ControlServer::Action ControlServer::change_scene(const Words &words) {
     const std::string path = place_of("scenes", word_at(words, 1, "the scene"));
     no_more_than(words, 2);
     auto scene = loaded([&] { return staging_.change(path); });
@@ -168,7 +168,7 @@ ControlDesk::Deed ControlDesk::change_scene(const Words &words) {
     return {[this, scene] { stage_.set_scene(scene); }, sum};
 }
 
-ControlDesk::Deed ControlDesk::move(const Words &words) {
+ControlServer::Action ControlServer::move(const Words &words) {
     const std::string &object = word_at(words, 1, "the object");
     std::vector<double> place;
     while (place.size() < kPlaceNumbers || kMoveWords + place.size() < words.size()) {
@@ -182,7 +182,7 @@ ControlDesk::Deed ControlDesk::move(const Words &words) {
     return {[this, scene] { stage_.set_scene(scene); }, ""};
 }
 
-std::string ControlDesk::status() {
+std::string ControlServer::status() {
     std::ostringstream text;
     char line[200];
     std::snprintf(line, sizeof line, "time_s: %.6f\n", rig_.now_us() * 1e-6);
@@ -206,7 +206,7 @@ std::string ControlDesk::status() {
     return text.str();
 }
 
-const Stage::Pictured &ControlDesk::pictured(int camera) const {
+const Stage::Pictured &ControlServer::pictured(int camera) const {
     const Stage::Pictured *pictured = stage_.pictured(camera);
     if (pictured == nullptr) {
         refuse("no frame of this camera was taken yet");
@@ -214,7 +214,7 @@ const Stage::Pictured &ControlDesk::pictured(int camera) const {
     return *pictured;
 }
 
-world::Truth ControlDesk::truth_of(int camera, int first_row, int rows) const {
+world::Truth ControlServer::truth_of(int camera, int first_row, int rows) const {
     const int all = pictured(camera).rows;
     if (first_row + rows > all) {
         refuse("the camera's last frame has " + std::to_string(all) + " rows");
@@ -222,7 +222,7 @@ world::Truth ControlDesk::truth_of(int camera, int first_row, int rows) const {
     return stage_.truth(camera, first_row, rows);
 }
 
-std::string ControlDesk::truth(const Words &words) {
+std::string ControlServer::truth(const Words &words) {
     const size_t side = side_at(words, 1);
     const std::string &name = word_at(words, 2, "a name for the files");
     no_more_than(words, 3);
@@ -235,7 +235,7 @@ std::string ControlDesk::truth(const Words &words) {
     return name + ".pfm\n" + name + "_normal.pfm\n" + name + "_object.pgm\n" + name + ".yaml\n";
 }
 
-std::string ControlDesk::view(const Words &words) {
+std::string ControlServer::view(const Words &words) {
     const std::string &name = word_at(words, 1, "a name for the files");
     no_more_than(words, 2);
     View view;
@@ -246,12 +246,12 @@ std::string ControlDesk::view(const Words &words) {
     return name + "_left.png\n" + name + "_right.png\n" + name + "_rig.svg\n";
 }
 
-std::string ControlDesk::at(const Words &words) {
+std::string ControlServer::at(const Words &words) {
     const double time_s = number_at(words, 1, "the time in seconds", 0, kLatestS);
     if (time_s * 1e6 < rig_.now_us()) {
         refuse("that time has passed");
     }
-    const Deed later = deed(Words(words.begin() + 2, words.end()));
+    const Action later = action(Words(words.begin() + 2, words.end()));
     rig_.wires().at(uint64_t(std::llround(time_s * 1e12)), later.run);
     return later.answer;
 }

@@ -25,10 +25,10 @@ Words words_of(const std::string &line);
 /// says what is wrong.
 std::function<void()> fault_of(Rig &rig, const Words &words);
 
-class ControlDesk {
+class ControlServer {
   public:
     /// scene: the file that the stage shows. files: the folder to write into; empty: none.
-    ControlDesk(Rig &rig, Stage &stage, const std::string &scene, std::string files);
+    ControlServer(Rig &rig, Stage &stage, const std::string &scene, std::string files);
 
     /// Runs one command and returns its answer, which may have several lines. Throws
     /// std::runtime_error with one line that says what is wrong.
@@ -43,13 +43,13 @@ class ControlDesk {
 
   private:
     /// Checks and prepares a command that runs now or later.
-    struct Deed {
+    struct Action {
         std::function<void()> run;
         std::string answer;
     };
-    Deed deed(const Words &words);
-    Deed change_scene(const Words &words);
-    Deed move(const Words &words);
+    Action action(const Words &words);
+    Action change_scene(const Words &words);
+    Action move(const Words &words);
     std::string status();
     std::string truth(const Words &words);
     std::string view(const Words &words);

@@ -7,20 +7,20 @@ namespace simrig {
 
 namespace {
 
-using Deed = std::function<void()>;
+using Action = std::function<void()>;
 
 size_t side_at(const Words &words) {
     return one_of(word_at(words, 2, "left or right"), {"left", "right"}, "side");
 }
 
-Deed fault_servo(Rig &rig, const Words &words) {
+Action fault_servo(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const bool jam = one_of(word_at(words, 3, "jam or free"), {"free", "jam"}, "servo fault") == 1;
     no_more_than(words, 4);
     return [&rig, side, jam] { rig.servo(int(side)).jam(rig.now_us(), jam); };
 }
 
-Deed fault_lens(Rig &rig, const Words &words) {
+Action fault_lens(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const size_t axis =
         one_of(word_at(words, 3, "the motor"), {"zoom", "focus", "iris"}, "lens motor");
@@ -31,7 +31,7 @@ Deed fault_lens(Rig &rig, const Words &words) {
     };
 }
 
-Deed fault_camera(Rig &rig, const Words &words) {
+Action fault_camera(Rig &rig, const Words &words) {
     const size_t side = side_at(words);
     const std::string &kind = word_at(words, 3, "a camera's fault");
     SensorFaults faults;
@@ -55,7 +55,7 @@ Deed fault_camera(Rig &rig, const Words &words) {
     return [&rig, side, faults] { rig.sensor(int(side)).set_faults(faults); };
 }
 
-Deed fault_bus(Rig &rig, const Words &words) {
+Action fault_bus(Rig &rig, const Words &words) {
     const size_t line = one_of(word_at(words, 2, "the line"), {"ok", "sda", "scl"}, "bus fault");
     BusFaults faults;
     faults.sda_stuck = line == 1;
@@ -64,7 +64,7 @@ Deed fault_bus(Rig &rig, const Words &words) {
     return [&rig, faults] { rig.host().set_faults(faults); };
 }
 
-Deed fault_serial(Rig &rig, const Words &words) {
+Action fault_serial(Rig &rig, const Words &words) {
     const std::string &kind = word_at(words, 2, "a serial fault");
     SerialFaults faults;
     switch (one_of(kind, {"ok", "silent", "late", "split", "garbage", "lost"}, "serial fault")) {
@@ -92,7 +92,7 @@ Deed fault_serial(Rig &rig, const Words &words) {
 
 }  // namespace
 
-Deed fault_of(Rig &rig, const Words &words) {
+Action fault_of(Rig &rig, const Words &words) {
     const std::string &part = word_at(words, 1, "a part");
     switch (one_of(part, {"servo", "lens", "camera", "bus", "serial"}, "part")) {
         case 0:

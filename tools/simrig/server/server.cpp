@@ -20,7 +20,7 @@ namespace simrig {
 namespace {
 
 constexpr size_t kMaxClients = 32;
-constexpr int kTickMs = 2, kFarewellMs = 100;
+constexpr int kTickMs = 2, kDrainMs = 100;
 
 }  // namespace
 
@@ -58,10 +58,10 @@ int Server::timeout_ms() const {
     if (session_.board().busy()) {
         return 0;
     }
-    const bool farewell = std::any_of(clients_.begin(), clients_.end(), [](const auto &client) {
+    const bool drain = std::any_of(clients_.begin(), clients_.end(), [](const auto &client) {
         return client->connection.finished();
     });
-    return farewell ? kFarewellMs : -1;
+    return drain ? kDrainMs : -1;
 }
 
 void Server::wait_for_events(int stop_pipe) {

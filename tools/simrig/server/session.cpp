@@ -32,8 +32,8 @@ Setup::Setup(const LogHead &head, std::shared_ptr<world::Scene> scene, int threa
                  const std::function<CameraState(double)> &state) {
               return stage.picture(camera, frame, begin_us, state);
           }),
-      desk(rig, stage, head.scene, files),
-      board(rig, desk, std::move(clock)) {}
+      control_connection(rig, stage, head.scene, files),
+      board(rig, control_connection, std::move(clock)) {}
 
 Session::Session(Make make) : make_(std::move(make)), setup_(make_()) {}
 

@@ -20,10 +20,10 @@ namespace simrig {
 struct Setup {
     Stage stage;
     Rig rig;
-    ControlDesk desk;
+    ControlServer control_connection;
     Board board;
 
-    /// head: with paths, not names; files: see ControlDesk.
+    /// head: with paths, not names; files: see ControlServer.
     Setup(const LogHead &head, std::shared_ptr<world::Scene> scene, int threads,
           const std::string &files, WallClock clock);
 };
