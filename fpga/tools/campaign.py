@@ -30,7 +30,7 @@ TOOLS = {
     "lint": (["lint.py"], None),
     "crossings": (["cdc.py"], None),
     "proofs": (["prove.py", "--no-cache"], ["prove.py", "--module", "watchdog"]),
-    "sabotage": (["sabotage.py"], ["sabotage.py", "--only", "^torn frame"]),
+    "seeded_fault": (["seeded_fault.py"], ["seeded_fault.py", "--only", "^torn frame"]),
     "coverage": (["coverage.py"], ["coverage.py", "--only", "delay"]),
     "mutation": (["mutate.py", "--simulate"], ["mutate.py", "--module", "watchdog"]),
     "netlists": (["conformance.py", "--every", "20", "rtl", "xc3s", "ice40"],

@@ -26,7 +26,7 @@ import tempfile
 import time
 
 import prove
-import sabotage
+import seeded_fault
 
 SURVIVORS = os.path.join(prove.FPGA, "tools", "mutation_survivors.json")
 GOAL = 0.9
@@ -35,7 +35,7 @@ TIMEOUT_S = 200  # of a test that may hang
 NO_BUILD = "no build"
 JOINTS = ("motion", "sensor_bus", "video_path", "bridge_core")
 # The tests for mutants that survive the proofs: program, its cases, rounds; quick ones first, but
-# before all of them those with a sabotage of the same file.
+# before all of them those with a seeded fault of the same file.
 JUDGES = (("hdl_symbols_test", "*at 1 MHz*", 20000), ("hdl_branch_test", None, None),
           ("hdl_routing_test", None, 200), ("hdl_switch_test", None, 100),
           ("hdl_picture_test", None, None), ("hdl_timer_test", None, None),
@@ -212,12 +212,12 @@ class Simulation:
 
     def __init__(self, runner, jobs):
         self.runner, self.ports, self.unchanged = runner, plain_ports(runner), {}
-        with open(sabotage.TABLE, encoding="utf-8") as file:
+        with open(seeded_fault.TABLE, encoding="utf-8") as file:
             self.likely = {(entry["file"], entry["test"]) for entry in json.load(file)}
         self.benches = queue.Queue()
-        os.makedirs(sabotage.CACHE, exist_ok=True)
+        os.makedirs(seeded_fault.CACHE, exist_ok=True)
         for number in range(jobs):
-            self.benches.put(sabotage.Bench(number))
+            self.benches.put(seeded_fault.Bench(number))
 
     def killer(self, folder, command):
         """The program that detects the mutant; None: it is not detected, or cannot be simulated."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shows that the tests of tests/hdl detect mistakes: a mutation of the Verilog makes its test fail.
 
-sabotages.json lists them: {"name", "file", "replace", "with", "test", "case", "rounds"}; test is a
+seeded_faults.json lists them: {"name", "file", "replace", "with", "test", "case", "rounds"}; test is a
 program of tests/hdl, case and rounds (both optional) select its cases and rounds. Every program
 must have at least one, and must pass without any.
 """
@@ -18,8 +18,8 @@ import time
 
 from places import FPGA, ROOT, own_cache
 
-CACHE = own_cache("fpga-sabotage")
-TABLE = os.path.join(FPGA, "tools", "sabotages.json")
+CACHE = own_cache("fpga-seeded_fault")
+TABLE = os.path.join(FPGA, "tools", "seeded_faults.json")
 TIMEOUT_S = 600  # a hanging test has detected something, but is not a verdict
 
 
@@ -81,7 +81,7 @@ def first_error(output):
             if found else output.strip().splitlines()[-1] if output.strip() else "no output")
 
 
-def sabotage(bench, entry):
+def seeded_fault(bench, entry):
     """Whether the test failed, as it should; and its output."""
     text = read(os.path.join(FPGA, entry["file"]))
     if text.count(entry["replace"]) != 1:
@@ -132,7 +132,7 @@ def main():
     print("| mutation | test | detected | output |\n|---|---|---|---|", flush=True)
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         fresh = [pool.submit(with_bench, clean, key) for key in keys]
-        asked = [pool.submit(with_bench, sabotage, entry) for entry in chosen]
+        asked = [pool.submit(with_bench, seeded_fault, entry) for entry in chosen]
         for key, future in zip(keys, fresh):
             if not future.result():
                 wrong.append(f"{key[0]} fails without a mutation")
@@ -143,7 +143,7 @@ def main():
             if not noticed:
                 wrong.append(f"{entry['name']} is not detected: {output_text}")
     for sentence in wrong:
-        print(f"sabotage.py: {sentence}")
+        print(f"seeded_fault.py: {sentence}")
     print(f"{len(chosen)} mutations, {len(wrong)} findings, {time.monotonic() - started:.0f} s")
     return 1 if wrong else 0
 

@@ -5,10 +5,10 @@ import pathlib
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-TABLE = json.loads((ROOT / "fpga/tools/sabotages.json").read_text())
+TABLE = json.loads((ROOT / "fpga/tools/seeded_faults.json").read_text())
 
 
-class Sabotages(unittest.TestCase):
+class SeededFaults(unittest.TestCase):
     def test_each_text_stands_once_in_its_file(self):
         for entry in TABLE:
             with self.subTest(entry["name"]):
