@@ -12,11 +12,11 @@
 #include "daemon/backends/linux/v4l2_stream.h"
 #include "daemon/backends/linux/watchdog_dev.h"
 #include "daemon/base/serial_device.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
-using linux_try::Kernel;
+using linux_harness::Kernel;
 
 const struct {
     const char *kind;

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "camera_try.hpp"
+#include "camera_harness.hpp"
 #include "core/error.h"
 #include "daemon/backends/linux/i2c_dev.h"
 #include "daemon/backends/linux/monotonic_clock.h"
@@ -22,8 +22,8 @@
 
 namespace {
 
-using linux_try::Kernel;
-using linux_try::kStart_us;
+using linux_harness::Kernel;
+using linux_harness::kStart_us;
 
 fault_plan plan_of(const char *script) {
     fault_plan plan;
@@ -312,8 +312,8 @@ TEST_CASE("a wrapped bus keeps its lines") {
 
 TEST_CASE("a camera: no frame is leaked, and damage is reported") {
     const Kernel kernel;
-    fake_video_add(linux_try::kVideo, V4L2_PIX_FMT_GREY, 64, 48);
-    linux_try::Camera real;
+    fake_video_add(linux_harness::kVideo, V4L2_PIX_FMT_GREY, 64, 48);
+    linux_harness::Camera real;
     fault_plan plan = plan_of(
         "left.start@1=unsupported,left.take@1=timeout,left.take@2=io/after,left.take@3=spoil,"
         "left.control@1=range,left.stop@1=device,right.take@1+=io");

@@ -7,13 +7,13 @@
 
 #include "core/error.h"
 #include "fake_gpio.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
-using linux_try::Kernel;
-using linux_try::kStart_us;
-using linux_try::record;
+using linux_harness::Kernel;
+using linux_harness::kStart_us;
+using linux_harness::record;
 
 const char *const kChip = "/dev/gpiochip0";
 
@@ -167,10 +167,10 @@ TEST_CASE("every errno maps to the interface's error; signals are not errors") {
 }
 
 TEST_CASE("each call of opening fails in turn: a message names the line, nothing stays open") {
-    for (const int error : linux_try::kErrors) {
+    for (const int error : linux_harness::kErrors) {
         unsigned last = 0;
         message text;
-        linux_try::each_call_fails(
+        linux_harness::each_call_fails(
             error, 1,
             [&] {
                 fake_gpio_add(kChip);
@@ -241,7 +241,7 @@ TEST_CASE("an unplugged chip counts as gone after the next use") {
 }
 
 TEST_CASE("a chip that was reconnected between two uses is another one") {
-    const linux_try::Plug plug;
+    const linux_harness::Plug plug;
     const Kernel kernel;
     fake_gpio_add(kChip);
     REQUIRE(fake_kernel_plug(kChip, plug.file.c_str()));

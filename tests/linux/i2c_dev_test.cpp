@@ -12,13 +12,13 @@
 #include "core/error.h"
 #include "daemon/backends/linux/monotonic_clock.h"
 #include "fake_i2c.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
-using linux_try::Kernel;
-using linux_try::kStart_us;
-using linux_try::record;
+using linux_harness::Kernel;
+using linux_harness::kStart_us;
+using linux_harness::record;
 
 const char *const kPath = "/dev/i2c-1";
 constexpr uint8_t kBridge = 0x5D;
@@ -163,11 +163,11 @@ TEST_CASE("deadlines set the adapter's timeout") {
 }
 
 TEST_CASE("each call of opening fails in turn: an error with advice, and nothing open") {
-    for (const int error : linux_try::kErrors) {
+    for (const int error : linux_harness::kErrors) {
         for (const unsigned times : {1U, 0U}) {
             message text;
             unsigned last = 0;
-            linux_try::each_call_fails(
+            linux_harness::each_call_fails(
                 error, times,
                 [&] {
                     fake_i2c_add(kPath, kBridge);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices that are missing, disappear, and reappear under the same name.
-#include "camera_try.hpp"
+#include "camera_harness.hpp"
 #include "daemon/backends/linux/i2c_dev.h"
 #include "daemon/backends/linux/termios_uart.h"
 #include "fake_i2c.h"
 
 namespace {
 
-using namespace linux_try;
+using namespace linux_harness;
 
 const char *const kBus = "/dev/i2c-1";
 constexpr uint8_t kBridge = 0x2C;

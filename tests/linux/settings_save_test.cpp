@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "daemon/backends/store/store.h"
 #include "daemon/settings/saved_settings.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 #include "scratch.hpp"
 
 namespace {
@@ -65,7 +65,7 @@ constexpr int32_t kOldUs = 7000, kNewUs = 1234567;
 
 // A store with the old settings, watched by the fake kernel.
 struct Place {
-    linux_try::Kernel kernel;
+    linux_harness::Kernel kernel;
     scratch directory;
     std::string path;
 

@@ -12,7 +12,7 @@
 #include <chrono>
 #include <string>
 
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
@@ -88,7 +88,7 @@ void check_gone(int reader, int writer) {
 }  // namespace
 
 TEST_CASE("a pipe gets journald levels, one line each") {
-    const linux_try::Kernel kernel;
+    const linux_harness::Kernel kernel;
     int ends[2];
     REQUIRE(pipe(ends) == 0);
     stderr_log log;
@@ -110,7 +110,7 @@ TEST_CASE("a pipe gets journald levels, one line each") {
 }
 
 TEST_CASE("a terminal gets level words") {
-    const linux_try::Kernel kernel;
+    const linux_harness::Kernel kernel;
     int master = -1, slave = -1;
     REQUIRE(openpty(&master, &slave, nullptr, nullptr, nullptr) == 0);
     stderr_log log;
@@ -133,7 +133,7 @@ TEST_CASE("a terminal gets level words") {
 }
 
 TEST_CASE("a pipe or socket that is not read loses lines and does not block") {
-    const linux_try::Kernel kernel;
+    const linux_harness::Kernel kernel;
     int ends[2];
     REQUIRE(pipe(ends) == 0);
     check_loss(ends[0], ends[1]);

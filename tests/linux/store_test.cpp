@@ -15,13 +15,13 @@
 #include <vector>
 
 #include "core/error.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 #include "scratch.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
-using linux_try::record;
+using linux_harness::record;
 
 const std::string kOld(10000, 'o'), kNew(12345, 'n');
 
@@ -69,7 +69,7 @@ std::set<std::string> listing(const std::string &path) {
 
 // A directory with two records, watched by the fake kernel.
 struct Place {
-    linux_try::Kernel kernel;
+    linux_harness::Kernel kernel;
     scratch directory;
     std::string path;
 
@@ -164,7 +164,7 @@ TEST_CASE("the calls of a save: it syncs the file, then its name") {
 }
 
 TEST_CASE("the directory's name is synced before it has a record") {
-    const linux_try::Kernel kernel;
+    const linux_harness::Kernel kernel;
     const scratch directory;
     const std::string path = directory / "new";
     fake_kernel_watch(path.c_str());

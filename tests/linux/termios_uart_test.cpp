@@ -17,12 +17,12 @@
 #include "core/error.h"
 #include "daemon/backends/linux/monotonic_clock.h"
 #include "daemon/base/monotonic.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
-using linux_try::Kernel;
-using linux_try::record;
+using linux_harness::Kernel;
+using linux_harness::record;
 
 // The other end of a serial line. Real time: the kernel moves the bytes at its own pace.
 struct Line {
@@ -286,12 +286,12 @@ TEST_CASE("every errno of poll, read and write maps to the interface's error") {
 
 TEST_CASE("each call of opening fails in turn: an error, and nothing open") {
     Line line;
-    for (const int error : linux_try::kErrors) {
+    for (const int error : linux_harness::kErrors) {
         message text;
         for (unsigned nth = 1; nth <= 7; nth++) {
             CAPTURE(nth);
             CAPTURE(error);
-            const long before = linux_try::open_descriptors();
+            const long before = linux_harness::open_descriptors();
             fake_kernel_reset();
             fake_kernel_watch(line.path.c_str());
             fake_kernel_fail("", nth, error, 1);
@@ -300,7 +300,7 @@ TEST_CASE("each call of opening fails in turn: an error, and nothing open") {
             CHECK(fake_kernel_failed());
             CHECK(uart.fd == -1);
             CHECK(std::string(text.text).find(line.path) != std::string::npos);
-            CHECK(linux_try::open_descriptors() == before);
+            CHECK(linux_harness::open_descriptors() == before);
         }
     }
 }

@@ -2,11 +2,11 @@
 // hal_camera on V4L2: its calls, times and numbers, and what happens when the stream breaks.
 #include <set>
 
-#include "camera_try.hpp"
+#include "camera_harness.hpp"
 
 namespace {
 
-using namespace linux_try;
+using namespace linux_harness;
 
 constexpr uint16_t kWidth = 64, kHeight = 48;
 
@@ -445,7 +445,7 @@ TEST_CASE(
     "every call fails in turn, once and for ever: the right end, in time, nothing left over") {
     for (const int error : {EIO, ENODEV, EBUSY, ENOMEM, EINVAL, ENOTTY, EACCES, ENOSPC}) {
         for (const unsigned times : {1U, 0U}) {
-            linux_try::each_call_fails(
+            linux_harness::each_call_fails(
                 error, times,
                 [&] {
                     grey_camera();

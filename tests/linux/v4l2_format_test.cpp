@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <random>
 
-#include "camera_try.hpp"
+#include "camera_harness.hpp"
 #include "daemon/backends/linux/v4l2_jpeg.h"
 #include "synthetic/seed.hpp"
 // It needs stdio without including it.
@@ -13,7 +13,7 @@
 
 namespace {
 
-using namespace linux_try;
+using namespace linux_harness;
 
 constexpr uint16_t kWidth = 38, kHeight = 24;
 

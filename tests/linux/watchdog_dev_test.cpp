@@ -6,12 +6,12 @@
 
 #include "core/error.h"
 #include "fake_watchdog.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
 namespace {
 
-using linux_try::Kernel;
-using linux_try::record;
+using linux_harness::Kernel;
+using linux_harness::record;
 
 const char *const kPath = "/dev/watchdog";
 
@@ -96,8 +96,8 @@ TEST_CASE("a driver without KEEPALIVE is fed by writing, and never with the magi
 }
 
 TEST_CASE("each call fails in turn, and signals are not failures") {
-    for (const int error : linux_try::kErrors) {
-        linux_try::each_call_fails(
+    for (const int error : linux_harness::kErrors) {
+        linux_harness::each_call_fails(
             error, 1,
             [&] {
                 const fake_watchdog *device = fake_watchdog_add(kPath);

@@ -10,10 +10,10 @@
 #include "daemon/backends/replay/replay.h"
 #include "daemon/session/record.h"
 #include "scratch.hpp"
-#include "session_try.hpp"
+#include "session_harness.hpp"
 #include "synthetic/seed.hpp"
 
-using namespace session_try;
+using namespace session_harness;
 
 namespace {
 

@@ -6,10 +6,10 @@
 #include <iterator>
 
 #include "scratch.hpp"
-#include "session_try.hpp"
+#include "session_harness.hpp"
 #include "synthetic/seed.hpp"
 
-using namespace session_try;
+using namespace session_harness;
 
 namespace {
 

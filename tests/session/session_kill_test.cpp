@@ -14,10 +14,10 @@
 #include "daemon/session/record.h"
 #include "power_loss.hpp"
 #include "scratch.hpp"
-#include "session_try.hpp"
+#include "session_harness.hpp"
 #include "synthetic/seed.hpp"
 
-using namespace session_try;
+using namespace session_harness;
 
 namespace {
 

@@ -15,9 +15,9 @@
 #include "daemon/backends/sim/sim_backend.h"
 #pragma GCC diagnostic pop
 #include "scratch.hpp"
-#include "session_try.hpp"
+#include "session_harness.hpp"
 
-using namespace session_try;
+using namespace session_harness;
 
 namespace {
 

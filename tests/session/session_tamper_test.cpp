@@ -11,10 +11,10 @@
 #include "daemon/backends/replay/play.h"
 #include "daemon/session/trace.h"
 #include "scratch.hpp"
-#include "session_try.hpp"
+#include "session_harness.hpp"
 #include "synthetic/seed.hpp"
 
-using namespace session_try;
+using namespace session_harness;
 
 namespace {
 

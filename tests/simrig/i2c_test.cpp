@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "tests/simrig/rig_try.hpp"
+#include "tests/simrig/rig_harness.hpp"
 
-using namespace rig_try;
+using namespace rig_harness;
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "bridge_registers.h"
-#include "tests/simrig/rig_try.hpp"
+#include "tests/simrig/rig_harness.hpp"
 
-using namespace rig_try;
+using namespace rig_harness;
 
 TEST_CASE("bridge and sensors answer, each under its address") {
     Bench bench;

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/simrig/rig_try.hpp"
+#include "tests/simrig/rig_harness.hpp"
 
-using namespace rig_try;
+using namespace rig_harness;
 
 namespace {
 

@@ -6,9 +6,9 @@
 #include <complex>
 #include <cstdio>
 
-#include "tests/simrig/world_try.hpp"
+#include "tests/simrig/world_harness.hpp"
 
-using namespace world_try;
+using namespace world_harness;
 
 namespace {
 

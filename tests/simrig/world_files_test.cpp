@@ -9,10 +9,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/simrig/world_try.hpp"
+#include "tests/simrig/world_harness.hpp"
 #include "tools/simrig/world/document.hpp"
 
-using namespace world_try;
+using namespace world_harness;
 
 namespace {
 

@@ -5,10 +5,10 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/simrig/world_try.hpp"
+#include "tests/simrig/world_harness.hpp"
 #include "tools/simrig/world/random.hpp"
 
-using namespace world_try;
+using namespace world_harness;
 
 namespace {
 

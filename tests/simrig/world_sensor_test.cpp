@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "tests/simrig/world_try.hpp"
+#include "tests/simrig/world_harness.hpp"
 
-using namespace world_try;
+using namespace world_harness;
 
 namespace {
 

@@ -9,11 +9,11 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "tests/simrig/world_try.hpp"
+#include "tests/simrig/world_harness.hpp"
 #include "tools/simrig/scene/board.hpp"
 #include "tools/simrig/world/random.hpp"
 
-using namespace world_try;
+using namespace world_harness;
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A board with minimal drivers, and sensors whose pixels are a formula of their position.
-#ifndef VERGENCE_TESTS_SIMRIG_RIG_TRY_HPP
-#define VERGENCE_TESTS_SIMRIG_RIG_TRY_HPP
+#ifndef VERGENCE_TESTS_SIMRIG_RIG_HARNESS_HPP
+#define VERGENCE_TESTS_SIMRIG_RIG_HARNESS_HPP
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,7 @@
 
 #include "tools/simrig/rig/rig.hpp"
 
-namespace rig_try {
+namespace rig_harness {
 
 using simrig::I2cMessage;
 using simrig::I2cStatus;
@@ -86,6 +86,6 @@ inline uint64_t wrong_pixels(const simrig::PpiFrame &frame, int camera) {
     return wrong;
 }
 
-}  // namespace rig_try
+}  // namespace rig_harness
 
 #endif

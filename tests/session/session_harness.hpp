@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Random frames, pairs and events, and comparison with sessions read back.
-#ifndef VERGENCE_TESTS_SESSION_TRY_HPP
-#define VERGENCE_TESTS_SESSION_TRY_HPP
+#ifndef VERGENCE_TESTS_SESSION_HARNESS_HPP
+#define VERGENCE_TESTS_SESSION_HARNESS_HPP
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
@@ -16,7 +16,7 @@
 #include "daemon/session/session_read.h"
 #include "daemon/session/session_write.h"
 
-namespace session_try {
+namespace session_harness {
 
 using Random = std::mt19937_64;
 
@@ -127,6 +127,6 @@ inline std::unique_ptr<session_writer> new_writer() {
     return writer;
 }
 
-}  // namespace session_try
+}  // namespace session_harness
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A fake kernel for one test: reset at the start; at the end no descriptor may be open.
-#ifndef VERGENCE_TESTS_LINUX_TRY_HPP
-#define VERGENCE_TESTS_LINUX_TRY_HPP
+#ifndef VERGENCE_TESTS_LINUX_HARNESS_HPP
+#define VERGENCE_TESTS_LINUX_HARNESS_HPP
 
 #include <doctest/doctest.h>
 
@@ -15,7 +15,7 @@
 #include "fake_kernel.h"
 #include "scratch.hpp"
 
-namespace linux_try {
+namespace linux_harness {
 
 inline long open_descriptors() {
     const std::filesystem::directory_iterator all("/proc/self/fd");
@@ -75,6 +75,6 @@ inline void each_call_fails(int error, unsigned times, const std::function<int()
     }
 }
 
-}  // namespace linux_try
+}  // namespace linux_harness
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A camera under test, its log, and the fake one behind it.
-#ifndef VERGENCE_TESTS_LINUX_CAMERA_TRY_HPP
-#define VERGENCE_TESTS_LINUX_CAMERA_TRY_HPP
+#ifndef VERGENCE_TESTS_LINUX_CAMERA_HARNESS_HPP
+#define VERGENCE_TESTS_LINUX_CAMERA_HARNESS_HPP
 
 #include <fstream>
 #include <string>
@@ -10,9 +10,9 @@
 #include "core/error.h"
 #include "daemon/backends/linux/v4l2_camera.h"
 #include "fake_video.h"
-#include "linux_try.hpp"
+#include "linux_harness.hpp"
 
-namespace linux_try {
+namespace linux_harness {
 
 constexpr uint32_t kFrame_us = 33333;
 inline const char *const kVideo = "/dev/video0";
@@ -82,6 +82,6 @@ struct Camera {
     }
 };
 
-}  // namespace linux_try
+}  // namespace linux_harness
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What the tests of the world share: temporary files, rigs with some errors, still cameras.
-#ifndef VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
-#define VERGENCE_TESTS_SIMRIG_WORLD_TRY_HPP
+#ifndef VERGENCE_TESTS_SIMRIG_WORLD_HARNESS_HPP
+#define VERGENCE_TESTS_SIMRIG_WORLD_HARNESS_HPP
 
 #include <unistd.h>
 
@@ -11,7 +11,7 @@
 
 #include "tools/simrig/render/frame.hpp"
 
-namespace world_try {
+namespace world_harness {
 
 inline std::string file(const std::string &name) {
     return std::string(SIMRIG_FILES) + "/" + name;
@@ -68,6 +68,6 @@ inline world::Mechanics straight(const world::Rig &rig, double zoom, double focu
     return mechanics;
 }
 
-}  // namespace world_try
+}  // namespace world_harness
 
 #endif
