@@ -62,7 +62,7 @@ def is_code(path):
     return text_of(path).startswith("#!")
 
 
-class Ground(unittest.TestCase):
+class RepoLint(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.files = tracked()
