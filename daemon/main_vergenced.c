@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/backends.h"
 #include "daemon/backends/linux/watchdog_dev.h"
 #include "daemon/backends/store/store.h"
 #include "daemon/base/memory_available.h"
@@ -23,7 +24,6 @@
 #include "daemon/commands/manuals.h"
 #include "daemon/files/standard_paths.h"
 #include "daemon/files/sync_file.h"
-#include "daemon/main_backends.h"
 #include "daemon/main_replay.h"
 #include "daemon/server/confine.h"
 #include "daemon/server/notify.h"
@@ -42,7 +42,7 @@ struct daemon {
     struct hal_log log;
     struct store store;
     bool store_open;
-    struct main_backends backends;
+    struct backends backends;
     struct rig rig;
     struct disk_writer disk_writer;
     struct watchdog_dev watchdog;
@@ -249,7 +249,7 @@ static void pair_was_taken(void *replay) {
 }
 
 static void reply_devices(void *devices, const struct command_call *call) {
-    main_linux_put(devices, call);
+    backend_linux_put(devices, call);
 }
 
 /// Limit for frames waiting for a slow disk. A command takes at most six of 6 MiB (a pair, a third
@@ -277,7 +277,7 @@ static int open_parts(struct daemon *self, struct rig_ports *ports, struct messa
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
     if (error == 0) {
-        error = main_backends_open(&self->backends, &self->config, &self->log, ports, message);
+        error = backends_open(&self->backends, &self->config, &self->log, ports, message);
     }
     return error != 0 ? error : open_watchdog(self, message);
 }
@@ -287,13 +287,13 @@ static struct server_parts parts_of(struct daemon *self) {
         .config = &self->config,
         .log_ring = &self->log_ring,
         .log = &self->log,
-        .store = main_backends_store(&self->backends, self->store_open ? &self->store.hal : NULL),
+        .store = backends_store(&self->backends, self->store_open ? &self->store.hal : NULL),
         .files_fd = self->files_fd,
         .table = self->table,
         .table_count = self->table_count,
         .rig = &self->rig,
-        .watchdog = main_backends_watchdog(&self->backends,
-                                           self->watchdog_open ? &self->watchdog.hal : NULL),
+        .watchdog =
+            backends_watchdog(&self->backends, self->watchdog_open ? &self->watchdog.hal : NULL),
         .record = &self->backends.record,
         .disk_writer = &self->disk_writer,
         .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
@@ -381,8 +381,8 @@ static int serve(struct daemon *self) {
     close_watchdog(self);
     commands_session_end(&self->backends.record, &self->log);
     disk_writer_stop(&self->disk_writer);
-    main_backends_report_mismatch(&self->backends);
-    main_backends_close(&self->backends);
+    backends_report_mismatch(&self->backends);
+    backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);
     }

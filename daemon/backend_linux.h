@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The Linux devices of an instrument, as the settings name them. A missing or unplugged device
 /// does not keep the daemon from serving: every bring-up looks for it again.
-#ifndef VERGENCE_DAEMON_MAIN_LINUX_H
-#define VERGENCE_DAEMON_MAIN_LINUX_H
+#ifndef VERGENCE_DAEMON_BACKEND_LINUX_H
+#define VERGENCE_DAEMON_BACKEND_LINUX_H
 
 #include <stdbool.h>
 
@@ -18,17 +18,17 @@
 extern "C" {
 #endif
 
-enum main_linux_device {
-    MAIN_LINUX_I2C,
-    MAIN_LINUX_LEFT_CAMERA,
-    MAIN_LINUX_RIGHT_CAMERA,
-    MAIN_LINUX_LENS_UART,
-    MAIN_LINUX_GPIO,
-    MAIN_LINUX_DEVICES
+enum backend_linux_device {
+    BACKEND_LINUX_I2C,
+    BACKEND_LINUX_LEFT_CAMERA,
+    BACKEND_LINUX_RIGHT_CAMERA,
+    BACKEND_LINUX_LENS_UART,
+    BACKEND_LINUX_GPIO,
+    BACKEND_LINUX_DEVICES
 };
 
 /// Use static storage; it must not move.
-struct main_linux {
+struct backend_linux {
     const struct config *config;
     struct i2c_dev i2c;
     struct v4l2_camera camera[RIG_SIDES];
@@ -36,22 +36,22 @@ struct main_linux {
     struct gpiod_lines lines;
     struct gpiod_line_location locations[HAL_GPIO_LINES];
     struct rig_devices devices;
-    bool needed[MAIN_LINUX_DEVICES];
-    struct message missing[MAIN_LINUX_DEVICES];  ///< why it is not open; "": it is
-    struct message identity;                     ///< of the camera that was queried last
-    struct message refused;                      ///< why an open camera does not start
+    bool needed[BACKEND_LINUX_DEVICES];
+    struct message missing[BACKEND_LINUX_DEVICES];  ///< why it is not open; "": it is
+    struct message identity;                        ///< of the camera that was queried last
+    struct message refused;                         ///< why an open camera does not start
 };
 
 /// Opens the devices that the profile needs and that exist; the others are reported in the log, and
 /// by each bring-up. `config` and `log` must outlive it. `*ports` are the rig's.
-void main_linux_open(struct main_linux *self, const struct config *config,
-                     const struct hal_log *log, struct rig_ports *ports);
+void backend_linux_open(struct backend_linux *self, const struct config *config,
+                        const struct hal_log *log, struct rig_ports *ports);
 
 /// Reports the open cameras: what their drivers report, and what they stream. Call from the thread
 /// that has the rig.
-void main_linux_put(const struct main_linux *self, const struct command_call *call);
+void backend_linux_put(const struct backend_linux *self, const struct command_call *call);
 /// Closes everything; harmless if nothing was opened.
-void main_linux_close(struct main_linux *self);
+void backend_linux_close(struct backend_linux *self);
 
 #ifdef __cplusplus
 }

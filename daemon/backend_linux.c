@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/main_linux.h"
+#include "daemon/backend_linux.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -13,7 +13,7 @@ enum { LENS_BITS_PER_S = 9600 };
 
 // ---- opening each device: 0 if it is open now, else an error with a message
 
-static int open_i2c(struct main_linux *self, struct message *message) {
+static int open_i2c(struct backend_linux *self, struct message *message) {
     if (i2c_dev_is_current(&self->i2c, self->config->i2c)) {
         return ERROR_OK;
     }
@@ -21,7 +21,7 @@ static int open_i2c(struct main_linux *self, struct message *message) {
     return i2c_dev_open(&self->i2c, self->config->i2c, message);
 }
 
-static int open_uart(struct main_linux *self, struct message *message) {
+static int open_uart(struct backend_linux *self, struct message *message) {
     if (termios_uart_is_current(&self->uart, self->config->lens_uart)) {
         return ERROR_OK;
     }
@@ -29,7 +29,7 @@ static int open_uart(struct main_linux *self, struct message *message) {
     return termios_uart_open(&self->uart, self->config->lens_uart, LENS_BITS_PER_S, message);
 }
 
-static int open_gpio(struct main_linux *self, struct message *message) {
+static int open_gpio(struct backend_linux *self, struct message *message) {
     if (gpiod_lines_are_current(&self->lines, self->locations)) {
         return ERROR_OK;
     }
@@ -37,15 +37,15 @@ static int open_gpio(struct main_linux *self, struct message *message) {
     return gpiod_lines_open(&self->lines, self->locations, message);
 }
 
-static int open_device(struct main_linux *self, enum main_linux_device device,
+static int open_device(struct backend_linux *self, enum backend_linux_device device,
                        struct message *message) {
     switch (device) {
-        case MAIN_LINUX_I2C:
+        case BACKEND_LINUX_I2C:
             return open_i2c(self, message);
-        case MAIN_LINUX_LEFT_CAMERA:
-        case MAIN_LINUX_RIGHT_CAMERA:
-            return v4l2_camera_renew(&self->camera[device - MAIN_LINUX_LEFT_CAMERA], message);
-        case MAIN_LINUX_LENS_UART:
+        case BACKEND_LINUX_LEFT_CAMERA:
+        case BACKEND_LINUX_RIGHT_CAMERA:
+            return v4l2_camera_renew(&self->camera[device - BACKEND_LINUX_LEFT_CAMERA], message);
+        case BACKEND_LINUX_LENS_UART:
             return open_uart(self, message);
         default:
             return open_gpio(self, message);
@@ -54,20 +54,21 @@ static int open_device(struct main_linux *self, enum main_linux_device device,
 
 /// Prefixes the setting: "left_camera = /dev/video0: No such file or directory; ...", followed by
 /// the backend's message from the device's path on.
-static void name_setting(const struct main_linux *self, enum main_linux_device device,
+static void name_setting(const struct backend_linux *self, enum backend_linux_device device,
                          struct message *message) {
     const struct config *config = self->config;
     const struct {
         const char *key, *value;
-    } settings[MAIN_LINUX_DEVICES] = {
-        [MAIN_LINUX_I2C] = {"i2c", config->i2c},
-        [MAIN_LINUX_LEFT_CAMERA] = {"left_camera", config->camera[RIG_LEFT]},
-        [MAIN_LINUX_RIGHT_CAMERA] = {"right_camera", config->camera[RIG_RIGHT]},
-        [MAIN_LINUX_LENS_UART] = {"lens_uart", config->lens_uart},
-        [MAIN_LINUX_GPIO] = {"gpio_chip", config->gpio_chip},
+    } settings[BACKEND_LINUX_DEVICES] = {
+        [BACKEND_LINUX_I2C] = {"i2c", config->i2c},
+        [BACKEND_LINUX_LEFT_CAMERA] = {"left_camera", config->camera[RIG_LEFT]},
+        [BACKEND_LINUX_RIGHT_CAMERA] = {"right_camera", config->camera[RIG_RIGHT]},
+        [BACKEND_LINUX_LENS_UART] = {"lens_uart", config->lens_uart},
+        [BACKEND_LINUX_GPIO] = {"gpio_chip", config->gpio_chip},
     };
     const struct message reason = *message;
-    const char *at = device == MAIN_LINUX_GPIO ? NULL : strstr(reason.text, settings[device].value);
+    const char *at =
+        device == BACKEND_LINUX_GPIO ? NULL : strstr(reason.text, settings[device].value);
     message_set(message, 0, "%s = %s%s%s", settings[device].key, at != NULL ? at : "",
                 at != NULL ? "" : settings[device].value, at != NULL ? "" : ": ");
     if (at == NULL) {
@@ -77,9 +78,9 @@ static void name_setting(const struct main_linux *self, enum main_linux_device d
 }
 
 static void open_all(void *opaque) {
-    struct main_linux *self = opaque;
-    for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
-        const enum main_linux_device device = (enum main_linux_device)i;
+    struct backend_linux *self = opaque;
+    for (int i = 0; i < BACKEND_LINUX_DEVICES; i++) {
+        const enum backend_linux_device device = (enum backend_linux_device)i;
         struct message *missing = &self->missing[i];
         missing->text[0] = '\0';
         if (self->needed[i] && open_device(self, device, missing) != ERROR_OK) {
@@ -91,8 +92,8 @@ static void open_all(void *opaque) {
 }
 
 /// "left_camera = /dev/video0: in use by another program; ..."; NULL: the camera starts.
-static const char *refused(struct main_linux *self, enum main_linux_device device) {
-    const bool right = device == MAIN_LINUX_RIGHT_CAMERA;
+static const char *refused(struct backend_linux *self, enum backend_linux_device device) {
+    const bool right = device == BACKEND_LINUX_RIGHT_CAMERA;
     const struct v4l2_camera *camera = &self->camera[right ? RIG_RIGHT : RIG_LEFT];
     if (camera->refused.text[0] == '\0') {
         return NULL;
@@ -103,42 +104,42 @@ static const char *refused(struct main_linux *self, enum main_linux_device devic
 }
 
 /// The device that a part of the rig depends on. Both sensors of a bridge share the left camera's.
-static enum main_linux_device device_of(enum rig_part part, bool bridge) {
+static enum backend_linux_device device_of(enum rig_part part, bool bridge) {
     switch (part) {
         case RIG_PART_LEFT_CAMERA:
-            return MAIN_LINUX_LEFT_CAMERA;
+            return BACKEND_LINUX_LEFT_CAMERA;
         case RIG_PART_RIGHT_CAMERA:
-            return bridge ? MAIN_LINUX_LEFT_CAMERA : MAIN_LINUX_RIGHT_CAMERA;
+            return bridge ? BACKEND_LINUX_LEFT_CAMERA : BACKEND_LINUX_RIGHT_CAMERA;
         case RIG_PART_LEFT_LENS:
         case RIG_PART_RIGHT_LENS:
-            return MAIN_LINUX_LENS_UART;
+            return BACKEND_LINUX_LENS_UART;
         case RIG_PART_RESET_LINE:
         case RIG_PART_IRQ_LINE:
         case RIG_PART_TRIGGER_LINE:
-            return MAIN_LINUX_GPIO;
+            return BACKEND_LINUX_GPIO;
         default:
-            return MAIN_LINUX_I2C;
+            return BACKEND_LINUX_I2C;
     }
 }
 
 static const char *missing(void *opaque, enum rig_part part) {
-    struct main_linux *self = opaque;
-    const enum main_linux_device device = device_of(part, self->config->profile.bridge);
+    struct backend_linux *self = opaque;
+    const enum backend_linux_device device = device_of(part, self->config->profile.bridge);
     const char *text = self->missing[device].text;
-    if (text[0] == '\0' && device == MAIN_LINUX_LENS_UART) {
+    if (text[0] == '\0' && device == BACKEND_LINUX_LENS_UART) {
         // A GPIO line may switch the controller's power.
-        text = self->missing[MAIN_LINUX_GPIO].text;
+        text = self->missing[BACKEND_LINUX_GPIO].text;
     }
     if (text[0] != '\0') {
         return text;
     }
-    const bool camera = device == MAIN_LINUX_LEFT_CAMERA || device == MAIN_LINUX_RIGHT_CAMERA;
+    const bool camera = device == BACKEND_LINUX_LEFT_CAMERA || device == BACKEND_LINUX_RIGHT_CAMERA;
     return camera ? refused(self, device) : NULL;
 }
 
 /// Its name and its USB port: the port distinguishes two cameras of a kind.
 static const char *identity(void *opaque, enum rig_part part) {
-    struct main_linux *self = opaque;
+    struct backend_linux *self = opaque;
     // Both sensors of a bridge share one device.
     if (self->config->profile.bridge ||
         (part != RIG_PART_LEFT_CAMERA && part != RIG_PART_RIGHT_CAMERA)) {
@@ -154,7 +155,7 @@ static const char *identity(void *opaque, enum rig_part part) {
 }
 
 /// Finds the locations of the lines; whether there is any.
-static bool find_places(struct main_linux *self) {
+static bool find_places(struct backend_linux *self) {
     const struct config *config = self->config;
     const struct {
         int32_t line;
@@ -179,17 +180,17 @@ static bool find_places(struct main_linux *self) {
     return any;
 }
 
-void main_linux_open(struct main_linux *self, const struct config *config,
-                     const struct hal_log *log, struct rig_ports *ports) {
+void backend_linux_open(struct backend_linux *self, const struct config *config,
+                        const struct hal_log *log, struct rig_ports *ports) {
     const struct rig_profile *profile = &config->profile;
-    *self = (struct main_linux){
+    *self = (struct backend_linux){
         .config = config,
         .devices = {.open = open_all, .missing = missing, .identity = identity, .self = self}};
-    self->needed[MAIN_LINUX_I2C] = profile->bridge;
-    self->needed[MAIN_LINUX_LEFT_CAMERA] = true;
-    self->needed[MAIN_LINUX_RIGHT_CAMERA] = !profile->bridge;
-    self->needed[MAIN_LINUX_LENS_UART] = profile->lenses != RIG_LENSES_FIXED;
-    self->needed[MAIN_LINUX_GPIO] = find_places(self);
+    self->needed[BACKEND_LINUX_I2C] = profile->bridge;
+    self->needed[BACKEND_LINUX_LEFT_CAMERA] = true;
+    self->needed[BACKEND_LINUX_RIGHT_CAMERA] = !profile->bridge;
+    self->needed[BACKEND_LINUX_LENS_UART] = profile->lenses != RIG_LENSES_FIXED;
+    self->needed[BACKEND_LINUX_GPIO] = find_places(self);
     i2c_dev_init(&self->i2c);
     termios_uart_init(&self->uart);
     gpiod_lines_init(&self->lines);
@@ -202,10 +203,10 @@ void main_linux_open(struct main_linux *self, const struct config *config,
     ports->camera[RIG_LEFT] = &self->camera[RIG_LEFT].hal;
     ports->camera[RIG_RIGHT] = &self->camera[profile->bridge ? RIG_LEFT : RIG_RIGHT].hal;
     ports->lens_uart = profile->lenses != RIG_LENSES_FIXED ? &self->uart.hal : NULL;
-    ports->gpio = self->needed[MAIN_LINUX_GPIO] ? &self->lines.hal : NULL;
+    ports->gpio = self->needed[BACKEND_LINUX_GPIO] ? &self->lines.hal : NULL;
     ports->devices = &self->devices;
     open_all(self);
-    for (int i = 0; i < MAIN_LINUX_DEVICES; i++) {
+    for (int i = 0; i < BACKEND_LINUX_DEVICES; i++) {
         if (self->missing[i].text[0] != '\0') {
             log->operations->write(log->self, HAL_LOG_WARNING, self->missing[i].text);
         }
@@ -230,10 +231,10 @@ static void put_camera(const struct v4l2_camera *camera, const struct command_ca
     }
 }
 
-void main_linux_put(const struct main_linux *self, const struct command_call *call) {
+void backend_linux_put(const struct backend_linux *self, const struct command_call *call) {
     static const char *const names[RIG_SIDES] = {"left_camera", "right_camera"};
     for (int side = 0; side < RIG_SIDES; side++) {
-        if (self->needed[MAIN_LINUX_LEFT_CAMERA + side]) {
+        if (self->needed[BACKEND_LINUX_LEFT_CAMERA + side]) {
             reply_group_begin(call, names[side], false);
             put_camera(&self->camera[side], call);
             reply_group_end(call);
@@ -241,7 +242,7 @@ void main_linux_put(const struct main_linux *self, const struct command_call *ca
     }
 }
 
-void main_linux_close(struct main_linux *self) {
+void backend_linux_close(struct backend_linux *self) {
     if (self->config == NULL) {
         return;
     }

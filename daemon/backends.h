@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The backends that the settings select: Linux devices, a simulated rig, or a recorded session;
 /// wrapped by a test's faults, and all of it by the recorder.
-#ifndef VERGENCE_DAEMON_MAIN_BACKENDS_H
-#define VERGENCE_DAEMON_MAIN_BACKENDS_H
+#ifndef VERGENCE_DAEMON_BACKENDS_H
+#define VERGENCE_DAEMON_BACKENDS_H
 
 #include <stdbool.h>
 
+#include "daemon/backend_linux.h"
 #include "daemon/backends/fault/fault.h"
 #include "daemon/backends/replay/replay.h"
 #include "daemon/backends/sim/sim_backend.h"
-#include "daemon/main_linux.h"
 #include "daemon/session/record.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/fault_plan.h"
@@ -19,10 +19,10 @@ extern "C" {
 #endif
 
 /// All backends. Use static storage: it is large and must not move.
-struct main_backends {
+struct backends {
     struct sim_backend sim;
     struct replay replay;
-    struct main_linux devices;
+    struct backend_linux devices;
     bool has_sim, has_replay;
     struct rig_devices replay_devices;  ///< opens nothing, but states why a replayed part fails
     const struct hal_log *log;
@@ -43,18 +43,17 @@ struct main_backends {
 
 /// Opens the backends that the settings name; `*ports` are the rig's. For a replay the profile in
 /// the settings is replaced by the recorded one. 0, or an error with a message; call
-/// main_backends_close in any case.
-int main_backends_open(struct main_backends *self, struct config *config, const struct hal_log *log,
-                       struct rig_ports *ports, struct message *message);
+/// backends_close in any case.
+int backends_open(struct backends *self, struct config *config, const struct hal_log *log,
+                  struct rig_ports *ports, struct message *message);
 /// Backends outside the rig, behind the same faults, once they are open: `real` (NULL: NULL), which
 /// must not move, or a wrapper around it.
-const struct hal_store *main_backends_store(struct main_backends *self,
-                                            const struct hal_store *real);
-const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
-                                                  const struct hal_watchdog *real);
+const struct hal_store *backends_store(struct backends *self, const struct hal_store *real);
+const struct hal_watchdog *backends_watchdog(struct backends *self,
+                                             const struct hal_watchdog *real);
 /// Logs once why a replay ended, if it did.
-void main_backends_report_mismatch(struct main_backends *self);
-void main_backends_close(struct main_backends *self);
+void backends_report_mismatch(struct backends *self);
+void backends_close(struct backends *self);
 
 #ifdef __cplusplus
 }

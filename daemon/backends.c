@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/main_backends.h"
+#include "daemon/backends.h"
 
 #include <fcntl.h>
 #include <string.h>
@@ -8,8 +8,8 @@
 #include "core/invariant.h"
 #include "daemon/backends/replay/replay_profile.h"
 
-static int open_sim(struct main_backends *self, const struct config *config,
-                    struct rig_ports *ports, struct message *message) {
+static int open_sim(struct backends *self, const struct config *config, struct rig_ports *ports,
+                    struct message *message) {
     const int error =
         sim_backend_open(&self->sim, config->backend_address, SIM_CONNECTION_TIMEOUT_MS);
     if (error != 0) {
@@ -36,7 +36,7 @@ static int take_profile(struct config *config, struct message *message) {
                        why.text);
 }
 
-void main_backends_report_mismatch(struct main_backends *self) {
+void backends_report_mismatch(struct backends *self) {
     const char *why = self->replay.last_error.text;
     if (self->has_replay && why[0] != '\0' && !self->mismatch_reported) {
         self->mismatch_reported = true;
@@ -50,9 +50,9 @@ static void open_nothing(void *opaque) {
 
 /// After the first call that does not match all parts fail, and none of them is the cause.
 static const char *why_played_part_fails(void *opaque, enum rig_part part) {
-    struct main_backends *self = opaque;
+    struct backends *self = opaque;
     (void)part;
-    main_backends_report_mismatch(self);
+    backends_report_mismatch(self);
     return self->replay.ran_out
                ? "the replayed recording ends here: restart the daemon to replay it again"
            : self->replay.last_error.text[0] != '\0'
@@ -61,7 +61,7 @@ static const char *why_played_part_fails(void *opaque, enum rig_part part) {
                : NULL;
 }
 
-static int open_replay(struct main_backends *self, struct config *config, struct rig_ports *ports,
+static int open_replay(struct backends *self, struct config *config, struct rig_ports *ports,
                        struct message *message) {
     int error = replay_open(&self->replay, AT_FDCWD, config->backend_address, NULL, message);
     self->has_replay = error == 0;
@@ -94,7 +94,7 @@ static int open_replay(struct main_backends *self, struct config *config, struct
 }
 
 /// Wraps the ports in a test's faults.
-static int wrap_faults(struct main_backends *self, const char *script, struct rig_ports *ports,
+static int wrap_faults(struct backends *self, const char *script, struct rig_ports *ports,
                        struct message *message) {
     if (script[0] == '\0') {
         return 0;
@@ -135,8 +135,8 @@ static int wrap_faults(struct main_backends *self, const char *script, struct ri
     return 0;
 }
 
-int main_backends_open(struct main_backends *self, struct config *config, const struct hal_log *log,
-                       struct rig_ports *ports, struct message *message) {
+int backends_open(struct backends *self, struct config *config, const struct hal_log *log,
+                  struct rig_ports *ports, struct message *message) {
     struct rig_ports inner = {0};
     int error = 0;
     self->log = log;
@@ -148,7 +148,7 @@ int main_backends_open(struct main_backends *self, struct config *config, const 
             error = open_replay(self, config, &inner, message);
             break;
         case CONFIG_BACKEND_LINUX:
-            main_linux_open(&self->devices, config, log, &inner);
+            backend_linux_open(&self->devices, config, log, &inner);
             self->time_passes = true;
             break;
     }
@@ -164,8 +164,7 @@ int main_backends_open(struct main_backends *self, struct config *config, const 
     return 0;
 }
 
-const struct hal_store *main_backends_store(struct main_backends *self,
-                                            const struct hal_store *real) {
+const struct hal_store *backends_store(struct backends *self, const struct hal_store *real) {
     if (real == NULL || self->faults_clock == NULL) {
         return real;
     }
@@ -174,8 +173,8 @@ const struct hal_store *main_backends_store(struct main_backends *self,
     return &self->fault_store.hal;
 }
 
-const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
-                                                  const struct hal_watchdog *real) {
+const struct hal_watchdog *backends_watchdog(struct backends *self,
+                                             const struct hal_watchdog *real) {
     if (real == NULL || self->faults_clock == NULL) {
         return real;
     }
@@ -184,12 +183,12 @@ const struct hal_watchdog *main_backends_watchdog(struct main_backends *self,
     return &self->fault_watchdog.hal;
 }
 
-void main_backends_close(struct main_backends *self) {
+void backends_close(struct backends *self) {
     if (self->has_sim) {
         sim_backend_close(&self->sim);
     }
     if (self->has_replay) {
         replay_close(&self->replay);
     }
-    main_linux_close(&self->devices);
+    backend_linux_close(&self->devices);
 }
