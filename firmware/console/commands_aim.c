@@ -152,8 +152,8 @@ static int show_axis(const struct command_call *call, unsigned side, enum lens_a
     if (error == 0) {
         reply_group_begin(call, commands_side_name(side), false);
         reply_number(call, "position", positions[axis], 0, "counts");
-        reply_number(call, "least", limits.min, 0, "counts");
-        reply_number(call, "most", limits.max, 0, "counts");
+        reply_number(call, "min", limits.min, 0, "counts");
+        reply_number(call, "max", limits.max, 0, "counts");
         put_play(call, &limits);
         reply_group_end(call);
     }

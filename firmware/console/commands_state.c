@@ -27,7 +27,7 @@ static bool error_is_over(const struct rig *rig) {
 static void put_last_error(const struct command_call *call) {
     // A cancelled command leaves no text, as the user wanted it.
     if (call->rig->last_error.error != 0 && call->rig->last_error.text[0] != '\0') {
-        reply_text(call, error_is_over(call->rig) ? "last_trouble" : "trouble",
+        reply_text(call, error_is_over(call->rig) ? "last_error" : "error",
                    call->rig->last_error.text);
     }
 }

@@ -158,12 +158,12 @@ class Bench:
         for turn in range(self.rounds):
             took = {}
             for name in order[turn % len(order):] + order[:turn % len(order)]:
-                if "trouble" in results[name]:
+                if "error" in results[name]:
                     continue
                 try:
                     found = self.chosen[name](self.all, self.context)
                 except methods.Failure as failure:
-                    results[name]["trouble"] = str(failure)
+                    results[name]["error"] = str(failure)
                     continue
                 took[name] = found["seconds"]
                 results[name]["seconds"].append(found["seconds"])
@@ -174,7 +174,7 @@ class Bench:
 
     def judge(self, name, result):
         if "found" not in result:
-            return {"trouble": result["trouble"]}
+            return {"error": result["error"]}
         found = result["found"]
         rig = found["rig"]
         line = {"views": found["views"], "pairs": len(self.names), "rms_px": found["rms_px"],
@@ -188,7 +188,7 @@ class Bench:
         try:
             line.update(self.hold_out(name, found["corners"]))
         except methods.Failure as failure:
-            line["held_out_trouble"] = str(failure)
+            line["held_out_error"] = str(failure)
         return line
 
     def hold_out(self, name, own):
@@ -213,7 +213,7 @@ def print_table(result):
              "common", "time s", "ratio")
     print(f"{'':24}" + "".join(f"{head:>13}" for head in heads))
     for name, line in result["methods"].items():
-        if "trouble" in line:
+        if "error" in line:
             print(f"{name:24}  failed: {line['trouble']}")
             continue
         cells = [f"{line['views']}/{line['pairs']}"]
@@ -223,7 +223,7 @@ def print_table(result):
             value = line.get(key)
             cells.append("-" if value is None else f"{value:.{decimals}f}")
         print(f"{name:24}" + "".join(f"{cell:>13}" for cell in cells))
-        if "held_out_trouble" in line:
+        if "held_out_error" in line:
             print(f"{'':24}  held out: {line['held_out_trouble']}")
 
 

@@ -42,7 +42,7 @@ class CalibrationBench(unittest.TestCase):
             if name == "OpenCV, SB":
                 continue  # it misses a board, and too many in halves
             with self.subTest(name):
-                self.assertNotIn("trouble", line)
+                self.assertNotIn("error", line)
                 self.assertEqual((line["views"], line["pairs"]), (8, 8))
                 self.assertLess(abs(line["baseline_mm"] - 99.8), 2)
                 self.assertLess(line["rows_common_px"], 0.6)

@@ -316,7 +316,7 @@ class Results(pairs.Workshop):
         self.assertNotIn("rotation", node)
         bounds = self.result["bounds_mm"]
         # x is unchanged, y and z are negated.
-        expected_max = [bounds["greatest"][0], -bounds["least"][1], -bounds["least"][2]]
+        expected_max = [bounds["max"][0], -bounds["min"][1], -bounds["min"][2]]
         for axis, millimetres in enumerate(expected_max):
             found = accessor["max"][axis] * node["scale"][axis] + node["translation"][axis]
             # Points without a triangle are omitted.

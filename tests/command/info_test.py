@@ -51,13 +51,13 @@ class Info(pairs.Workshop):
         self.assertEqual(pages["mesh.glb"]["vertices"], result["mesh"]["vertices"])
         self.assertEqual(pages["mesh.glb"]["triangles"], result["mesh"]["triangles"])
         low, high = pages["mesh.glb"]["bounds_x"]
-        self.assertAlmostEqual(low, result["bounds_mm"]["least"][0] / 1000, delta=2e-3)
-        self.assertAlmostEqual(high, result["bounds_mm"]["greatest"][0] / 1000, delta=2e-3)
+        self.assertAlmostEqual(low, result["bounds_mm"]["min"][0] / 1000, delta=2e-3)
+        self.assertAlmostEqual(high, result["bounds_mm"]["max"][0] / 1000, delta=2e-3)
         for axis, letter in enumerate("xyz"):
             for name in ("mesh.ply", "points.pcd"):
                 low, high = pages[name][f"bounds_{letter}"]
-                self.assertAlmostEqual(low, result["bounds_mm"]["least"][axis], 2)
-                self.assertAlmostEqual(high, result["bounds_mm"]["greatest"][axis], 2)
+                self.assertAlmostEqual(low, result["bounds_mm"]["min"][axis], 2)
+                self.assertAlmostEqual(high, result["bounds_mm"]["max"][axis], 2)
 
     def test_maps_agree_with_opencv(self):
         folder = self.result()

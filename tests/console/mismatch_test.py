@@ -212,7 +212,7 @@ class Pairs(Surfaces):
         with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
             result = json.load(file)
         self.assertEqual(result["calibration"]["match"], "yes")
-        self.assertEqual(result["format_version"], 1)
+        self.assertEqual(result["format_version"], 2)
         common_mm = result["depth_sigma_common_mm"]
         # 0.3 degrees of two servos 250 mm apart, and 4 counts of two zooms.
         depth_mm, degree_rad = result["depth_mm"]["median"], 5236e-6

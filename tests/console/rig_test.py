@@ -84,7 +84,7 @@ class Rig(RigTest):
                 ("2046 1530 4", "WIDTH 2046 .*SKIP 4: 16 to 2048 px in steps of 8")):
             self.assertRegex(self.first.ask(f"window {window}")[-1], f"^ERR RANGE window: {words}")
         self.assertEqual(self.asked("window 18 36 3"), {"width": 6, "height": 12})
-        self.assertNotIn("trouble", self.asked("health"))
+        self.assertNotIn("error", self.asked("health"))
         self.asked("safe")
         self.assertEqual(self.first.ask("health")[-1], "ERR NOT_READY health: the instrument is in its "
                          'safe state; "bringup" again')
@@ -129,7 +129,7 @@ class Rig(RigTest):
             time.sleep(timeout_s)
             self.first.send("\x03")
             self.first.answer()
-            self.assertNotEqual(self.asked("status").get("trouble"), "")  # a cancellation, not an error
+            self.assertNotEqual(self.asked("status").get("error"), "")  # a cancellation, not an error
             if self.asked("status")["state"] == "safe":
                 break  # otherwise it had not started yet, or had ended
         self.assertRegex(self.first.ask("zoom both 500")[-1],
@@ -230,18 +230,18 @@ class Errors(RigTest):
         self.assertEqual(rejection[:9], "ERR MOVED")
         for command in ("status", "health"):
             reported = self.asked(command)
-            self.assertEqual((reported["state"], reported["last_trouble"]), ("ready", rejection[10:]))
-            self.assertNotIn("trouble", reported)
+            self.assertEqual((reported["state"], reported["last_error"]), ("ready", rejection[10:]))
+            self.assertNotIn("error", reported)
         self.asked("safe")
         self.assertRegex(self.first.ask("pan 1")[-1], "^ERR NOT_READY pan: .*safe state.*bringup")
         reported = self.asked("status")
-        self.assertEqual([key for key in reported if "trouble" in key], [])
+        self.assertEqual([key for key in reported if "error" in key], [])
 
     def test_a_lasting_fault_is_reported_as_the_reason(self):
         self.fault("camera left unplug")
         self.addCleanup(self.fault, "camera left ok")
         rejection = self.first.ask("capture")[-1]
-        self.assertEqual(self.asked("status")["trouble"], rejection.split(" ", 2)[2])
+        self.assertEqual(self.asked("status")["error"], rejection.split(" ", 2)[2])
         self.asked("safe")
         self.assertIn(rejection.split(" ", 2)[2], self.first.ask("pan 1")[-1])
 
@@ -263,7 +263,7 @@ class RigsThatGo(DaemonTest):
         self.assertEqual(first.ask("bringup")[-1], "OK")
         self.assertEqual(first.ask("pan 5")[-1], "OK")
         self.assertEqual(first.ask("capture again")[-1], "OK")
-        self.assertNotIn("trouble", first.ask_json("status")["result"])
+        self.assertNotIn("error", first.ask_json("status")["result"])
 
     def test_another_one_at_once(self):
         """Between two commands: the next one reports it, and a bring-up suffices."""

@@ -15,7 +15,7 @@ def load(path):
 
 
 def depth_text(bounds):
-    return f"{bounds['least'][2] / 1000:.2f} to {bounds['greatest'][2] / 1000:.2f} m"
+    return f"{bounds['min'][2] / 1000:.2f} to {bounds['max'][2] / 1000:.2f} m"
 
 
 def accuracy_text(folder):

@@ -8,7 +8,7 @@
 #include "daemon/surface/result/result_figures.h"
 
 /// Version of result.json: incremented if a member changes its meaning or is removed.
-enum { RESULT_JSON_VERSION = 1, KEY_BYTES = 48 };
+enum { RESULT_JSON_VERSION = 2, KEY_BYTES = 48 };
 
 /// Converts a text up to the first colon to a JSON key: "no texture: ..." gives "no_texture".
 static void make_key(const char *text, char key[KEY_BYTES]) {
@@ -169,8 +169,8 @@ static void print_surface(const struct reconstruct_context *context, struct json
     }
     const struct result_figures_box bounds = result_figures_bounds(result);
     json_open_object(json, "bounds_mm");
-    json_reals(json, "least", bounds.min_mm, 3, 9);
-    json_reals(json, "greatest", bounds.greatest_mm, 3, 9);
+    json_reals(json, "min", bounds.min_mm, 3, 9);
+    json_reals(json, "max", bounds.greatest_mm, 3, 9);
     json_close_object(json);
     struct result_figures_quantiles spread;
     if (!result_figures_spread(result, &spread)) {

@@ -46,8 +46,8 @@ class Demo(unittest.TestCase):
         self.assertTrue(result["metric"])
         # The truth has disparities of 7.2 to 59.9 px: f B / (d + doffs).
         near, far = (994.978 * 193.001 / (d + 31.086) for d in (59.9, 7.2))
-        self.assertGreater(result["bounds_mm"]["least"][2], 0.85 * near)
-        self.assertLess(result["bounds_mm"]["greatest"][2], 1.25 * far)
+        self.assertGreater(result["bounds_mm"]["min"][2], 0.85 * near)
+        self.assertLess(result["bounds_mm"]["max"][2], 1.25 * far)
 
     def test_aloe_reports_what_is_assumed(self):
         score = load(self.folder.name, "aloe", "evaluation.json")

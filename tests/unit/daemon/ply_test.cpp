@@ -145,8 +145,8 @@ TEST_CASE("JSON: quantiles, infinities and quotes") {
     const nlohmann::json value = nlohmann::json::parse(written(write_result));
     CHECK(value["plan"]["depth_far_mm"].is_null());
     CHECK(value["calibration"]["format"] == "by \"hand\"");
-    CHECK(value["bounds_mm"]["greatest"][2] == 2000000.0);
-    CHECK(value["bounds_mm"]["least"][0] == -1.5);
+    CHECK(value["bounds_mm"]["max"][2] == 2000000.0);
+    CHECK(value["bounds_mm"]["min"][0] == -1.5);
     CHECK(value["depth_mm"]["p1"] == 3.0);
     CHECK(value["depth_mm"]["median"] == 70.0);
     CHECK(value["density_percent"].get<double>() == doctest::Approx(300.0 / 128));

@@ -69,7 +69,7 @@ json rig_json(const calibrate_result &result) {
             {"translation_right_left_mm", {shift[0], shift[1], shift[2]}},
             {"translation_sigma_mm", solution.sigma.translation_mm},
             {"rows_rms_px", result.rows.rms_px},
-            {"rows_most_px", result.rows.max_px},
+            {"rows_max_px", result.rows.max_px},
             {"depth_sigma", depth_json(solution, baseline_mm)}};
 }
 
