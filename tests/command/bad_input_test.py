@@ -16,7 +16,7 @@ from pairs import BOARD, RECTIFIED, VERGENCE
 NOBODY = 65534
 
 
-class UnprivilegedWorkshop(pairs.Workshop):
+class UnprivilegedFixture(pairs.Fixture):
     def as_nobody(self):
         """Options of pairs.run that drop root's rights, since root ignores permissions."""
         if os.geteuid() != 0:
@@ -27,7 +27,7 @@ class UnprivilegedWorkshop(pairs.Workshop):
         return {"user": NOBODY, "group": NOBODY, "extra_groups": [], "program": program}
 
 
-class Arguments(pairs.Workshop):
+class Arguments(pairs.Fixture):
     def test_usage(self):
         cases = [
             ([], "command"), (["banana"], "banana"), (["recontruct"], "reconstruct"),
@@ -96,7 +96,7 @@ class Arguments(pairs.Workshop):
         self.assert_near_truth()
 
 
-class Images(UnprivilegedWorkshop):
+class Images(UnprivilegedFixture):
     def refuse(self, left, right, code, *words, arguments=RECTIFIED, program=VERGENCE):
         done = pairs.run("reconstruct", left, right, *arguments, "--out", self.out, program=program)
         self.assert_refused(done, code, *words)
@@ -181,7 +181,7 @@ class Images(UnprivilegedWorkshop):
         self.refuse(flat, flat, 4, "no surface", "no texture")
 
 
-class Calibrations(pairs.Workshop):
+class Calibrations(pairs.Fixture):
     def refuse(self, text, *words, arguments=(), program=VERGENCE):
         path = self.directory / "bad.txt"
         path.write_bytes(text.encode() if isinstance(text, str) else text)
@@ -320,7 +320,7 @@ class Calibrations(pairs.Workshop):
         self.refuse(text, "-1024", "1024", "--disparity", arguments=["--disparity", "1020:20"])
 
 
-class Output(UnprivilegedWorkshop):
+class Output(UnprivilegedFixture):
     def attempt(self, out, **options):
         return pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED, "--out", out,
                          **options)
@@ -404,7 +404,7 @@ class Output(UnprivilegedWorkshop):
         self.assertEqual(before, after)
 
 
-class FullDisk(pairs.Workshop):
+class FullDisk(pairs.Fixture):
     """ENOSPC, injected into every kind of call by strace, since a test may not mount a disk."""
 
     def attempt(self, call, when):

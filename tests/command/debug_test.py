@@ -42,7 +42,7 @@ def read_indices(path):
     return indices.reshape(codes.shape), palette
 
 
-class Debug(pairs.Workshop):
+class Debug(pairs.Fixture):
     def setUp(self):
         super().setUp()
         self.pictures = self.directory / "pictures"
@@ -216,7 +216,7 @@ class Debug(pairs.Workshop):
         self.assertLess(COMMON | INNER, set(os.listdir(self.pictures)))
 
 
-class Refused(pairs.Workshop):
+class Refused(pairs.Fixture):
     def attempt(self, *arguments, **options):
         return pairs.run("reconstruct", self.left_path, self.right_path, *RECTIFIED, "--out",
                          self.out, *arguments, **options)

@@ -38,7 +38,7 @@ def mosaic(image, bits):
     return raw.astype(numpy.uint16) << (bits - 8)
 
 
-class Images(pairs.Workshop):
+class Images(pairs.Fixture):
     def check(self, left, right, *arguments):
         self.reconstruct(*RECTIFIED, *arguments, left=left, right=right)
         self.assert_near_truth()
@@ -249,7 +249,7 @@ class Images(pairs.Workshop):
                         write_pnm(self.directory / "r.pgm", right, maxval=1023), "--bayer", "grbg")
 
 
-class Results(pairs.Workshop):
+class Results(pairs.Fixture):
     def setUp(self):
         super().setUp()
         self.reconstruct()

@@ -13,7 +13,7 @@ import pairs
 from pairs import RECTIFIED
 
 
-class Info(pairs.Workshop):
+class Info(pairs.Fixture):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()

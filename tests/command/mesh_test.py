@@ -14,7 +14,7 @@ from pairs import BOARD, FOCAL_PX, RECTIFIED
 KINDS = {5120: "i1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 
-class Mesh(pairs.Workshop):
+class Mesh(pairs.Fixture):
     def ply(self):
         plyfile, _ = foreign_readers.python_readers()
         ply = plyfile.PlyData.read(str(self.out / "mesh.ply"))

@@ -55,7 +55,7 @@ def grey(image):
 RECTIFIED = ["--rectified", "--focal", FOCAL_PX, "--baseline", BASELINE_MM, "--disparity", "0:48"]
 
 
-class Workshop(unittest.TestCase):
+class Fixture(unittest.TestCase):
     """A test case with an empty directory and a pair in it."""
 
     def setUp(self):

@@ -66,7 +66,7 @@ class Session:
         return target
 
 
-class Pictures(pairs.Workshop):
+class Pictures(pairs.Fixture):
     def measured(self, *arguments):
         """The messages about the surface, and the result if there is one."""
         shutil.rmtree(self.out, ignore_errors=True)

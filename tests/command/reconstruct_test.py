@@ -18,7 +18,7 @@ HOST_FILES = ["depth.png", "disparity.pfm", "disparity.png", "left_rectified.png
 BOARD_FILES = ["disparity.pfm", "mesh.ply", "points.pcd", "reasons.pgm", "result.json"]
 
 
-class Reconstruct(pairs.Workshop):
+class Reconstruct(pairs.Fixture):
     def test_writes_all_files_and_finds_the_surface(self):
         done = self.reconstruct()
         self.assertEqual(sorted(os.listdir(self.out)), HOST_FILES)

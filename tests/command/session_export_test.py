@@ -10,7 +10,7 @@ import unittest
 import cv2
 import numpy
 
-from pairs import BOARD, VERGENCE, Workshop, make_pair, run
+from pairs import BOARD, VERGENCE, Fixture, make_pair, run
 from recorded import Session
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
@@ -21,7 +21,7 @@ def names(session, *pairs):
     return [f"{session}-pair{pair}-{side}.png" for pair in pairs for side in SIDES]
 
 
-class Export(Workshop):
+class Export(Fixture):
     def setUp(self):
         super().setUp()
         self.out = self.directory / "out"

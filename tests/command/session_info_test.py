@@ -8,13 +8,13 @@ import unittest
 
 import numpy
 
-from pairs import Workshop, run
+from pairs import Fixture, run
 from recorded import Session
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 
 
-class Info(Workshop):
+class Info(Fixture):
     def output_text(self, *operands):
         done = run("info", *operands)
         self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)

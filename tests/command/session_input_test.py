@@ -9,8 +9,8 @@ import cv2
 import numpy
 
 import boards
-from calibrate_workshop import Workshop as Calibrating
-from pairs import Workshop as Reconstructing
+from calibrate_fixture import Fixture as Calibrating
+from pairs import Fixture as Reconstructing
 from pairs import run
 from recorded import Session
 

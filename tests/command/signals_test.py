@@ -20,7 +20,7 @@ import pairs
 from pairs import VERGENCE
 
 
-class Signals(pairs.Workshop):
+class Signals(pairs.Fixture):
     """On a pair that takes about half a second, so that a signal can arrive in every stage."""
 
     @classmethod
@@ -149,7 +149,7 @@ class Signals(pairs.Workshop):
         self.assertGreater(ended, 0)
 
 
-class Terminal(pairs.Workshop):
+class Terminal(pairs.Fixture):
     def on_terminal(self, *arguments, interrupt_after=None, columns=80):
         """Runs with standard error on its own terminal; returns its output and the exit code."""
         master, slave = pty.openpty()

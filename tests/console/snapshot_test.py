@@ -15,7 +15,7 @@ import numpy
 
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
-from person import Person
+from terminal_user import TerminalUser
 from played_pairs import SESSION, PlayedPairs
 
 
@@ -185,8 +185,8 @@ class Fetched(Looking, PlayedPairs):
         before = os.getcwd()
         os.chdir(self.here)
         self.addCleanup(os.chdir, before)
-        person = Person.of(self)
-        lines = person.run("snapshot")
+        terminal_user = TerminalUser.of(self)
+        lines = terminal_user.run("snapshot")
         self.assertEqual(lines[-1], "OK")
         self.assertRegex(lines[-2], r"written: snapshot-\S+\.png, \d+ bytes$")
         self.assertEqual(len(os.listdir(self.here)), 1)

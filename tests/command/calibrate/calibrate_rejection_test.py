@@ -12,11 +12,11 @@ import numpy
 
 import boards
 import seen_corners
-from calibrate_workshop import Workshop
+from calibrate_fixture import Fixture
 from pairs import VERGENCE, run
 
 
-class Seen(Workshop):
+class Seen(Fixture):
     """Corners from a cache: the solution and its messages."""
 
     def run_seen(self, made, *arguments, board=None, sigma_px=seen_corners.NOISE_PX, **options):
@@ -108,7 +108,7 @@ class Seen(Workshop):
             self.assertEqual(done.stderr.count("\n"), 1)
 
 
-class Advice(Workshop):
+class Advice(Fixture):
     """The advice matches the error."""
 
     def test_a_smaller_board_than_the_pictures_show(self):
@@ -181,7 +181,7 @@ class Advice(Workshop):
         self.assert_good(self.run_on(self.pictures, "--date", "2024-02-29"))
 
 
-class Figures(Workshop):
+class Figures(Fixture):
     """`vergence info` on the output of calibrate."""
 
     def test_one_camera(self):

@@ -14,14 +14,14 @@ import numpy
 from PIL import Image
 
 import boards
-from calibrate_workshop import Workshop
+from calibrate_fixture import Fixture
 from pairs import VERGENCE
 
 SAMPLES = os.environ.get("VERGENCE_OPENCV_SAMPLES", "")
 RESULTS = {"rig.calibration", "corners.vnl", "calibration.html", "calibration.json"}
 
 
-class Names(Workshop):
+class Names(Fixture):
     """The same pairs are found under any naming scheme, and give the same rig."""
 
     def test_folders_patterns_and_lists(self):
@@ -79,7 +79,7 @@ class Names(Workshop):
         self.assert_refused(self.run_on(), 3, "pictures", "no pictures")
 
 
-class Output(Workshop):
+class Output(Fixture):
     def test_same_bytes_on_any_number_of_threads(self):
         self.good()
         other = self.folder / "other"
@@ -220,7 +220,7 @@ class Output(Workshop):
         self.assertGreater(stopped, 0)
 
 
-class BadInput(Workshop):
+class BadInput(Fixture):
     """One clear line each; the rest is used."""
 
     def corrupt(self, name, image):
@@ -351,7 +351,7 @@ class BadInput(Workshop):
         self.assertIn("orientation", self.note(self.run_on(), "left2.jpg"))
 
 
-class Recorded(Workshop):
+class Recorded(Fixture):
     """opencv-doc's pairs against the published figures of their author."""
 
     @unittest.skipUnless(os.path.exists(os.path.join(SAMPLES, "stereo_calib.xml")), "no opencv-doc")

@@ -17,7 +17,7 @@ import numpy
 
 import pairs
 from pairs import VERGENCE
-from regress_workshop import SOURCE, Recorded, regress
+from regress_fixture import SOURCE, Recorded, regress
 
 import files
 import reference

@@ -4,7 +4,7 @@ import re
 import unittest
 
 import pairs
-from regress_workshop import Recorded, regress
+from regress_fixture import Recorded, regress
 
 import reference
 from session import Unusable

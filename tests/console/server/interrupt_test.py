@@ -10,7 +10,7 @@ import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest
-from person import Person
+from terminal_user import TerminalUser
 
 INTERRUPTED = 130
 
@@ -106,53 +106,53 @@ class Interrupt(DaemonTest):
         self.assertEqual(process.stderr.read(), "")
 
     def test_ctrl_c_drops_pasted_text(self):
-        person = Person.of(self)
-        person.type("wait 100000\rversion\rlog 1\r")
-        person.until(lambda: "waiting" in person.screen.lines[-1])
-        person.type("\x03")
-        person.until(lambda: person.line_count("ERR CANCELLED cancelled") and person.at_prompt())
+        terminal_user = TerminalUser.of(self)
+        terminal_user.type("wait 100000\rversion\rlog 1\r")
+        terminal_user.until(lambda: "waiting" in terminal_user.screen.lines[-1])
+        terminal_user.type("\x03")
+        terminal_user.until(lambda: terminal_user.line_count("ERR CANCELLED cancelled") and terminal_user.at_prompt())
         time.sleep(0.3)
-        person.look(0)
-        self.assertFalse([line for line in person.screen.lines if "build" in line])
+        terminal_user.look(0)
+        self.assertFalse([line for line in terminal_user.screen.lines if "build" in line])
         # All at once.
-        person.type("version\rlog 1\r\x03")
+        terminal_user.type("version\rlog 1\r\x03")
         time.sleep(0.3)
-        person.look(0)
-        self.assertFalse([line for line in person.screen.lines if "build" in line])
+        terminal_user.look(0)
+        self.assertFalse([line for line in terminal_user.screen.lines if "build" in line])
         # Completion still works, and so does the next line.
-        person.type("vers\t\r")
-        person.until(lambda: person.line_count("OK") == 1 and person.at_prompt())
+        terminal_user.type("vers\t\r")
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 1 and terminal_user.at_prompt())
 
     def test_a_user_pastes_much(self):
-        person = Person.of(self)
-        person.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        person.until(lambda: person.line_count("OK") == 300 and person.at_prompt())
-        person.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
-        person.until(lambda: person.line_count("OK") == 601 and person.at_prompt())
-        self.assertFalse([line for line in person.screen.lines if "ERR" in line])
+        terminal_user = TerminalUser.of(self)
+        terminal_user.type("".join(f"wait 0 # {i:03}\r" for i in range(300)))
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 300 and terminal_user.at_prompt())
+        terminal_user.type("wait 1\r" + "".join(f"wait 0 # {i:03}\r" for i in range(300)))
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 601 and terminal_user.at_prompt())
+        self.assertFalse([line for line in terminal_user.screen.lines if "ERR" in line])
         # More than the buffer holds: nothing of it is misinterpreted.
-        person.type("wait 3\r" + 8000 * "bugreport\r")
-        person.until(lambda: person.line_count("OK") == 602 and person.at_prompt())
-        self.assertGreater(person.screen.bells, 0)
-        person.type("\rwait 0\r")
-        person.until(lambda: person.line_count("OK") == 603 and person.at_prompt())
-        self.assertFalse([line for line in person.screen.lines if "ERR" in line or ".txt" in line])
+        terminal_user.type("wait 3\r" + 8000 * "bugreport\r")
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 602 and terminal_user.at_prompt())
+        self.assertGreater(terminal_user.screen.bells, 0)
+        terminal_user.type("\rwait 0\r")
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 603 and terminal_user.at_prompt())
+        self.assertFalse([line for line in terminal_user.screen.lines if "ERR" in line or ".txt" in line])
 
     def test_a_user_fetches(self):
         with open(os.path.join(self.files, "huge"), "wb") as file:
             file.write(bytes(14 << 20))
-        person = Person.of(self)
+        terminal_user = TerminalUser.of(self)
         # Its local file would be in the tests' directory.
         local = os.path.join(self.folder, "huge")
         for i in range(3):
-            person.type(f"fetch huge {local}\r")
-            person.until(lambda: "huge" in person.screen.lines[-1])
+            terminal_user.type(f"fetch huge {local}\r")
+            terminal_user.until(lambda: "huge" in terminal_user.screen.lines[-1])
             time.sleep(0.05 * i)
-            person.type("\x03")
-            person.until(lambda i=i: person.line_count("vergence: interrupted") == i + 1 and
-                         person.at_prompt())
-        person.type("version\r")
-        person.until(lambda: person.line_count("OK") == 1 and person.at_prompt())
+            terminal_user.type("\x03")
+            terminal_user.until(lambda i=i: terminal_user.line_count("vergence: interrupted") == i + 1 and
+                         terminal_user.at_prompt())
+        terminal_user.type("version\r")
+        terminal_user.until(lambda: terminal_user.line_count("OK") == 1 and terminal_user.at_prompt())
 
     def test_ctrl_c_behind_more_than_is_kept(self):
         """A program gets an answer for each line that was not run."""
@@ -181,10 +181,10 @@ class Interrupt(DaemonTest):
         self.assertEqual(client.answer()[0][:7], "version")
 
     def test_a_daemon_that_dies(self):
-        person = Person.of(self)
+        terminal_user = TerminalUser.of(self)
         self.end(self.daemon)
-        person.type("version\r")
-        self.assertEqual(person.process.wait(TIMEOUT_S), 3)
+        terminal_user.type("version\r")
+        self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 3)
         type(self).start()
 
 

@@ -13,7 +13,7 @@ import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
-from person import Person
+from terminal_user import TerminalUser
 
 INTERRUPTED = 130
 BUSY_S = 20  # that a program may have to wait for a processor
@@ -208,12 +208,12 @@ class Peers(DaemonTest):
         thread = threading.Thread(target=serve)
         thread.start()
         self.addCleanup(thread.join, TIMEOUT_S)
-        person = Person(path)
-        self.addCleanup(person.close)
+        terminal_user = TerminalUser(path)
+        self.addCleanup(terminal_user.close)
         # No control character reaches the screen.
-        self.assertEqual(person.run("show"), ["a\\x1b[2Jb", "ERR IO \\xc2\\x9b"])
-        person.send("sh\t")
-        person.wait_line("vergence> show?")
+        self.assertEqual(terminal_user.run("show"), ["a\\x1b[2Jb", "ERR IO \\xc2\\x9b"])
+        terminal_user.send("sh\t")
+        terminal_user.wait_line("vergence> show?")
 
     def test_a_script_that_cannot_be_read(self):
         directory = os.open(self.folder, os.O_RDONLY)

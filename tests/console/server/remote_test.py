@@ -16,7 +16,7 @@ import unittest
 
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, DaemonTest, Terminal
-from person import Person
+from terminal_user import TerminalUser
 
 
 class Remote(DaemonTest):
@@ -306,48 +306,48 @@ class Remote(DaemonTest):
         self.assertFalse(os.path.exists(self.path_of("new")))
 
     def test_a_user(self):
-        person = Person.of(self)
-        screen = person.screen
-        person.type("vers\t\r")
-        person.until(lambda: person.at_prompt() and "OK" in screen.lines)
-        person.type("zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
-        person.until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
-        person.type("\x03fetch sess\tfr\t")
-        person.until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
-        person.type("\x03wait 100000\r")
-        person.until(lambda: "waiting" in screen.lines[-1])
-        person.type("\x03")
-        person.until(lambda: person.line_count("ERR CANCELLED cancelled") and person.at_prompt())
-        person.type("\x04")
-        self.assertEqual(person.process.wait(TIMEOUT_S), 0)
+        terminal_user = TerminalUser.of(self)
+        screen = terminal_user.screen
+        terminal_user.type("vers\t\r")
+        terminal_user.until(lambda: terminal_user.at_prompt() and "OK" in screen.lines)
+        terminal_user.type("zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
+        terminal_user.until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
+        terminal_user.type("\x03fetch sess\tfr\t")
+        terminal_user.until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
+        terminal_user.type("\x03wait 100000\r")
+        terminal_user.until(lambda: "waiting" in screen.lines[-1])
+        terminal_user.type("\x03")
+        terminal_user.until(lambda: terminal_user.line_count("ERR CANCELLED cancelled") and terminal_user.at_prompt())
+        terminal_user.type("\x04")
+        self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 0)
 
     def test_a_window_of_any_width(self):
-        person = Person.of(self)
+        terminal_user = TerminalUser.of(self)
         text = "".join(chr(ord("a") + i % 26) for i in range(200))
-        person.type("help " + text)
+        terminal_user.type("help " + text)
         for columns in (0, 132, 40, 500):
             if columns:
-                person.set_columns(columns)
-                person.type("\x0c")
+                terminal_user.set_columns(columns)
+                terminal_user.type("\x0c")
             # The last column and the cursor's stay free.
             shown = ("help " + text)[-((columns or 80) - len("vergence> ") - 2):]
-            person.until(lambda shown=shown: person.screen.lines[-1].rstrip() ==
+            terminal_user.until(lambda shown=shown: terminal_user.screen.lines[-1].rstrip() ==
                          "vergence> " + shown)
 
     def test_a_bar_in_a_window_of_any_width(self):
-        person = Person.of(self)
+        terminal_user = TerminalUser.of(self)
         for columns in (132, 60, 20):
-            person.set_columns(columns)
-            begin = len(person.text)
-            person.type("wait 100000\r")
-            person.until(lambda begin=begin: person.text.count("waiting", begin) > 1)
-            person.type("\x03")
-            person.until(lambda begin=begin: "CANCELLED" in person.text[begin:] and
-                         person.at_prompt())
-            bars = re.findall("waiting[^\r\n]*]", person.text[begin:])
+            terminal_user.set_columns(columns)
+            begin = len(terminal_user.text)
+            terminal_user.type("wait 100000\r")
+            terminal_user.until(lambda begin=begin: terminal_user.text.count("waiting", begin) > 1)
+            terminal_user.type("\x03")
+            terminal_user.until(lambda begin=begin: "CANCELLED" in terminal_user.text[begin:] and
+                         terminal_user.at_prompt())
+            bars = re.findall("waiting[^\r\n]*]", terminal_user.text[begin:])
             self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 77)}, bars)
             # The text that erases it is not longer either.
-            blanks = re.findall("\r( +)\r", person.text[begin:])
+            blanks = re.findall("\r( +)\r", terminal_user.text[begin:])
             self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 77)})
 
     def through(self, lost, changed, seed=None):

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 
-from pairs import VERGENCE, Workshop
+from pairs import VERGENCE, Fixture
 
 SOURCE = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools" / "regress.d"))
@@ -19,7 +19,7 @@ def regress(*arguments, timeout=300):
                            *map(str, arguments)], capture_output=True, text=True, timeout=timeout)
 
 
-class Recorded(Workshop):
+class Recorded(Fixture):
     """A directory with a pair, its calibration and options."""
 
     def setUp(self):

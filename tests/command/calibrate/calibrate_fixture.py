@@ -11,7 +11,7 @@ import boards
 from pairs import VERGENCE
 
 
-class Workshop(unittest.TestCase):
+class Fixture(unittest.TestCase):
     """A folder with ten good pairs, to be spoiled."""
 
     @classmethod

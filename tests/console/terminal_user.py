@@ -9,7 +9,7 @@ import termios
 from daemon_process import VERGENCE, Terminal
 
 
-class Person(Terminal):
+class TerminalUser(Terminal):
     """A person at a terminal that runs the client."""
 
     def __init__(self, path):
@@ -22,9 +22,9 @@ class Person(Terminal):
     @classmethod
     def of(cls, test):
         """A person at a DaemonTest's daemon, closed when the test ends."""
-        person = cls(test.path)
-        test.addCleanup(person.close)
-        return person
+        terminal_user = cls(test.path)
+        test.addCleanup(terminal_user.close)
+        return terminal_user
 
     def set_columns(self, columns):
         """Changes the width of the window, which is unset at first."""
