@@ -157,9 +157,9 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
     for (const int corners : best.corners) {
         residuals += 2 * corners;
     }
-    const double spare = residuals - double(POSE_PARAMETERS * best.corners.size()) -
-                         parameters_of(data, best.candidate);
-    const double variance = best.squares / std::max(1.0, spare);
+    const double freedom = residuals - double(POSE_PARAMETERS * best.corners.size()) -
+                           parameters_of(data, best.candidate);
+    const double variance = best.squares / std::max(1.0, freedom);
     const int missing =
         parameters_of(data, best.candidate) - parameters_of(data, simpler.candidate);
     return simpler.squares - best.squares > 2 * std::max(0, missing) * variance;

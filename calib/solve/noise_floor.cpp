@@ -49,8 +49,8 @@ noise_floor::noise_floor(const bundle &data) {
     });
 }
 
-void noise_floor::update(const bundle_state &state, double spare_share, bundle *data) {
-    INVARIANT(spare_share > 0 && spare_share <= 1);
+void noise_floor::update(const bundle_state &state, double freedom_share, bundle *data) {
+    INVARIANT(freedom_share > 0 && freedom_share <= 1);
     std::vector<measured> all;
     size_t place = 0;
     double longest_px = 0;
@@ -59,7 +59,8 @@ void noise_floor::update(const bundle_state &state, double spare_share, bundle *
         double residual[2];
         if (data->captures[i][size_t(camera)].used && corner.used &&
             corner_residual(*data, camera, corner, state, state.T_left_board[i], residual)) {
-            const double length_px = std::hypot(residual[0], residual[1]) / std::sqrt(spare_share);
+            const double length_px =
+                std::hypot(residual[0], residual[1]) / std::sqrt(freedom_share);
             all.push_back({length_px, given_px});
             longest_px = std::max(longest_px, length_px);
         }

@@ -19,9 +19,9 @@ class noise_floor {
 
     /// Estimates the missing variance robustly from the residuals of the used corners and adds it
     /// to the variance of every corner of `data`. 0 when the corners' own noise explains the
-    /// residuals within 30 %. `spare_share` is the part of the residuals that the fit did not
+    /// residuals within 30 %. `freedom_share` is the part of the residuals that the fit did not
     /// absorb.
-    void update(const bundle_state &state, double spare_share, bundle *data);
+    void update(const bundle_state &state, double freedom_share, bundle *data);
 
     double px() const { return floor_px_; }
 

@@ -13,7 +13,7 @@ const double SCAN_FROM = 0.25, SCAN_TO = 80, SCAN_STEP = 1.2;
 
 // Represents each homography by a view of few points: the cost of the scan does not grow with the
 // number of corners, and outliers are already down-weighted.
-bundle stand_ins(const lens_frame &frame, const std::vector<homography> &seen) {
+bundle substitutes(const lens_frame &frame, const std::vector<homography> &seen) {
     bundle result;
     result.cameras = 1;
     result.frame[LEFT] = frame;
@@ -72,7 +72,7 @@ double median_off_px(const bundle &alone, const bundle_state &state, const bundl
 
 std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vector<homography> &seen,
                                        size_t max) {
-    const bundle data = stand_ins(frame, seen);
+    const bundle data = substitutes(frame, seen);
     const double side = std::max(frame.width_px, frame.height_px);
     std::vector<double> focal_px, misfit;
     for (double factor = SCAN_FROM; factor <= SCAN_TO * SCAN_STEP; factor *= SCAN_STEP) {

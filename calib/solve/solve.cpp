@@ -51,7 +51,7 @@ bundle_options cleaning_options(const bundle &data) {
 }
 
 // The share of the residuals that a fit leaves.
-double spare_share(const bundle &data, const bundle_options &options) {
+double freedom_share(const bundle &data, const bundle_options &options) {
     double residuals = 0, parameters = 0;
     for (const bool one : options.free_lens) {
         parameters += one ? data.cameras : 0;
@@ -67,7 +67,7 @@ double spare_share(const bundle &data, const bundle_options &options) {
 
 // Robust scale, corrected for what the fit absorbed from the residuals.
 double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
-    return robust_scale(data, state) / std::sqrt(spare_share(data, options));
+    return robust_scale(data, state) / std::sqrt(freedom_share(data, options));
 }
 
 class solver {
@@ -131,7 +131,7 @@ class solver {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
             show_stage("rejecting outliers");
             bundle_options options = cleaning_options(data());
-            floor_.update(state_, spare_share(data(), options), &data());
+            floor_.update(state_, freedom_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
             const bool changed = assess(&data(), &state_, seen_.target, scale, &records_);
             options.loss_scale = LOSS * scale;
@@ -167,7 +167,7 @@ class solver {
     // Least squares on the good data, until the set of good data does not change.
     void finish() {
         const bundle_options options = final_options();
-        floor_.update(state_, spare_share(data(), options), &data());
+        floor_.update(state_, freedom_share(data(), options), &data());
         adjust(data(), options, &state_);
         for (int round = 0; round < FINAL_ROUNDS; round++) {
             bundle_state assessed = state_;
@@ -221,7 +221,7 @@ class solver {
         fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > MIN_SCATTER_PX;
         if (fit->scattered) {
             const double by_scatter = std::sqrt(errors.scatter_ratio());
-            result.heed_scatter();
+            result.use_scatter();
             fit->widened = std::max(fit->widened, by_scatter);
             result.widen(fit->widened / by_scatter);
         } else {

@@ -103,13 +103,13 @@ error_model::error_model(const bundle &data, const bundle_options &options,
     }
     const std::vector<int> parameters = free_places(data, options);
     const long count = long(parameters.size()), board_count = std::max(1L, long(boards.size()));
-    const long spare = sum.residuals - count - long(POSE_PARAMETERS) * board_count;
-    sigma0_ = std::sqrt(sum.squares / double(std::max(1L, spare)));
+    const long freedom = sum.residuals - count - long(POSE_PARAMETERS) * board_count;
+    sigma0_ = std::sqrt(sum.squares / double(std::max(1L, freedom)));
     const double variance = sigma0_ * sigma0_;
     const matrix follow = follow_of(sum, parameters, board_count);
     const matrix estimated =
         carried(follow, inverse_of(picked(sum.shared, parameters), &singular_));
-    singular_ = singular_ || spare < 1;
+    singular_ = singular_ || freedom < 1;
     const matrix doubt = doubt_of(data, options, sum, board_count, variance, estimated);
     Eigen::Map<matrix> result(covariance_.data(), SIZE, SIZE);
     result = estimated;
@@ -125,7 +125,7 @@ error_model::error_model(const bundle &data, const bundle_options &options,
     }
 }
 
-void error_model::heed_scatter() {
+void error_model::use_scatter() {
     INVARIANT(scatter_ratio_ >= 1 && scattered_.size() == covariance_.size());
     for (size_t i = 0; i < covariance_.size(); i++) {
         covariance_[i] = 0.5 * (scatter_ratio_ * covariance_[i] + scattered_[i]);

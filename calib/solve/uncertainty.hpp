@@ -35,7 +35,7 @@ class error_model {
     /// Replaces the covariance by the mean of two: itself, widened by the ratio, and the one from
     /// the scatter of the positions. The first covers all directions, the second shows which of
     /// them are affected.
-    void heed_scatter();
+    void use_scatter();
 
     /// True when an estimated parameter is not determined by these views.
     bool is_singular() const { return singular_; }

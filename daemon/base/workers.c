@@ -36,7 +36,7 @@ struct workers {
 
     atomic_flag busy;
     _Atomic bool stop;
-    _Atomic int sleepers;
+    _Atomic int sleeping_count;
     _Atomic bool caller_sleeps;
     pthread_mutex_t mutex;  // only for sleeping and waking up
     pthread_cond_t wake, done;
@@ -98,11 +98,11 @@ static void wait_for_work(struct workers *workers) {
         relax();
     }
     pthread_mutex_lock(&workers->mutex);
-    atomic_fetch_add(&workers->sleepers, 1);
+    atomic_fetch_add(&workers->sleeping_count, 1);
     while (!has_work(workers)) {
         pthread_cond_wait(&workers->wake, &workers->mutex);
     }
-    atomic_fetch_sub(&workers->sleepers, 1);
+    atomic_fetch_sub(&workers->sleeping_count, 1);
     pthread_mutex_unlock(&workers->mutex);
 }
 
@@ -126,7 +126,7 @@ static void *thread_main(void *argument) {
 }
 
 static void wake_all(struct workers *workers) {
-    if (atomic_load(&workers->sleepers) > 0) {
+    if (atomic_load(&workers->sleeping_count) > 0) {
         pthread_mutex_lock(&workers->mutex);
         pthread_cond_broadcast(&workers->wake);
         pthread_mutex_unlock(&workers->mutex);

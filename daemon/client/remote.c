@@ -87,7 +87,7 @@ void remote_progress(struct remote *self, const char *what, uint64_t done, uint6
 bool remote_interrupted(struct remote *self) {
     struct pollfd extra = {.fd = self->extra_fd, .events = POLLIN};
     while (!self->interrupted && self->extra_fd >= 0 && poll(&extra, 1, 0) > 0) {
-        self->attend(self);
+        self->service(self);
         extra.fd = self->extra_fd;
     }
     return self->interrupted;
@@ -139,8 +139,8 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
         if (error != ERROR_CANCELLED && error != ERROR_TIMEOUT) {
             return error;
         }
-        if (extra && self->attend != NULL) {
-            self->attend(self);
+        if (extra && self->service != NULL) {
+            self->service(self);
         }
     }
 }
@@ -172,12 +172,12 @@ static int await_greeting(struct remote *self, char **text) {
         bool extra = false;
         const int error = remote_line_receive(&self->line, limit_ms, self->extra_fd, &extra, text);
         if (extra) {
-            self->attend(self);
+            self->service(self);
         }
         if (self->interrupted) {
             return ERROR_CANCELLED;
         }
-        if (error == ERROR_TIMEOUT && self->person) {
+        if (error == ERROR_TIMEOUT && self->interactive) {
             fputs("vergence: vergenced does not answer yet; Ctrl-C gives up\n", stderr);
             limit_ms = REMOTE_FOREVER_MS;
         } else if (error != ERROR_CANCELLED) {

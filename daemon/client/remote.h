@@ -26,7 +26,7 @@ enum {
 struct remote {
     struct remote_line line;
     bool json;               ///< answers are shown unchanged
-    bool person;             ///< interactive: the user can end the wait for a silent peer
+    bool interactive;        ///< interactive: the user can end the wait for a silent peer
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
     int32_t id;              ///< of the last request that had one, 0 .. 999999
@@ -35,7 +35,7 @@ struct remote {
     bool over;               ///< after "quit": no more commands can be sent
     /// Another descriptor to watch while waiting for an answer, and its handler; -1, NULL: none.
     int extra_fd;
-    void (*attend)(struct remote *self);
+    void (*service)(struct remote *self);
 };
 
 /// Handles user input without waiting. Returns whether the user has interrupted.

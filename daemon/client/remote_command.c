@@ -107,7 +107,7 @@ static int fail(struct remote *self, int error, const struct message *message, i
 }
 
 /// The first Ctrl-C cancels on the instrument; a second one ends the client without waiting.
-static void attend(struct remote *self) {
+static void service(struct remote *self) {
     struct signalfd_siginfo information;
     struct message message;
     if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
@@ -128,7 +128,7 @@ static void watch_signals(struct remote *self) {
     sigaddset(&taken, SIGINT);
     sigprocmask(SIG_BLOCK, &taken, NULL);
     self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
-    self->attend = attend;
+    self->service = service;
 }
 
 /// Restores Ctrl-C for a terminal.
@@ -136,7 +136,7 @@ static void unwatch_signals(struct remote *self) {
     sigset_t taken;
     close(self->extra_fd);
     self->extra_fd = -1;
-    self->attend = NULL;
+    self->service = NULL;
     sigemptyset(&taken);
     sigaddset(&taken, SIGINT);
     sigprocmask(SIG_UNBLOCK, &taken, NULL);
@@ -315,7 +315,7 @@ static int first_word(int *argc, char **argv) {
 /// NULL: there is none.
 static int converse(struct remote *self, const char *line, bool keep_going) {
     struct message message;
-    self->person = line == NULL && isatty(STDIN_FILENO) != 0 && !self->json;
+    self->interactive = line == NULL && isatty(STDIN_FILENO) != 0 && !self->json;
     watch_signals(self);
     const int error = remote_greet(self, show, NULL, &message);
     if (error < 0) {
@@ -325,7 +325,7 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
     if (error != 0) {
         return REMOTE_EXIT_ERR;
     }
-    if (self->person) {
+    if (self->interactive) {
         unwatch_signals(self);
         return remote_terminal(self);
     }

@@ -18,7 +18,7 @@ enum {
     SILENT_TRIES = 3,   ///< in a row without any data: the peer is gone
     SILENCE_MS = 3000,  ///< keepalives are more frequent
     DAMAGED_MS = 1000,  ///< of silence after garbage
-    RUBBISH_BYTES = 4 * REMOTE_LINE_BYTES
+    GARBAGE_BYTES = 4 * REMOTE_LINE_BYTES
 };
 
 enum outcome {
@@ -155,7 +155,7 @@ static enum outcome receive(struct receiving *self) {
         }
         outcome = self->remote->json ? receive_json(self, text) : receive_text(self, text);
         // No valid answer is that long.
-        if (outcome == GOES_ON && line->rx_bytes - from > RUBBISH_BYTES) {
+        if (outcome == GOES_ON && line->rx_bytes - from > GARBAGE_BYTES) {
             return UNANSWERED;
         }
         from = self->rounds && !self->damaged ? line->rx_bytes : from;

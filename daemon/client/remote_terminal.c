@@ -61,7 +61,7 @@ static void listen(struct terminal *self, bool runs) {
 }
 
 /// Handles input while a command runs.
-static void attend(struct remote *remote) {
+static void service(struct remote *remote) {
     INVARIANT(terminal_of_attention->remote == remote);
     listen(terminal_of_attention, true);
 }
@@ -189,7 +189,7 @@ int remote_terminal(struct remote *remote) {
     tcsetattr(STDIN_FILENO, TCSADRAIN, &raw);
     terminal_of_attention = self;
     remote->extra_fd = STDIN_FILENO;
-    remote->attend = attend;
+    remote->service = service;
     converse(self);
     remote->extra_fd = -1;
     tcsetattr(STDIN_FILENO, TCSADRAIN, &settings);

@@ -233,7 +233,7 @@ static struct job *next_job(struct worker *self) {
     pthread_mutex_lock(&self->lock);
     int waited = 0;
     while (self->count == 0 && !atomic_load(&self->stopping) && waited == 0) {
-        waited = pthread_cond_timedwait(&self->news, &self->lock, &until);
+        waited = pthread_cond_timedwait(&self->wakeup, &self->lock, &until);
     }
     if (self->count > 0) {
         job = self->waiting[self->first];
@@ -293,8 +293,8 @@ bool worker_start(struct worker *self, size_t capacity) {
         return false;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    self->started =
-        pthread_cond_init(&self->news, &attributes) == 0 && thread_start(&self->thread, work, self);
+    self->started = pthread_cond_init(&self->wakeup, &attributes) == 0 &&
+                    thread_start(&self->thread, work, self);
     pthread_condattr_destroy(&attributes);
     return self->started;
 }
@@ -305,7 +305,7 @@ void worker_stop(struct worker *self) {
     }
     pthread_mutex_lock(&self->lock);
     atomic_store(&self->stopping, true);
-    pthread_cond_signal(&self->news);
+    pthread_cond_signal(&self->wakeup);
     pthread_mutex_unlock(&self->lock);
     pthread_join(self->thread, NULL);
     INVARIANT(self->count == 0 && self->running == NULL);
@@ -313,7 +313,7 @@ void worker_stop(struct worker *self) {
     if (self->has_rig) {
         self->context.disk_writer->meanwhile = NULL;
     }
-    pthread_cond_destroy(&self->news);
+    pthread_cond_destroy(&self->wakeup);
     pthread_mutex_destroy(&self->lock);
     reply_close(&self->reply);
 }
@@ -329,7 +329,7 @@ bool worker_submit(struct worker *self, struct job *job) {
         job->bar_shown = false;
         self->waiting[(self->first + self->count) % CONFIG_QUEUE_MAX] = job;
         self->count++;
-        pthread_cond_signal(&self->news);
+        pthread_cond_signal(&self->wakeup);
     }
     pthread_mutex_unlock(&self->lock);
     return room;

@@ -23,7 +23,7 @@ struct worker {
     pthread_t thread;
     bool started;
     pthread_mutex_t lock;
-    pthread_cond_t news;  ///< a job was queued, or `stopping` was set
+    pthread_cond_t wakeup;  ///< a job was queued, or `stopping` was set
     struct job *waiting[CONFIG_QUEUE_MAX];
     size_t first, count, capacity;
     struct job *running;            ///< owned by the thread; changed under the lock

@@ -16,7 +16,7 @@ static void *run(void *cookie) {
     pthread_mutex_lock(&self->lock);
     for (;;) {
         while (self->first == NULL && !self->stopping) {
-            pthread_cond_wait(&self->news, &self->lock);
+            pthread_cond_wait(&self->wakeup, &self->lock);
         }
         struct disk_writer_task *task = self->first;
         if (task == NULL) {
@@ -42,7 +42,7 @@ bool disk_writer_start(struct disk_writer *self) {
         return false;
     }
     pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
-    self->started = pthread_cond_init(&self->news, NULL) == 0 &&
+    self->started = pthread_cond_init(&self->wakeup, NULL) == 0 &&
                     pthread_cond_init(&self->moved, &attributes) == 0 &&
                     thread_start(&self->thread, run, self);
     pthread_condattr_destroy(&attributes);
@@ -55,12 +55,12 @@ void disk_writer_stop(struct disk_writer *self) {
     }
     pthread_mutex_lock(&self->lock);
     self->stopping = true;
-    pthread_cond_signal(&self->news);
+    pthread_cond_signal(&self->wakeup);
     pthread_mutex_unlock(&self->lock);
     pthread_join(self->thread, NULL);
     INVARIANT(self->first == NULL && self->held_bytes == 0);
     self->started = false;
-    pthread_cond_destroy(&self->news);
+    pthread_cond_destroy(&self->wakeup);
     pthread_cond_destroy(&self->moved);
     pthread_mutex_destroy(&self->lock);
 }
@@ -75,7 +75,7 @@ static void append(struct disk_writer *self, struct disk_writer_task *task) {
     }
     self->last = task;
     self->held_bytes += task->bytes;
-    pthread_cond_signal(&self->news);
+    pthread_cond_signal(&self->wakeup);
 }
 
 void disk_writer_submit(struct disk_writer *self, struct disk_writer_task *task) {

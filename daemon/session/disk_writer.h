@@ -33,8 +33,8 @@ struct disk_writer {
 
     pthread_t thread;
     pthread_mutex_t lock;
-    pthread_cond_t news;   // there is a job, or a stop was requested
-    pthread_cond_t moved;  // a job was done
+    pthread_cond_t wakeup;  // there is a job, or a stop was requested
+    pthread_cond_t moved;   // a job was done
     struct disk_writer_task *first, *last;
     size_t held_bytes;
     bool started, stopping;

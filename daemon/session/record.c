@@ -16,7 +16,8 @@
 #include "daemon/session/record_disk.h"
 
 static bool is_on(const struct record *self) {
-    return self->writer != NULL && !self->ending && !self->starved && record_disk_failed(self) == 0;
+    return self->writer != NULL && !self->ending && !self->out_of_memory &&
+           record_disk_failed(self) == 0;
 }
 
 /// Adds the running command to the session: it has made a call, or has succeeded.
@@ -351,7 +352,7 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     }
     self->writer = writer;
     self->ending = false;
-    self->starved = false;
+    self->out_of_memory = false;
     self->failed = 0;
     self->crc = 0;
     self->calls = 0;

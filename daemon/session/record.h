@@ -48,8 +48,8 @@ struct record {
 
     struct session_writer *writer;  // NULL: not recording
     bool ending;                    // no more calls are recorded
-    bool starved;  // out of memory for a job; `starving` reports it to the disk writer
-    struct disk_writer_task starving;
+    bool out_of_memory;  // out of memory for a job; `memory_task` reports it to the disk writer
+    struct disk_writer_task memory_task;
     int log;  // descriptor of calls.log
     uint64_t calls;
     char note[SESSION_TEXT_MAX + 1];  // the running command, until its first call; "": none

@@ -118,9 +118,9 @@ static void write_check_and_wait(void *cookie) {
 // ---- on the recording thread
 
 /// A job too, as only the disk writer may set `last_error`.
-static void write_starved(struct disk_writer_task *task) {
+static void write_out_of_memory(struct disk_writer_task *task) {
     char *const place = (char *)task;
-    struct record *self = (struct record *)(void *)(place - offsetof(struct record, starving));
+    struct record *self = (struct record *)(void *)(place - offsetof(struct record, memory_task));
     if (record_disk_failed(self) == 0) {
         set_failed(self, message_set(&self->last_error, ERROR_MEMORY,
                                      "%s: recording ended: out of memory", self->writer->path));
@@ -128,10 +128,10 @@ static void write_starved(struct disk_writer_task *task) {
 }
 
 static void no_memory(struct record *self) {
-    if (!self->starved) {
-        self->starved = true;
-        self->starving = (struct disk_writer_task){.work = write_starved};
-        disk_writer_submit(self->disk_writer, &self->starving);
+    if (!self->out_of_memory) {
+        self->out_of_memory = true;
+        self->memory_task = (struct disk_writer_task){.work = write_out_of_memory};
+        disk_writer_submit(self->disk_writer, &self->memory_task);
     }
 }
 

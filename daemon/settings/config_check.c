@@ -49,7 +49,7 @@ static void print_setting(const struct check *self, size_t key, char text[SETTIN
 }
 
 /// Takes the line of this key, with which the message starts.
-static void blame(const struct check *self, size_t key) {
+static void show_key(const struct check *self, size_t key) {
     if (self->lines[key] != 0) {
         *self->line = self->lines[key];
     }
@@ -94,7 +94,7 @@ static int report_profile_error(const struct check *self,
         char other[SETTING_BYTES];
         print_setting(self, cause, other);
         if (self->lines[field] == 0 && self->lines[cause] != 0) {
-            blame(self, cause);
+            show_key(self, cause);
             print_setting(self, field, setting);
             return message_set(self->message, ERROR_RANGE,
                                "%s conflicts with %s (expected %s for %s)", other, setting, range,
@@ -103,7 +103,7 @@ static int report_profile_error(const struct check *self,
         const size_t used = strlen(causes);
         snprintf(causes + used, sizeof causes - used, "%s%s", i == 0 ? "" : " and ", other);
     }
-    blame(self, field);
+    show_key(self, field);
     print_setting(self, field, setting);
     return causes[0] != '\0'
                ? message_set(self->message, ERROR_RANGE, "%s conflicts with %s (expected %s)",
@@ -132,7 +132,7 @@ static int check_given(const struct check *self, const struct place *place) {
     }
     // Where no line sets it to "none", the message is about the line that needs it.
     const bool by_trigger = place->by == BY_TRIGGER && self->lines[key] == 0;
-    blame(self, by_trigger ? key_of(CONFIG_RIG, "trigger") : key);
+    show_key(self, by_trigger ? key_of(CONFIG_RIG, "trigger") : key);
     return message_set(self->message, ERROR_MISSING,
                        "%s%s requires \"%s\" to be set with backend = linux", what[place->by],
                        place->by == BY_PROFILE ? self->config->profile.name : "", place->key);
@@ -150,7 +150,7 @@ static int check_different(const struct check *self, const struct place *place,
     }
     // Where a line has set only one of them, the message starts with that one.
     const bool swap = self->lines[key] == 0 && self->lines[key_before] != 0;
-    blame(self, swap ? key_before : key);
+    show_key(self, swap ? key_before : key);
     return message_set(self->message, ERROR_DUPLICATE, "%s = %s: already used by %s",
                        swap ? before->key : place->key, value, swap ? place->key : before->key);
 }
@@ -215,7 +215,7 @@ static int check_parts(const struct check *self, const struct fault_plan *plan) 
     };
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         if (!parts[i].there && fault_plan_names(plan, parts[i].name)) {
-            blame(self, key_of("", "faults"));
+            show_key(self, key_of("", "faults"));
             return message_set(self->message, ERROR_MISSING, "faults: no part \"%s\" (%s)",
                                parts[i].name, parts[i].why);
         }
@@ -230,7 +230,7 @@ static int check_faults(const struct check *self) {
     if (error == 0) {
         return check_parts(self, &plan);
     }
-    blame(self, key_of("", "faults"));
+    show_key(self, key_of("", "faults"));
     return message_set(self->message, error, "faults: %.900s", inner.text);
 }
 
@@ -239,7 +239,7 @@ static int check_speed(const struct check *self) {
     if (serial_device_has_speed(baud)) {
         return 0;
     }
-    blame(self, key_of("", "console_baud"));
+    show_key(self, key_of("", "console_baud"));
     return message_set(self->message, ERROR_ARGUMENT,
                        "console_baud = %u: not a serial baud rate (expected " SERIAL_DEVICE_SPEEDS
                        ")",
@@ -252,7 +252,7 @@ static int check_ways_in(const struct check *self) {
     if (config->socket[0] != '\0' || config->tcp_port != 0 || config->console[0] != '\0') {
         return 0;
     }
-    blame(self, key_of("", "socket"));
+    show_key(self, key_of("", "socket"));
     return message_set(self->message, ERROR_MISSING,
                        "no way to give commands: set socket, tcp_port or console");
 }
@@ -264,7 +264,7 @@ static int check_store(const struct check *self) {
         return 0;
     }
     const size_t restore = key_of("", "restore");
-    blame(self, self->lines[restore] != 0 ? restore : key_of("", "store"));
+    show_key(self, self->lines[restore] != 0 ? restore : key_of("", "store"));
     return message_set(self->message, ERROR_MISSING, "restore = yes requires \"store\" to be set");
 }
 
@@ -309,7 +309,7 @@ static int check_apart(const struct check *self) {
         const size_t length = strlen(outer);
         if (strncmp(path, outer, length) == 0 && (path[length] == '/' || path[length] == '\0')) {
             const size_t key = key_of("", pairs[i].key);
-            blame(self, self->lines[key] != 0 ? key : key_of("", pairs[i].outer_key));
+            show_key(self, self->lines[key] != 0 ? key : key_of("", pairs[i].outer_key));
             return message_set(
                 self->message, ERROR_ARGUMENT,
                 "%s = %s is inside %s = %s: use separate directories, because clients can replace "
@@ -330,7 +330,7 @@ static int check_name(const struct check *self) {
         rig_profile_named(config->profile.name, &other) != 0) {
         return 0;
     }
-    blame(self, key);
+    show_key(self, key);
     print_setting(self, key, setting);
     return message_set(self->message, ERROR_ARGUMENT,
                        "%s: name of another profile (this one is like %s: give it another name)",

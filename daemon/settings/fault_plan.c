@@ -134,7 +134,7 @@ static const char *parse_effect(const char *text, struct fault_plan_rule *rule) 
     char name[ERROR_NAME_BYTES];
     const size_t length = strcspn(text, "/");
     if (strcmp(text, "spoil") == 0) {
-        rule->effect.spoil = true;
+        rule->effect.corrupt = true;
         return reads(rule->operation) ? NULL : "only transfer, take, read and get can be spoiled";
     }
     if (length >= sizeof name) {

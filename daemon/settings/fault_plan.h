@@ -28,9 +28,9 @@ enum { FAULT_PLAN_RULES = 16, FAULT_PLAN_NAME_BYTES = 16 };
 
 /// The effect on one call.
 struct fault_plan_effect {
-    int error;   ///< 0: none
-    bool after;  ///< the call is made, and then `error` is returned
-    bool spoil;  ///< the call is made, and what it read is wrong
+    int error;     ///< 0: none
+    bool after;    ///< the call is made, and then `error` is returned
+    bool corrupt;  ///< the call is made, and what it read is wrong
 };
 
 struct fault_plan_rule {

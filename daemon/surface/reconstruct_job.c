@@ -307,7 +307,7 @@ static void find_common_sigma(struct reconstruct_job *job) {
 static void record_doubts(struct reconstruct_job *job) {
     const double density_percent = result_figures_density_percent(&job->result);
     struct message cause;
-    if (reconstruct_pictures_blame(&job->context, &cause)) {
+    if (reconstruct_pictures_explain(&job->context, &cause)) {
         reconstruct_context_warn(&job->context, "only %.0f %% of the pixels could be measured: %s",
                                  density_percent, cause.text);
     } else if (density_percent < sparse_percent) {

@@ -103,7 +103,7 @@ static const char *which(int sides) {
                            : "the right image is";
 }
 
-static void blame_light(const struct reconstruct_context *context, struct message *cause) {
+static void explain_light(const struct reconstruct_context *context, struct message *cause) {
     const struct picture_stats *picture = context->picture;
     int dark_sides = 0, saturated_sides = 0;
     for (int side = 0; side < SIDES; side++) {
@@ -125,7 +125,7 @@ static void blame_light(const struct reconstruct_context *context, struct messag
     }
 }
 
-static void blame_blur(const struct reconstruct_context *context, struct message *cause) {
+static void explain_blur(const struct reconstruct_context *context, struct message *cause) {
     const int left = context->picture[0].sharpness_permille;
     const int right = context->picture[1].sharpness_permille;
     const int sides = left == 0 || right == 0                ? 0  // no contrast to judge
@@ -219,8 +219,9 @@ static enum picture_turn turn_of(const struct picture_view *left, const struct p
 }
 
 /// Images in the wrong order or orientation; other causes are meaningless then.
-static bool blame_order(const struct reconstruct_context *context, const struct picture_view *left,
-                        const struct picture_view *right, int as_is, struct message *cause) {
+static bool explain_order(const struct reconstruct_context *context,
+                          const struct picture_view *left, const struct picture_view *right,
+                          int as_is, struct message *cause) {
     static const char *const turned[PICTURE_TURNS] = {
         NULL, "is upside down (rotated by 180 degrees)", "is flipped top to bottom",
         "is mirrored left to right"};
@@ -244,7 +245,8 @@ static bool has_texture(const struct reconstruct_context *context) {
     return 2.0 * result->reason_count[REASON_NO_TEXTURE] < pixels;
 }
 
-bool reconstruct_pictures_blame(const struct reconstruct_context *context, struct message *cause) {
+bool reconstruct_pictures_explain(const struct reconstruct_context *context,
+                                  struct message *cause) {
     cause->text[0] = '\0';
     if (result_figures_density_percent(context->result) >= poor_percent) {
         return false;
@@ -255,11 +257,11 @@ bool reconstruct_pictures_blame(const struct reconstruct_context *context, struc
     const struct picture_overlay overlay = picture_view_compare(
         &left, &right, PICTURE_AS_IS, -PICTURE_VIEW_MAX_DX, PICTURE_VIEW_MAX_DX);
     const int alike = overlay.score_permille;
-    if (blame_order(context, &left, &right, alike, cause)) {
+    if (explain_order(context, &left, &right, alike, cause)) {
         return true;
     }
-    blame_light(context, cause);
-    blame_blur(context, cause);
+    explain_light(context, cause);
+    explain_blur(context, cause);
     if (alike >= ALIKE && overlay.overlap_permille < OVERLAP) {
         add(cause, "the views overlap by only %.0f %%: aim both cameras at the same thing",
             overlay.overlap_permille / permille_a_percent);

@@ -19,7 +19,7 @@ int reconstruct_pictures_assess(struct reconstruct_context *context, struct mess
 /// Call after matching. If less than half of the pixels could be measured and the images show the
 /// reason, sets `cause` to it, several separated by semicolons. False: the images show no reason,
 /// or the surface is not poor.
-bool reconstruct_pictures_blame(const struct reconstruct_context *context, struct message *cause);
+bool reconstruct_pictures_explain(const struct reconstruct_context *context, struct message *cause);
 
 #ifdef __cplusplus
 }

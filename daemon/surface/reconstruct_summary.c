@@ -102,7 +102,7 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
                                     struct message *message) {
     const struct reconstruct_result *result = context->result;
     struct message cause;
-    if (reconstruct_pictures_blame(context, &cause)) {
+    if (reconstruct_pictures_explain(context, &cause)) {
         message_set(message, ERROR_NO_SURFACE, "no surface was found: %s", cause.text);
         return;
     }

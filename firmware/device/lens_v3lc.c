@@ -77,7 +77,7 @@ static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t dea
     lens->last_us = self->quiet_us = time_us;
     lens->unanswered = (uint8_t)(lens->unanswered + (lens->unanswered < UNANSWERED_MAX ? 1 : 0));
     self->waiting = true;
-    self->spoilt = false;
+    self->corrupted = false;
     self->lens = (uint8_t)number;
     self->counts.asked++;
     return ERROR_OK;
@@ -112,8 +112,8 @@ static void take_answer(struct lens_v3lc *self) {
         return;
     }
     if (!plausible(self)) {
-        self->counts.rubbish++;
-        self->spoilt = true;
+        self->counts.garbage++;
+        self->corrupted = true;
         return;
     }
     if (lens->unanswered == 0) {  // otherwise it is not known which question this answers
@@ -127,11 +127,11 @@ static void take_answer(struct lens_v3lc *self) {
 }
 
 // An invalid line has arrived.
-static void take_rubbish(struct lens_v3lc *self) {
+static void take_garbage(struct lens_v3lc *self) {
     struct lens_v3lc_lens *lens = &self->lenses[self->lens];
     lens->unanswered = (uint8_t)(lens->unanswered - (lens->unanswered > 0 ? 1 : 0));
-    self->counts.rubbish++;
-    self->spoilt = true;
+    self->counts.garbage++;
+    self->corrupted = true;
 }
 
 // Receives until `until_us`, at least one byte.
@@ -150,8 +150,8 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
             case LENS_V3LC_ANSWER:
                 take_answer(self);
                 break;
-            case LENS_V3LC_RUBBISH:
-                take_rubbish(self);
+            case LENS_V3LC_GARBAGE:
+                take_garbage(self);
                 break;
             case LENS_V3LC_NOTHING:
                 break;
@@ -171,7 +171,7 @@ static uint64_t timeout_at_us(const struct lens_v3lc *self, const struct lens_v3
 
 // If a question was not answered in time, the next one gets more time.
 static void note_silence(struct lens_v3lc *self) {
-    if (!self->waiting || self->spoilt) {
+    if (!self->waiting || self->corrupted) {
         return;
     }
     self->counts.silent++;
@@ -191,8 +191,9 @@ static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_u
     while (!answered) {
         const bool again = self->waiting;
         const bool open = again || lens->unanswered > 0;
-        const uint64_t spoilt_us = lens->last_us + MIN_GAP_US;
-        const uint64_t until_us = again && self->spoilt ? spoilt_us : timeout_at_us(self, lens);
+        const uint64_t corrupted_us = lens->last_us + MIN_GAP_US;
+        const uint64_t until_us =
+            again && self->corrupted ? corrupted_us : timeout_at_us(self, lens);
         const uint64_t time_us = now_us(self);
         int error = ERROR_OK;
         if (time_us >= deadline_us) {

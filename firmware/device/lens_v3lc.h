@@ -49,7 +49,7 @@ struct lens_v3lc_counts {
     uint32_t asked;     ///< status questions
     uint32_t answered;  ///< accepted answers
     uint32_t silent;    ///< questions without an answer in time
-    uint32_t rubbish;   ///< invalid answers and lines, values out of range
+    uint32_t garbage;   ///< invalid answers and lines, values out of range
     uint32_t late;      ///< answers to earlier questions, or of the other lens
 };
 
@@ -59,10 +59,10 @@ struct lens_v3lc {
     const struct hal_uart *uart;
     const struct hal_clock *clock;
     bool single;
-    bool waiting;  ///< a question is outstanding
-    uint8_t lens;  ///< its lens
-    bool spoilt;   ///< its answer came and was invalid
-    bool broken;   ///< the next line to the controller begins with the rest of a truncated one
+    bool waiting;    ///< a question is outstanding
+    uint8_t lens;    ///< its lens
+    bool corrupted;  ///< its answer came and was invalid
+    bool broken;     ///< the next line to the controller begins with the rest of a truncated one
     uint32_t timeout_us;
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none

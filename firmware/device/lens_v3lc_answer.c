@@ -92,7 +92,7 @@ static enum lens_v3lc_event end_record(struct lens_v3lc_answer *self, bool singl
     self->number = lens >= 0 ? (uint8_t)lens : self->number;
     self->count = 0;
     self->records = true;
-    return was_begun && self->begun ? LENS_V3LC_RUBBISH : LENS_V3LC_NOTHING;
+    return was_begun && self->begun ? LENS_V3LC_GARBAGE : LENS_V3LC_NOTHING;
 }
 
 enum lens_v3lc_event lens_v3lc_answer_take(struct lens_v3lc_answer *self, bool single,
@@ -111,7 +111,7 @@ enum lens_v3lc_event lens_v3lc_answer_take(struct lens_v3lc_answer *self, bool s
         self->length = 0;
     }
     if (byte == '\n' && event == LENS_V3LC_NOTHING && self->records && !self->begun) {
-        event = LENS_V3LC_RUBBISH;
+        event = LENS_V3LC_GARBAGE;
     }
     if (byte == '\n') {
         self->records = false;

@@ -36,7 +36,7 @@ struct lens_v3lc_answer {
 enum lens_v3lc_event {
     LENS_V3LC_NOTHING,
     LENS_V3LC_ANSWER,   ///< `number` and `values` are those of a complete answer
-    LENS_V3LC_RUBBISH,  ///< LF, or the beginning of the next answer, came before an answer was
+    LENS_V3LC_GARBAGE,  ///< LF, or the beginning of the next answer, came before an answer was
                         ///< complete
 };
 

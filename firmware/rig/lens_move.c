@@ -84,7 +84,7 @@ uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
     const int32_t beside = run_up(profile) + 2 * LENS_MOVE_OFFSET_COUNTS;
-    return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_NONSENSE_US + LENS_MOVE_REST_US +
+    return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_INVALID_US + LENS_MOVE_REST_US +
            LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
            (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
 }

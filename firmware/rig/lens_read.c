@@ -78,7 +78,7 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
     const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
     const bool silent =
         now_us - (last_rx_us > since_us ? last_rx_us : since_us) >= LENS_READ_SILENCE_US;
-    if (!silent && now_us - since_us < LENS_READ_NONSENSE_US) {
+    if (!silent && now_us - since_us < LENS_READ_INVALID_US) {
         return ERROR_OK;
     }
     watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
@@ -86,7 +86,7 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
         self, lens_read_part(side), ERROR_TIMEOUT,
         silent ? "no reply for # ms (check the controller's supply and serial line)"
                : "no valid reply for # ms (check the controller's supply and serial line)",
-        (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_NONSENSE_US) / 1000});
+        (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_INVALID_US) / 1000});
 }
 
 // Requests readings from now on.

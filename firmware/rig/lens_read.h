@@ -15,7 +15,7 @@ enum {
     LENS_READ_SILENCE_US = 1700000,
     /// The same for a controller that sends data but no reading (us): on a bad line only some
     /// questions are answered.
-    LENS_READ_NONSENSE_US = 3000000,
+    LENS_READ_INVALID_US = 3000000,
     LENS_READ_MEDIAN = 3,
 };
 

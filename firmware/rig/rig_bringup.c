@@ -253,7 +253,7 @@ static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
                              uint64_t timeout_us) {
     const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
     const uint64_t silent_us = (last_rx_us > since_us ? last_rx_us : since_us) + timeout_us;
-    const uint64_t max_us = since_us + timeout_us + LENS_READ_NONSENSE_US - LENS_READ_SILENCE_US;
+    const uint64_t max_us = since_us + timeout_us + LENS_READ_INVALID_US - LENS_READ_SILENCE_US;
     return silent_us < max_us ? silent_us : max_us;
 }
 

@@ -230,8 +230,8 @@ static int dequeue_buffer(struct fake_video *self, struct v4l2_buffer *buffer) {
     *buffer = self->done[0];
     self->done_count--;
     memmove(self->done, self->done + 1, self->done_count * sizeof self->done[0]);
-    if (self->spoil != NULL) {
-        self->spoil(self, buffer);
+    if (self->corrupt != NULL) {
+        self->corrupt(self, buffer);
     }
     return 0;
 }

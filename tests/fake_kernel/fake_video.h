@@ -52,7 +52,7 @@ struct fake_video {
     void (*look)(struct fake_video *self);
     bool takes_any_size;  ///< frames have the requested size
     /// May change what DQBUF returns. NULL: nothing.
-    void (*spoil)(struct fake_video *self, struct v4l2_buffer *buffer);
+    void (*corrupt)(struct fake_video *self, struct v4l2_buffer *buffer);
     const char *picture;  ///< an image file (fake_picture.h), read again when it changes; or NULL
     void *user;
     // ---

@@ -85,7 +85,7 @@ bool is_of_bus(int error) {
 }
 
 // After the faults: none of them is left.
-void check_calm(hdl::DriverRig &rig, hdl::Random &random) {
+void check_idle(hdl::DriverRig &rig, hdl::Random &random) {
     rig.heal();
     rig.bus.wait(40 * kMs);
     rig.counted();
@@ -109,7 +109,7 @@ TEST_CASE("words are written or not, as the driver says, in a storm of faults") 
     unsigned done = 0, failed = 0;
     for (uint64_t i = 0; i < hdl::draws(40); i++) {
         INFO("round " << i);
-        check_calm(rig, random);
+        check_idle(rig, random);
         auto expected = rig.world.state();
         REQUIRE(expected);
         const auto value = uint16_t(random.next());
@@ -147,7 +147,7 @@ TEST_CASE("a trigger starts once at most in a storm of faults") {
     unsigned pulses = 0;
     for (uint64_t i = 0; i < hdl::draws(30); i++) {
         INFO("round " << i);
-        check_calm(rig, random);
+        check_idle(rig, random);
         rig.world.trigger.pulses = 0;
         storm.begin(double(random.between(1, 60)) / 1000, false);
         const int error = fpga_bridge_start(&rig.driver, BRIDGE_TRIGGER_CTRL, 1);
@@ -204,7 +204,7 @@ TEST_CASE("bits turned over besides: the driver ends in time, and the bridge obe
     Storm storm(rig, random);
     for (uint64_t i = 0; i < hdl::draws(30); i++) {
         INFO("round " << i);
-        check_calm(rig, random);
+        check_idle(rig, random);
         storm.begin(double(random.between(1, 60)) / 1000, true);
         uint16_t words[FPGA_BRIDGE_BLOCK_WORDS];
         const int error =

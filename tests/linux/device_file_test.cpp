@@ -39,8 +39,8 @@ const struct {
      }},
     {"watchdog",
      [](const char *path, message *text) {
-         watchdog_dev dog;
-         return watchdog_dev_open(&dog, path, 15, text);
+         watchdog_dev watchdog;
+         return watchdog_dev_open(&watchdog, path, 15, text);
      }},
     {"serial line",  // of the console and the client
      [](const char *path, message *text) { return serial_device_open(path, 9600, text); }},

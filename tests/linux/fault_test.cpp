@@ -416,7 +416,8 @@ TEST_CASE("a store and a watchdog") {
     fault_plan plan = plan_of(
         "store.save@1=full,store.save@2=io/after,store.load@1=crc,store.remove@1=refused,"
         "watchdog.feed@2+=device");
-    const fault_common common = common_of(&plan, "store"), on_dog = common_of(&plan, "watchdog");
+    const fault_common common = common_of(&plan, "store"),
+                       on_watchdog = common_of(&plan, "watchdog");
     fault_store wrapped;
     fault_store_wrap(&wrapped, &common, &real.hal);
     const hal_store_operations *records = wrapped.hal.operations;
@@ -435,9 +436,9 @@ TEST_CASE("a store and a watchdog") {
 
     const hal_watchdog_operations operations = {[](void *) { return 0; },
                                                 [](void *) { return uint64_t{15}; }};
-    const hal_watchdog dog = {&operations, nullptr};
+    const hal_watchdog watchdog = {&operations, nullptr};
     fault_watchdog guarded;
-    fault_watchdog_wrap(&guarded, &on_dog, &dog);
+    fault_watchdog_wrap(&guarded, &on_watchdog, &watchdog);
     CHECK(guarded.hal.operations->feed(guarded.hal.self) == ERROR_OK);
     CHECK(guarded.hal.operations->feed(guarded.hal.self) == ERROR_DEVICE);
     CHECK(guarded.hal.operations->period_us(guarded.hal.self) == 15);

@@ -212,8 +212,8 @@ TEST_CASE("after a hang-up the received bytes are read, then the line is gone") 
 TEST_CASE("a byte taken by another reader is not a hang-up") {
     const Line line;
     Uart uart(line);
-    const int thief = dup(uart.uart.fd);
-    REQUIRE(thief >= 0);
+    const int second_fd = dup(uart.uart.fd);
+    REQUIRE(second_fd >= 0);
     fake_kernel_slow(" read", 500);
     REQUIRE(::write(line.master, "a", 1) == 1);
     char stolen = '?';
@@ -222,7 +222,7 @@ TEST_CASE("a byte taken by another reader is not a hang-up") {
         while (fake_kernel_calls() < 2) {  // it has seen the byte and is about to read it
             std::this_thread::yield();
         }
-        ::syscall(SYS_read, thief, &stolen, 1);
+        ::syscall(SYS_read, second_fd, &stolen, 1);
     });
     std::string got;
     CHECK(uart.read(&got, 600000) == ERROR_TIMEOUT);
@@ -231,7 +231,7 @@ TEST_CASE("a byte taken by another reader is not a hang-up") {
     REQUIRE(::write(line.master, "b", 1) == 1);
     CHECK(uart.read(&got, 2000000) == ERROR_OK);
     CHECK(got == "b");
-    ::close(thief);
+    ::close(second_fd);
 }
 
 TEST_CASE("signals and short writes change nothing") {

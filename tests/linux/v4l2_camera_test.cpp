@@ -232,22 +232,24 @@ TEST_CASE("the driver's frame flags are reported") {
     Camera camera;
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;
-    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->flags |= V4L2_BUF_FLAG_ERROR; };
+    video->corrupt = [](fake_video *, v4l2_buffer *buffer) {
+        buffer->flags |= V4L2_BUF_FLAG_ERROR;
+    };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_DAMAGED);
-    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused -= kWidth; };
+    video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused -= kWidth; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_SHORT);
     CHECK(frame.data[46 * kWidth] == 47);
     CHECK(frame.data[47 * kWidth] == 0);
-    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 0; };
+    video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 0; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_SHORT);
     CHECK(frame.data[0] == 0);
-    video->spoil = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 99999; };
+    video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 99999; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_DAMAGED);
-    video->spoil = nullptr;
+    video->corrupt = nullptr;
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == 0);
     CHECK(camera.counts().frames == 5);
@@ -337,15 +339,15 @@ TEST_CASE("other faults of a driver") {
     Camera camera;
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;
-    video->spoil = [](fake_video *self, v4l2_buffer *buffer) {
+    video->corrupt = [](fake_video *self, v4l2_buffer *buffer) {
         buffer->index = 7;
-        self->spoil = nullptr;
+        self->corrupt = nullptr;
     };
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.counts().restarts == 1);
-    video->spoil = [](fake_video *self, v4l2_buffer *buffer) {
+    video->corrupt = [](fake_video *self, v4l2_buffer *buffer) {
         buffer->index = self->queued[0];  // a queued one, which it has not returned
-        self->spoil = nullptr;
+        self->corrupt = nullptr;
     };
     CHECK(camera.look(&frame) == ERROR_OK);
     CHECK(camera.look(&frame) == ERROR_OK);

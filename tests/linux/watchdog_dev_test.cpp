@@ -15,12 +15,12 @@ using linux_harness::record;
 
 const char *const kPath = "/dev/watchdog";
 
-int feed(watchdog_dev &dog) {
-    return dog.hal.operations->feed(dog.hal.self);
+int feed(watchdog_dev &watchdog) {
+    return watchdog.hal.operations->feed(watchdog.hal.self);
 }
 
-uint64_t period_us(watchdog_dev &dog) {
-    return dog.hal.operations->period_us(dog.hal.self);
+uint64_t period_us(watchdog_dev &watchdog) {
+    return watchdog.hal.operations->period_us(watchdog.hal.self);
 }
 
 }  // namespace
@@ -28,31 +28,31 @@ uint64_t period_us(watchdog_dev &dog) {
 TEST_CASE("the calls of opening, feeding and an orderly end") {
     const Kernel kernel;
     const fake_watchdog *device = fake_watchdog_add(kPath);
-    watchdog_dev dog;
+    watchdog_dev watchdog;
     message text;
-    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
+    REQUIRE(watchdog_dev_open(&watchdog, kPath, 15, &text) == ERROR_OK);
     CHECK(record() ==
           "watchdog open wronly noctty cloexec\n"
           "watchdog ioctl GETSUPPORT\n"
           "watchdog ioctl SETTIMEOUT 15\n");
     CHECK(device->armed);
-    CHECK(period_us(dog) == 15000000);
-    CHECK(feed(dog) == ERROR_OK);
+    CHECK(period_us(watchdog) == 15000000);
+    CHECK(feed(watchdog) == ERROR_OK);
     CHECK(record() == "watchdog ioctl KEEPALIVE\n");
     CHECK(device->feeds == 1);
-    CHECK(watchdog_dev_close(&dog, true));
+    CHECK(watchdog_dev_close(&watchdog, true));
     CHECK(record() == "watchdog write 1\nwatchdog close\n");
     CHECK_FALSE(device->armed);
-    CHECK_FALSE(watchdog_dev_close(&dog, true));
+    CHECK_FALSE(watchdog_dev_close(&watchdog, true));
 }
 
 TEST_CASE("after a disorderly end it stays armed and the system restarts") {
     const Kernel kernel;
     const fake_watchdog *device = fake_watchdog_add(kPath);
-    watchdog_dev dog;
+    watchdog_dev watchdog;
     message text;
-    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
-    CHECK_FALSE(watchdog_dev_close(&dog, false));
+    REQUIRE(watchdog_dev_open(&watchdog, kPath, 15, &text) == ERROR_OK);
+    CHECK_FALSE(watchdog_dev_close(&watchdog, false));
     CHECK(record().find(" write ") == std::string::npos);
     CHECK(device->armed);
     CHECK_FALSE(fake_watchdog_bit(device));
@@ -74,11 +74,11 @@ TEST_CASE("the period is the one that the driver sets") {
         fake_watchdog *device = fake_watchdog_add(kPath);
         device->sets_period = one.sets;
         device->reports_period = one.reports;
-        watchdog_dev dog;
+        watchdog_dev watchdog;
         message text;
-        REQUIRE(watchdog_dev_open(&dog, kPath, one.wanted_s, &text) == ERROR_OK);
-        CHECK(period_us(dog) == one.period_us);
-        watchdog_dev_close(&dog, true);
+        REQUIRE(watchdog_dev_open(&watchdog, kPath, one.wanted_s, &text) == ERROR_OK);
+        CHECK(period_us(watchdog) == one.period_us);
+        watchdog_dev_close(&watchdog, true);
     }
 }
 
@@ -86,12 +86,12 @@ TEST_CASE("a driver without KEEPALIVE is fed by writing, and never with the magi
     const Kernel kernel;
     fake_watchdog *device = fake_watchdog_add(kPath);
     device->has_keepalive = false;
-    watchdog_dev dog;
+    watchdog_dev watchdog;
     message text;
-    REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
-    CHECK(feed(dog) == ERROR_OK);
+    REQUIRE(watchdog_dev_open(&watchdog, kPath, 15, &text) == ERROR_OK);
+    CHECK(feed(watchdog) == ERROR_OK);
     CHECK(device->feeds == 1);
-    watchdog_dev_close(&dog, false);
+    watchdog_dev_close(&watchdog, false);
     CHECK(device->armed);
 }
 
@@ -101,19 +101,19 @@ TEST_CASE("each call fails in turn, and signals are not failures") {
             error, 1,
             [&] {
                 const fake_watchdog *device = fake_watchdog_add(kPath);
-                watchdog_dev dog;
+                watchdog_dev watchdog;
                 message text;
-                int result = watchdog_dev_open(&dog, kPath, 15, &text);
+                int result = watchdog_dev_open(&watchdog, kPath, 15, &text);
                 if (result != ERROR_OK) {
-                    CHECK(dog.fd == -1);
+                    CHECK(watchdog.fd == -1);
                     CHECK(std::string(text.text).find(kPath) != std::string::npos);
                     // Nothing is written, not even to disarm it, to what may not be a watchdog.
                     CHECK(device->armed ==
                           (std::string(text.text).find("not a watchdog") != std::string::npos));
                     return result;
                 }
-                result = feed(dog);
-                watchdog_dev_close(&dog, true);
+                result = feed(watchdog);
+                watchdog_dev_close(&watchdog, true);
                 return result;
             },
             [&](unsigned nth, int result) {
@@ -124,12 +124,12 @@ TEST_CASE("each call fails in turn, and signals are not failures") {
     const Kernel kernel;
     const fake_watchdog *device = fake_watchdog_add(kPath);
     for (const char *call : {"open", "GETSUPPORT", "SETTIMEOUT", "KEEPALIVE", "write"}) {
-        watchdog_dev dog;
+        watchdog_dev watchdog;
         message text;
         fake_kernel_fail(call, 1, EINTR, 2);
-        REQUIRE(watchdog_dev_open(&dog, kPath, 15, &text) == ERROR_OK);
-        CHECK(feed(dog) == ERROR_OK);
-        CHECK(watchdog_dev_close(&dog, true));
+        REQUIRE(watchdog_dev_open(&watchdog, kPath, 15, &text) == ERROR_OK);
+        CHECK(feed(watchdog) == ERROR_OK);
+        CHECK(watchdog_dev_close(&watchdog, true));
         CHECK_FALSE(device->armed);
     }
     CHECK_FALSE(fake_watchdog_bit(device));

@@ -236,7 +236,7 @@ TEST_CASE("numbers with too many digits and records that are too long are rubbis
                 {57 * kMs, std::string("V3LC 1\r") + record + "\rFocus:0400\rIris:0400\r\n"}};
         });
         CHECK(bench.read(0, 150 * kMs) == ERROR_TIMEOUT);
-        CHECK(bench.driver.counts.rubbish == 1);
+        CHECK(bench.driver.counts.garbage == 1);
     }
     Bench bench([&](const std::string &, int) {  // as long as it may be
         return std::vector<Piece>{
@@ -285,14 +285,14 @@ TEST_CASE("any byte that is lost or another makes it no answer, or does no harm"
     const std::string whole = status(1, 345, 512, 698);
     for (size_t at = 0; at + 1 < whole.size(); at++) {
         for (int change = -1; change < 256; change++) {
-            std::string spoilt = whole;
+            std::string corrupted = whole;
             if (change < 0) {
-                spoilt.erase(at, 1);
+                corrupted.erase(at, 1);
             } else {
-                spoilt[at] = char(change);
+                corrupted[at] = char(change);
             }
             Bench bench([&](const std::string &, int question) {
-                return std::vector<Piece>{{57 * kMs, question == 1 ? spoilt : whole}};
+                return std::vector<Piece>{{57 * kMs, question == 1 ? corrupted : whole}};
             });
             REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
             INFO("byte " << at << " to " << change);
@@ -314,7 +314,7 @@ TEST_CASE("values that no position has are asked for again") {
         });
         REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
         CHECK(bench.readings[LENS_FOCUS].position == 500);
-        CHECK(bench.driver.counts.rubbish == 2);
+        CHECK(bench.driver.counts.garbage == 2);
         CHECK(bench.driver.counts.asked == 3);
         // Not faster than the line carries answers.
         CHECK(bench.line.now_us == 257 * kMs);
@@ -323,7 +323,7 @@ TEST_CASE("values that no position has are asked for again") {
         return std::vector<Piece>{{57 * kMs, status(1, 400, 500, 17)}};
     });
     CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
-    CHECK(bench.driver.counts.rubbish == 10);
+    CHECK(bench.driver.counts.garbage == 10);
 }
 
 TEST_CASE("the other lens's answer is not this one's") {
@@ -342,7 +342,7 @@ TEST_CASE("a lens that does not exist is never read") {
                 {57 * kMs, std::string(text) + "Zoom:0400\rFocus:0400\rIris:0400\r\n"}};
         });
         CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
-        CHECK(bench.driver.counts.rubbish == 10);
+        CHECK(bench.driver.counts.garbage == 10);
     }
 }
 

@@ -60,9 +60,9 @@ std::vector<Level> levels() {
 }
 
 // Random numbers of a test that reports how to replay it.
-class Dice {
+class Generator {
   public:
-    Dice() : random_(static_cast<uint32_t>(synthetic::test_seed())) {
+    Generator() : random_(static_cast<uint32_t>(synthetic::test_seed())) {
         MESSAGE("VERGENCE_SEED=" << synthetic::test_seed());
     }
     // [low, high]
@@ -75,13 +75,13 @@ class Dice {
 };
 
 // Grey levels with steps of at most `step` along a row and between rows.
-Grid<uint8_t> random_grey(Dice &dice, int width, int height, int step) {
+Grid<uint8_t> random_grey(Generator &generator, int width, int height, int step) {
     Grid<uint8_t> grey(width, height);
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
             const int left = x > 0 ? grey.at(x - 1, y) : 128;
             const int above = y > 0 ? grey.at(x, y - 1) : left;
-            const int value = (x > 0 ? (left + above) / 2 : above) + dice.between(-step, step);
+            const int value = (x > 0 ? (left + above) / 2 : above) + generator.between(-step, step);
             grey.at(x, y) = static_cast<uint8_t>(std::clamp(value, 0, 255));
         }
     }
@@ -103,18 +103,18 @@ View whole(const Grid<uint8_t> &grey) {
 
 // The right camera's view of the left image: two surfaces with a step between them, one slanted,
 // with noise.
-Grid<uint8_t> seen_from_right(Dice &dice, const Grid<uint8_t> &left, const Search &search,
+Grid<uint8_t> seen_from_right(Generator &generator, const Grid<uint8_t> &left, const Search &search,
                               int noise) {
-    Grid<uint8_t> right = random_grey(dice, left.width, left.height, 20);
-    const int far = search.disparity_min + dice.between(0, search.disparity_count - 1);
-    const int near = search.disparity_min + dice.between(0, search.disparity_count - 1);
-    const int lean = dice.between(2, 12);
+    Grid<uint8_t> right = random_grey(generator, left.width, left.height, 20);
+    const int far = search.disparity_min + generator.between(0, search.disparity_count - 1);
+    const int near = search.disparity_min + generator.between(0, search.disparity_count - 1);
+    const int lean = generator.between(2, 12);
     for (int y = 0; y < left.height; y++) {
         for (int x = 0; x < left.width; x++) {
             const int disparity = x < left.width / 2 ? far : near + y / lean;
             const int right_x = x - disparity;
             if (right_x >= 0 && right_x < left.width) {
-                const int value = left.at(x, y) + dice.between(-noise, noise);
+                const int value = left.at(x, y) + generator.between(-noise, noise);
                 right.at(right_x, y) = static_cast<uint8_t>(std::clamp(value, 0, 255));
             }
         }
@@ -255,18 +255,18 @@ constexpr match_preset kPresets[] = {MATCH_PRESET_STANDARD, MATCH_PRESET_BEST, M
 constexpr int kCostMax = 117;
 
 // Random costs; about half of the pixels get a surface of low ones.
-Volume random_costs(Dice &dice, int width, int height, int lanes) {
+Volume random_costs(Generator &generator, int width, int height, int lanes) {
     Volume costs(width, height);
     int surface = 0;
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
-            if (dice.between(0, 19) == 0) {
-                surface = dice.between(0, 2 * lanes);
+            if (generator.between(0, 19) == 0) {
+                surface = generator.between(0, 2 * lanes);
             }
             for (int lane = 0; lane < lanes; lane++) {
                 const int away = std::abs(lane - surface);
                 const int max = away == 0 ? 10 : (away == 1 ? 30 : kCostMax);
-                costs.at(x, y).push_back(dice.between(0, max));
+                costs.at(x, y).push_back(generator.between(0, max));
             }
         }
     }
@@ -323,24 +323,24 @@ PathBytes path_through(const Volume &costs, const Grid<int> &large, Place from, 
 }  // namespace
 
 TEST_CASE("messages along rows and columns are those of the recursion, on random costs") {
-    Dice dice;
+    Generator generator;
     for (const Level &level : levels()) {
         CAPTURE(level.name);
         const int members = level.paths->members;
         for (int lanes = 16; lanes <= 128; lanes += 16) {
             CAPTURE(lanes);
-            const int width = dice.between(members, 40);
-            const int height = dice.between(members, 40);
-            const int small = dice.between(1, 60);
-            const Volume costs = random_costs(dice, width, height, lanes);
+            const int width = generator.between(members, 40);
+            const int height = generator.between(members, 40);
+            const int small = generator.between(1, 60);
+            const Volume costs = random_costs(generator, width, height, lanes);
             Grid<int> large(width, height);
             for (int &penalty : large.cells) {
-                penalty = dice.between(0, UINT8_MAX - kCostMax);
+                penalty = generator.between(0, UINT8_MAX - kCostMax);
             }
             std::vector<PathBytes> right, left, down;
             for (int m = 0; m < members; m++) {
-                const int y = dice.between(0, height - 1);
-                const int x = dice.between(0, width - 1);
+                const int y = generator.between(0, height - 1);
+                const int x = generator.between(0, width - 1);
                 right.push_back(path_through(costs, large, {0, y}, {1, 0}, width));
                 left.push_back(path_through(costs, large, {width - 1, y}, {-1, 0}, width));
                 down.push_back(path_through(costs, large, {x, 0}, {0, 1}, height));
@@ -353,41 +353,43 @@ TEST_CASE("messages along rows and columns are those of the recursion, on random
 }
 
 TEST_CASE("averages, paths and winners are the reference's on random costs") {
-    Dice dice;
+    Generator generator;
     Met met;
     for (const int count : {1, 2, 3, 16, 31, 33, 48, 64, 80, 100}) {
-        const int width = dice.between(16, 80);
-        const int height = dice.between(8, 40);
-        const Search search = {dice.between(-20, 10), count, 5, count % 2 == 0};
-        const View left = whole(random_grey(dice, width, height, dice.between(1, 60)));
-        const View right = whole(seen_from_right(dice, left.grey, search, 2));
-        const Volume costs = random_costs(dice, width, height, search.lanes());
+        const int width = generator.between(16, 80);
+        const int height = generator.between(8, 40);
+        const Search search = {generator.between(-20, 10), count, 5, count % 2 == 0};
+        const View left = whole(random_grey(generator, width, height, generator.between(1, 60)));
+        const View right = whole(seen_from_right(generator, left.grey, search, 2));
+        const Volume costs = random_costs(generator, width, height, search.lanes());
         check_task({left, right, search, kPresets[count % 3]}, &costs, &met);
     }
     MESSAGE("pixels with a narrow window: " << met.narrow);
 }
 
 TEST_CASE("from grey images to reasons, every pixel is the reference's") {
-    Dice dice;
+    Generator generator;
     Met met;
     for (int round = 0; round < 20; round++) {
         // Every other time large enough for coarser levels.
         const bool large = round % 2 == 0;
-        const int width = large ? dice.between(64, 100) : dice.between(16, 63);
-        const int height = large ? dice.between(32, 50) : dice.between(8, 40);
-        Search search = {dice.between(-12, 12), large ? dice.between(17, 64) : dice.between(1, 50),
-                         dice.between(0, 30), round % 4 == 3};
+        const int width = large ? generator.between(64, 100) : generator.between(16, 63);
+        const int height = large ? generator.between(32, 50) : generator.between(8, 40);
+        Search search = {generator.between(-12, 12),
+                         large ? generator.between(17, 64) : generator.between(1, 50),
+                         generator.between(0, 30), round % 4 == 3};
         if (round % 3 > 0) {
-            search.extra_below = dice.between(0, search.disparity_count / 3);
-            search.extra_above = dice.between(0, search.disparity_count / 3);
+            search.extra_below = generator.between(0, search.disparity_count / 3);
+            search.extra_above = generator.between(0, search.disparity_count / 3);
         }
-        const int step = round % 3 == 0 ? dice.between(1, 8) : dice.between(40, 200);
-        View left = whole(random_grey(dice, width, height, step));
+        const int step = round % 3 == 0 ? generator.between(1, 8) : generator.between(40, 200);
+        View left = whole(random_grey(generator, width, height, step));
         if (round % 5 < 2) {
             const int grey = left.grey.at(width / 2, height / 2);
             fill(&left.grey, width / 4, 3 * width / 4, height / 4, height, grey);
         }
-        const View right = whole(seen_from_right(dice, left.grey, search, dice.between(0, 6)));
+        const View right =
+            whole(seen_from_right(generator, left.grey, search, generator.between(0, 6)));
         check_task({left, right, search, kPresets[round % 3]}, nullptr, &met);
     }
     MESSAGE("pixels with a narrow window: " << met.narrow);
@@ -396,19 +398,20 @@ TEST_CASE("from grey images to reasons, every pixel is the reference's") {
 }
 
 TEST_CASE("rows that are valid in parts only, by any spans") {
-    Dice dice;
+    Generator generator;
     Met met;
     for (int round = 0; round < 12; round++) {
-        const int width = dice.between(20, 80);
-        const int height = dice.between(8, 40);
-        const Search search = {dice.between(-20, 5), dice.between(10, 40), 10, round % 4 == 3};
-        View left = whole(random_grey(dice, width, height, 60));
-        View right = whole(seen_from_right(dice, left.grey, search, 2));
+        const int width = generator.between(20, 80);
+        const int height = generator.between(8, 40);
+        const Search search = {generator.between(-20, 5), generator.between(10, 40), 10,
+                               round % 4 == 3};
+        View left = whole(random_grey(generator, width, height, 60));
+        View right = whole(seen_from_right(generator, left.grey, search, 2));
         for (View *view : {&left, &right}) {
             for (Span &span : view->spans) {
-                if (dice.between(0, 2) == 0) {
-                    span.begin = dice.between(0, width);
-                    span.end = dice.between(span.begin, width);
+                if (generator.between(0, 2) == 0) {
+                    span.begin = generator.between(0, width);
+                    span.end = generator.between(span.begin, width);
                 }
             }
         }

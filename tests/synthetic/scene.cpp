@@ -75,14 +75,14 @@ double Random::uniform(double low, double high) {
 }
 
 double Random::normal() {
-    if (spare_) {
-        const double value = *spare_;
-        spare_.reset();
+    if (second_normal_) {
+        const double value = *second_normal_;
+        second_normal_.reset();
         return value;
     }
     const double radius = std::sqrt(-2 * std::log(1 - uniform(0, 1)));
     const double angle = uniform(0, 2 * kPi);
-    spare_ = radius * std::sin(angle);
+    second_normal_ = radius * std::sin(angle);
     return radius * std::cos(angle);
 }
 

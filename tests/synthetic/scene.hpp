@@ -39,7 +39,7 @@ class Random {
 
   private:
     uint64_t state_;
-    std::optional<double> spare_;
+    std::optional<double> second_normal_;
 };
 
 /// Periodic table of random coefficients of a cubic B-spline: noise whose spectrum falls as sinc^4,

@@ -46,7 +46,7 @@ static int i2c_transfer(void *opaque, const struct hal_i2c_message *messages, si
     }
     const int error =
         self->real->operations->transfer(self->real->self, messages, count, deadline_us, begun);
-    for (size_t i = 0; effect.spoil && error == ERROR_OK && i < count; i++) {
+    for (size_t i = 0; effect.corrupt && error == ERROR_OK && i < count; i++) {
         if (messages[i].read) {
             garble(messages[i].data, messages[i].bytes);
         }
@@ -102,7 +102,7 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
         return effect.error;
     }
     if (error == ERROR_OK) {
-        got.faults |= effect.spoil ? HAL_CAMERA_DAMAGED : 0;
+        got.faults |= effect.corrupt ? HAL_CAMERA_DAMAGED : 0;
         *frame = got;
     }
     return error;
@@ -159,7 +159,7 @@ static int gpio_get(void *opaque, enum hal_gpio_line line, bool *active) {
     bool level = false;
     const int error = self->real->operations->get(self->real->self, line, &level);
     if (error == ERROR_OK && effect.error == 0) {
-        *active = level != effect.spoil;
+        *active = level != effect.corrupt;
     }
     return result_of(&effect, error);
 }
@@ -200,7 +200,7 @@ static int uart_read(void *opaque, void *data, size_t capacity, uint64_t deadlin
     size_t got = 0;
     const int error =
         self->real->operations->read(self->real->self, data, capacity, deadline_us, &got);
-    if (error == ERROR_OK && effect.spoil) {
+    if (error == ERROR_OK && effect.corrupt) {
         garble(data, got);
     }
     if (error == ERROR_OK && effect.error == 0) {

@@ -103,7 +103,7 @@ int device_file_control(int fd, unsigned long request, void *argument) {
     return result;
 }
 
-int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened) {
+int device_file_wait(int fd, short events, uint64_t deadline_us, short *revents) {
     INVARIANT(fd >= 0 && events != 0);
     for (;;) {
         const uint64_t now_us = monotonic_now_us();
@@ -114,7 +114,7 @@ int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened
         struct pollfd polled = {.fd = fd, .events = events};
         const int ready = ppoll(&polled, 1, &timeout, NULL);
         if (ready > 0) {
-            *happened = polled.revents;
+            *revents = polled.revents;
             return ERROR_OK;
         }
         if (ready < 0 && errno != EINTR) {

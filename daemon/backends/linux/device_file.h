@@ -45,7 +45,7 @@ int device_file_control(int fd, unsigned long request, void *argument);
 
 /// Waits for poll() `events` until `deadline_us` of monotonic_clock; signals do not end the wait. 0
 /// with poll's events in `*happened`, including errors; ERROR_TIMEOUT; ERROR_IO.
-int device_file_wait(int fd, short events, uint64_t deadline_us, short *happened);
+int device_file_wait(int fd, short events, uint64_t deadline_us, short *revents);
 
 /// Maps an errno of an open device: ERROR_DEVICE if it has disappeared, ERROR_TIMEOUT, else
 /// ERROR_IO.

@@ -69,13 +69,13 @@ static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us
         return ERROR_UNSUPPORTED;
     }
     for (;;) {
-        short happened = 0;
+        short revents = 0;
         const int error = device_file_wait(gpiod_shim_descriptor(self->lines[line]), POLLIN,
-                                           deadline_us, &happened);
+                                           deadline_us, &revents);
         if (error != ERROR_OK) {
             return error;
         }
-        if ((happened & POLLIN) == 0) {
+        if ((revents & POLLIN) == 0) {
             return ERROR_DEVICE;
         }
         uint64_t edge_us = 0;

@@ -20,13 +20,13 @@ static int error_of(int error_number) {
 }
 
 static int wait_for(const struct termios_uart *self, short events, uint64_t deadline_us) {
-    short happened = 0;
-    const int error = device_file_wait(self->fd, events, deadline_us, &happened);
+    short revents = 0;
+    const int error = device_file_wait(self->fd, events, deadline_us, &revents);
     if (error != ERROR_OK) {
         return error;
     }
     // Input received before the hang-up can still be read.
-    return (happened & events) != 0 ? ERROR_OK : ERROR_DEVICE;
+    return (revents & events) != 0 ? ERROR_OK : ERROR_DEVICE;
 }
 
 static int write_all(void *opaque, const void *data, size_t bytes, uint64_t deadline_us) {

@@ -317,7 +317,7 @@ static bool accept(struct v4l2_stream *self, const struct v4l2_buffer *buffer,
 int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
                      struct v4l2_stream_filled *filled) {
     INVARIANT(self->on);
-    short happened = 0;
+    short revents = 0;
     for (int empty = 0; empty <= EMPTY_ANSWERS_MAX; empty++) {
         struct v4l2_buffer buffer;
         clear_buffer(&buffer, 0);
@@ -332,11 +332,11 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
         if (errno != EAGAIN) {
             return fail(self, "DQBUF");
         }
-        if ((happened & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
+        if ((revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) {
             return message_set(&self->last_error, ERROR_IO,
                                "the driver reports an error (POLLERR)");
         }
-        const int error = device_file_wait(self->fd, POLLIN, deadline_us, &happened);
+        const int error = device_file_wait(self->fd, POLLIN, deadline_us, &revents);
         if (error != ERROR_OK) {
             return error == ERROR_IO ? fail(self, "poll") : error;
         }

@@ -35,7 +35,7 @@ static int cancel(struct sim_camera *self) {
     }
     self->armed = false;
     struct sim_exchange request = {.type = SIMRIG_FRAME_CANCEL};
-    return sim_connection_demand(self->connection, &request);
+    return sim_connection_require(self->connection, &request);
 }
 
 static int start(void *context, const struct hal_camera_format *format) {
@@ -64,7 +64,7 @@ static int arm(struct sim_camera *self) {
     sim_bytes_put_u16(body, self->format.width_px);
     sim_bytes_put_u16(body + 2, self->format.height_px);
     struct sim_exchange request = {.type = SIMRIG_FRAME_ARM, .body = body, .bytes = sizeof body};
-    const int error = sim_connection_demand(self->connection, &request);
+    const int error = sim_connection_require(self->connection, &request);
     self->armed = error == ERROR_OK;
     return error;
 }

@@ -155,7 +155,7 @@ int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchang
     }
 }
 
-int sim_connection_demand(struct sim_connection *self, struct sim_exchange *exchange) {
+int sim_connection_require(struct sim_connection *self, struct sim_exchange *exchange) {
     const int error = sim_connection_run(self, exchange);
     return error == ERROR_OK && exchange->status != SIMRIG_OK ? ERROR_IO : error;
 }
@@ -225,7 +225,7 @@ void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, ui
 int sim_connection_ask_time(struct sim_connection *self) {
     uint8_t head[8];
     struct sim_exchange ask = {.type = SIMRIG_TIME, .head = head, .head_bytes = sizeof head};
-    const int error = sim_connection_demand(self, &ask);
+    const int error = sim_connection_require(self, &ask);
     if (error == ERROR_OK) {
         self->now_us = sim_connection_reported_us(self, head);
     }
@@ -269,7 +269,7 @@ int sim_connection_advance(struct sim_connection *self, uint64_t until_us, uint3
                                        .bytes = sizeof body,
                                        .head = head,
                                        .head_bytes = sizeof head};
-        error = sim_connection_demand(self, &advance);
+        error = sim_connection_require(self, &advance);
         if (error != ERROR_OK) {
             // The rig is gone, so waits are over: let deadlines be reached.
             self->now_us = until_us > self->now_us ? until_us : self->now_us;

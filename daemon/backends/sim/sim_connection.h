@@ -69,7 +69,7 @@ void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, ui
 int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchange);
 
 /// The same for a request whose status must be SIMRIG_OK; ERROR_IO otherwise.
-int sim_connection_demand(struct sim_connection *self, struct sim_exchange *exchange);
+int sim_connection_require(struct sim_connection *self, struct sim_exchange *exchange);
 
 /// Reads the time into `now_us`. Errors as above.
 int sim_connection_ask_time(struct sim_connection *self);

@@ -23,7 +23,7 @@ static int set(void *context, enum hal_gpio_line line, bool active) {
     uint8_t body[4];
     sim_bytes_put_u32(body, outputs);
     struct sim_exchange request = {.type = SIMRIG_GPIO_SET, .body = body, .bytes = sizeof body};
-    const int error = sim_connection_demand(self->connection, &request);
+    const int error = sim_connection_require(self->connection, &request);
     if (error == ERROR_OK) {
         self->outputs = outputs;
     }
@@ -44,7 +44,7 @@ static int ask(struct sim_gpio *self, uint32_t *levels) {
                                    .head_bytes = sizeof head,
                                    .rest = edges,
                                    .rest_capacity = sizeof edges};
-    const int error = sim_connection_demand(self->connection, &request);
+    const int error = sim_connection_require(self->connection, &request);
     if (error != ERROR_OK) {
         return error;
     }

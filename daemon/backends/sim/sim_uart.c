@@ -15,7 +15,7 @@ static int write_bytes(void *context, const void *data, size_t bytes, uint64_t d
     while (bytes > 0 && error == ERROR_OK) {
         const size_t part = bytes < SIMRIG_SERIAL_BYTES_MAX ? bytes : SIMRIG_SERIAL_BYTES_MAX;
         struct sim_exchange request = {.type = SIMRIG_SERIAL_WRITE, .body = next, .bytes = part};
-        error = sim_connection_demand(self->connection, &request);
+        error = sim_connection_require(self->connection, &request);
         next += part;
         bytes -= part;
     }
@@ -28,7 +28,7 @@ static int fetch(struct sim_uart *self) {
     struct sim_exchange request = {.type = SIMRIG_SERIAL_READ,
                                    .rest = self->pending + self->pending_bytes,
                                    .rest_capacity = sizeof self->pending - self->pending_bytes};
-    const int error = sim_connection_demand(self->connection, &request);
+    const int error = sim_connection_require(self->connection, &request);
     if (error == ERROR_OK) {
         self->pending_bytes += request.rest_bytes;
     }

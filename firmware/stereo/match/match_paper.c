@@ -38,7 +38,7 @@ enum {
     HERE = OFFSETS / 2,   // index of the match itself among them
     FIELD_BITS = 12,      // of each sum if all are added at once
     NOWHERE = INT16_MIN,  // no disparity: the walk skipped this pixel
-    TOO_DEAR = INT16_MAX,
+    TOO_EXPENSIVE = INT16_MAX,
     PROGRESS_ROWS = 8,
     // Upper bound of evaluations per pixel: the moves and the sum ahead of each walk, repair,
     // validation.
@@ -172,8 +172,8 @@ static inline bool room_ahead(const struct paper *paper, struct spot spot, int d
     return inside(paper, spot) && inside(paper, further(spot, (AHEAD_PX - 1) * direction));
 }
 
-// Sum of the dissimilarities ahead of a position with room; TOO_DEAR if it exceeds `limit`, or if a
-// quarter of the pixels exceeds half of that.
+// Sum of the dissimilarities ahead of a position with room; TOO_EXPENSIVE if it exceeds `limit`, or
+// if a quarter of the pixels exceeds half of that.
 static inline int score_ahead(struct paper *paper, struct spot spot, int direction, int limit) {
     // Two pixels at a time; backwards a pair begins at its second pixel.
     const int back = direction < 0 ? 1 : 0;
@@ -186,7 +186,7 @@ static inline int score_ahead(struct paper *paper, struct spot spot, int directi
         score += count_bits(left ^ right);
         paper->evaluations += 2;
         if (score > limit || (i + 2 == AHEAD_PX / 4 && 2 * score > limit)) {
-            return TOO_DEAR;
+            return TOO_EXPENSIVE;
         }
     }
     return score;
@@ -207,7 +207,7 @@ static inline void try_move(struct paper *paper, struct spot spot, int direction
         return;
     }
     const int score = score_ahead(paper, target, direction, best->total - penalty - 1);
-    if (score != TOO_DEAR) {
+    if (score != TOO_EXPENSIVE) {
         *best = (struct move){change, score, score + penalty};
     }
 }
@@ -238,7 +238,7 @@ static void walk(struct paper *paper, int index) {
     const int own = index % 2;
     const int direction = own == 0 ? 1 : -1;
     for (int x = 0; x < paper->width; x++) {
-        paper->column[x].step[own] = (struct step){NOWHERE, TOO_DEAR};
+        paper->column[x].step[own] = (struct step){NOWHERE, TOO_EXPENSIVE};
     }
     // From the ends of both rows, or as close to them as the range allows.
     const struct spot begin = {paper->left.begin, paper->right.begin};
@@ -248,7 +248,7 @@ static void walk(struct paper *paper, int index) {
     spot = changed(spot, direction, clamp(disparity, paper->first, paper->last) - disparity);
     int score = 0;
     if (room_ahead(paper, spot, direction)) {
-        score = score_ahead(paper, spot, direction, TOO_DEAR - 1);
+        score = score_ahead(paper, spot, direction, TOO_EXPENSIVE - 1);
     }
     while (inside(paper, spot)) {
         struct column *column = &paper->column[spot.left];

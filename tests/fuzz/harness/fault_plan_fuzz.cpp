@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         const fault_plan_rule &rule = plan.rules[i];
         FUZZ_CHECK(std::strlen(rule.part) < FAULT_PLAN_NAME_BYTES && rule.part[0] != '\0');
         FUZZ_CHECK(std::strlen(rule.operation) < FAULT_PLAN_NAME_BYTES);
-        FUZZ_CHECK((rule.effect.error != 0) != rule.effect.spoil);
+        FUZZ_CHECK((rule.effect.error != 0) != rule.effect.corrupt);
         FUZZ_CHECK(rule.effect.error == 0 ||
                    std::strcmp(error_text(rule.effect.error), "unknown error") != 0);
         FUZZ_CHECK(rule.first == 0 || rule.threshold == 0);

@@ -56,13 +56,14 @@ SimrigProcess::SimrigProcess(const std::string &scene, const std::vector<std::st
     }
     close(reported[1]);
     // It reports where it listens, or closes the pipe.
-    std::string said;
+    std::string output_text;
     char byte = 0;
-    while (said.find("listening on") == std::string::npos && read(reported[0], &byte, 1) == 1) {
-        said += byte;
+    while (output_text.find("listening on") == std::string::npos &&
+           read(reported[0], &byte, 1) == 1) {
+        output_text += byte;
     }
     close(reported[0]);
-    REQUIRE_MESSAGE(said.find("listening on") != std::string::npos, said);
+    REQUIRE_MESSAGE(output_text.find("listening on") != std::string::npos, output_text);
 }
 
 void SimrigProcess::kill() {

@@ -71,7 +71,7 @@ TEST_CASE("other names are refused, and change nothing") {
 TEST_CASE("each number that makes no sense is named") {
     const struct {
         const char *base, *field;
-        std::function<void(rig_profile &)> spoil;
+        std::function<void(rig_profile &)> corrupt;
     } cases[] = {
         {"rig", "bridge_address", [](rig_profile &p) { p.bridge_address = 0x2D; }},
         {"rig", "sensor_address_right", [](rig_profile &p) { p.sensor_address[1] = 0x78; }},
@@ -121,7 +121,7 @@ TEST_CASE("each number that makes no sense is named") {
     };
     for (const auto &test : cases) {
         rig_profile profile = named(test.base);
-        test.spoil(profile);
+        test.corrupt(profile);
         rig_profile_error profile_error{};
         CHECK(rig_profile_check(&profile, &profile_error) != ERROR_OK);
         CHECK(std::string(profile_error.field) == test.field);

@@ -44,14 +44,14 @@ lab polar(double lightness, double chroma, double hue_degrees) {
 }
 
 /// A point of a path before its chroma is limited to the sRGB gamut.
-struct wish {
+struct target {
     double lightness, chroma, hue_degrees;
 };
 
-double chroma_in_gamut(const wish &wished) {
-    double chroma = wished.chroma;
-    while (chroma > 0 &&
-           !in_gamut(rgb_of_lab(polar(wished.lightness, chroma, wished.hue_degrees)))) {
+double chroma_in_gamut(const target &target_colour) {
+    double chroma = target_colour.chroma;
+    while (chroma > 0 && !in_gamut(rgb_of_lab(
+                             polar(target_colour.lightness, chroma, target_colour.hue_degrees)))) {
         chroma -= 0.001;
     }
     return chroma > 0 ? chroma : 0;
@@ -75,15 +75,15 @@ std::vector<double> over_windows(const std::vector<double> &values, std::size_t 
 
 /// Limits the chroma smoothly: following the corners of the gamut would show as false edges. The
 /// mean of window minima never exceeds the limit itself.
-std::vector<lab> fit_gamut(const std::vector<wish> &wishes, std::size_t half_window) {
+std::vector<lab> fit_gamut(const std::vector<target> &targets, std::size_t half_window) {
     std::vector<double> chroma;
-    for (const wish &wished : wishes) {
-        chroma.push_back(chroma_in_gamut(wished));
+    for (const target &target_colour : targets) {
+        chroma.push_back(chroma_in_gamut(target_colour));
     }
     chroma = over_windows(over_windows(chroma, half_window, false), half_window, true);
     std::vector<lab> path;
-    for (std::size_t i = 0; i < wishes.size(); i++) {
-        path.push_back(polar(wishes[i].lightness, chroma[i], wishes[i].hue_degrees));
+    for (std::size_t i = 0; i < targets.size(); i++) {
+        path.push_back(polar(targets[i].lightness, chroma[i], targets[i].hue_degrees));
     }
     return path;
 }
@@ -117,19 +117,19 @@ constexpr int path_steps = 1000;
 }  // namespace
 
 colormap_table colormap_sequential() {
-    std::vector<wish> wishes;
+    std::vector<target> targets;
     for (int i = 0; i <= path_steps; i++) {
         const double t = static_cast<double>(i) / path_steps;
-        wishes.push_back({0.24 + 0.68 * t, 0.17, 312 - 207 * t});
+        targets.push_back({0.24 + 0.68 * t, 0.17, 312 - 207 * t});
     }
-    return walk(fit_gamut(wishes, path_steps / 8));
+    return walk(fit_gamut(targets, path_steps / 8));
 }
 
 colormap_table colormap_diverging() {
-    std::vector<wish> wishes;
+    std::vector<target> targets;
     for (int i = -path_steps; i <= path_steps; i++) {
         const double size = std::fabs(static_cast<double>(i) / path_steps);
-        wishes.push_back({0.94 - 0.5 * size, 0.17 * size, i < 0 ? 255.0 : 30.0});
+        targets.push_back({0.94 - 0.5 * size, 0.17 * size, i < 0 ? 255.0 : 30.0});
     }
-    return walk(fit_gamut(wishes, path_steps / 16));
+    return walk(fit_gamut(targets, path_steps / 16));
 }

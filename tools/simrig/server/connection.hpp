@@ -28,7 +28,7 @@ class Connection {
     bool flush();
     bool has_output() const { return sent_ < output_.size(); }
     /// Too many replies are waiting to be fetched: no more requests are read until then.
-    bool clogged() const { return output_.size() - sent_ > kOutputMax; }
+    bool output_full() const { return output_.size() - sent_ > kOutputMax; }
 
     /// Stops receiving; the client has a second to read the replies sent so far.
     void finish();

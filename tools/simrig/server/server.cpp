@@ -37,7 +37,7 @@ void Server::run(int stop_pipe) {
         if (stop_) {
             return;
         }
-        if (someone_knocks_) {
+        if (connection_pending_) {
             accept_client();
         }
         if (session_.board().busy()) {
@@ -68,7 +68,7 @@ void Server::wait_for_events(int stop_pipe) {
     std::vector<pollfd> polled = {{stop_pipe, POLLIN, 0}, {listener_.socket(), POLLIN, 0}};
     for (const auto &client : clients_) {
         const Connection &connection = client->connection;
-        const bool reads = !client->waits && !client->silent && !connection.clogged();
+        const bool reads = !client->waits && !client->silent && !connection.output_full();
         const int wanted = (reads ? POLLIN : 0) | (client->waits ? POLLRDHUP : 0) |
                            (connection.has_output() ? POLLOUT : 0);
         polled.push_back({connection.socket(), short(wanted), 0});
@@ -77,17 +77,17 @@ void Server::wait_for_events(int stop_pipe) {
         throw std::runtime_error(std::string("cannot wait for clients: ") + std::strerror(errno));
     }
     stop_ = polled[0].revents != 0;
-    someone_knocks_ = polled[1].revents != 0;
+    connection_pending_ = polled[1].revents != 0;
     // Clients are removed from the back, so that indices in front stay valid.
     for (size_t i = clients_.size(); i-- > 0;) {
-        if (!attend(*clients_[i], polled[i + 2].revents)) {
+        if (!service(*clients_[i], polled[i + 2].revents)) {
             drop(i);
         }
     }
 }
 
 // False: the client disconnected.
-bool Server::attend(Client &client, short seen) {
+bool Server::service(Client &client, short seen) {
     Connection &connection = client.connection;
     const bool may_be_received = (seen & POLLIN) != 0;
     if ((seen & POLLERR) != 0 || (client.waits && (seen & (POLLRDHUP | POLLHUP)) != 0) ||
@@ -122,7 +122,7 @@ void Server::accept_client() {
 // The messages of one client, in order; a request that advances time delays those behind it.
 void Server::serve(Client &client) {
     Connection &connection = client.connection;
-    while (!client.waits && !connection.clogged() && !connection.finished()) {
+    while (!client.waits && !connection.output_full() && !connection.finished()) {
         std::optional<Message> message = connection.next();
         if (message) {
             handle(client, *message);

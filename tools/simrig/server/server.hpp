@@ -33,7 +33,7 @@ class Server {
     void wait_for_events(int stop_pipe);
     int timeout_ms() const;
     void accept_client();
-    bool attend(Client &client, short seen);
+    bool service(Client &client, short seen);
     void serve(Client &client);
     void handle(Client &client, const Message &message);
     Body greet(Client &client, const Message &message);
@@ -46,7 +46,7 @@ class Server {
     std::string rig_name_;
     std::function<void()> tick_;
     std::vector<std::unique_ptr<Client>> clients_;
-    bool stop_ = false, someone_knocks_ = false, behind_ = false;
+    bool stop_ = false, connection_pending_ = false, behind_ = false;
 };
 
 }  // namespace simrig
