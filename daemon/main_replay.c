@@ -12,7 +12,7 @@
 
 static int run_replay(const struct command_call *call) {
     const struct command_context *context = context_of(call);
-    const struct play_observer observer = {context->go_on, context->progress, context->self};
+    const struct play_observer observer = {context->should_stop, context->progress, context->self};
     const char *name = call->values[0].text;
     struct play_outcome outcome;
     struct message message;

@@ -10,7 +10,7 @@
 static volatile sig_atomic_t caught_signal;
 
 static _Thread_local struct {
-    bool (*go_on)(void *self);
+    bool (*should_stop)(void *self);
     void *self;
 } asked;
 
@@ -46,13 +46,13 @@ void interrupt_catch(void) {
     }
 }
 
-void interrupt_ask(bool (*go_on)(void *self), void *self) {
-    asked.go_on = go_on;
+void interrupt_ask(bool (*should_stop)(void *self), void *self) {
+    asked.should_stop = should_stop;
     asked.self = self;
 }
 
 bool interrupt_requested(void) {
-    return caught_signal != 0 || (asked.go_on != NULL && !asked.go_on(asked.self));
+    return caught_signal != 0 || (asked.should_stop != NULL && asked.should_stop(asked.self));
 }
 
 int interrupt_exit_code(void) {

@@ -14,9 +14,9 @@ extern "C" {
 /// ignored (nohup) stays ignored.
 void interrupt_catch(void);
 
-/// From here on interrupt_requested() in this thread also calls `go_on`, which returns false if the
-/// thread's work is to stop. NULL: no callback.
-void interrupt_ask(bool (*go_on)(void *self), void *self);
+/// From here on interrupt_requested() in this thread also calls `should_stop`, which returns true
+/// if the thread's work is to stop. NULL: no callback.
+void interrupt_ask(bool (*should_stop)(void *self), void *self);
 
 /// Whether a signal has come or the callback of interrupt_ask asks to stop. Any thread.
 bool interrupt_requested(void);

@@ -54,8 +54,8 @@ struct command_context {
     struct job *job;                ///< the running job, for commands that change it
     int files_fd;  ///< directory of sessions and other results for clients; -1: not set
 
-    /// False: the running command must end soon with ERROR_CANCELLED. Any thread.
-    bool (*go_on)(void *self);
+    /// True: the running command must end soon with ERROR_CANCELLED. Any thread.
+    bool (*should_stop)(void *self);
     /// Reports progress, `done` of `total`; `what` is static storage. The command's thread only.
     void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
     void *self;

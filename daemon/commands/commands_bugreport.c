@@ -96,7 +96,7 @@ static int run_bugreport(const struct command_call *call) {
         for (int i = 0; error == 0 && i < SECTIONS; i++) {
             add_section(call, sections[i], reply, &output);
             context->progress(context->self, "reading", (uint32_t)i + 1, SECTIONS);
-            error = context->go_on(context->self) ? 0 : ERROR_CANCELLED;
+            error = context->should_stop(context->self) ? ERROR_CANCELLED : 0;
         }
         if (error == 0) {
             error = write_report(call, &output);

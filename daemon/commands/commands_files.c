@@ -95,7 +95,7 @@ static int describe(const struct command_call *call, int fd) {
         }
         crc = crc_update(crc, data, (size_t)bytes);
         size += (uint64_t)bytes;
-        if (!context->go_on(context->self)) {
+        if (context->should_stop(context->self)) {
             return ERROR_CANCELLED;
         }
     }

@@ -187,10 +187,10 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     return 0;
 }
 
-static bool go_on(void *cookie) {
+static bool should_stop(void *cookie) {
     const struct surface *self = cookie;
     const struct command_context *daemon_context = context_of(self->call);
-    return daemon_context->go_on(daemon_context->self);
+    return daemon_context->should_stop(daemon_context->self);
 }
 
 static void show_progress(void *cookie, int stage, const char *what, int done, int total) {
@@ -258,7 +258,7 @@ static int refuse_with_notes(const struct surface *self, int error) {
 static int compute(struct surface *self) {
     const struct reconstruct_source source = {read_session, self};
     const struct reconstruct_observer observer = {
-        .go_on = go_on, .progress = show_progress, .self = self};
+        .should_stop = should_stop, .progress = show_progress, .self = self};
     struct reconstruct_job *job = &self->job;
     self->request.out_path = self->out_path;
     job->outputs = &reconstruct_outputs_plain;

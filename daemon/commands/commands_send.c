@@ -119,7 +119,7 @@ static int compare(const struct receipt *self, int fd, bool *same) {
         }
         crc = crc_update(crc, data, (size_t)bytes);
         at += bytes;
-        if (!context->go_on(context->self)) {
+        if (context->should_stop(context->self)) {
             return ERROR_CANCELLED;
         }
     }

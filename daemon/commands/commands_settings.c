@@ -161,7 +161,7 @@ static int restore(const struct command_call *call, bool axes, struct saved_sett
     const size_t count = axes ? all : of_cameras;
     for (size_t i = 0; i < count && error == 0; i++) {
         context->progress(context->self, "restoring", (uint32_t)i, (uint32_t)count);
-        error = context->go_on(context->self) ? give(call, lines[i]) : ERROR_CANCELLED;
+        error = context->should_stop(context->self) ? ERROR_CANCELLED : give(call, lines[i]);
     }
     return error;
 }

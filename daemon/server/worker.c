@@ -21,15 +21,15 @@
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_REPORTED_US = 500000 };
 
 /// Called by a command that runs without the rig.
-static bool go_on(void *cookie) {
+static bool should_stop(void *cookie) {
     struct worker *self = cookie;
     atomic_store(&self->alive_us, monotonic_now_us());
     const struct job *job = self->running;
-    return !atomic_load(&self->stopping) && (job == NULL || !atomic_load(&job->cancelled));
+    return atomic_load(&self->stopping) || (job != NULL && atomic_load(&job->cancelled));
 }
 
-/// Called by the rig, which ends its command on false; the recording must contain that.
-static bool rig_goes_on(void *cookie) {
+/// Called by the rig, which ends its command on true; the recording must contain that.
+static bool rig_should_stop(void *cookie) {
     struct worker *self = cookie;
     const struct command_context *context = &self->context;
     struct job *job = self->running;
@@ -37,12 +37,12 @@ static bool rig_goes_on(void *cookie) {
         context->cancel_is_next(context->replay)) {
         atomic_store(&job->cancelled, true);
     }
-    const bool goes_on = go_on(self);
-    if (!goes_on && job != NULL && !self->cancel_recorded) {
+    const bool stop = should_stop(self);
+    if (stop && job != NULL && !self->cancel_recorded) {
         self->cancel_recorded = true;
         record_cancel(context->record);
     }
-    return goes_on;
+    return stop;
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
@@ -60,7 +60,8 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
 
 struct rig_observer worker_observer(struct worker *self) {
     INVARIANT(self->has_rig);
-    return (struct rig_observer){.go_on = rig_goes_on, .progress = show_progress, .self = self};
+    return (struct rig_observer){
+        .should_stop = rig_should_stop, .progress = show_progress, .self = self};
 }
 
 /// Returns a job to the event loop.
@@ -279,7 +280,7 @@ bool worker_start(struct worker *self, size_t capacity) {
     pthread_condattr_t attributes;
     self->capacity = capacity;
     self->context.started_us = monotonic_now_us();
-    self->context.go_on = go_on;
+    self->context.should_stop = should_stop;
     self->context.progress = show_progress;
     self->context.self = self;
     if (self->has_rig) {

@@ -87,8 +87,8 @@ void record_command_end(struct record *self, int error);
 /// rig_idle. A replay sees this by replay_idle_is_next.
 void record_idle(struct record *self);
 
-/// Records that the rig's observer asked the command to stop here (its `go_on` returned false):
-/// call once per command. A replay sees this by replay_cancel_is_next.
+/// Records that the rig's observer asked the command to stop here (its `should_stop` returned
+/// true): call once per command. A replay sees this by replay_cancel_is_next.
 void record_cancel(struct record *self);
 
 /// Waits until everything recorded so far is on disk: call before a pair is written. Returns 0, or

@@ -448,7 +448,7 @@ int reconstruct_job_run(struct reconstruct_job *job) {
     job->start_us = monotonic_now_us();
     job->context.texts = job->texts;
     job->directory = job->debug.directory = (struct atomic_dir){.lock_fd = -1};
-    interrupt_ask(job->observer->go_on, job->observer->self);
+    interrupt_ask(job->observer->should_stop, job->observer->self);
     const int error = run(job);
     interrupt_ask(NULL, NULL);
     INVARIANT(error == ERROR_OK || job->message.text[0] != '\0');

@@ -44,8 +44,8 @@ extern const struct reconstruct_outputs reconstruct_outputs_plain;
 
 /// Observer of a job. All functions are called on the thread that runs the job.
 struct reconstruct_observer {
-    /// False: the job should end soon with ERROR_CANCELLED. NULL: only signals end it.
-    bool (*go_on)(void *self);
+    /// True: the job should end soon with ERROR_CANCELLED. NULL: only signals end it.
+    bool (*should_stop)(void *self);
     /// Relative work of the stages 0 to `stages` - 1, before they begin. NULL: not wanted.
     void (*expect)(void *self, const double *work_ns, int stages);
     /// `done` of `total` parts of a stage are done; `what` has static storage.

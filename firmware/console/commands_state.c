@@ -225,7 +225,7 @@ int commands_state_wait(const struct command_call *call) {
     const uint64_t total_us = (uint64_t)(call->values[0].number * us_per_s);
     const uint64_t end_us = begin_us + total_us;
     for (uint64_t now_us = begin_us; now_us < end_us;) {
-        if (rig->observer.go_on != NULL && !rig->observer.go_on(rig->observer.self)) {
+        if (rig->observer.should_stop != NULL && rig->observer.should_stop(rig->observer.self)) {
             return ERROR_CANCELLED;
         }
         if (rig->observer.progress != NULL) {

@@ -169,7 +169,7 @@ static int not_there(struct rig *self, struct mover *mover) {
 }
 
 // Passed the waypoint. From above it goes below first, if there is room.
-static int go_on_up(struct rig *self, struct mover *mover) {
+static int continue_up(struct rig *self, struct mover *mover) {
     if (mover->goal > mover->target && mover->low < mover->target) {
         return begin_leg(self, mover, mover->low);
     }
@@ -239,7 +239,7 @@ static int stalled(struct rig *self, struct mover *mover) {
     const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
     const int32_t min = mover->far ? run_up(&self->profile) : way;
     if (past && 2 * moved >= min) {
-        return go_on_up(self, mover);
+        return continue_up(self, mover);
     }
     return mover->far ? jammed(self, mover) : begin_long_approach(self, mover);
 }
@@ -252,7 +252,7 @@ static int assess(struct rig *self, struct mover *mover) {
     const uint64_t stall_us = lens_move_stall_us(&self->profile, mover->axis);
     if (mover->settled >= LENS_MOVE_SETTLED_READINGS) {
         if (mover->phase == GOING_BACK) {
-            return go_on_up(self, mover);
+            return continue_up(self, mover);
         }
         follow_drift(self, mover);
         self->lens_stopped_at_us[mover->side] = now_us;

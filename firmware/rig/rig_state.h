@@ -85,8 +85,8 @@ struct rig_ports {
 
 /// Callbacks during a long call. Any pointer may be NULL.
 struct rig_observer {
-    /// False: end the call with ERROR_CANCELLED as soon as the rig is safe.
-    bool (*go_on)(void *self);
+    /// True: end the call with ERROR_CANCELLED as soon as the rig is safe.
+    bool (*should_stop)(void *self);
     /// Progress: `done` of `total` units; `what` is static storage.
     void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
     void *self;

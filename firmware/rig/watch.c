@@ -61,8 +61,8 @@ int watch_look(struct rig *self) {
         return error;
     }
     const struct rig_observer *observer = &self->observer;
-    const bool on = observer->go_on == NULL || observer->go_on(observer->self);
-    return on ? ERROR_OK : ERROR_CANCELLED;
+    const bool stop = observer->should_stop != NULL && observer->should_stop(observer->self);
+    return stop ? ERROR_CANCELLED : ERROR_OK;
 }
 
 int watch_until(struct rig *self, uint64_t until_us) {

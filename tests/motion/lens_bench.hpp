@@ -124,7 +124,7 @@ class LensRig {
         std::fill_n(rig.profile.lens_counts_per_s, 3, kSlowest);
         rig.ports.clock = world.clock();
         rig.ports.lens_uart = world.uart();
-        rig.observer = {go_on, progress, this};
+        rig.observer = {should_stop, progress, this};
         lens_v3lc_init(&rig.v3lc, world.uart(), world.clock(), single);
         for (unsigned side = 0; side < (single ? 1u : 2u); side++) {
             rig.lens[side] = lens_v3lc_lens(&rig.v3lc, side);
@@ -159,16 +159,16 @@ class LensRig {
     bool went_back = false;  ///< progress decreased, or exceeded its total
 
   private:
-    static bool go_on(void *self) {
+    static bool should_stop(void *self) {
         auto &me = *static_cast<LensRig *>(self);
         const double now_us = me.world_.now_us();
         me.longest_silence_us = std::max(me.longest_silence_us, now_us - me.asked_us);
         me.asked_us = now_us;
         if (now_us >= me.cancel_us) {
             me.cancelled_us = now_us;
-            return false;
+            return true;
         }
-        return true;
+        return false;
     }
     static void progress(void *self, const char *, uint32_t done, uint32_t total) {
         auto &me = *static_cast<LensRig *>(self);

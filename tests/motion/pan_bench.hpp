@@ -27,7 +27,7 @@ class PanBench {
         REQUIRE(rig_profile_named("rig", &rig.profile) == ERROR_OK);
         rig.ports.clock = &clock_;
         rig.ports.i2c = &bus_;
-        rig.observer = {go_on, nullptr, this};
+        rig.observer = {should_stop, nullptr, this};
         REQUIRE(fpga_bridge_open(&rig.bridge, &bus_, &clock_) == ERROR_OK);
         for (unsigned side = 0; side < RIG_SIDES; side++) {
             const servo_model &model = rig.profile.servo[side];
@@ -60,12 +60,12 @@ class PanBench {
 
   private:
     static PanBench &of(void *self) { return *static_cast<PanBench *>(self); }
-    static bool go_on(void *self) {
+    static bool should_stop(void *self) {
         PanBench &me = of(self);
         const double now_us = me.world.now_us();
         me.longest_silence_us = std::max(me.longest_silence_us, now_us - me.asked_us);
         me.asked_us = now_us;
-        return now_us < me.cancel_us;
+        return now_us >= me.cancel_us;
     }
     static int transfer(void *self, const hal_i2c_message *messages, size_t count, uint64_t,
                         size_t *begun) {

@@ -136,7 +136,7 @@ TEST_CASE("a bring-up can be cancelled at any time, and the next one works") {
     RigBench bench;
     for (int last : {0, 1, 2, 5, 8, 9, 10, 11}) {
         int asked = 0;
-        bench.go_on = [&asked, last] { return asked++ < last; };
+        bench.keep_going = [&asked, last] { return asked++ < last; };
         const int error = rig_bringup(&bench.rig);
         CAPTURE(last);
         CHECK(error == ERROR_CANCELLED);
@@ -144,7 +144,7 @@ TEST_CASE("a bring-up can be cancelled at any time, and the next one works") {
         CHECK(bench.logged.empty());
         CHECK(asked == last + 1);
     }
-    bench.go_on = [] { return true; };
+    bench.keep_going = [] { return true; };
     CHECK(rig_bringup(&bench.rig) == ERROR_OK);
 }
 

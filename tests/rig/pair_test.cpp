@@ -173,7 +173,7 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
     bool sent = false;
-    bench.go_on = [&bench, &sent] {
+    bench.keep_going = [&bench, &sent] {
         // Waits for the first frame: the positions before it have then been read.
         if (!sent && bench.rig.health[RIG_PART_RIGHT_LENS].uses >= 2) {
             sent = true;
@@ -190,7 +190,7 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     CHECK(right.after.position[LENS_FOCUS] > right.before.position[LENS_FOCUS] + 4);
     CHECK(bench.rig.state == RIG_READY);
     CHECK(bench.rig.pairs == 0);
-    bench.go_on = [] { return true; };
+    bench.keep_going = [] { return true; };
     CHECK(bench.idle_ms(2000) == ERROR_OK);
     CHECK(bench.capture(pair) == ERROR_OK);
 }
@@ -210,7 +210,7 @@ TEST_CASE("a camera that turns meanwhile makes it no pair") {
     }
     const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
     bool turned = false;
-    bench.go_on = [&] {
+    bench.keep_going = [&] {
         if (!turned && bench.rig.health[RIG_PART_LEFT_CAMERA].uses > frames) {
             turned = true;
             write_register(bench, BRIDGE_I2C_ADDRESS, BRIDGE_SERVO1_TARGET_Q4, 24000);
@@ -230,7 +230,7 @@ TEST_CASE("a scene that moves meanwhile is found when it is looked for") {
     REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.last_error.text);
     const uint32_t frames = bench.rig.health[RIG_PART_LEFT_CAMERA].uses;
     bool moved = false;
-    bench.go_on = [&] {
+    bench.keep_going = [&] {
         if (!moved && bench.rig.health[RIG_PART_LEFT_CAMERA].uses > frames) {
             moved = true;
             bench.control("move board 15 0 0");
@@ -322,18 +322,18 @@ TEST_CASE("a capture can be cancelled at any time, and the next one works") {
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
     ::pair pair{};
     uint64_t all = 0;
-    bench.go_on = [&all] { return ++all > 0; };
+    bench.keep_going = [&all] { return ++all > 0; };
     REQUIRE_MESSAGE(bench.capture(pair, true) == ERROR_OK, bench.rig.last_error.text);
     for (uint64_t last = 0; last < all; last += 1 + all / 12) {
         uint64_t asked = 0;
-        bench.go_on = [&asked, last] { return asked++ < last; };
+        bench.keep_going = [&asked, last] { return asked++ < last; };
         const uint64_t begin_us = bench.now_us();
         CAPTURE(last);
         CHECK(bench.capture(pair, true) == ERROR_CANCELLED);
         CHECK(bench.now_us() - begin_us < 2000000);
         CHECK(bench.rig.state == RIG_READY);
     }
-    bench.go_on = [] { return true; };
+    bench.keep_going = [] { return true; };
     CHECK(bench.capture(pair, true) == ERROR_OK);
     CHECK(pair.number == 2);
 }

@@ -41,13 +41,13 @@ struct play {
 
 // ---- observer
 
-static bool rig_goes_on(void *cookie) {
+static bool rig_should_stop(void *cookie) {
     struct play *self = cookie;
     const struct play_observer *observer = self->observer;
     self->cancelled =
-        self->cancelled || (observer->go_on != NULL && !observer->go_on(observer->self));
+        self->cancelled || (observer->should_stop != NULL && observer->should_stop(observer->self));
     self->command_cancelled = self->command_cancelled || replay_cancel_is_next(&self->replay);
-    return !self->cancelled && !self->command_cancelled;
+    return self->cancelled || self->command_cancelled;
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
@@ -173,7 +173,7 @@ static void make_table(struct play *self) {
 
 /// Sets up the rig as the daemon does at its start, or after `record start`.
 static void bring_rig(struct play *self) {
-    const struct rig_observer observer = {rig_goes_on, show_progress, self};
+    const struct rig_observer observer = {rig_should_stop, show_progress, self};
     struct message why;
     // Sessions are untrusted input, and so are their settings and calls.
     if (config_check(&self->config, &why) != 0) {

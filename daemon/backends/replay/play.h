@@ -19,7 +19,7 @@ extern "C" {
 
 /// Observer of a replay; any pointer may be NULL.
 struct play_observer {
-    bool (*go_on)(void *self);  ///< return false to end soon with ERROR_CANCELLED
+    bool (*should_stop)(void *self);  ///< return true to end soon with ERROR_CANCELLED
     void (*progress)(void *self, const char *what, uint32_t done, uint32_t total);
     void *self;
 };

@@ -31,8 +31,8 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
 /// before each command and at the end. Consumes the mark of record_idle.
 bool replay_idle_is_next(struct replay *self);
 
-/// Whether the recorded command was cancelled here: then `go_on` of the rig's observer must return
-/// false for the rest of the command. Consumes the mark of record_cancel.
+/// Whether the recorded command was cancelled here: then `should_stop` of the rig's observer must
+/// return true for the rest of the command. Consumes the mark of record_cancel.
 bool replay_cancel_is_next(struct replay *self);
 
 /// Whether every recorded call was made, or every pair was delivered.

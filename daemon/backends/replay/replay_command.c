@@ -48,9 +48,9 @@ static const struct option_page page = {
     .operands_max = 1,
 };
 
-static bool go_on(void *self) {
+static bool should_stop(void *self) {
     (void)self;
-    return !interrupt_requested();
+    return interrupt_requested();
 }
 
 static void show_progress(void *self, const char *what, uint32_t done, uint32_t total) {
@@ -113,7 +113,7 @@ int replay_command_run(int argc, char **argv) {
     interrupt_catch();
     progress_begin(&progress, arguments.quiet);
     progress_expect(&progress, &work, 1);
-    const struct play_observer observer = {go_on, show_progress, &progress};
+    const struct play_observer observer = {should_stop, show_progress, &progress};
     const int error = play_session(AT_FDCWD, path, &observer, &outcome, &message);
     progress_end(&progress);
     if (error != 0) {

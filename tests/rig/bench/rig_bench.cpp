@@ -23,8 +23,8 @@ void write_log(void *self, hal_log_level, const char *text) {
     static_cast<std::vector<std::string> *>(self)->push_back(text);
 }
 
-bool ask_go_on(void *self) {
-    return (*static_cast<std::function<bool()> *>(self))();
+bool ask_should_stop(void *self) {
+    return !(*static_cast<std::function<bool()> *>(self))();
 }
 
 rig_ports opened(sim_backend &backend, const std::string &where) {
@@ -51,7 +51,7 @@ RigBench::RigBench(const rig_profile &profile, const std::string &scene)
     log_ = {&kLogOperations, &logged};
     rig_ports ports = faulty.ports();
     ports.log = &log_;
-    const rig_observer observer = {ask_go_on, nullptr, &go_on};
+    const rig_observer observer = {ask_should_stop, nullptr, &keep_going};
     rig_init(&rig, &profile, &ports, &observer);
 }
 

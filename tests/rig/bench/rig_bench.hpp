@@ -43,7 +43,7 @@ class RigBench {
     FaultyPorts faulty;
     ::rig rig{};
     std::vector<std::string> logged;
-    std::function<bool()> go_on = [] { return true; };
+    std::function<bool()> keep_going = [] { return true; };
     std::vector<uint16_t> pixels;
 
   private:

@@ -57,7 +57,7 @@ struct World {
     uint64_t active_us = 0, longest_us = 0;
     unsigned sets = 0, fails_from = 0, fails_to = 0;  // calls of set, from 1
     int fails_with = ERROR_IO;
-    std::function<bool()> go_on = [] { return true; };
+    std::function<bool()> keep_going = [] { return true; };
 
     static World &of(void *self) { return *static_cast<World *>(self); }
     static uint64_t now(void *self) { return of(self).time_us; }
@@ -176,7 +176,7 @@ struct Triggered {
         CHECK(std::string(rig_ports_missing(&profile, &hangs_on)) == "a trigger line");
         hangs_on.gpio = &gpio;
         const rig_observer observer = {
-            [](void *self) { return static_cast<World *>(self)->go_on(); }, nullptr, &world};
+            [](void *self) { return !static_cast<World *>(self)->keep_going(); }, nullptr, &world};
         rig_init(&rig, &profile, &hangs_on, &observer);
     }
     Triggered(const Triggered &) = delete;
@@ -303,7 +303,7 @@ TEST_CASE("frames that begin too far apart are refused") {
 TEST_CASE("a free-running camera is reported at the bring-up") {
     Triggered two;
     two.right.wired = false;
-    two.world.go_on = [&two] {
+    two.world.keep_going = [&two] {
         const uint64_t now_us = two.world.time_us;
         if (two.right.started && two.right.held.empty()) {
             two.right.held.push_back({now_us, now_us + 33333, 0});
@@ -374,12 +374,12 @@ TEST_CASE("cancelled at any moment the line is at rest, and the rig as ready as 
         Triggered two(300000);
         REQUIRE(rig_bringup(&two.rig) == ERROR_OK);
         int left = looks;
-        two.world.go_on = [&left] { return left > 0 && --left > 0; };
+        two.world.keep_going = [&left] { return left > 0 && --left > 0; };
         ::pair pair{};
         const int result = two.capture(pair, true);
         two.check_rest();
         CHECK(two.rig.state == RIG_READY);
-        two.world.go_on = [] { return true; };
+        two.world.keep_going = [] { return true; };
         if (result == ERROR_OK) {
             REQUIRE(looks > 10);
             return;
