@@ -54,9 +54,7 @@ class Camera(FaultsTest):
     settings = ("faults=left.take@1=device",)
 
     def test_a_camera_that_has_gone_is_named_and_found_again(self):
-        self.assertEqual(self.client().ask("bringup")[-1],
-                         "ERR DEVICE left camera: it has gone; look at its plug, then bring up "
-                         "again")
+        self.assertRegex(self.client().ask("bringup")[-1], "^ERR DEVICE left camera: ")
         self.works("bringup")
 
 
