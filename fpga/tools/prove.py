@@ -99,6 +99,14 @@ class Proof:
         return None if given is False else {"depth": 40, **given}
 
 
+def without_comments(part):
+    """A part of a question; of sources (name to text) the texts without comments and blank lines."""
+    if not isinstance(part, dict) or not all(isinstance(text, str) for text in part.values()):
+        return part
+    code = {name: re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S) for name, text in part.items()}
+    return {name: re.sub(r"[ \t]*\n\s*", "\n", text) for name, text in code.items()}
+
+
 class Runner(Checker):
     """Runs the tools for proofs and caches results."""
 
@@ -109,7 +117,8 @@ class Runner(Checker):
         self.lock = threading.Lock()
 
     def cached(self, question, compute):
-        """Returns compute(), or its cached result."""
+        """Returns compute(), or its cached result. Comments of the sources do not matter."""
+        question = [without_comments(part) for part in question]
         key = hashlib.sha256(json.dumps([RECIPE, self.solver, self.versions, question],
                                         sort_keys=True).encode()).hexdigest()
         path = self.folder and os.path.join(self.folder, key + ".json")
