@@ -10,6 +10,16 @@ enum rig_part failure_part(enum rig_part left, unsigned side) {
     return (enum rig_part)((unsigned)left + side);
 }
 
+const char *rig_part_text(enum rig_part part) {
+    static const char *const texts[RIG_PARTS] = {
+#define RIG_PART_TEXT(name, text) text,
+        RIG_PART_LIST(RIG_PART_TEXT)
+#undef RIG_PART_TEXT
+    };
+    INVARIANT((unsigned)part < RIG_PARTS);
+    return texts[part];
+}
+
 static const char *words_of(int error) {
     switch (error) {
         case ERROR_I2C_NACK:

@@ -20,16 +20,16 @@ enum {
 };
 
 /// Whether the rig is up and has these lenses (bits RIG_LEFT, RIG_RIGHT) with this axis (LENS_AXES:
-/// any). Returns 0, ERROR_ARGUMENT, ERROR_NOT_CONNECTED or ERROR_NOT_READY with `trouble` set.
+/// any). Returns 0, ERROR_ARGUMENT, ERROR_NOT_CONNECTED or ERROR_NOT_READY with `last_error` set.
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis);
 
 /// Waits for at most WATCH_STEP_US for readings of all axes requested at `since_us` or later.
-/// ERROR_TIMEOUT: not yet, call again; other errors as in lens.h with `trouble` set.
+/// ERROR_TIMEOUT: not yet, call again; other errors as in lens.h with `last_error` set.
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]);
 
 /// To be called after a try without a reading. Returns 0 while a reading requested at `since_us`
-/// may still come at `now_us`; ERROR_TIMEOUT with `trouble` set if the controller is silent or
+/// may still come at `now_us`; ERROR_TIMEOUT with `last_error` set if the controller is silent or
 /// sends no valid replies.
 int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us);
 

@@ -3,7 +3,6 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/camera_take.h"
 #include "rig/failure.h"
 #include "rig/pair_change.h"
 #include "rig/rig_camera.h"

@@ -74,7 +74,7 @@ struct rig_profile_error {
     bool other;  ///< it must differ from the first cause
 };
 
-/// Whether the profile is consistent. ERROR_RANGE: `*flaw` is the first error.
+/// Whether the profile is consistent. ERROR_RANGE: `*profile_error` is the first one.
 int rig_profile_check(const struct rig_profile *profile, struct rig_profile_error *profile_error);
 
 #ifdef __cplusplus

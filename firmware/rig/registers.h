@@ -31,7 +31,7 @@ const struct registers_entry *registers_entries(enum registers_device device, si
 bool registers_readable(enum registers_device device, uint8_t index);
 
 /// Reads one register. Needs a bridge. Returns an error of the bridge's or the sensor's driver;
-/// `trouble` is not changed.
+/// `last_error` is not changed.
 int registers_read(struct rig *rig, enum registers_device device, uint8_t index, uint16_t *value);
 
 enum { REGISTERS_RUN_WORDS = 16, REGISTERS_RUNS_MAX = 24 };
@@ -49,8 +49,8 @@ struct registers_all {
 };
 
 /// Reads all named readable registers, the bridge's first; none if the profile has no bridge. Takes
-/// about 15 ms of bus time. Returns ERROR_NOT_READY, or an error of the bus with `trouble` set and
-/// the rig made safe.
+/// about 15 ms of bus time. Returns ERROR_NOT_READY, or an error of the bus with `last_error` set
+/// and the rig made safe.
 int registers_read_all(struct rig *rig, struct registers_all *all);
 
 #ifdef __cplusplus

@@ -4,8 +4,8 @@
 ///
 /// Only one thread at a time may call these functions. Every wait has a deadline on `clock`, calls
 /// the observer at least every 100 ms, and feeds the bridge's watchdog meanwhile. After an error of
-/// a part, `trouble` names it. Functions that move something then leave the rig in its safe state:
-/// servos at rest or where they are, motors stopped, streams off.
+/// a part, `last_error` names it. Functions that move something then leave the rig in its safe
+/// state: servos at rest or where they are, motors stopped, streams off.
 #ifndef VERGENCE_RIG_RIG_H
 #define VERGENCE_RIG_RIG_H
 

@@ -7,7 +7,6 @@
 #include "rig/lens_read.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
-#include "rig/rig_lines.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
 #include "rig/watch.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Frames of one camera, which has its own port or shares one behind the bridge. For rig/ only.
 ///
-/// After an error `trouble` is set; the rig is not made safe here. ERROR_CANCELLED: by the
+/// After an error `last_error` is set; the rig is not made safe here. ERROR_CANCELLED: by the
 /// observer.
 #ifndef VERGENCE_RIG_RIG_CAMERA_H
 #define VERGENCE_RIG_RIG_CAMERA_H
@@ -33,13 +33,18 @@ int rig_camera_stop(struct rig *self);
 /// on. `before_us`: the frame period before the change.
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
 
-/// As rig_camera_take (rig/camera_take.h), for cameras that do not wait for the trigger line.
+/// As rig_camera_take (rig/trigger.h), for cameras that do not wait for the trigger line.
 int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before_us,
                             struct hal_camera_frame *frame);
 /// The same for the first frame of a free-running camera with its own port: waits as long after its
 /// start as webcams need, plus its exposure, however long the wait for the other camera took.
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame);
+
+/// Checks that each data line of a camera reaches the port and is not swapped with another. Makes
+/// the sensor send two known values in a small window, and checks what arrives. Errors as
+/// rig_camera_take; ERROR_VERIFY: a line is dead; ERROR_FRAME: damaged frames. `last_error` is set.
+int rig_lines_check(struct rig *self, unsigned side);
 
 #ifdef __cplusplus
 }

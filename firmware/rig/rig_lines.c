@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/rig_lines.h"
-
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/camera_take.h"
 #include "rig/failure.h"
 #include "rig/rig_camera.h"
+#include "rig/trigger.h"
 #include "rig/watch.h"
 
 enum {

@@ -5,8 +5,8 @@
 /// A frame belongs to a pulse if it was complete after the pulse began: frames that a camera still
 /// held are dropped first, so the exact time stamp of the first pixel does not matter.
 ///
-/// After an error `trouble` is set. The rig is not made safe here, but the line is inactive after
-/// every call, as far as it can be driven. ERROR_CANCELLED: by the observer.
+/// After an error `last_error` is set. The rig is not made safe here, but the line is inactive
+/// after every call, as far as it can be driven. ERROR_CANCELLED: by the observer.
 #ifndef VERGENCE_RIG_TRIGGER_H
 #define VERGENCE_RIG_TRIGGER_H
 
@@ -42,6 +42,14 @@ int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]);
 /// Whether both cameras wait for the line: no frame may come without a pulse within twice the
 /// longest frame period. ERROR_VERIFY: a camera runs freely.
 int trigger_check_quiet(struct rig *self);
+
+/// A frame of one camera, of a trigger pulse or of its running stream; errors as in rig_camera.h.
+/// Waits for a complete frame that began at `not_before_us` or later, with all settings in force,
+/// and exposed with pan and lens at rest, as far as its exposure is known. The caller must give it
+/// back. Faults that the bridge found are included in its `faults`. Selects the camera behind the
+/// bridge if necessary, and pulses the trigger line if there is one.
+int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
+                    struct hal_camera_frame *frame);
 
 #ifdef __cplusplus
 }

@@ -17,7 +17,7 @@ enum { WATCH_STEP_US = 50000 };
 uint64_t watch_now_us(const struct rig *self);
 
 /// Feeds the bridge's watchdog if due (and if the profile has a bridge that was brought up), then
-/// checks for cancellation. Returns 0, ERROR_CANCELLED, or an error of the bridge with `trouble`
+/// checks for cancellation. Returns 0, ERROR_CANCELLED, or an error of the bridge with `last_error`
 /// set and the rig RIG_SAFE (its watchdog, without feeds, brings the servos to rest).
 int watch_look(struct rig *self);
 
@@ -34,7 +34,7 @@ int watch_until(struct rig *self, uint64_t until_us);
 /// Records in `health` that a part was used with this result. Returns `error`.
 int watch_used(struct rig *self, enum rig_part part, int error);
 
-/// Sets `trouble` to "<part>: <what>", with each # of `what` replaced by the next of `numbers`
+/// Sets `last_error` to "<part>: <what>", with each # of `what` replaced by the next of `numbers`
 /// (NULL: no replacement); text that is too long is cut off. Returns `error`.
 int watch_error(struct rig *self, enum rig_part part, int error, const char *what,
                 const int32_t *numbers);

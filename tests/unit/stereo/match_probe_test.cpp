@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The probe reports every row of every level once per event, reports the inputs of the choice of
 // winners, and changes nothing.
-#include "stereo/match/match_probe.h"
+#include "stereo/match_probe.h"
 
 #include <doctest/doctest.h>
 

@@ -203,7 +203,7 @@ TEST_CASE("occlusion masks agree with a depth buffer") {
     CHECK(differing < hidden / 20);
 }
 
-TEST_CASE("both views tell the same truth") {
+TEST_CASE("both views have the same ground truth") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Rig rig = rectified_rig(200, 120, 800, 100);

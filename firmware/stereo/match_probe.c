@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_probe.h"
+#include "stereo/match_probe.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
 /// Debug probe of the matcher: kernels that do the same as those of a processor level, and report
 /// each row of each level to a callback. The result is identical, and a run without a probe has no
 /// overhead. For pictures and tests.
-#ifndef VERGENCE_STEREO_MATCH_MATCH_PROBE_H
-#define VERGENCE_STEREO_MATCH_MATCH_PROBE_H
+#ifndef VERGENCE_STEREO_MATCH_PROBE_H
+#define VERGENCE_STEREO_MATCH_PROBE_H
 
 #include <stdbool.h>
 #include <stddef.h>
