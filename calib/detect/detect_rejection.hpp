@@ -11,7 +11,7 @@
 
 namespace calib::detect {
 
-/// The best candidate grid; `corners` is 0 when there was none.
+/// The best candidate grid; `corners` is 0 if there is none.
 struct near_miss {
     int columns = 0, rows = 0, corners = 0;
     bool cut = false;  // its next line of corners would be beyond the image's border

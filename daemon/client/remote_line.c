@@ -146,7 +146,7 @@ static int open_serial(const char *endpoint, struct message *message) {
 
 /// Ctrl-C discards anything typed there before; then the console is switched to program mode.
 static bool greet(struct remote_line *self) {
-    static const char hello[] = "\003\r@sealed\r";
+    static const char hello[] = "\003\r@framed\r";
     for (int i = 0; i < HELLO_TRIES && remote_line_left_ms(self) > HELLO_MS; i++) {
         char *text = NULL;
         bool extra = false;

@@ -61,7 +61,7 @@ struct command_context {
     void *self;
 };
 
-/// The surroundings of a call.
+/// The context of a call.
 static inline const struct command_context *context_of(const struct command_call *call) {
     return (const struct command_context *)call->context;
 }

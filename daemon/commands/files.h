@@ -50,7 +50,7 @@ void files_candidates_file(const struct command_candidates *to);
 void files_candidates_directory(const struct command_candidates *to);
 void files_candidates_session(const struct command_candidates *to);
 
-/// 0 if `files_fd` of the call's surroundings is usable. ERROR_UNSUPPORTED if "files" is not set,
+/// 0 if `files_fd` of the call's context is usable. ERROR_UNSUPPORTED if "files" is not set,
 /// ERROR_DEVICE if the directory was removed, with the call's message.
 int files_need_directory(const struct command_call *call);
 

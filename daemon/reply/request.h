@@ -6,7 +6,7 @@
 ///   text      answer with text: items, then OK or ERR NAME text
 ///   progress  long commands report progress, on separate lines
 ///   id=N      the answer contains the number (0 .. 999999999), in JSON or if it has a CRC
-///   once      requires id, crc, and `@sealed` earlier on the connection: if the previous number
+///   once      requires id, crc, and `@framed` earlier on the connection: if the previous number
 ///             comes again, the answer was lost; it is repeated, and the command does not run again
 ///   crc=H     must be last. CRC-32 of the line without this option and the blank after it: a line
 ///             with a wrong CRC is rejected. The answer has a CRC too, see reply.h

@@ -111,12 +111,12 @@ static int look_at_request(const struct connection *self, const struct request *
                            char *message, size_t message_bytes) {
     if (self->framed && !request->framed) {
         snprintf(message, message_bytes,
-                 "this line has no CRC, which \"@sealed\" requires (\"@terminal\" ends that)");
+                 "this line has no CRC, which \"@framed\" requires (\"@terminal\" ends that)");
         return ERROR_CRC;
     }
     if (request->exactly_once && !self->framed) {
         snprintf(message, message_bytes,
-                 "the console was restarted after \"@sealed\": it does not know which commands "
+                 "the console was restarted after \"@framed\": it does not know which commands "
                  "were run");
         return ERROR_RESTARTED;
     }
@@ -193,10 +193,10 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     }
 }
 
-/// Handles @program, @sealed and @terminal, which set the user of a terminal: a program or a
+/// Handles @program, @framed and @terminal, which set the user of a terminal: a program or a
 /// person. False: another line.
 static bool change_side(struct connection *self, const char *line) {
-    const bool framed = strcmp(line, "@sealed") == 0;
+    const bool framed = strcmp(line, "@framed") == 0;
     const bool program = framed || strcmp(line, "@program") == 0;
     if (self->kind != CONNECTION_TERMINAL || (!program && strcmp(line, "@terminal") != 0)) {
         return false;

@@ -22,7 +22,7 @@ enum {
 
 enum connection_kind {
     CONNECTION_LINES,  ///< lines in, answers out
-    /// Prompt, echo, line editing. `@program` switches to lines for a program, `@sealed` to lines
+    /// Prompt, echo, line editing. `@program` switches to lines for a program, `@framed` to lines
     /// that are only run with a correct CRC.
     CONNECTION_TERMINAL,
 };

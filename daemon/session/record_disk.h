@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/// The error that ended the recording, described by `trouble`; 0: none.
+/// The error that ended the recording, described by `last_error`; 0: none.
 int record_disk_failed(const struct record *self);
 
 /// Appends to calls.log; at most RECORD_BUFFER_BYTES.

@@ -270,7 +270,7 @@ module register_file #(
   assign trigger_ctrl_fire_o = {2{write_strobe_i && index_i == 8'h40}} & write_data_i[1:0];
   assign bus_clear_o = {2{write_strobe_i && index_i == 8'h55}} & write_data_i[1:0];
 
-  // Some registers stand in a memory of 16 words, of which the hardware has one while
+  // Some registers are in a memory of 16 words, of which the hardware has one while
   // memory_busy_o is low: after reset the memory is filled, and the bus comes first.
   reg [15:0] memory [0:15];
   reg [4:0] fill;
@@ -283,7 +283,7 @@ module register_file #(
   assign fill_o = fill[3:0] ^ 4'd1;
 
   // Place 1 comes first and is not written, and the word has no 1 there: so the word can
-  // stand in the register that chooses between the sources. Both halves are filled alike.
+  // are in the register that chooses between the sources. Both halves are filled alike.
   wire [15:0] fill_word = fill[2:0] == 3'd6 ? 16'd20000 : fill[2:0] == 3'd1 || fill[2:0] == 3'd5 ?
     16'd24000 : fill[2:0] == 3'd3 ? 16'd14400 : fill[2:0] == 3'd2 ? 16'd33600 : fill[2:0] == 3'd4 ?
     16'd480 : 16'd0;
@@ -358,7 +358,7 @@ module register_file #(
     endcase
   end
 
-  // Registers stand in pairs whose indices differ in one bit: one look-up table for
+  // Registers are in pairs whose indices differ in one bit: one look-up table for
   // each bit chooses between the two, or takes two bits that stand alone.
   wire at_00_02 = (index_i & 8'hFD) == 8'h00;
   wire at_02 = at_00_02 & index_i[1];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole bridge but for the board: prescaler, pads and vendor's cells stand in boards/.
+// The whole bridge but for the board: prescaler, pads and vendor's cells are in boards/.
 //
 //   DSP's I2C -> i2c_target -> register_file -> everything
 //            \-> i2c_router -> two branches with a sensor each

@@ -253,7 +253,7 @@ class RegisterFile:
         """The registers in memory."""
         stored = [r for r in self.memory if r.fields[0].kind == "stored"]
         lines = [
-            "  // Some registers stand in a memory of 16 words, of which the hardware has one while",
+            "  // Some registers are in a memory of 16 words, of which the hardware has one while",
             "  // memory_busy_o is low: after reset the memory is filled, and the bus comes first.",
             "  reg [15:0] memory [0:15];", "  reg [4:0] fill;", "  reg fetch;",
             "  always @(posedge clk_i or posedge rst_i) begin", "    if (rst_i) fill <= FILL_FROM;",
@@ -261,7 +261,7 @@ class RegisterFile:
             "  assign fill_o = fill[3:0] ^ 4'd1;",
             "",
             "  // Place 1 comes first and is not written, and the word has no 1 there: so the word can",
-            "  // stand in the register that chooses between the sources. Both halves are filled alike.",
+            "  // are in the register that chooses between the sources. Both halves are filled alike.",
             wrapped(f"wire [15:0] fill_word = {self.fill_word(stored)};"),
             "  wire filled_here = fill[2:0] != 3'd0;"]
         lines.append(wrapped(f"wire in_memory = {self.index_in(self.memory)};"))
@@ -384,7 +384,7 @@ class RegisterFile:
     def read_words(self):
         """The selection of a word, as words that a carry chain for each bit joins."""
         pairs = self.pair_up()
-        lines = ["  // Registers stand in pairs whose indices differ in one bit: one look-up table for",
+        lines = ["  // Registers are in pairs whose indices differ in one bit: one look-up table for",
                  "  // each bit chooses between the two, or takes two bits that stand alone."]
         terms = [(set(range(16)), "{16{in_memory}} & memory_word_o"),
                  (set(range(8)), "{16{counted}} & {8'd0, counter_i}")]

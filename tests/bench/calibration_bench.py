@@ -214,7 +214,7 @@ def print_table(result):
     print(f"{'':24}" + "".join(f"{head:>13}" for head in heads))
     for name, line in result["methods"].items():
         if "error" in line:
-            print(f"{name:24}  failed: {line['trouble']}")
+            print(f"{name:24}  failed: {line['error']}")
             continue
         cells = [f"{line['views']}/{line['pairs']}"]
         for key, decimals in (("rms_px", 4), ("focal_px", 2), ("baseline_mm", 3), ("rows_own_px", 4),
@@ -224,7 +224,7 @@ def print_table(result):
             cells.append("-" if value is None else f"{value:.{decimals}f}")
         print(f"{name:24}" + "".join(f"{cell:>13}" for cell in cells))
         if "held_out_error" in line:
-            print(f"{'':24}  held out: {line['held_out_trouble']}")
+            print(f"{'':24}  held out: {line['held_out_error']}")
 
 
 def main():

@@ -13,18 +13,18 @@ from PIL import Image
 import pairs
 from pairs import BOARD, RECTIFIED, VERGENCE
 
-NOBODY = 65534
+OTHER_USER = 65534
 
 
 class UnprivilegedFixture(pairs.Fixture):
-    def as_nobody(self):
+    def as_other_user(self):
         """Options of pairs.run that drop root's rights, since root ignores permissions."""
         if os.geteuid() != 0:
             return {}
         # The build may be in a folder that only root can read.
         program = shutil.copy(VERGENCE, self.directory / "vergence")
         self.directory.chmod(0o777)
-        return {"user": NOBODY, "group": NOBODY, "extra_groups": [], "program": program}
+        return {"user": OTHER_USER, "group": OTHER_USER, "extra_groups": [], "program": program}
 
 
 class Arguments(pairs.Fixture):
@@ -121,7 +121,7 @@ class Images(UnprivilegedFixture):
         secret = self.save("secret.png", self.left)
         secret.chmod(0)
         done = pairs.run("reconstruct", secret, self.right_path, *RECTIFIED, "--out", self.out,
-                         **self.as_nobody())
+                         **self.as_other_user())
         self.assert_refused(done, 3, "secret.png", "Permission denied")
 
     def test_truncated_and_damaged_files(self):
@@ -372,7 +372,7 @@ class Output(UnprivilegedFixture):
             path.chmod(0o755)
         locked = self.directory / "locked"
         locked.mkdir(mode=0o555)
-        who = self.as_nobody()
+        who = self.as_other_user()
         for out in (locked, locked / "new", locked / "a" / "b"):
             done = self.attempt(out, **who)
             self.assertEqual(done.returncode, 1)

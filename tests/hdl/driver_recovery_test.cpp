@@ -130,7 +130,7 @@ int clocks_while_held(const hal_i2c *bus, const hal_clock *clock) {
 }
 
 enum Others { kNobody, kSdaShort, kSdaLong, kSdaForever, kSdaClocked, kSclLong, kBothLong, kLate };
-const char *const kNames[] = {"nobody",
+const char *const kNames[] = {"no device",
                               "SDA held for 40 us",
                               "SDA held for 20 ms",
                               "SDA held until it was reported",

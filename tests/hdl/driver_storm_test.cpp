@@ -192,7 +192,7 @@ TEST_CASE("feeding in a storm: each restart is reported") {
     }
     CHECK(restarts > 0);
     // Devices that pull SDA in two consecutive reads look like a restart.
-    MESSAGE(restarts << " told, " << false_alarms << " of them were none");
+    MESSAGE(restarts << " reported, " << false_alarms << " of them false");
     CHECK(false_alarms <= restarts / 20);
 }
 

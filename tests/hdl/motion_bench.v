@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The servos and the register file that their registers stand in, together: a read or a write of the
+// The servos and the register file that holds their registers, together: a read or a write of the
 // bus in each clock around the moment in which a frame takes its period over. One clock is one
 // microsecond. Prints "PASS n" (n pulses), or what is wrong.
 

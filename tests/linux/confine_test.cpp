@@ -82,7 +82,7 @@ const std::vector<Request> kOthers = {
     REQUEST(TIOCCONS),  REQUEST(TIOCSETD),        REQUEST(VT_ACTIVATE),
     REQUEST(KDSETMODE), REQUEST(I2C_SLAVE_FORCE), REQUEST(I2C_SMBUS)};
 
-// Used by newer C libraries instead of TCGETS and TCSETS; their macros lack the structure here.
+// Used by newer C libraries instead of TCGETS and TCSETS; their macros have no such structure here.
 constexpr uint64_t kNewer[] = {_IOC(_IOC_READ, 'T', 0x2A, 44), _IOC(_IOC_WRITE, 'T', 0x2B, 44),
                                _IOC(_IOC_WRITE, 'T', 0x2C, 44), _IOC(_IOC_WRITE, 'T', 0x2D, 44)};
 

@@ -79,7 +79,7 @@ void check_gone(int reader, int writer) {
         stderr_log_open(&log, HAL_LOG_INFO);
     }
     close(reader);
-    put(log, HAL_LOG_INFO, "nobody");
+    put(log, HAL_LOG_INFO, "unseen");
     CHECK(log.lost == 1);
     stderr_log_close(&log);
     close(writer);

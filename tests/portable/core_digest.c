@@ -275,7 +275,7 @@ static uint32_t digest_speckle_filter(void) {
         arena_init(&working, memory, bytes);
         struct match_output output = pair_output();
         must_succeed(speckle_filter_run_all(speckle_px, &parallel_serial, &working, &output),
-                     "vet");
+                     "speckle_filter");
         free(memory);
         for (int k = 0; k < PAIR_PIXELS; k++) {
             crc = add_bits(crc, pair.reason[k], 1);
@@ -318,7 +318,7 @@ static const struct {
     {"match", digest_match},
     {"paper", digest_paper},
     {"refine", digest_refine},
-    {"vet", digest_speckle_filter},
+    {"speckle_filter", digest_speckle_filter},
     {"debayer", digest_debayer},
 };
 

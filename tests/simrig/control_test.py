@@ -43,7 +43,7 @@ class Control(Bench):
                     self.assertIn(f"{path}:", done.stderr)
                     self.assertNotIn("secret", done.stderr)
 
-    def test_nobody_there(self):
+    def test_no_server(self):
         self.refuse(3, (f"unix:{self.folder}/none", "status"), "no simulated rig")
         self.refuse(3, ("tcp:1", "status"), "no simulated rig")
 

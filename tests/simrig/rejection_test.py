@@ -365,7 +365,7 @@ class Clients(Bench):
             return False
         return True
 
-    def test_replies_that_nobody_reads(self):
+    def test_replies_that_are_not_read(self):
         """Requests without end, answers never fetched: neither memory nor others suffer."""
         client = self.running.client(CONTROLLER)
         client.socket.settimeout(0.5)

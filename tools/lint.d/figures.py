@@ -12,10 +12,13 @@ SIX = ("firmware", "daemon", "calib", "tools", "tests", "fpga")
 CODE = (".c", ".h", ".cpp", ".hpp")
 TEXTS = CODE + (".py", ".sh", ".md", ".txt", ".cmake", ".js", ".css", ".html", ".v", ".rdl", ".service",
                 ".rules", ".yaml", ".conf", ".json")
-# Data, and the list of forbidden phrases with its test.
+# Data, the list of forbidden phrases with its test, and the names of assertions and mutants, which
+# are part of what is proved.
 NOT_PROSE = re.compile(r"/corpus/|/generated/|^tests/sessions/.*/|^tools/lint\.d/phrases\.py$|"
-                       r"^tests/command/lint_test\.py$|^LICENSE$|^fpga/figures/")
-NOT_SOURCE = re.compile(r"/corpus/|/generated/|^tests/sessions/|/pictures(/|$)|^tests/data/")
+                       r"^tests/command/repository/lint_test\.py$|^LICENSE$|^fpga/figures/|^fpga/formal/.*\.(json|v)$")
+# Of the RTL and its proofs each module has a file of its own, which Verilator and yosys look for in one
+# folder.
+NOT_SOURCE = re.compile(r"^fpga/(rtl|formal)/|/corpus/|/generated/|^tests/sessions/|/pictures(/|$)|^tests/data/")
 # One text compiled for four instruction sets; their branches are those of the algorithm.
 KERNELS = re.compile(r"^firmware/(core|stereo)/(match/)?match_")
 MAX_BRANCHES = 12

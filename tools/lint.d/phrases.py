@@ -32,11 +32,11 @@ PHRASES = (
     (word("modest"), "check_free_memory; small"),
     (r"\b(?:goes|went|going|go) on(?: with\b| to\b|[.,;:)]|$)", "continues"),
     (r"\bas it is[.,;:)]", "unchanged; delete it"),
-    (r"\b(?:he|him|his)\b", "they, the user"),
+    (r"(?<!, )(?<!')\b(?:he|him|his)\b(?!\})", "they, the user"),
     (r"\bstands?\b(?! (?:for|in for|out)\b)(?= (?:in|at|on|there|here|beside|below|above|before|behind)\b)",
      "is in, is at"),
-    (r"\bfor good\b(?! reason)", "permanently"),
-    (r"\bcomes to\b", "is, amounts to, reaches"),
+    (r"\bfor good\b(?! (?:reason|conditioning))", "permanently"),
+    (r"\bcomes to\b(?! rest\b)", "is, amounts to, reaches"),
     (r"\ball the same\b", "still; equal"),
     (r"\bby (?:itself|themselves)\b", "alone, automatically, separately"),
     (r"\bon (?:its|their) own account\b", "without being asked"),
@@ -52,7 +52,7 @@ PHRASES = (
 )
 # Python has `is None`.
 CASE_MATTERS = (
-    (r"\b(?:is|are|was|were) none\b(?! of\b)", "is not set, is invalid, does not exist"),
+    (r"(?<!there )\b(?:is|are|was|were) none\b(?! of\b)", "is not set, is invalid, does not exist"),
 )
 RULES = tuple([(re.compile(text, re.IGNORECASE), instead) for text, instead in PHRASES] +
               [(re.compile(text), instead) for text, instead in CASE_MATTERS])

@@ -38,7 +38,7 @@ int gpiod_shim_get(struct gpiod_shim *self);
 /// A descriptor that becomes readable on an edge.
 int gpiod_shim_descriptor(struct gpiod_shim *self);
 /// Reads the oldest edge and the kernel's time of it in us. 0, or -1 with errno. Blocks while there
-/// is no edge.
+/// is not an edge.
 int gpiod_shim_read_edge(struct gpiod_shim *self, uint64_t *time_us);
 
 #ifdef __cplusplus

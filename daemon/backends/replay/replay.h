@@ -2,7 +2,7 @@
 /// Replays a recorded session as cameras, buses and clock. Two modes:
 ///
 /// - calls.log (written by daemon/record): every call gets its recorded answer. A call that differs
-/// from the recorded one ends the replay: `trouble` states in one line both calls and the place.
+/// from the recorded one ends the replay: `last_error` states in one line both calls and the place.
 /// From then on calls fail with ERROR_IO and every wait returns at once, so that nothing hangs.
 /// - pairs only (a session without calls.log): two cameras deliver the recorded frames in order,
 /// for a profile without bridge, servos and lenses.

@@ -55,7 +55,7 @@ class Completion(unittest.TestCase):
         choices = re.search(r"--preset.*?\(one of: (.*?)\)", page, re.S)[1].split()
         self.assertEqual(self.offered("vergence reconstruct a b --preset "), choices)
         self.assertEqual(self.offered("vergence reconstruct --preset f"), ["fast"])
-        # Bash completes what stands behind the = alone.
+        # Bash completes only what follows the =.
         self.assertEqual(self.offered("vergence reconstruct --preset=f"), ["fast"])
         # A flag has no value: here comes another option, or a file.
         self.assertEqual(self.offered("vergence reconstruct --rectified --pres"), ["--preset"])

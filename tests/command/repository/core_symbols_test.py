@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The core depends on nothing but itself: no allocation, no input or output, no libm except sqrt.
 
-Every source of firmware/core and firmware/stereo is compiled by itself and its undefined symbols are looked at, for
-the processor at hand and for 32-bit ARM (where the compiler's own helpers show as well).
+Every source of firmware/core and firmware/stereo is compiled separately and its undefined symbols are checked, for
+the native processor and for 32-bit ARM (where the compiler's own helpers show as well).
 """
 import concurrent.futures
 import glob

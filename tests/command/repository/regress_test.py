@@ -169,19 +169,19 @@ class Regress(Recorded):
                 ("[" * 100_000, 0), (path.read_text()[:-20], 0)):
             path.write_text(text, errors="surrogateescape")
             with self.subTest(text=text[:80]):
-                note = reference.save(self.folder, ["pair"], [result], "anew", "b", "2026-01-01")
+                note = reference.save(self.folder, ["pair"], [result], "again", "b", "2026-01-01")
                 self.assertNotIn("\n", note)
                 self.assertIn(f"{path}: ", note)
                 self.assertIn(f"acceptances kept: {kept}", note)
                 reported = reference.load(self.folder)[1]
                 self.assertEqual(reported["accepted"][:-1], [first] * kept)
-                self.assertEqual(reported["accepted"][-1]["reason"], "anew")
+                self.assertEqual(reported["accepted"][-1]["reason"], "again")
                 self.assertEqual([file.read_text() for file in others], ["kept"] * 3)
                 self.assertEqual({file.name for file in where.iterdir()},
                                  {"notes.txt", "pair-12.npz", "options.json", "reference.json",
                                   reported["pairs"][0]["file"]})
         path.write_text("no JSON")
-        self.assertRegex(self.accept("told").stderr, "^tools/regress: .*not JSON.*kept: [0-9]+\n$")
+        self.assertRegex(self.accept("text").stderr, "^tools/regress: .*not JSON.*kept: [0-9]+\n$")
         self.assertEqual(self.accept("whole").stderr, "")
 
     def test_accept_writes_through_no_link(self):

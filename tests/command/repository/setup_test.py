@@ -64,7 +64,7 @@ class Setup(Machine):
     def user(self, number):
         self.play("id", f"echo {number}\n")
 
-    def test_nothing_missing_calls_nobody(self):
+    def test_nothing_missing_calls_nothing(self):
         self.installed()
         self.user(1000)
         for name in ("apt-get", "sudo"):

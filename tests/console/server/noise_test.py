@@ -196,7 +196,7 @@ class Noise(DaemonTest):
         answer = line.ask("\x03\rlisten")
         while not answer.startswith("ERR"):
             answer = line.line()
-        answer = line.ask("@sealed")
+        answer = line.ask("@framed")
         while answer != "OK":
             answer = line.line()  # of the prompt
         self.assertEqual(line.ask("wait 0")[:7], "ERR CRC")
@@ -206,7 +206,7 @@ class Noise(DaemonTest):
         self.assertEqual(line.ask(framed("wait 0", "text,id=4"))[:6], "OK #4,")
         # Repeated, it is another request unless it has "once".
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
-        self.assertEqual(self.first.ask("record start sealed")[-1], "OK")
+        self.assertEqual(self.first.ask("record start framed")[-1], "OK")
         for words in ("text,id=5", "text,id=6,once", "json,id=7,once"):
             answers = {line.ask(framed("wait 0.5", words)) for _ in range(3)}
             self.assertEqual(len(answers), 1, answers)
@@ -214,7 +214,7 @@ class Noise(DaemonTest):
         self.assertEqual(line.ask(damaged)[:7], "ERR CRC")
         self.assertEqual(line.ask(framed("wait 0.6", "text,id=8,once"))[:6], "OK #8,")
         self.assertEqual(self.first.ask("record stop")[-1], "OK")
-        self.assertEqual(self.recorded("sealed"), ["wait 0.5"] * 5 + ["wait 0.6"])
+        self.assertEqual(self.recorded("framed"), ["wait 0.5"] * 5 + ["wait 0.6"])
         self.assertEqual(line.ask("@terminal"), "OK")
 
     def test_files(self):

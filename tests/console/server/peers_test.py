@@ -36,7 +36,7 @@ class Peers(DaemonTest):
 
     def wait_line(self, file):
         """The next line as it arrives, without waiting for the end of the process."""
-        self.assertTrue(select.select([file], [], [], TIMEOUT_S)[0], "nothing is told")
+        self.assertTrue(select.select([file], [], [], TIMEOUT_S)[0], "no notification came")
         return file.readline()
 
     def check_given_up(self, process, words):

@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint64_t minute_us = 60 * 1000000;
 
-TEST_CASE("of a kind some are told at once, then one now and then, with the number of the others") {
+TEST_CASE("some of a kind are printed at once, then a few, with the number of those suppressed") {
     log_ratelimit log_ratelimit{};
     uint64_t held = 99;
     for (int i = 1; i < LOG_RATELIMIT_BURST; i++) {
@@ -33,7 +33,7 @@ TEST_CASE("of a kind some are told at once, then one now and then, with the numb
     CHECK(held == 0);
 }
 
-TEST_CASE("a kind that rested is told as a new one") {
+TEST_CASE("a kind that paused is printed as a new one") {
     log_ratelimit log_ratelimit{};
     uint64_t held = 0;
     for (int i = 0; i < 2 * LOG_RATELIMIT_BURST; i++) {
