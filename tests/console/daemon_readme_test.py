@@ -15,7 +15,7 @@ from daemon_process import TIMEOUT_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, T
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 TEXT = (ROOT / "daemon" / "README.md").read_text(encoding="utf-8")
-SESSION = ROOT / "tests" / "sessions" / "cylinder_1x"
+SESSION = pathlib.Path(os.environ["VERGENCE_SESSIONS"]) / "cylinder_1x"
 
 
 def commands():
