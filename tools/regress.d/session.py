@@ -8,7 +8,7 @@ import stat
 import zlib
 
 INDEX, CRC_DIGITS = "session.index", 8
-VERSIONS = ("1", "2")  # of the index, as daemon/session/session.md has them
+VERSIONS = ("1", "2", "3")  # of the index, as daemon/session/session.md has them
 IMAGES = (".png", ".pgm", ".ppm", ".pnm", ".tif", ".tiff", ".jpg", ".raw")
 CALIBRATIONS = ("calibration.txt", "rig.calibration", "calib.txt", "calib_cam_to_cam.txt")
 
