@@ -419,8 +419,6 @@ static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned
     self->last_error = last_error;
 }
 
-// ---- all together
-
 static void report_progress(struct rig *self, const struct mover *movers, unsigned count) {
     static const char *const what[LENS_AXES] = {"zoom", "focus", "iris"};
     uint32_t done = 0, path = 0;

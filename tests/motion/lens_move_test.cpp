@@ -187,8 +187,9 @@ TEST_CASE("a jam is reported in time, and no jammed lens arrives") {
     REQUIRE(reported.size() > draws(1500) / 4);
     std::sort(reported.begin(), reported.end());
     MESSAGE("jams reported " << reported.size() << ", arrived before " << after_arrival
-                         << "; seconds until then p50 " << reported[reported.size() / 2] << " p99 "
-                         << reported[reported.size() * 99 / 100] << " max " << reported.back());
+                             << "; seconds until then p50 " << reported[reported.size() / 2]
+                             << " p99 " << reported[reported.size() * 99 / 100] << " max "
+                             << reported.back());
     CHECK(reported[reported.size() / 2] < 2.5);
     CHECK(after_arrival > draws(1500) / 10);
 }

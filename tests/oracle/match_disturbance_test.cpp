@@ -66,7 +66,8 @@ const std::map<std::string, double> max_growth = {
 };
 
 // In percent of all pixels. Of such pairs three-way SGBM keeps 63 and more without its filters, 30
-// and more with them (`tools/bench disturbance`). Swapped, the leaves of this pair resemble each other.
+// and more with them (`tools/bench disturbance`). Swapped, the leaves of this pair resemble each
+// other.
 const std::map<std::string, double> max_kept = {
     {"no texture", 1}, {"stripes", 15}, {"one black", 0}, {"swapped", 17}, {"unrelated", 2}};
 

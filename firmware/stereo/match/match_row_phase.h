@@ -331,8 +331,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
     }
 }
 
-// Moves the path costs from one window to another. Beyond the ends of a row (`from` is NULL) there
-// is not a path: the first path cost is the cost.
+// Moves the path costs to another window; from beyond a row (`from` is NULL) the first cost.
 /*@ requires \valid_read(view) && 1 <= rows <= MATCH_ROWS_ABREAST && match_is_tile(tile);
     requires from != NULL ==> match_is_tile(from);
     requires \forall integer r; 0 <= r < rows ==>
