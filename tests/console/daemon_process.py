@@ -15,10 +15,11 @@ import tty
 import unittest
 import zlib
 
+from waiting import TIMEOUT_S, wait_until
+
 VERGENCED = os.environ["VERGENCED"]
 VERGENCE = os.environ["VERGENCE_BOARD"]
 SIMRIG = os.environ.get("SIMRIG", "")
-TIMEOUT_S = 60
 # Independent of the user that runs the tests: the system's defaults, with the log on standard
 # error.
 os.environ["STATE_DIRECTORY"] = "/var/lib/vergence"
@@ -152,6 +153,18 @@ class Client:
             lines.append(line)
         return lines
 
+    def begin(self, command):
+        """Sends it; returns its first report: it runs, or waits for another client's command."""
+        self.send(f"@progress {command}\n")
+        line = self.line()
+        if line is None or not line.startswith("... "):
+            raise AssertionError(f"no report: {line}")
+        return line
+
+    def begun_answer(self):
+        """The answer to begin(), without further reports."""
+        return [line for line in self.answer() if not line.startswith("... ")]
+
     def ask_json(self, command, prefix="json"):
         self.send(f"@{prefix} {command}\n")
         return json.loads(self.line())
@@ -214,10 +227,7 @@ class DaemonTest(unittest.TestCase):
 
     @staticmethod
     def wait_for(path):
-        end = time.monotonic() + TIMEOUT_S
-        while not os.path.exists(path):
-            assert time.monotonic() < end, f"{path} does not come"
-            time.sleep(0.02)
+        wait_until(lambda: os.path.exists(path), f"{path} does not come")
 
     @staticmethod
     def end(process):
@@ -244,6 +254,22 @@ class DaemonTest(unittest.TestCase):
         client = Client(self.path)
         self.addCleanup(client.socket.close)
         return client
+
+    def wait_running(self, command="wait", ahead=1):
+        """Waits until this command runs and a further one would be the `ahead`-th behind it. Needs
+        a free slot for a client."""
+        def reached():
+            with Client(self.path) as probe:
+                try:
+                    probe.send("@progress status\n")
+                    line = probe.line()
+                    if line is not None and line.startswith("... "):
+                        probe.send("\x03")
+                        probe.begun_answer()  # its place is free before another client looks
+                except OSError:  # rejected before it sent a line
+                    return False
+                return line == f"... waiting for another client's {command} 0/{ahead}"
+        wait_until(reached, f"{command} does not run")
 
     @classmethod
     def vergence(cls, *words, where=None, **options):

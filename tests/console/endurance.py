@@ -32,9 +32,9 @@ import sys
 import tempfile
 import time
 
-from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client
-
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), os.pardir, "simrig"))
+TESTS = os.path.join(os.path.dirname(__file__), os.pardir)
+sys.path += [os.path.join(TESTS, "simrig"), os.path.join(TESTS, "command")]
+from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client  # noqa: E402
 from simrig_client import CONTROLLER, Client as RigClient, Gone  # noqa: E402
 
 COMMAND_S = 900  # wall-clock limit of one command

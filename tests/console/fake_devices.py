@@ -13,7 +13,8 @@ import tty
 
 import numpy
 
-from daemon_process import TIMEOUT_S, DaemonTest
+from daemon_process import DaemonTest
+from waiting import wait_until
 
 LIBRARY = os.environ["VERGENCE_FAKE_KERNEL_LIBRARY"]
 WIDTH, HEIGHT = 640, 480
@@ -166,10 +167,7 @@ class DeviceTest(DaemonTest):
 
     def assert_logged(self, text):
         """Waits until the log contains this."""
-        end = time.monotonic() + TIMEOUT_S
-        while text not in self.output_text() and time.monotonic() < end:
-            time.sleep(0.02)
-        self.assertIn(text, self.output_text())
+        wait_until(lambda: text in self.output_text(), lambda: f"{text!r}\n{self.output_text()}")
 
     def captured(self, command="capture"):
         """The figures of a pair. A busy machine may lose frames of one camera, which is reported as

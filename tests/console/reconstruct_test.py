@@ -189,7 +189,7 @@ class Reconstruct(Surfaces):
     def test_which_session_and_pair(self):
         self.assertEqual(self.refused("reconstruct")[0], "MISSING")
         self.session("old")
-        time.sleep(0.02)
+        os.utime(os.path.join(self.files, "old", "session.index"), (1, 1))
         self.session("new")
         # A killed capture left no pair and is not selected.
         killed = os.path.join(self.files, "killed")

@@ -10,6 +10,7 @@ import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
+from waiting import wait_until
 
 LEAD = ("bringup", "window 64 48")
 
@@ -133,8 +134,7 @@ class Recording(DaemonTest):
         self.first.ask("wait 4")
         for command in ("record start early", "bringup", "zoom 500", "pan 2"):
             self.assertEqual(self.first.ask(command)[-1], "OK", command)
-        self.first.send("focus 300\n")
-        time.sleep(0.1)
+        self.first.begin("focus 300")
         self.kill()
         self.restart()
         played = self.first.ask("replay early")
@@ -143,15 +143,17 @@ class Recording(DaemonTest):
         commands = [line for line in played if line.startswith("commands: ")]
         self.assertIn(int(commands[0].split()[1]), (3, 4), played)
 
+    def socket_inodes(self):
+        """Of the socket; none while the daemon replaces it."""
+        return [entry.inode() for entry in os.scandir(self.folder) if entry.path == self.path]
+
     def test_killed_and_left_its_socket(self):
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
         self.kill()
         self.assertTrue(os.path.exists(self.path))
         inode = os.stat(self.path).st_ino
         type(self).start()
-        end = time.monotonic() + TIMEOUT_S
-        while os.stat(self.path).st_ino == inode and time.monotonic() < end:
-            time.sleep(0.02)
+        wait_until(lambda: inode not in self.socket_inodes() != [])
         self.first = self.client()
         self.assertEqual(self.first.ask("bringup")[-1], "OK")
 

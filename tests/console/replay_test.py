@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 import subprocess
-import time
 import unittest
 import zlib
 
@@ -256,8 +255,7 @@ class Replay(PlayedPairs):
 
     def test_a_cancelled_command(self):
         self.record("cancelled", ["bringup"], stop=False)
-        self.first.send("wait 100000\n")
-        time.sleep(0.3)
+        self.first.begin("wait 100000")
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
         for command in ("exposure 8000", "capture", "record stop"):
@@ -294,8 +292,7 @@ class Replay(PlayedPairs):
 
     def test_a_killed_daemon(self):
         self.record("killed", COMMANDS, stop=False)
-        self.first.send("wait 100000\n")
-        time.sleep(0.1)
+        self.first.begin("wait 100000")
         self.daemon.kill()
         self.daemon.wait(TIMEOUT_S)
         self.daemon.returncode = 0

@@ -49,6 +49,9 @@ class TerminalUser(Terminal):
         """Counts a line; an erased progress bar leaves blanks."""
         return sum(output_text.rstrip() == line for output_text in self.screen.lines)
 
+    def lines_with(self, text):
+        return [line for line in self.screen.lines if text in line]
+
     def close(self):
         self.process.kill()
         self.process.wait()

@@ -6,6 +6,7 @@ import time
 import unittest
 
 from fake_devices import FRAME_US, DeviceTest
+from waiting import wait_until
 
 LINE = 4
 SETTINGS = ("profile=two-cameras", "rig.trigger=yes", f"trigger_line={LINE}")
@@ -120,9 +121,7 @@ class Trigger(DeviceTest):
     def test_cancelled_and_ended_it_is_at_rest(self):
         self.serve(self.triggered(), *SETTINGS, "rig.trigger_pulse=1s")
         self.first.send("bringup\n")
-        end = time.monotonic() + 20
-        while self.levels()[-1:] != ["1"] and time.monotonic() < end:
-            time.sleep(0.01)
+        wait_until(lambda: self.levels()[-1:] == ["1"])
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
         self.assertEqual(self.levels()[-1], "0")

@@ -17,6 +17,7 @@ import numpy
 
 from daemon_process import TIMEOUT_S, VERGENCED
 from fake_devices import FRAME_US, preloaded, show
+from waiting import wait_until
 
 VERGENCE = os.environ["VERGENCE"]
 ROOT = os.environ["VERGENCE_SOURCE"]
@@ -78,11 +79,8 @@ class Webcams(unittest.TestCase):
         daemon = subprocess.Popen(["bash", "-c", "exec " + command[:-1]], cwd=self.folder,
                                   env=self.environment, stdin=subprocess.DEVNULL)
         self.addCleanup(self.stop, daemon)
-        end = time.monotonic() + TIMEOUT_S
-        while not os.path.exists(self.place("rig.sock")):
-            self.assertIsNone(daemon.poll(), "the daemon has gone")
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.02)
+        wait_until(lambda: os.path.exists(self.place("rig.sock")) or daemon.poll() is not None)
+        self.assertIsNone(daemon.poll(), "the daemon has gone")
         return daemon
 
     def stop(self, daemon):
@@ -107,10 +105,8 @@ class Webcams(unittest.TestCase):
             self.show(pair)
             loop.stdin.write(b"\n")
             loop.stdin.flush()
-            end = time.monotonic() + TIMEOUT_S
-            while not self.is_whole(f"board-{number:02d}"):
-                self.assertLess(time.monotonic(), end, f"view {number} never came")
-                time.sleep(0.02)
+            wait_until(lambda name=f"board-{number:02d}": self.is_whole(name),
+                       f"view {number} never came")
         output_text, _ = loop.communicate(timeout=TIMEOUT_S)
         self.assertEqual(loop.returncode, 0, output_text)
         self.assertEqual(output_text.count(b"\nOK\n"), 1 + len(views), output_text)

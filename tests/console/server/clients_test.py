@@ -13,6 +13,7 @@ import unittest
 import zlib
 
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, Client, DaemonTest, replaced, framed
+from waiting import wait_until
 
 
 class Clients(DaemonTest):
@@ -24,17 +25,16 @@ class Clients(DaemonTest):
 
     def seated(self):
         """A client that is served. Slots of closed connections become free soon, not at once."""
-        end = time.monotonic() + TIMEOUT_S
-        while True:
+        def served():
             client = self.client()
             try:
                 if client.ask("version")[-1] == "OK":
                     return client
             except OSError:
                 pass  # rejected before it sent a line
-            self.assertLess(time.monotonic(), end, "no seat becomes free")
             client.socket.close()
-            time.sleep(0.02)
+            return None
+        return wait_until(served, "no seat becomes free")
 
     def test_answers_as_text(self):
         lines = self.first.ask("version")
@@ -129,25 +129,23 @@ class Clients(DaemonTest):
 
     def test_two_clients_wait_for_each_other_and_a_full_queue_reports_so(self):
         others = [self.client() for _ in range(4)]
-        self.first.send("wait 100000\n")
-        time.sleep(0.3)
-        others[0].send("wait 0\n")
-        others[1].send("wait 0\n")
-        time.sleep(0.3)
+        self.first.begin("wait 100000")
+        for i in range(2):
+            self.assertEqual(others[i].begin("wait 0"),
+                             f"... waiting for another client's wait 0/{i + 1}")
         self.assertEqual(others[2].ask("wait 0"), [
             "ERR BUSY too many commands are waiting: try again later"])
         # Commands without the rig do not wait for it.
         self.assertEqual(others[3].ask("version")[-1], "OK")
         self.first.send("\x03")
-        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
-        self.assertEqual(others[0].answer(), ["OK"])
-        self.assertEqual(others[1].answer(), ["OK"])
+        self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
+        self.assertEqual(others[0].begun_answer(), ["OK"])
+        self.assertEqual(others[1].begun_answer(), ["OK"])
 
     def test_lines_ahead_of_ctrl_c_are_answered_and_not_run(self):
-        self.first.send("wait 100000\n")
-        time.sleep(0.3)
+        self.first.begin("wait 100000")
         self.first.send("@json,id=7 record start never\n\n# a comment\nversion\nnosuch\nstat\x03")
-        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
         answer = json.loads(self.first.line())
         self.assertEqual((answer["id"], answer["ok"], answer["error"]), (7, False, "CANCELLED"))
         self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
@@ -160,16 +158,17 @@ class Clients(DaemonTest):
 
     def test_what_waits_for_others_is_cancelled_at_once(self):
         others = [self.seated() for _ in range(3)]
-        self.first.send("wait 100000\n")
-        time.sleep(0.3)
+        self.first.begin("wait 100000")
         # Their queue places are free at once.
-        others[0].send("status\nversion\n")
-        others[1].send("@json watch 0.1 status\n")
-        time.sleep(0.3)
+        others[0].begin("status\nversion")
+        others[1].send("@json,progress watch 0.1 status\n")
+        self.assertEqual(json.loads(others[1].line())["event"], "progress")
         for other, answer in ((others[0], "ERR CANCELLED cancelled"), (others[1], "CANCELLED")):
             begin = time.monotonic()
             other.send("\x03")
             line = other.line()
+            while "progress" in line:  # the place of the other one is free
+                line = other.line()
             self.assertIn(answer, line)
             self.assertLess(time.monotonic() - begin, 5)
             if other is others[0]:
@@ -177,36 +176,32 @@ class Clients(DaemonTest):
             self.assertEqual(other.ask("@text version")[-1], "OK")
         for _ in range(4):
             gone = self.seated()
-            gone.send("status\n")
-            time.sleep(0.1)
+            gone.begin("status")
             gone.socket.close()
-        begin = time.monotonic()
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "status"],
                                    stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
-        time.sleep(0.5)
+        self.wait_running("wait", ahead=2)
+        begin = time.monotonic()
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(TIMEOUT_S), 130)
         self.assertLess(time.monotonic() - begin, 5)
         self.assertEqual(process.stderr.read(), "ERR CANCELLED cancelled\n")
         self.first.send("\x03")
-        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
 
     def test_waiting_for_another_client_is_reported(self):
         others = [self.seated() for _ in range(3)]
-        self.first.send("wait 100000\n")
-        time.sleep(0.3)
+        self.first.begin("wait 100000")
         others[0].send("@json,progress status\n")
-        time.sleep(0.1)
-        others[1].send("@progress status\n")
         self.assertEqual(json.loads(others[0].line()), {
             "event": "progress", "what": "waiting for another client's wait", "done": 0,
             "total": 1})
-        self.assertEqual(others[1].line(), "... waiting for another client's wait 0/2")
+        self.assertEqual(others[1].begin("status"), "... waiting for another client's wait 0/2")
         # Commands without the instrument do not wait, and clients without @progress get no report.
         self.assertEqual(others[2].ask("@progress version")[0][:8], "version:")
         self.first.send("\x03")
-        self.assertEqual(self.first.answer(), ["ERR CANCELLED cancelled"])
+        self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
         self.assertTrue(json.loads(others[0].line())["ok"])
         answer = others[1].answer()
         # It may get a report while the command before it runs.
@@ -249,8 +244,7 @@ class Clients(DaemonTest):
 
     def test_a_client_that_goes_cancels_what_it_began(self):
         gone = self.client()
-        gone.send("wait 100000\n")
-        time.sleep(0.3)
+        gone.begin("wait 100000")
         gone.socket.close()
         self.assertEqual(self.first.ask("wait 0"), ["OK"])
 
@@ -258,7 +252,7 @@ class Clients(DaemonTest):
         for _ in range(3):
             process = subprocess.Popen(
                 [VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"])
-            time.sleep(0.4)
+            self.wait_running()
             process.send_signal(signal.SIGKILL)
             process.wait()
         self.assertEqual(self.first.ask("wait 0"), ["OK"])

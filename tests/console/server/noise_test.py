@@ -11,6 +11,7 @@ from urllib.parse import unquote
 
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal, framed
+from waiting import wait_until
 
 # All of it takes two minutes, mostly of waiting; without this a short part, always with the same noise.
 WHOLE = os.environ.get("VERGENCE_NOISE") == "whole"
@@ -180,8 +181,7 @@ class Noise(DaemonTest):
         for form, more in (((), 0), (("--json",), 40), ((), 120)) if WHOLE else ((("--json",), 40),):
             process = self.begin(*form, "wait", "100000")
             carried = self.line.carried
-            while self.line.carried < carried + 60:
-                time.sleep(0.01)
+            wait_until(lambda: self.line.carried >= carried + 60)
             self.line.limit = self.line.carried + more
             begin = time.monotonic()
             output, reported = process.communicate(timeout=TIMEOUT_S)

@@ -17,6 +17,7 @@ import unittest
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED, DaemonTest, Terminal
 from terminal_user import TerminalUser
+from waiting import wait_until
 
 
 class Remote(DaemonTest):
@@ -174,7 +175,7 @@ class Remote(DaemonTest):
     def test_ctrl_c(self):
         process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.5)
+        self.wait_running()
         process.send_signal(2)
         _, errors = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual((process.returncode, errors), (130, "ERR CANCELLED cancelled\n"))
@@ -386,9 +387,7 @@ class Remote(DaemonTest):
         first = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "wait", "100000"],
                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(first.kill)
-        end = time.monotonic() + TIMEOUT_S
-        while not self.is_claimed(line.name) and time.monotonic() < end:
-            time.sleep(0.02)
+        wait_until(lambda: self.is_claimed(line.name))
         for words in ((), ("--json",)):
             done = self.vergence(*words, "version", where=f"serial:{line.name}")
             self.assertEqual(done.returncode, 3, done)

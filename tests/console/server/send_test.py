@@ -8,12 +8,12 @@ import random
 import resource
 import signal
 import subprocess
-import time
 import unittest
 import zlib
 
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
+from waiting import wait_until
 
 SEED = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
 print(f"VERGENCE_TEST_SEED={SEED}")
@@ -191,10 +191,7 @@ class Send(DaemonTest):
         line.limit = line.carried + 30000
         process = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "send", path,
                                     "broken"])
-        end = time.monotonic() + TIMEOUT_S
-        while line.carried < line.limit:
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
+        wait_until(lambda: line.carried >= line.limit)
         process.kill()  # killed, as a person would not wait for the client to give up
         process.wait(TIMEOUT_S)
         had = os.path.getsize(self.parts()[0])

@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import tempfile
-import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest, small_stack
@@ -32,8 +31,7 @@ class Unconfined(DaemonTest):
                             "bugreport", "files", "record start r", "bringup", "record stop",
                             "window 64 64", "capture", "watch 0.1 version 2", "safe", "fly"):
                 client.ask(command)
-            client.send("wait 100000\n")
-            time.sleep(0.2)
+            client.begin("wait 100000")
         self.end(self.daemon)
         self.assertNotIn("ERROR", self.output_text())
         self.start()

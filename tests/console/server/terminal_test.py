@@ -3,7 +3,6 @@
 import os
 import random
 import signal
-import time
 import unittest
 
 from daemon_process import DaemonTest, Terminal
@@ -19,10 +18,11 @@ class Console(DaemonTest):
         cls.terminal.wait_prompt()
 
     def setUp(self):
+        while self.terminal.read(0):
+            pass
+        seen = self.terminal.text.count("^C")
         self.terminal.send("\x03")
-        time.sleep(0.1)
-        self.terminal.read(0.1)
-        self.terminal.wait_prompt()
+        self.terminal.wait(lambda t: t.text.count("^C") > seen and t.at_prompt())
 
     def typed(self, keys, line):
         self.terminal.send(keys)
@@ -114,7 +114,7 @@ class Console(DaemonTest):
 
     def test_ctrl_c_cancels_what_runs(self):
         self.terminal.send("wait 100000\r")
-        time.sleep(0.5)
+        self.terminal.wait(lambda t: t.screen.lines[-1].startswith("waiting"))
         self.terminal.send("\x03")
         self.terminal.wait(lambda t: any(line.rstrip() == "ERR CANCELLED cancelled"
                                          for line in t.screen.lines))
@@ -126,8 +126,7 @@ class Console(DaemonTest):
 
     def test_ctrl_c_cancels_what_waits_for_another_client(self):
         other = self.client()
-        other.send("wait 100000\n")
-        time.sleep(0.3)
+        other.begin("wait 100000")
         begin = len(self.terminal.screen.lines)
         self.terminal.send("status\r")
         self.terminal.wait_line("waiting for another client's wait".ljust(45) + "[" + 24 * " " + "]")

@@ -10,6 +10,7 @@ import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest, Terminal, replaced
+from waiting import wait_until
 
 STUCK_S = 2
 WIDTH, HEIGHT = 32, 24
@@ -61,10 +62,7 @@ class Watchdog(DaemonTest):
         return self.lines().count("watchdog ioctl KEEPALIVE")
 
     def wait_until(self, condition):
-        end = time.monotonic() + TIMEOUT_S
-        while not condition():
-            self.assertLess(time.monotonic(), end, self.lines())
-            time.sleep(0.05)
+        wait_until(condition, self.lines)
 
     def tearDown(self):
         if self.daemon.poll() is None:
