@@ -18,6 +18,7 @@ import numpy
 import pairs
 from pairs import VERGENCE
 from regress_fixture import SOURCE, Recorded, regress
+from waiting import wait_until
 
 import files
 import reference
@@ -330,8 +331,7 @@ class Ends(Recorded):
         slow = self.program('mkdir -p "$6"; : >"$6/.part"; : >"' + str(began) + '"; exec sleep 60')
         for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)):
             process = self.start(slow, "--accept", "first", self.folder)
-            while not began.exists() and process.poll() is None:
-                time.sleep(0.01)
+            wait_until(lambda: began.exists() or process.poll() is not None)
             self.assertEqual(len(list(self.work.iterdir())), 1)
             process.send_signal(number)
             self.assertEqual(self.ended(code, process), ("", "tools/regress: interrupted\n"))
@@ -352,9 +352,9 @@ class Ends(Recorded):
         for delay in random.uniform(0, 1.0, 4):
             process = self.start(VERGENCE, "--accept", "first", self.folder)
             # Until then Python starts up and has its own reaction.
-            while not self.catches(process, signal.SIGHUP):
-                self.assertIsNone(process.poll(), "it never took over")
-                time.sleep(0.001)
+            wait_until(lambda: self.catches(process, signal.SIGHUP) or process.poll() is not None,
+                       interval_s=0.001)
+            self.assertIsNone(process.poll(), "it never took over")
             time.sleep(delay)
             process.send_signal(signal.SIGINT)
             output, complaint = process.communicate(timeout=60)
