@@ -11,7 +11,8 @@ import unittest
 from simrig_client import (BOARD, BRIDGE, CONTROLLER, DEADLINE, LEFT, NACK_ADDRESS, NO_FRAME_ARMED,
                            NOT_ALLOWED, OK, RIGHT, Bench, FRAME_CANCEL, FRAME_WAIT, GPIO_SET,
                            SERIAL_READ, SERIAL_WRITE, SIMRIG, TRUTH, WAKE_FRAME, WAKE_GPIO,
-                           WAKE_SERIAL, Refused, wait_until)
+                           WAKE_SERIAL, Refused)
+from waiting import wait_until
 
 
 class VirtualTime(Bench):
@@ -179,12 +180,13 @@ class VirtualTime(Bench):
         self.board.arm(4, 4)
         self.board.ask(GPIO_SET, struct.pack("<I", 1))
         self.board.close()
-        self.board = None
-        while self.board is None:
+
+        def seated():
             try:
-                self.board = self.running.client(BOARD)
+                return self.running.client(BOARD)
             except Refused:
-                time.sleep(0.01)
+                return None
+        self.board = wait_until(seated)
         self.assert_rejection(NO_FRAME_ARMED, self.board.frame)
         self.board.advance(200)
         self.assertEqual(self.board.read(BRIDGE, 0), 0x5B1D)

@@ -13,7 +13,8 @@ import unittest
 from simrig_client import (ADVANCE, BAD_REQUEST, BAD_VERSION, BRIDGE, BUSY, CONTROL,
                            CONTROLLER, FAILED, FILES, FRAME_ARM, FRAME_WAIT, GPIO_SET, HELLO, I2C,
                            MAGIC, NO_FRAME_ARMED, SCENE, SERIAL_WRITE, SIMRIG, TIME, TRUTH, Bench,
-                           Client, Gone, Refused, children_cpu_s, cpu_s, wait_until)
+                           Client, Gone, Refused, children_cpu_s, cpu_s)
+from waiting import wait_until
 
 
 class StartUp(Bench):

@@ -9,7 +9,8 @@ import numpy
 
 from simrig_client import (ADVANCE, BRIDGE, CONTROLLER, DEADLINE, FAILED, FRAME_WAIT, LEFT,
                            NACK_ADDRESS, OK, RIGHT, SCENE, SERIAL_READ, SERIAL_WRITE, STUCK, TRUTH,
-                           Bench, Refused, wait_until)
+                           Bench, Refused)
+from waiting import wait_until
 
 
 def take(board, columns=64, rows=48):

@@ -9,7 +9,6 @@ import socket
 import struct
 import subprocess
 import tempfile
-import time
 import unittest
 
 SIMRIG = os.environ["SIMRIG"]
@@ -280,11 +279,3 @@ def children_cpu_s():
     """CPU seconds of all processes that have been waited for."""
     times = os.times()
     return times.children_user + times.children_system
-
-
-def wait_until(condition):
-    end = time.monotonic() + TIMEOUT_S
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError("waited in vain")
-        time.sleep(0.01)
