@@ -70,6 +70,16 @@ struct Uart {
         bytes->resize(error == ERROR_OK ? got : 0);
         return error;
     }
+    // Waits until this many bytes can be read; the calls are not recorded.
+    void await_bytes(int count) const {
+        const uint64_t end_us = monotonic_now_us() + 60000000;
+        int pending = 0;
+        while (pending < count) {
+            REQUIRE(monotonic_now_us() < end_us);
+            REQUIRE(::syscall(SYS_ioctl, uart.fd, FIONREAD, &pending) == 0);
+            std::this_thread::yield();
+        }
+    }
     int discard() { return uart.hal.operations->discard(uart.hal.self); }
 };
 
@@ -167,7 +177,7 @@ TEST_CASE("an available byte is read even after the deadline") {
     const Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "a", 1) == 1);
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    uart.await_bytes(1);
     std::string got;
     CHECK(uart.read(&got, 0) == ERROR_OK);
     CHECK(got == "a");
@@ -177,7 +187,7 @@ TEST_CASE("discard drops received bytes") {
     const Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "old", 3) == 3);
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    uart.await_bytes(3);
     record();
     CHECK(uart.discard() == ERROR_OK);
     CHECK(record() == line.name() + " tcflush in\n");
@@ -193,7 +203,7 @@ TEST_CASE("after a hang-up the received bytes are read, then the line is gone") 
     Line line;
     Uart uart(line);
     REQUIRE(::write(line.master, "last", 4) == 4);
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    uart.await_bytes(4);
     std::thread unplug([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         line.hang_up();
