@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ctrl-C, pasted text and closed readers in the shipped client: it ends at once, no unwanted
 command runs, and no line is mixed up with another."""
+import glob
 import json
 import os
 import random
 import signal
 import subprocess
-import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest
@@ -52,15 +52,20 @@ class Interrupt(DaemonTest):
                 process.send_signal(signal.SIGINT)
                 self.check_interrupted(process)
 
+    def part_bytes(self, local):
+        """The size of the incomplete file, fetched or sent."""
+        parts = [f"{local}.part", *glob.glob(os.path.join(self.files, ".*"))]
+        return sum(os.path.getsize(part) for part in parts if os.path.exists(part))
+
     def test_files(self):
         content = random.Random(6).randbytes(12 << 20)
         with open(os.path.join(self.files, "big"), "wb") as file:
             file.write(content)
         local = os.path.join(self.folder, "big")
         for words in (["fetch", "big"], ["send", "big", "back"]):
-            for delay_s in (0.03, 0.06, 0.1):
+            for transferred in (1 << 20, 2 << 20, 4 << 20):
                 process = self.begin(*words)
-                time.sleep(delay_s)
+                wait_until(lambda limit=transferred: self.part_bytes(local) >= limit)
                 process.send_signal(signal.SIGINT)
                 self.check_interrupted(process)
             # It resumes from there.
@@ -158,7 +163,7 @@ class Interrupt(DaemonTest):
         for i in range(3):
             terminal_user.type(f"fetch huge {local}\r")
             terminal_user.until(lambda: "huge" in terminal_user.screen.lines[-1])
-            time.sleep(0.05 * i)
+            terminal_user.until(lambda i=i: terminal_user.screen.lines[-1].count("#") >= 3 * i)
             terminal_user.type("\x03")
             terminal_user.until(lambda i=i: terminal_user.line_count("vergence: interrupted") == i + 1 and
                          terminal_user.at_prompt())
