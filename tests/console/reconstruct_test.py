@@ -345,7 +345,7 @@ class Reconstruct(Surfaces):
         self.session("f")
         error, text = self.limited(resource.RLIMIT_FSIZE, 100_000, "reconstruct f 1 0.5")
         self.assertEqual(error, "FULL", text)
-        self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large; make room ")
+        self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large; ")
         self.asked("reconstruct f 1 0.5")
 
 

@@ -200,8 +200,7 @@ class Rig(RigTest):
             for command in ("capture", "record start"):
                 rejection, = self.first.ask(f"{command} {name}")
                 self.assertEqual(rejection[:12], "ERR ARGUMENT", name)
-        self.assertIn("letters (A-Z, a-z), digits and - _ . + = , @ alone",
-                      self.first.ask("capture q\"x")[0])
+        self.assertIn("A-Z a-z 0-9", self.first.ask("capture q\"x")[0])
         self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
         self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
         other = self.asked("capture static")
