@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Calibrations and texts that the tests of core/calibration.h share.
+/// Calibrations and texts that the tests of stereo/geometry/calibration.h share.
 #ifndef VERGENCE_TESTS_CALIBRATION_EXAMPLES_HPP
 #define VERGENCE_TESTS_CALIBRATION_EXAMPLES_HPP
 

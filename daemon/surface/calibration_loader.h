@@ -28,8 +28,8 @@ typedef int calibration_loader(const struct calibration_request *request,
                                char format[CALIBRATION_LOADER_FORMAT_BYTES],
                                struct message *message);
 
-/// Loads Vergence's own text format, see core/calibration.h. If the request says rectified, the
-/// calibration must be rectified too.
+/// Loads Vergence's own text format, see stereo/geometry/calibration.h. If the request says
+/// rectified, the calibration must be rectified too.
 calibration_loader calibration_loader_own;
 
 #ifdef __cplusplus

@@ -68,14 +68,14 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);
 
 /// Set exposure (1 .. RIG_EXPOSURE_MAX_US) and gain of one or both cameras (`sides` as above).
-/// `*applied`: the nearest possible value. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `refusal`
-/// has the details.
+/// `*applied`: the nearest possible value. ERROR_RANGE and ERROR_UNSUPPORTED of a camera:
+/// `rejected` has the details.
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 
 /// Sets the part of the sensor that frames show: centred, every `skip`-th pixel. Behind the bridge:
 /// multiples of 2 * `skip` up to the whole sensor, else ERROR_RANGE. A camera with its own port has
-/// a list of sizes and no `skip`, else ERROR_UNSUPPORTED; `refusal` has the details.
+/// a list of sizes and no `skip`, else ERROR_UNSUPPORTED; `rejected` has the details.
 int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip);
 
 #ifdef __cplusplus

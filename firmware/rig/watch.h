@@ -43,7 +43,7 @@ int watch_error(struct rig *self, enum rig_part part, int error, const char *wha
 /// else `what`, without numbers. Returns `error`.
 int watch_failed(struct rig *self, enum rig_part part, int error, const char *what);
 
-/// As watch_error, but sets `refusal`.
+/// As watch_error, but sets `rejected`.
 int watch_rejection(struct rig *self, enum rig_part part, int error, const char *what,
                     const int32_t *numbers);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every call of the hardware's interfaces fails or hangs, once or always, during bring-up, panning
 // and capture: within two seconds of rig time the instrument works again or is safe, and reports
-// the part. For two cameras with their own ports see unit/pair_two_cameras_test.cpp and
-// unit/pair_triggered_test.cpp; for reconstruction, which only uses the store,
+// the part. For two cameras with their own ports see unit/rig/pair_two_cameras_test.cpp
+// and unit/rig/pair_triggered_test.cpp; for reconstruction, which only uses the store,
 // console/reconstruct_test.py. By default one call of each kind is tried, selected by the seed;
 // VERGENCE_RIG_FAULTS is their number, or "all" (tools/campaign rig).
 #include <doctest/doctest.h>

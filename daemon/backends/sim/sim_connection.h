@@ -63,7 +63,7 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
 uint64_t sim_connection_reported_us(const struct sim_connection *self, const uint8_t *bytes);
 void sim_connection_put_us(const struct sim_connection *self, uint8_t *bytes, uint64_t time_us);
 
-/// Sends the request and receives the reply. 0 whatever the reply's status; the text of a refusal
+/// Sends the request and receives the reply. 0 whatever the reply's status; the text of a rejection
 /// is in `text`. ERROR_DEVICE: the rig has gone, or violates the protocol; permanent until
 /// sim_connection_renew. Repeated within the time limit while another client advances the time.
 int sim_connection_run(struct sim_connection *self, struct sim_exchange *exchange);

@@ -51,7 +51,7 @@ BoardImage board_image(const calib::board &board, double width_share, double shi
 
 }  // namespace
 
-TEST_CASE("each refusal names its reason") {
+TEST_CASE("each rejection names its reason") {
     const calib::board board = plain_board(9, 6);
     BoardImage smaller = board_image(plain_board(8, 6), 0.7, 0);
     CHECK(rejection_of(board, smaller.view()) == "found 8 x 6 corners, not 9 x 6");

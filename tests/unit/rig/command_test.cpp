@@ -150,7 +150,7 @@ TEST_CASE("the distance between words is that of letters, and of lengths where t
           COMMAND_CHOICE_MAX);
 }
 
-TEST_CASE("refusals name argument, range and unit") {
+TEST_CASE("rejections name argument, range and unit") {
     refused("stats", ERROR_ARGUMENT, {"unknown command \"stats\"", "did you mean \"status\"?"});
     refused("fly", ERROR_ARGUMENT, {"unknown command \"fly\"", "help"});
     refused("status now", ERROR_ARGUMENT, {"status:", "\"now\"", "usage: status"});

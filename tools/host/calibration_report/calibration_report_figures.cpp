@@ -73,7 +73,7 @@ struct shared_corner {
     double point_mm[3];  // between the rays, left frame
 };
 
-/// Sorted by sighting and index, as the residuals are.
+/// Sorted by view and index, as the residuals are.
 std::vector<shared_corner> share_corners(const calib::solution &result) {
     std::vector<shared_corner> shared;
     const auto &all = result.residuals;
