@@ -26,7 +26,7 @@ enum { ACCEPT_MISMATCH, ACCEPT_MM };
 #define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
 
 _Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
-               "buffers for the record hold the longest calibration");
+               "the buffers fit the longest calibration");
 
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
 static void show_origin(const struct command_call *call, const struct calibration_origin *origin) {
@@ -365,7 +365,7 @@ static const struct command_argument arguments[] = {
      .kind = COMMAND_CHOICE,
      .choices = ACCEPT_WORDS,
      .optional = true,
-     .help = "the other of these"},
+     .help = "a second one of these, if both apply"},
 };
 
 static const struct command commands[] = {

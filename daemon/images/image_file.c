@@ -280,7 +280,7 @@ static int load_bytes(FILE *stream, const char *path, unsigned char **bytes, siz
     }
     if (fread(*bytes, 1, *length, stream) != *length) {
         return message_set(message, ERROR_SYNTAX, "%s: cannot be read: %s", path,
-                           ferror(stream) ? strerror(errno) : "it became shorter");
+                           ferror(stream) ? strerror(errno) : "it was truncated while being read");
     }
     return ERROR_OK;
 }

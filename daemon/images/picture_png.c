@@ -308,7 +308,8 @@ uint8_t *picture_png(const struct picture *picture, size_t *bytes) {
 bool picture_png_is_ours(const uint8_t *head, size_t bytes) {
     enum { SOFTWARE_AT = sizeof signature + CHUNK_BYTES + HEAD_BYTES + 4 };
     static const char name[] = "tEXtSoftware\0vergence";
-    _Static_assert(SOFTWARE_AT + sizeof name - 1 <= PICTURE_HEAD_BYTES, "the head holds it");
+    _Static_assert(SOFTWARE_AT + sizeof name - 1 <= PICTURE_HEAD_BYTES,
+                   "the comment lies within the head");
     return bytes >= SOFTWARE_AT + sizeof name - 1 &&
            memcmp(head, signature, sizeof signature) == 0 &&
            memcmp(head + SOFTWARE_AT, name, sizeof name - 1) == 0;

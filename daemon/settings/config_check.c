@@ -332,9 +332,10 @@ static int check_name(const struct check *self) {
     }
     show_key(self, key);
     print_setting(self, key, setting);
-    return message_set(self->message, ERROR_ARGUMENT,
-                       "%s: name of another profile (this one is like %s: give it another name)",
-                       setting, config->like);
+    return message_set(
+        self->message, ERROR_ARGUMENT,
+        "%s: reserved for the built-in profile (this profile is based on %s: choose another name)",
+        setting, config->like);
 }
 
 static int check_rig(const struct check *self) {

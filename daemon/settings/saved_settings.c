@@ -237,7 +237,7 @@ int saved_settings_parse(const char *text, size_t length, struct saved_settings 
             valid = read_line(line, version, saved);
         }
         if (!valid) {
-            return message_set(message, ERROR_SYNTAX, "line %d is not valid", number);
+            return message_set(message, ERROR_SYNTAX, "invalid line %d", number);
         }
     }
     // The order, each line once, no leading zeros: as printed.
@@ -273,7 +273,7 @@ static int check_window(const struct saved_settings *saved, const struct rig *ri
                                                    1, &window) == 0;
     return saved->width_px == 0 || good
                ? 0
-               : refuse(message, ERROR_RANGE, "no window of %u x %u px, skip %u",
+               : refuse(message, ERROR_RANGE, "unsupported window %u x %u px, skip %u",
                         (unsigned)saved->width_px, (unsigned)saved->height_px,
                         (unsigned)saved->skip);
 }

@@ -204,7 +204,7 @@ static const char *check_search(const struct reconstruct_request *request) {
         return "--depth NEAR:FAR is empty (NEAR must be less than FAR)";
     }
     if (request->depth_mm[1] > 0 && request->disparity[1] != 0) {
-        return "--depth and --disparity exclude each other";
+        return "--depth and --disparity cannot be combined";
     }
     if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
         return "--disparity MIN:COUNT is empty (COUNT must be at least 1)";
@@ -218,7 +218,7 @@ static const char *check_search(const struct reconstruct_request *request) {
 /// What is wrong with the outputs; NULL: nothing.
 static const char *check_outputs(const struct reconstruct_request *request) {
     if (request->triangles > 0 && request->error_mm > 0) {
-        return "--triangles and --error exclude each other";
+        return "--triangles and --error cannot be combined";
     }
     if (request->ground_truth_path == NULL &&
         (request->mask_path != NULL || request->ground_truth_scale > 0)) {

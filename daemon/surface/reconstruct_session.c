@@ -207,10 +207,10 @@ static int match(struct reconstruct_session *self, const struct session_pairs *p
         reconstruct_context_warn(context, "accepted mismatch, lengths are not reliable: %s",
                                  context->mismatch.text);
     } else if (!context->axes_compared) {
-        reconstruct_context_warn(
-            context,
-            "whether %s belongs to this pair is unknown: not both record pan, zoom, focus and iris",
-            self->calibration_name);
+        reconstruct_context_warn(context,
+                                 "unknown whether %s matches this pair: one of them does not "
+                                 "record pan, zoom, focus and iris",
+                                 self->calibration_name);
     }
     return ERROR_OK;
 }

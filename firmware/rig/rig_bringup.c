@@ -352,7 +352,7 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
     }
     const int32_t size_px[] = {format->width_px, format->height_px};
     return watch_error(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
-                       "it gives no frames of # x # in a supported format (set rig.width and "
+                       "it delivers no frames of # x # in a supported format (set rig.width and "
                        "rig.height to a size that both cameras support)",
                        size_px);
 }

@@ -210,7 +210,7 @@ class TwoCameras(DeviceTest):
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))
         self.serve(self.cameras(), self.profile)
-        self.refused("bringup", "ERR UNSUPPORTED right camera: it gives no frames of 640 x 480 in "
+        self.refused("bringup", "ERR UNSUPPORTED right camera: it delivers no frames of 640 x 480 in "
                      "a supported format (set rig.width and rig.height to a size that both "
                      "cameras support)")
         self.assertEqual(self.asked("status")["state"], "safe")

@@ -242,7 +242,9 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
         error = sim_connection_ask_time(self);
     }
     if (error == ERROR_OK && self->wall != before.wall) {
-        report(self, "the simulated rig at %s keeps another kind of time: restart vergenced",
+        report(self,
+               "the simulated rig at %s uses another kind of time (real or virtual): restart "
+               "vergenced",
                where);
         sim_connection_close(self);
         error = ERROR_REFUSED;

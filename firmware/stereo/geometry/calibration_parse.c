@@ -40,7 +40,7 @@ static int next_line(struct parser *parser, struct span *line) {
     const char *begin = parser->text + parser->position;
     const size_t left = parser->length - parser->position;
     if (left == 0) {
-        return refuse(parser, ERROR_MISSING, "", "the text ends here");
+        return refuse(parser, ERROR_MISSING, "", "unexpected end of the text");
     }
     size_t length = 0;
     for (; length < left && begin[length] != '\n'; length++) {
@@ -95,7 +95,7 @@ static int refuse_name(struct parser *parser, struct span name, const char *expe
         return refuse(parser, ERROR_MISSING, expected, "the field is missing here");
     }
     return refuse(parser, ERROR_SYNTAX, expected,
-                  "another name stands where this field is expected");
+                  "found another field here (this one was expected)");
 }
 
 static int copy_text(struct parser *parser, const char *field, struct span value, char *target,
