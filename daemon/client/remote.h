@@ -26,7 +26,7 @@ enum {
 struct remote {
     struct remote_line line;
     bool json;               ///< answers are shown unchanged
-    bool interactive;        ///< interactive: the user can end the wait for a silent peer
+    bool interactive;        ///< a user is there, who can end the wait for a silent peer
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
     int32_t id;              ///< of the last request that had one, 0 .. 999999
@@ -63,13 +63,13 @@ struct remote_written {
     uint64_t bytes;
 };
 
-/// Verifies that vergenced is at the other end of a socket; its event loop answers at once,
+/// Checks that vergenced is at the other end of a socket; its event loop answers at once,
 /// whatever its threads do (a serial line is verified when it is opened). Over TCP sends the token.
 /// A peer that does not answer is given up REMOTE_LINE_OPEN_MS after the line was opened; an
 /// interactive user gets a line on standard error instead, and the wait continues. 0; 1: the daemon
-/// rejects the client, with a reason that `show` got; or with a message ERROR_DEVICE: connection
-/// lost, ERROR_VERSION: the peer is not vergenced, ERROR_TIMEOUT: no answer, ERROR_CANCELLED:
-/// interrupted by the user, or an error of token_read.
+/// rejects the client, with a reason that went to `show`; or with a message ERROR_DEVICE:
+/// connection lost, ERROR_VERSION: the peer is not vergenced, ERROR_TIMEOUT: no answer,
+/// ERROR_CANCELLED: interrupted by the user, or an error of token_read.
 int remote_greet(struct remote *self, remote_show *show, void *cookie, struct message *message);
 
 /// Whether a word is an address (unix:PATH, ...): no command has such a name.
@@ -83,10 +83,10 @@ int remote_open_default(struct remote_line *line, struct message *message);
 int remote_main(int argc, char **argv);
 
 /// Sends a command and passes each line of the answer to `show`; waits for its end without a limit.
-/// 0: OK; 1: ERR, which `show` got; with a message ERROR_DEVICE: connection lost, ERROR_TIMEOUT:
-/// nothing valid arrives over a serial line, ERROR_CRC: rounds of a watch were damaged there,
-/// ERROR_CANCELLED: interrupted, ERROR_SYNTAX: too long, ERROR_VERSION: the peer is not vergenced,
-/// ERROR_MEMORY.
+/// 0: OK; 1: ERR, which went to `show`; with a message ERROR_DEVICE: connection lost,
+/// ERROR_TIMEOUT: nothing valid arrives over a serial line, ERROR_CRC: rounds of a watch were
+/// damaged there, ERROR_CANCELLED: interrupted, ERROR_SYNTAX: too long, ERROR_VERSION: the peer is
+/// not vergenced, ERROR_MEMORY.
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 

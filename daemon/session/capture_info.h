@@ -13,7 +13,7 @@ extern "C" {
 
 enum { CAPTURE_INFO_LINES = 1 + RIG_SIDES, CAPTURE_INFO_BYTES = 512 };
 
-/// A pair of a session; both pointers must outlive the stamp. Pixels are not read.
+/// A pair of a session; both pointers must outlive this. Pixels are not read.
 struct capture_info {
     const char *session;      ///< its name; NULL: the images are not from a session
     const struct pair *pair;  ///< its `number` is its position in the session, from 1
