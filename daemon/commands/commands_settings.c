@@ -29,16 +29,16 @@ static void put_side(const struct command_call *call, const struct saved_setting
         double parts;
         int decimals;
         const char *unit;
-    } shown[KEPT_VALUES] = {
-        [KEPT_EXPOSURE_US] = {"exposure", 1, 0, "us"},
-        [KEPT_GAIN_Q3] = {"gain", 8, 3, NULL},
-        [KEPT_PAN_URAD] = {"pan", URAD_PER_DEGREE, 3, "deg"},
-        [KEPT_ZOOM] = {"zoom", 1, 0, "counts"},
-        [KEPT_FOCUS] = {"focus", 1, 0, "counts"},
-        [KEPT_IRIS] = {"iris", 1, 0, "counts"},
+    } shown[SAVED_VALUES] = {
+        [SAVED_EXPOSURE_US] = {"exposure", 1, 0, "us"},
+        [SAVED_GAIN_Q3] = {"gain", 8, 3, NULL},
+        [SAVED_PAN_URAD] = {"pan", URAD_PER_DEGREE, 3, "deg"},
+        [SAVED_ZOOM] = {"zoom", 1, 0, "counts"},
+        [SAVED_FOCUS] = {"focus", 1, 0, "counts"},
+        [SAVED_IRIS] = {"iris", 1, 0, "counts"},
     };
     reply_group_begin(call, commands_side_name(side), false);
-    for (int i = 0; i < KEPT_VALUES; i++) {
+    for (int i = 0; i < SAVED_VALUES; i++) {
         const int32_t value = saved->values[side][i];
         if (value != INT32_MIN) {
             reply_number(call, shown[i].key, value / shown[i].parts, shown[i].decimals,

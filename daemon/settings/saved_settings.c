@@ -31,13 +31,13 @@ static const struct {
     enum quantity quantity;
     const char *bare_name;  ///< in VERSION_BARE
     int32_t min, max;
-} values[KEPT_VALUES] = {
-    [KEPT_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MAX_US},
-    [KEPT_GAIN_Q3] = {"gain", QUANTITY_GAIN, "gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
-    [KEPT_PAN_URAD] = {"pan", QUANTITY_ANGLE, "pan_urad", -PAN_MAX_URAD, PAN_MAX_URAD},
-    [KEPT_ZOOM] = {"zoom", QUANTITY_COUNTS, "zoom", 0, POSITION_MAX},
-    [KEPT_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MAX},
-    [KEPT_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MAX},
+} values[SAVED_VALUES] = {
+    [SAVED_EXPOSURE_US] = {"exposure", QUANTITY_US, "exposure_us", 1, RIG_EXPOSURE_MAX_US},
+    [SAVED_GAIN_Q3] = {"gain", QUANTITY_GAIN, "gain_q3", MT9T001_GAIN_Q3_MIN, MT9T001_GAIN_Q3_MAX},
+    [SAVED_PAN_URAD] = {"pan", QUANTITY_ANGLE, "pan_urad", -PAN_MAX_URAD, PAN_MAX_URAD},
+    [SAVED_ZOOM] = {"zoom", QUANTITY_COUNTS, "zoom", 0, POSITION_MAX},
+    [SAVED_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MAX},
+    [SAVED_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MAX},
 };
 
 static const char *name_of(int value, int version) {
@@ -58,18 +58,18 @@ static void take_side(const struct rig *rig, unsigned side, int32_t *saved) {
     const struct rig_profile *profile = &rig->profile;
     if (rig->exposure_us[side] != 0) {
         // Rounded to rows, it may exceed the longest exposure that can be requested.
-        saved[KEPT_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
+        saved[SAVED_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
     }
     if (rig->gain_q3[side] != 0) {
-        saved[KEPT_GAIN_Q3] = rig->gain_q3[side];
+        saved[SAVED_GAIN_Q3] = rig->gain_q3[side];
     }
     if (profile->servos && rig->pan_q4[side] != 0) {
         // A cancelled turn may have ended outside the range, where its approach goes.
-        saved[KEPT_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
-                                      profile->pan_min_urad, profile->pan_max_urad);
+        saved[SAVED_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
+                                       profile->pan_min_urad, profile->pan_max_urad);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        saved[KEPT_ZOOM + axis] = rig->lens_commanded[side][axis];
+        saved[SAVED_ZOOM + axis] = rig->lens_commanded[side][axis];
     }
 }
 
@@ -87,7 +87,7 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
         saved->height_px = rig->format.height_px;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int i = 0; i < KEPT_VALUES; i++) {
+        for (int i = 0; i < SAVED_VALUES; i++) {
             saved->values[side][i] = NOT_KEPT;
         }
         take_side(rig, side, saved->values[side]);
@@ -106,7 +106,7 @@ static size_t print(const struct saved_settings *saved, int version,
                      (unsigned)saved->width_px, (unsigned)saved->height_px, (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int i = 0; i < KEPT_VALUES; i++) {
+        for (int i = 0; i < SAVED_VALUES; i++) {
             char value[QUANTITY_BYTES];
             if (saved->values[side][i] == NOT_KEPT) {
                 continue;
@@ -157,7 +157,7 @@ static bool read_value(const char *key, const char *text, int version,
                        struct saved_settings *saved) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(side_names[side]);
-        for (int i = 0; i < KEPT_VALUES; i++) {
+        for (int i = 0; i < SAVED_VALUES; i++) {
             int64_t value = 0;
             if (strncmp(key, side_names[side], bytes) != 0 || key[bytes] != '_' ||
                 strcmp(key + bytes + 1, name_of(i, version)) != 0) {
@@ -221,7 +221,7 @@ int saved_settings_parse(const char *text, size_t length, struct saved_settings 
     char again[SAVED_SETTINGS_BYTES];
     *saved = (struct saved_settings){.skip = 1};
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int i = 0; i < KEPT_VALUES; i++) {
+        for (int i = 0; i < SAVED_VALUES; i++) {
             saved->values[side][i] = NOT_KEPT;
         }
     }
@@ -281,7 +281,7 @@ static int check_window(const struct saved_settings *saved, const struct rig *ri
 static int check_pan(const struct saved_settings *saved, const struct rig *rig, unsigned side,
                      struct message *message) {
     const struct rig_profile *profile = &rig->profile;
-    const int32_t pan_urad = saved->values[side][KEPT_PAN_URAD];
+    const int32_t pan_urad = saved->values[side][SAVED_PAN_URAD];
     if (pan_urad == NOT_KEPT) {
         return 0;
     }
@@ -306,8 +306,8 @@ static bool has_axis(const struct rig *rig, unsigned side, int axis) {
 static int check_lens(const struct saved_settings *saved, struct rig *rig, unsigned side,
                       struct message *message) {
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        const int32_t position = saved->values[side][KEPT_ZOOM + axis];
-        const char *name = values[KEPT_ZOOM + axis].name;
+        const int32_t position = saved->values[side][SAVED_ZOOM + axis];
+        const char *name = values[SAVED_ZOOM + axis].name;
         struct lens_limits limits;
         if (position == NOT_KEPT) {
             continue;
@@ -388,11 +388,11 @@ static void add_cameras(const struct saved_settings *saved, const struct rig *ri
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         char text[32];
         const int32_t *value = saved->values[side];
-        if (value[KEPT_EXPOSURE_US] != NOT_KEPT) {
-            add(list, "exposure %s %" PRId32, side_names[side], value[KEPT_EXPOSURE_US]);
+        if (value[SAVED_EXPOSURE_US] != NOT_KEPT) {
+            add(list, "exposure %s %" PRId32, side_names[side], value[SAVED_EXPOSURE_US]);
         }
-        if (value[KEPT_GAIN_Q3] != NOT_KEPT) {
-            const int64_t gain = (int64_t)value[KEPT_GAIN_Q3] * (THOUSANDTHS / GAIN_PARTS);
+        if (value[SAVED_GAIN_Q3] != NOT_KEPT) {
+            const int64_t gain = (int64_t)value[SAVED_GAIN_Q3] * (THOUSANDTHS / GAIN_PARTS);
             add(list, "gain %s %s", side_names[side], decimal(gain, THOUSANDTHS, 3, text));
         }
     }
@@ -401,17 +401,17 @@ static void add_cameras(const struct saved_settings *saved, const struct rig *ri
 static void add_axes(const struct saved_settings *saved, struct list *list) {
     char text[RIG_SIDES][32];
     const int32_t *left = saved->values[RIG_LEFT], *right = saved->values[RIG_RIGHT];
-    if (left[KEPT_PAN_URAD] != NOT_KEPT && right[KEPT_PAN_URAD] != NOT_KEPT) {
-        add(list, "pan both %s %s", degrees(left[KEPT_PAN_URAD], text[RIG_LEFT]),
-            degrees(right[KEPT_PAN_URAD], text[RIG_RIGHT]));
+    if (left[SAVED_PAN_URAD] != NOT_KEPT && right[SAVED_PAN_URAD] != NOT_KEPT) {
+        add(list, "pan both %s %s", degrees(left[SAVED_PAN_URAD], text[RIG_LEFT]),
+            degrees(right[SAVED_PAN_URAD], text[RIG_RIGHT]));
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const int32_t pan_urad = saved->values[side][KEPT_PAN_URAD];
-        if (pan_urad != NOT_KEPT && saved->values[1 - side][KEPT_PAN_URAD] == NOT_KEPT) {
+        const int32_t pan_urad = saved->values[side][SAVED_PAN_URAD];
+        if (pan_urad != NOT_KEPT && saved->values[1 - side][SAVED_PAN_URAD] == NOT_KEPT) {
             add(list, "pan %s %s", side_names[side], degrees(pan_urad, text[side]));
         }
     }
-    for (int i = KEPT_ZOOM; i <= KEPT_IRIS; i++) {
+    for (int i = SAVED_ZOOM; i <= SAVED_IRIS; i++) {
         if (left[i] != NOT_KEPT && left[i] == right[i]) {
             add(list, "%s both %" PRId32, values[i].name, left[i]);
             continue;

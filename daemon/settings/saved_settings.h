@@ -36,20 +36,20 @@ enum {
 };
 
 enum saved_value {
-    KEPT_EXPOSURE_US,
-    KEPT_GAIN_Q3,
-    KEPT_PAN_URAD,
-    KEPT_ZOOM,  ///< this and the next in the order of enum lens_axis
-    KEPT_FOCUS,
-    KEPT_IRIS,
-    KEPT_VALUES
+    SAVED_EXPOSURE_US,
+    SAVED_GAIN_Q3,
+    SAVED_PAN_URAD,
+    SAVED_ZOOM,  ///< this and the next in the order of enum lens_axis
+    SAVED_FOCUS,
+    SAVED_IRIS,
+    SAVED_VALUES
 };
 
 struct saved_settings {
     char profile[sizeof((struct rig_profile *)0)->name];
-    uint16_t width_px, height_px;           ///< window of the sensors; 0: not saved
-    uint8_t skip;                           ///< one pixel in this many is read
-    int32_t values[RIG_SIDES][KEPT_VALUES]; /**< INT32_MIN: not saved */
+    uint16_t width_px, height_px;            ///< window of the sensors; 0: not saved
+    uint8_t skip;                            ///< one pixel in this many is read
+    int32_t values[RIG_SIDES][SAVED_VALUES]; /**< INT32_MIN: not saved */
 };
 
 /// Takes the values in force. The rig must be RIG_READY.

@@ -39,7 +39,7 @@ static const struct command_argument position_arguments[] = {
              "position and limits are shown"},
 };
 
-#define KEPT_HELP                                                                       \
+#define VALUE_HELP                                                                      \
     "Shows the value in effect. \"not set\": not changed since the bring-up; a camera " \
     "with its own port then keeps its previous value."
 
@@ -171,14 +171,14 @@ static const struct command commands[] = {
      .run = commands_aim_iris},
     {.name = "exposure",
      .summary = "set or show the exposure time",
-     .help = KEPT_HELP,
+     .help = VALUE_HELP,
      .arguments = exposure_arguments,
      .argument_count = COUNT(exposure_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_exposure},
     {.name = "gain",
      .summary = "set or show the gain",
-     .help = KEPT_HELP,
+     .help = VALUE_HELP,
      .arguments = gain_arguments,
      .argument_count = COUNT(gain_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,

@@ -120,7 +120,7 @@ static void take_answer(struct lens_v3lc *self) {
         learn_timeout(self, now_us(self) - lens->last_us);
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-        self->believed[axis] = (axes_of(self) & 1u << axis) != 0 ? self->answer.values[axis] : 0;
+        self->accepted[axis] = (axes_of(self) & 1u << axis) != 0 ? self->answer.values[axis] : 0;
     }
     self->waiting = false;
     self->counts.answered++;
@@ -223,7 +223,7 @@ static int read(void *self, uint64_t deadline_us, struct lens_reading *readings)
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
         readings[axis] = (struct lens_reading){
-            .position = lens->controller->believed[axis],
+            .position = lens->controller->accepted[axis],
             .moving = false,
             .time_us = lens->first_us,
         };

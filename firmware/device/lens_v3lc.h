@@ -67,7 +67,7 @@ struct lens_v3lc {
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none
     struct lens_v3lc_answer answer;
-    int16_t believed[LENS_V3LC_VALUES];  ///< values of the last accepted answer
+    int16_t accepted[LENS_V3LC_VALUES];  ///< values of the last accepted answer
     struct lens_v3lc_counts counts;
     struct lens_v3lc_lens {
         struct lens_v3lc *controller;

@@ -26,16 +26,16 @@ saved_settings of_exposure(int32_t exposure_us) {
             axis = INT32_MIN;
         }
     }
-    saved_settings kept{};
-    saved_settings_take(&up, &kept);
-    return kept;
+    saved_settings saved{};
+    saved_settings_take(&up, &saved);
+    return saved;
 }
 
-int save(const std::string &path, const saved_settings &kept) {
+int save(const std::string &path, const saved_settings &saved) {
     store store;
     message why;
     char text[SAVED_SETTINGS_BYTES];
-    const size_t length = saved_settings_print(&kept, text);
+    const size_t length = saved_settings_print(&saved, text);
     int error = store_open(&store, path.c_str(), &why);
     if (error == ERROR_OK) {
         error = store.hal.operations->save(store.hal.self, SAVED_SETTINGS_RECORD, text, length);
@@ -50,15 +50,15 @@ int32_t load(const std::string &path) {
     message why;
     char text[SAVED_SETTINGS_BYTES];
     size_t length = 0;
-    saved_settings kept{};
+    saved_settings saved{};
     REQUIRE(store_open(&store, path.c_str(), &why) == ERROR_OK);
     REQUIRE(store.hal.operations->load(store.hal.self, SAVED_SETTINGS_RECORD, text, sizeof text,
                                        &length) == ERROR_OK);
     store_close(&store);
-    REQUIRE(saved_settings_parse(text, length, &kept, &why) == ERROR_OK);
-    CHECK(kept.values[RIG_LEFT][KEPT_EXPOSURE_US] == kept.values[RIG_RIGHT][KEPT_EXPOSURE_US]);
-    CHECK(kept.width_px == 640);
-    return kept.values[RIG_LEFT][KEPT_EXPOSURE_US];
+    REQUIRE(saved_settings_parse(text, length, &saved, &why) == ERROR_OK);
+    CHECK(saved.values[RIG_LEFT][SAVED_EXPOSURE_US] == saved.values[RIG_RIGHT][SAVED_EXPOSURE_US]);
+    CHECK(saved.width_px == 640);
+    return saved.values[RIG_LEFT][SAVED_EXPOSURE_US];
 }
 
 constexpr int32_t kOldUs = 7000, kNewUs = 1234567;

@@ -76,14 +76,14 @@ TEST_CASE("what is in force, as text and back") {
     CHECK(printed(read) == text);
 }
 
-TEST_CASE("what beyond its limits cannot be asked for again is kept as the limit") {
+TEST_CASE("a value beyond its limits is saved as the limit") {
     rig up = made("rig");
     up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MAX_US + 1200;  // rounded to rows
     up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].min_q4;
     saved_settings saved{};
     saved_settings_take(&up, &saved);
-    CHECK(saved.values[RIG_LEFT][KEPT_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);
-    CHECK(saved.values[RIG_RIGHT][KEPT_PAN_URAD] == up.profile.pan_min_urad);
+    CHECK(saved.values[RIG_LEFT][SAVED_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);
+    CHECK(saved.values[RIG_RIGHT][SAVED_PAN_URAD] == up.profile.pan_min_urad);
 }
 
 TEST_CASE("any other text is refused") {
@@ -201,12 +201,12 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
         saved.height_px = 480;
         saved.skip = 1;
         for (auto &side : saved.values) {
-            side[KEPT_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MAX_US);
-            side[KEPT_GAIN_Q3] = draw(8, 1024);
-            side[KEPT_PAN_URAD] = draw(-1570796, 1570796);
-            side[KEPT_ZOOM] = draw(0, 65535);
-            side[KEPT_FOCUS] = draw(0, 1) != 0 ? INT32_MIN : draw(0, 65535);
-            side[KEPT_IRIS] = 7;
+            side[SAVED_EXPOSURE_US] = draw(1, RIG_EXPOSURE_MAX_US);
+            side[SAVED_GAIN_Q3] = draw(8, 1024);
+            side[SAVED_PAN_URAD] = draw(-1570796, 1570796);
+            side[SAVED_ZOOM] = draw(0, 65535);
+            side[SAVED_FOCUS] = draw(0, 1) != 0 ? INT32_MIN : draw(0, 65535);
+            side[SAVED_IRIS] = 7;
         }
         for (const std::string &line : commands(saved, up)) {
             CAPTURE(line);
@@ -219,16 +219,16 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
             const std::string name = found->name;
             const auto &kept_of = saved.values[side];
             if (name == "gain") {
-                CHECK(values[1].number * 8 == kept_of[KEPT_GAIN_Q3]);
+                CHECK(values[1].number * 8 == kept_of[SAVED_GAIN_Q3]);
             } else if (name == "exposure") {
-                CHECK(values[1].integer == kept_of[KEPT_EXPOSURE_US]);
+                CHECK(values[1].integer == kept_of[SAVED_EXPOSURE_US]);
             } else if (name == "pan") {
                 for (unsigned i = 0; i < RIG_SIDES; i++) {
                     const double urad = values[1 + i].number * 1e6 * 3.14159265358979323846 / 180;
-                    CHECK(std::abs(urad - saved.values[i][KEPT_PAN_URAD]) < 0.1);
+                    CHECK(std::abs(urad - saved.values[i][SAVED_PAN_URAD]) < 0.1);
                 }
             } else if (name == "zoom") {
-                CHECK(values[1].integer == kept_of[KEPT_ZOOM]);
+                CHECK(values[1].integer == kept_of[SAVED_ZOOM]);
             }
         }
     }
