@@ -47,8 +47,7 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.asked("gain left 1.3"), {"left": 1.5})
         self.assertEqual(self.asked("gain left 2"), {"left": 2})
         self.assertEqual(self.asked("gain right"), {"right": "not set"})
-        self.refused("exposure 600000", "ERR RANGE left camera: it takes no exposure of 600000 us; "
-                     "the nearest is 500000 us")
+        self.refused("exposure 600000", "ERR RANGE left camera: ", "600000 us", "500000 us")
         self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
         pair = self.captured("capture one static")
         self.assertLess(abs(pair["skew"]), FRAME_US / 2)
@@ -140,8 +139,7 @@ class TwoCameras(DeviceTest):
         event = json.loads(other.line())
         self.assertEqual(event["event"], "progress")
         self.plug("plug", False)
-        self.refused("capture", "ERR DEVICE right camera: it has gone; look at its plug, then bring "
-                     "up again")
+        self.refused("capture", "ERR DEVICE right camera: ", "plug", "bringup")
         self.assertEqual(self.asked("status")["state"], "safe")
         while "event" in event:
             event = json.loads(other.line())
@@ -210,9 +208,8 @@ class TwoCameras(DeviceTest):
     def test_two_sizes(self):
         show(self.pictures[1], texture(2, 320, 240))
         self.serve(self.cameras(), self.profile)
-        self.refused("bringup", "ERR UNSUPPORTED right camera: it delivers no frames of 640 x 480 in "
-                     "a supported format (set rig.width and rig.height to a size that both "
-                     "cameras support)")
+        self.refused("bringup", "ERR UNSUPPORTED right camera: ", "640 x 480", "rig.width",
+                     "rig.height")
         self.assertEqual(self.asked("status")["state"], "safe")
 
     def test_frames_that_are_far_apart_are_refused(self):
@@ -276,9 +273,9 @@ class FullRig(DeviceTest):
                    "right lens": f"lens_uart = {lens}: {NOT_THERE}"}
         self.assertEqual(whys, missing)
         self.assert_logged(f"left camera: left_camera = /dev/video0: {NOT_THERE}\n")
-        self.assertIn("- part FPGA bridge, state the device is missing, has gone, or is not the "
-                      f"expected one, why i2c = /dev/i2c-1: {NOT_THERE}",
-                      [line.strip() for line in self.first.ask("bringup")])
+        bridge = [line for line in self.first.ask("bringup") if "- part FPGA bridge" in line]
+        self.assertEqual(len(bridge), 1)
+        self.assertIn(f"why i2c = /dev/i2c-1: {NOT_THERE}", bridge[0])
 
     def test_what_is_missing_has_its_setting(self):
         self.serve("i2c /dev/i2c-1 0x10\n" + self.cameras(), "profile=rig", "i2c=/dev/i2c-7",

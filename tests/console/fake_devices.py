@@ -179,5 +179,9 @@ class DeviceTest(DaemonTest):
             self.assertIn(answer["error"], ("MOVED", "FRAME"), answer)
         return self.fail(answer)
 
-    def refused(self, command, line):
-        self.assertEqual(self.first.ask(command)[-1], line)
+    def refused(self, command, begin, *words):
+        """Checks that the answer begins like this, and contains these words."""
+        answer = self.first.ask(command)[-1]
+        self.assertEqual(answer[:len(begin)], begin, answer)
+        for word in words:
+            self.assertIn(word, answer)
