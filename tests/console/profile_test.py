@@ -86,7 +86,7 @@ class Files(unittest.TestCase):
                 ("like = rig\nservos = perhaps\n", "own.profile:2: ", 'servos "perhaps"', "no yes"),
                 ("like = rig\nwidth = 4000 px\n", "own.profile:2: width = 4000 px ", "bridge = yes",
                  "an even number, 16 to 2048 px"),
-                ("like = rig\nname = two-cameras\n", "own.profile:2: name = two-cameras", "like rig"),
+                ("like = rig\nname = two-cameras\n", "own.profile:2: name = two-cameras", "based on rig"),
                 ("like = rig\nname = " + 32 * "x", "own.profile:2: ", 32 * "x", bad_name),
                 ("like = rig\nname = a/b", "own.profile:2: ", '"a/b"', bad_name),
                 ("like = rig\nname = .b", "own.profile:2: ", '".b"', bad_name),
