@@ -30,11 +30,14 @@ class Tree:
 
     def __init__(self, root):
         self.root = root
-        done = subprocess.run(["git", "-c", "safe.directory=*", "-C", root, "ls-files", "-co",
-                               "--exclude-standard"], capture_output=True, text=True)
-        listed = done.stdout.splitlines() if done.returncode == 0 else [
-            os.path.relpath(os.path.join(folder, name), root)
-            for folder, _, names in os.walk(root) for name in names]
+        try:
+            listed = subprocess.run(["git", "-c", "safe.directory=*", "-C", root, "ls-files", "-co",
+                                     "--exclude-standard"], capture_output=True, text=True,
+                                    check=True).stdout.splitlines()
+        except (OSError, subprocess.CalledProcessError):
+            listed = [os.path.relpath(os.path.join(folder, name), root)
+                      for folder, _, names in os.walk(root) for name in names
+                      if "/.git/" not in folder + "/"]
         self.files = sorted({path for path in listed if os.path.isfile(os.path.join(root, path))})
         self.texts = {}
 

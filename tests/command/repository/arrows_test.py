@@ -1,21 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tools/arrows.txt allows compiles, and what it does not allow does not: each folder's sources are
-compiled with the flags of the build, which find the headers of the allowed folders alone."""
+"""The arrows of tools/arrows.txt: every #include follows one, every arrow is used, there is no circle,
+and the include path that the build gives a folder leads to the allowed folders alone."""
 import json
 import os
 import pathlib
+import re
 import shlex
 import subprocess
+import sys
 import unittest
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
+sys.path.insert(0, str(ROOT / "tools/lint.d"))
+from figures import CODE, Tree  # noqa: E402
+
+TREE = Tree(str(ROOT))
 BUILD = pathlib.Path(os.environ["VERGENCE"]).parents[1]
 
 
-def arrows():
-    lines = [line.split(":") for line in (ROOT / "tools/arrows.txt").read_text().splitlines()
+def allowed_arrows():
+    """tools/arrows.txt: folder -> folders that it may include."""
+    lines = [line.split(":") for line in TREE.text("tools/arrows.txt").splitlines()
              if line and not line.startswith("#")]
     return {folder: allowed.split() for folder, allowed in lines}
+
+
+def folder_of_include(name):
+    """The folder, from the root, that holds what an #include names; "": made by the build."""
+    for root in ("firmware/", "", "fpga/generated/", "fpga/sim/"):
+        if os.path.isfile(os.path.join(ROOT, root + name)):
+            return os.path.dirname(root + name)
+    return ""
 
 
 def reachable(folder, known):
@@ -54,8 +69,41 @@ def seen(flags, headers):
 
 
 class Arrows(unittest.TestCase):
+    def test_includes_follow_the_allowed_arrows(self):
+        arrows = allowed_arrows()
+        wrong, seen = [], set()
+        for path in TREE.files:
+            folder = os.path.dirname(path)
+            if not path.endswith(CODE) or folder not in arrows:
+                continue
+            for name in re.findall(r'^#include "([^"]*)"', TREE.text(path), re.M):
+                target = folder_of_include(name)
+                seen.add((folder, target))
+                if target not in (folder, "", *arrows[folder]):
+                    wrong.append(f"{path} -> {name}")
+        self.assertEqual(wrong, [])
+        unused = [f"{folder} -> {target}" for folder in arrows for target in arrows[folder]
+                  if (folder, target) not in seen]
+        self.assertEqual(unused, [])
+
+    def test_every_source_folder_has_its_arrows(self):
+        arrows = allowed_arrows()
+        folders = {os.path.dirname(p) for p in TREE.files if p.endswith(CODE)
+                   and p.startswith(("firmware/", "daemon/", "calib/", "tools/"))}
+        # Here are the mains; and a generator that nothing includes.
+        self.assertEqual(folders - set(arrows),
+                         {"daemon", "tools", "tools/simrig", "calib/base/marker_tables"})
+        self.assertEqual(set(arrows) - folders, set())
+
+    def test_the_arrows_have_no_circle(self):
+        arrows = allowed_arrows()
+        while arrows:
+            lowest = {f for f in arrows if not set(arrows[f]) & set(arrows)}
+            self.assertTrue(lowest, f"circle among {sorted(arrows)}")
+            arrows = {f: arrows[f] for f in arrows if f not in lowest}
+
     def test_only_allowed_folders_are_seen(self):
-        known, flags = arrows(), include_flags()
+        known, flags = allowed_arrows(), include_flags()
         headers = {folder: header_of(folder) for folder in known if header_of(folder)}
         self.assertGreater(len(set(known) & set(flags)), 30)
         for folder in sorted(set(known) & set(flags)):

@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rules for the whole tree: licence lines, allowed arrows, layout, sizes, and no content that is
+"""Rules for the whole tree: licence lines, layout, sizes, and no content that is
 valid only on one machine."""
 import os
 import re
 import shutil
 import stat
 import subprocess
+import sys
 import unittest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
+sys.path.insert(0, os.path.join(ROOT, "tools", "lint.d"))
+from figures import Tree  # noqa: E402
+
+TREE = Tree(ROOT)
 
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
 LONGEST_FILE = 500
@@ -24,35 +29,8 @@ FOREIGN = {
 }
 
 
-def tracked():
-    """All files of the tree, from git, or by walking where there is no git."""
-    try:
-        out = subprocess.run(["git", "-c", "safe.directory=*", "-C", ROOT, "ls-files", "-co",
-                              "--exclude-standard"], capture_output=True, text=True, check=True)
-        return [p for p in out.stdout.splitlines() if os.path.isfile(os.path.join(ROOT, p))]
-    except (OSError, subprocess.CalledProcessError):
-        return [os.path.relpath(os.path.join(d, f), ROOT)
-                for d, _, files in os.walk(ROOT) for f in files if "/.git/" not in d + "/"]
-
-
 def text_of(path):
-    with open(os.path.join(ROOT, path), encoding="utf-8", errors="replace") as file:
-        return file.read()
-
-
-def allowed_arrows():
-    """tools/arrows.txt: folder -> folders that it may include."""
-    lines = [line.split(":") for line in text_of("tools/arrows.txt").splitlines()
-             if line and not line.startswith("#")]
-    return {folder: allowed.split() for folder, allowed in lines}
-
-
-def folder_of_include(name):
-    """The folder, from the root, that holds what an #include names; "": made by the build."""
-    for root in ("firmware/", "", "fpga/generated/", "fpga/sim/"):
-        if os.path.isfile(os.path.join(ROOT, root + name)):
-            return os.path.dirname(root + name)
-    return ""
+    return TREE.text(path)
 
 
 def is_code(path):
@@ -65,46 +43,13 @@ def is_code(path):
 class RepoLint(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.files = tracked()
+        cls.files = TREE.files
         assert len(cls.files) > 20, "no files found"
 
     def test_every_file_names_its_licence(self):
         code = [p for p in self.files if "/corpus/" not in p and is_code(p)]
         missing = [p for p in code if "SPDX-License-Identifier: Apache-2.0" not in text_of(p)[:400]]
         self.assertEqual(missing, [])
-
-    def test_includes_follow_the_allowed_arrows(self):
-        arrows = allowed_arrows()
-        wrong, seen = [], set()
-        for path in self.files:
-            folder = os.path.dirname(path)
-            if not path.endswith(C_FAMILY) or folder not in arrows:
-                continue
-            for name in re.findall(r'^#include "([^"]*)"', text_of(path), re.M):
-                target = folder_of_include(name)
-                seen.add((folder, target))
-                if target not in (folder, "", *arrows[folder]):
-                    wrong.append(f"{path} -> {name}")
-        self.assertEqual(wrong, [])
-        unused = [f"{folder} -> {target}" for folder in arrows for target in arrows[folder]
-                  if (folder, target) not in seen]
-        self.assertEqual(unused, [])
-
-    def test_every_source_folder_has_its_arrows(self):
-        arrows = allowed_arrows()
-        folders = {os.path.dirname(p) for p in self.files if p.endswith(C_FAMILY)
-                   and p.startswith(("firmware/", "daemon/", "calib/", "tools/"))}
-        # Here are the mains; and a generator that nothing includes.
-        self.assertEqual(folders - set(arrows),
-                         {"daemon", "tools", "tools/simrig", "calib/base/marker_tables"})
-        self.assertEqual(set(arrows) - folders, set())
-
-    def test_the_arrows_have_no_circle(self):
-        arrows = allowed_arrows()
-        while arrows:
-            lowest = {f for f in arrows if not set(arrows[f]) & set(arrows)}
-            self.assertTrue(lowest, f"circle among {sorted(arrows)}")
-            arrows = {f: arrows[f] for f in arrows if f not in lowest}
 
     def test_core_includes_no_system_beyond_the_freestanding(self):
         allowed = {"stdbool.h", "stddef.h", "stdint.h", "string.h", "math.h", "immintrin.h",
