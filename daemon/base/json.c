@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/base/json.h"
 
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "core/invariant.h"
 
@@ -175,4 +177,32 @@ void json_reals(struct json *json, const char *name, const double *values, int c
 void json_end(struct json *json) {
     INVARIANT(json->depth == 0);
     fputc('\n', json->stream);
+}
+
+struct cJSON *json_parse(const char *text) {
+    return cJSON_ParseWithOpts(text, NULL, true);
+}
+
+bool json_member_text(const struct cJSON *object, const char *name, char *to, size_t bytes) {
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object, name));
+    if (text == NULL || strlen(text) >= bytes) {
+        return false;
+    }
+    memcpy(to, text, strlen(text) + 1);
+    return true;
+}
+
+bool json_member_integer(const struct cJSON *object, const char *name, int64_t *number) {
+    const double exact = 9007199254740992.0;
+    const struct cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
+    if (!cJSON_IsNumber(value) || !(fabs(value->valuedouble) <= exact) ||
+        value->valuedouble != floor(value->valuedouble)) {
+        return false;
+    }
+    *number = (int64_t)value->valuedouble;
+    return true;
+}
+
+bool json_member_true(const struct cJSON *object, const char *name) {
+    return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(object, name));
 }

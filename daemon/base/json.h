@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Writes JSON (RFC 8259) value by value, with commas, indentation and escapes.
+/// Writes JSON (RFC 8259) value by value, with commas, indentation and escapes: as a stream, as
+/// results and reports can be larger than the memory of a board. Reading is by cJSON.
 #ifndef VERGENCE_DAEMON_BASE_JSON_H
 #define VERGENCE_DAEMON_BASE_JSON_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -48,6 +50,20 @@ void json_reals(struct json *json, const char *name, const double *values, int c
 
 /// Ends the document with a line feed. Everything that was opened must be closed.
 void json_end(struct json *json);
+
+struct cJSON;  // of <cjson/cJSON.h>
+
+/// Parses a zero-terminated text that is one value, of up to CJSON_NESTING_LIMIT levels. The caller
+/// frees it with cJSON_Delete. NULL: not well-formed, or out of memory.
+struct cJSON *json_parse(const char *text);
+
+/// Copies a member of an object that is a string into `to`, terminated. False, with `to` unchanged:
+/// there is no such string (`object` may be NULL), or it is longer than `bytes` - 1.
+bool json_member_text(const struct cJSON *object, const char *name, char *to, size_t bytes);
+/// Reads a member that is an integer of up to 2^53. False: there is none.
+bool json_member_integer(const struct cJSON *object, const char *name, int64_t *number);
+/// Whether a member is `true`.
+bool json_member_true(const struct cJSON *object, const char *name);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/client/remote.h"
 
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <poll.h>
 #include <signal.h>
@@ -145,12 +146,14 @@ int remote_receive(struct remote *self, int limit_ms, char **text) {
     }
 }
 
-/// Whether a line of JSON is the answer itself, and whether it says ok.
-static bool is_json_end(const char *text, bool *ok) {
-    const struct json_value all = json_reader_parse(text, strlen(text));
-    const struct json_value value = json_reader_member(all, "ok");
-    *ok = json_reader_true(value);
-    return value.text != NULL;
+/// Whether a line is the answer itself, and whether it says ok; whether it is JSON at all.
+static bool is_json_end(const char *text, bool *ok, bool *valid) {
+    struct cJSON *all = json_parse(text);
+    const bool end = cJSON_HasObjectItem(all, "ok");
+    *ok = json_member_true(all, "ok");
+    *valid = all != NULL;
+    cJSON_Delete(all);
+    return end;
 }
 
 /// Whether a line of text ends the answer.
@@ -246,13 +249,14 @@ static int show_answer(struct remote *self, remote_show *show, void *cookie,
             remote_progress(self, "", 0, 0);
             return message_set(message, ERROR_DEVICE, "connection lost");
         }
-        if (self->json && json_reader_parse(text, strlen(text)).text == NULL) {
-            return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
-        }
+        bool valid = true;
         if (!self->json && remote_show_progress(self, text)) {
             continue;
         }
-        const bool end = self->json ? is_json_end(text, &ok) : is_text_end(text, &ok);
+        const bool end = self->json ? is_json_end(text, &ok, &valid) : is_text_end(text, &ok);
+        if (!valid) {
+            return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+        }
         remote_progress(self, "", 0, 0);
         show(self, cookie, text);
         if (end) {
@@ -287,15 +291,15 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
 }
 
 /// Whether an intact answer says that the request arrived damaged.
-static bool is_refused(struct json_value answer) {
+static bool is_refused(const struct cJSON *answer) {
     char name[32] = "";
-    return json_reader_member(answer, "id").text == NULL &&
-           json_reader_text(json_reader_member(answer, "error"), name, sizeof name) &&
+    return !cJSON_HasObjectItem(answer, "id") &&
+           json_member_text(answer, "error", name, sizeof name) &&
            strcmp(name, error_name(ERROR_CRC)) == 0;
 }
 
-/// Waits for the answer with the id of the last request. ERROR_CRC: it arrived damaged.
-static int take_answer(struct remote *self, int limit_ms, struct json_value *answer) {
+/// Waits for `answer` with the id of the last request. ERROR_CRC: it arrived damaged.
+static int take_answer(struct remote *self, int limit_ms) {
     for (;;) {
         char *text = NULL;
         int64_t id = -1;
@@ -303,30 +307,29 @@ static int take_answer(struct remote *self, int limit_ms, struct json_value *ans
         if (error != 0) {
             return error;
         }
-        *answer = json_reader_parse(text, strlen(text));
-        const bool whole = answer->text != NULL && remote_framing_fits_json(text);
+        cJSON_Delete(self->answer);
+        self->answer = json_parse(text);
+        const bool whole = self->answer != NULL && remote_framing_fits_json(text);
         // Anything else is garbage, or the answer to an earlier attempt.
-        if (whole && json_reader_integer(json_reader_member(*answer, "id"), &id) &&
-            id == self->id) {
+        if (whole && json_member_integer(self->answer, "id", &id) && id == self->id) {
             return 0;
         }
-        if ((!whole && self->line.serial) || (whole && is_refused(*answer))) {
+        if ((!whole && self->line.serial) || (whole && is_refused(self->answer))) {
             return ERROR_CRC;  // waiting longer is pointless
         }
     }
 }
 
 /// Reads an intact answer. 0: OK, with `result`; else ERROR_REFUSED or ERROR_CANCELLED.
-static int read_answer(struct remote *self, struct json_value answer, struct json_value *result,
-                       struct message *message) {
+static int read_answer(struct remote *self, const struct cJSON **result, struct message *message) {
     char name[32] = "";
     char text[512] = "";
-    *result = json_reader_member(answer, "result");
-    if (json_reader_true(json_reader_member(answer, "ok"))) {
+    *result = cJSON_GetObjectItemCaseSensitive(self->answer, "result");
+    if (json_member_true(self->answer, "ok")) {
         return 0;
     }
-    json_reader_text(json_reader_member(answer, "error"), name, sizeof name);
-    json_reader_text(json_reader_member(answer, "message"), text, sizeof text);
+    json_member_text(self->answer, "error", name, sizeof name);
+    json_member_text(self->answer, "message", text, sizeof text);
     if (self->interrupted && strcmp(name, error_name(ERROR_CANCELLED)) == 0) {
         return give_up(message);
     }
@@ -334,7 +337,7 @@ static int read_answer(struct remote *self, struct json_value answer, struct jso
     return message_set(message, ERROR_REFUSED, "%s %s", name, text);
 }
 
-int remote_call(struct remote *self, const char *command, struct json_value *result,
+int remote_call(struct remote *self, const char *command, const struct cJSON **result,
                 struct message *message) {
     const int timeout_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
     int error = ERROR_TIMEOUT;
@@ -343,7 +346,6 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
     for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
         char request[REMOTE_REQUEST_BYTES];
         char prefix[32];
-        struct json_value answer;
         if (remote_interrupted(self)) {
             return give_up(message);
         }
@@ -353,13 +355,13 @@ int remote_call(struct remote *self, const char *command, struct json_value *res
             return message_set(message, ERROR_SYNTAX, "command too long");
         }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
-        error = sent ? take_answer(self, timeout_ms, &answer) : ERROR_DEVICE;
+        error = sent ? take_answer(self, timeout_ms) : ERROR_DEVICE;
         if (error == ERROR_DEVICE) {
             return message_set(message, ERROR_DEVICE, "connection lost");
         }
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
         if (error == 0) {
-            return read_answer(self, answer, result, message);
+            return read_answer(self, result, message);
         }
     }
     return message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line");

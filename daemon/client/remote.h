@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/base/json_reader.h"
+#include "daemon/base/json.h"
 #include "daemon/client/remote_line.h"
 
 #ifdef __cplusplus
@@ -29,6 +29,7 @@ struct remote {
     bool interactive;        ///< a user is there, who can end the wait for a silent peer
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
+    struct cJSON *answer;    ///< to the last remote_call; freed with the connection
     int32_t id;              ///< of the last request that had one, 0 .. 999999
     bool interrupted;        ///< by Ctrl-C: the running command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
@@ -96,10 +97,10 @@ int remote_ask_framed(struct remote *self, const char *command, remote_show *sho
                       struct message *message);
 
 /// Requests a complete JSON answer, retrying if necessary: for commands that may be repeated.
-/// `*result` points into the line until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT: nothing
+/// `*result` is valid until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT: nothing
 /// valid arrived; ERROR_REFUSED: the daemon answered ERR; ERROR_CANCELLED: interrupted; all with a
 /// message.
-int remote_call(struct remote *self, const char *command, struct json_value *result,
+int remote_call(struct remote *self, const char *command, const struct cJSON **result,
                 struct message *message);
 
 /// Quotes a word for a command line, so that it may contain anything. `text` has

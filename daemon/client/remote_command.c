@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `vergence --connect [ADDRESS] [COMMAND...]`: its command line, one command, a script.
+#include <cjson/cJSON.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -366,6 +367,7 @@ int remote_main(int argc, char **argv) {
     } else {
         result = converse(&remote, count > 0 ? line : NULL, arguments.keep_going);
     }
+    cJSON_Delete(remote.answer);
     remote_line_close(&remote.line);
     return result;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fetches all files of a directory of the instrument, such as a session. Files of an earlier
 // attempt are compared and kept; other files are left alone.
+#include <cjson/cJSON.h>
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -31,15 +32,15 @@ static bool is_plain(const char *name) {
     return name[0] != '\0' && name[0] != '.' && strchr(name, '/') == NULL;
 }
 
-static int add_file(struct folder *self, struct json_value entry, struct message *message) {
+static int add_file(struct folder *self, const struct cJSON *entry, struct message *message) {
     char name[NAME_BYTES];
-    if (json_reader_text(json_reader_member(entry, "directory"), name, sizeof name)) {
+    if (json_member_text(entry, "directory", name, sizeof name)) {
         return message_set(message, ERROR_UNSUPPORTED,
                            "%s: contains the directory %s (fetch it, and files, by name)",
                            self->name, name);
     }
-    if (!json_reader_text(json_reader_member(entry, "file"), name, sizeof name) ||
-        !is_plain(name) || (self->count > 0 && strcmp(name, self->files[self->count - 1]) <= 0)) {
+    if (!json_member_text(entry, "file", name, sizeof name) || !is_plain(name) ||
+        (self->count > 0 && strcmp(name, self->files[self->count - 1]) <= 0)) {
         return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     if (self->count == self->room) {
@@ -59,22 +60,21 @@ static int list(struct folder *self, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     bool more = true;
     while (more) {
-        struct json_value result;
+        const struct cJSON *result = NULL;
         const size_t before = self->count;
         const char *last = before > 0 ? self->files[before - 1] : NULL;
         if (!remote_files_command(self->name, last, command)) {
             return message_set(message, ERROR_ARGUMENT, "%s: name too long", self->name);
         }
         int error = remote_call(self->remote, command, &result, message);
-        const struct json_value files = json_reader_member(result, "files");
-        struct json_value entry = {NULL, 0};
-        while (error == 0 && (entry = json_reader_next(files, entry)).text != NULL) {
-            error = add_file(self, entry, message);
+        const struct cJSON *entry = NULL;
+        cJSON_ArrayForEach(entry, cJSON_GetObjectItemCaseSensitive(result, "files")) {
+            error = error != 0 ? error : add_file(self, entry, message);
         }
         if (error != 0) {
             return error;
         }
-        more = json_reader_member(result, "more").text != NULL && self->count > before;
+        more = cJSON_HasObjectItem(result, "more") && self->count > before;
     }
     return 0;
 }

@@ -36,10 +36,9 @@ struct fetch {
     uint8_t data[BLOCK_SOCKET];
 };
 
-static bool read_crc(struct json_value result, uint32_t *crc) {
+static bool read_crc(const struct cJSON *result, uint32_t *crc) {
     char text[16];
-    if (!json_reader_text(json_reader_member(result, "crc"), text, sizeof text) ||
-        strlen(text) != 8) {
+    if (!json_member_text(result, "crc", text, sizeof text) || strlen(text) != 8) {
         return false;
     }
     *crc = (uint32_t)strtoul(text, NULL, 16);
@@ -62,15 +61,14 @@ static int make_command(const struct fetch *self, const char *rest, char *comman
 /// Gets length and CRC-32 of the whole file.
 static int describe(struct fetch *self, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
-    struct json_value result;
+    const struct cJSON *result = NULL;
     int64_t size = -1;
     int error = make_command(self, "", command, message);
     error = error != 0 ? error : remote_call(self->remote, command, &result, message);
     if (error != 0) {
         return error;
     }
-    if (!json_reader_integer(json_reader_member(result, "size"), &size) || size < 0 ||
-        !read_crc(result, &self->crc)) {
+    if (!json_member_integer(result, "size", &size) || size < 0 || !read_crc(result, &self->crc)) {
         return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     self->size = (uint64_t)size;
@@ -81,7 +79,7 @@ static int describe(struct fetch *self, struct message *message) {
 static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
     char command[REMOTE_REQUEST_BYTES];
     char rest[64];
-    struct json_value result;
+    const struct cJSON *result = NULL;
     int64_t at = -1;
     uint32_t crc = 0;
     const int max = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
@@ -92,9 +90,8 @@ static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct 
         return error;
     }
     long bytes = -1;
-    if (json_reader_integer(json_reader_member(result, "offset"), &at) && (uint64_t)at == offset &&
-        read_crc(result, &crc) &&
-        json_reader_text(json_reader_member(result, "data"), self->text, sizeof self->text)) {
+    if (json_member_integer(result, "offset", &at) && (uint64_t)at == offset &&
+        read_crc(result, &crc) && json_member_text(result, "data", self->text, sizeof self->text)) {
         bytes = base64_decode(self->text, self->data, sizeof self->data);
     }
     if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {

@@ -29,7 +29,7 @@ static const char *without_end(const char *name, char *text) {
 /// Whether the instrument has a directory of this name.
 static bool is_directory(struct remote *self, const char *name) {
     char command[REMOTE_REQUEST_BYTES];
-    struct json_value result;
+    const struct cJSON *result = NULL;
     struct message ignored;
     return remote_files_command(name, NULL, command) &&
            remote_call(self, command, &result, &ignored) == 0;

@@ -2,6 +2,7 @@
 // A command over a line that damages and loses bytes. It is repeated with the same request id until
 // its answer arrives whole: the daemon executes an id once and repeats its answer. While a command
 // runs the daemon sends keepalives, so silence means that the peer is gone.
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -117,20 +118,22 @@ static enum outcome receive_json(struct receiving *self, char *line) {
     int64_t id = REMOTE_FRAMING_NO_ID;
     char error[32] = "";
     char event[32] = "";
-    const struct json_value all = json_reader_parse(line, strlen(line));
-    if (all.text == NULL || !remote_framing_fits_json(line)) {
+    struct cJSON *all = json_parse(line);
+    const bool whole = all != NULL && remote_framing_fits_json(line);
+    const bool ok = json_member_true(all, "ok");
+    json_member_integer(all, "id", &id);
+    json_member_text(all, "error", error, sizeof error);
+    json_member_text(all, "event", event, sizeof event);
+    cJSON_Delete(all);
+    if (!whole) {
         record_damage(self);
         return GOES_ON;
     }
-    json_reader_integer(json_reader_member(all, "id"), &id);
-    json_reader_text(json_reader_member(all, "error"), error, sizeof error);
-    json_reader_text(json_reader_member(all, "event"), event, sizeof event);
     if (id != self->remote->id) {
         const bool refused =
             id == REMOTE_FRAMING_NO_ID && strcmp(error, error_name(ERROR_CRC)) == 0;
         return refused ? NOT_RECEIVED : GOES_ON;
     }
-    const bool ok = json_reader_true(json_reader_member(all, "ok"));
     self->rounds = self->rounds || strcmp(event, "watch") == 0;
     if (!ok || !needs_rounds(self)) {
         remote_framing_strip_json(line);

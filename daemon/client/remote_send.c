@@ -54,7 +54,7 @@ static int report(struct send *self, const char *rest, struct message *message) 
     char command[REMOTE_REQUEST_BYTES];
     char name[REMOTE_REQUEST_BYTES];
     char whole[8] = "";
-    struct json_value result;
+    const struct cJSON *result = NULL;
     int64_t have = -1;
     const bool fits = remote_quote(self->name, name);
     const int length = snprintf(command, sizeof command, "send %s %" PRIu64 " %08" PRIX32 "%s",
@@ -66,9 +66,8 @@ static int report(struct send *self, const char *rest, struct message *message) 
     if (error != 0) {
         return error;
     }
-    if (!json_reader_integer(json_reader_member(result, "have"), &have) || have < 0 ||
-        (uint64_t)have > self->size ||
-        !json_reader_text(json_reader_member(result, "whole"), whole, sizeof whole)) {
+    if (!json_member_integer(result, "have", &have) || have < 0 || (uint64_t)have > self->size ||
+        !json_member_text(result, "whole", whole, sizeof whole)) {
         return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
     }
     self->have = (uint64_t)have;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command "snapshot": fetches the image that the instrument made.
+#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -19,17 +20,16 @@ struct answer {
 static void take_line(struct remote *self, void *cookie, const char *text) {
     static const char key[] = "file: ";
     struct answer *answer = cookie;
-    const struct json_value all =
-        self->json ? json_reader_parse(text, strlen(text)) : (struct json_value){.text = NULL};
-    if (strncmp(text, "ERR ", 4) == 0 ||
-        (all.text != NULL && !json_reader_true(json_reader_member(all, "ok")))) {
+    struct cJSON *all = self->json ? json_parse(text) : NULL;
+    if (strncmp(text, "ERR ", 4) == 0 || (all != NULL && !json_member_true(all, "ok"))) {
         answer->show(self, answer->cookie, text);
-    } else if (all.text != NULL) {
-        const struct json_value result = json_reader_member(all, "result");
-        json_reader_text(json_reader_member(result, "file"), answer->file, sizeof answer->file);
+    } else if (all != NULL) {
+        json_member_text(cJSON_GetObjectItemCaseSensitive(all, "result"), "file", answer->file,
+                         sizeof answer->file);
     } else if (strncmp(text, key, sizeof key - 1) == 0) {
         snprintf(answer->file, sizeof answer->file, "%s", text + sizeof key - 1);
     }
+    cJSON_Delete(all);
 }
 
 /// Whether it is a name as the instrument chooses it: no other file may be fetched or written.
