@@ -190,13 +190,14 @@ static void state_now(const struct command_call *call, struct calibration_match_
     memset(&pair, 0, sizeof pair);
     for (int side = 0; side < RIG_SIDES; side++) {
         struct pair_frame *frame = &pair.frame[side];
-        frame->before.pan_q4 = rig->pan_q4[side];
-        memcpy(frame->before.position, rig->lens_position[side], sizeof frame->before.position);
+        frame->before.pan_q4 = rig->camera[side].pan_q4;
+        memcpy(frame->before.position, rig->camera[side].lens.position,
+               sizeof frame->before.position);
         frame->after = frame->before;
         frame->width_px = rig->format.width_px;
         frame->height_px = rig->format.height_px;
         if (rig->profile.bridge && rig->state == RIG_READY) {
-            const struct mt9t001_window *window = &rig->sensor[side].window;
+            const struct mt9t001_window *window = &rig->camera[side].sensor.window;
             frame->window = (struct pair_window){window->column_px, window->row_px, window->skip};
         }
     }
@@ -210,7 +211,7 @@ static int read_lenses(const struct command_call *call) {
     int error = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
         int32_t positions[LENS_AXES];
-        if (call->rig->lens[side].operations != NULL &&
+        if (call->rig->camera[side].lens.drive.operations != NULL &&
             !record_is_under_way(context_of(call)->record)) {
             error = rig_lens_read(call->rig, side, positions);
         }

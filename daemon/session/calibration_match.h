@@ -9,7 +9,7 @@
 
 #include "daemon/base/message.h"
 #include "daemon/session/session.h"
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 #include "stereo/geometry/calibration.h"
 
 #ifdef __cplusplus

@@ -11,7 +11,7 @@
 #include <stdio.h>
 
 #include "daemon/base/message.h"
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -56,20 +56,21 @@ static int32_t within(int64_t value, int32_t min, int32_t max) {
 
 static void take_side(const struct rig *rig, unsigned side, int32_t *saved) {
     const struct rig_profile *profile = &rig->profile;
-    if (rig->exposure_us[side] != 0) {
+    if (rig->camera[side].exposure_us != 0) {
         // Rounded to rows, it may exceed the longest exposure that can be requested.
-        saved[SAVED_EXPOSURE_US] = within(rig->exposure_us[side], 1, RIG_EXPOSURE_MAX_US);
+        saved[SAVED_EXPOSURE_US] = within(rig->camera[side].exposure_us, 1, RIG_EXPOSURE_MAX_US);
     }
-    if (rig->gain_q3[side] != 0) {
-        saved[SAVED_GAIN_Q3] = rig->gain_q3[side];
+    if (rig->camera[side].gain_q3 != 0) {
+        saved[SAVED_GAIN_Q3] = rig->camera[side].gain_q3;
     }
-    if (profile->servos && rig->pan_q4[side] != 0) {
+    if (profile->servos && rig->camera[side].pan_q4 != 0) {
         // A cancelled turn may have ended outside the range, where its approach goes.
-        saved[SAVED_PAN_URAD] = within(servo_angle_urad(&profile->servo[side], rig->pan_q4[side]),
-                                       profile->pan_min_urad, profile->pan_max_urad);
+        saved[SAVED_PAN_URAD] =
+            within(servo_angle_urad(&profile->servo[side], rig->camera[side].pan_q4),
+                   profile->pan_min_urad, profile->pan_max_urad);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        saved[SAVED_ZOOM + axis] = rig->lens_commanded[side][axis];
+        saved[SAVED_ZOOM + axis] = rig->camera[side].lens.commanded[axis];
     }
 }
 
@@ -78,7 +79,7 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     *saved = (struct saved_settings){.skip = 1};
     memcpy(saved->profile, rig->profile.name, sizeof saved->profile);
     if (rig->profile.bridge) {
-        const struct mt9t001_window *window = &rig->sensor[RIG_LEFT].window;
+        const struct mt9t001_window *window = &rig->camera[RIG_LEFT].sensor.window;
         saved->width_px = window->width_px;
         saved->height_px = window->height_px;
         saved->skip = window->skip;
@@ -300,7 +301,7 @@ static int check_pan(const struct saved_settings *saved, const struct rig *rig, 
 static bool has_axis(const struct rig *rig, unsigned side, int axis) {
     const enum rig_profile_lenses lenses = rig->profile.lenses;
     const bool lens = lenses == RIG_LENSES_V3LC || (lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
-    return lens && (rig->lens_abilities[side].axes >> axis & 1) != 0;
+    return lens && (rig->camera[side].lens.abilities.axes >> axis & 1) != 0;
 }
 
 static int check_lens(const struct saved_settings *saved, struct rig *rig, unsigned side,

@@ -25,7 +25,7 @@ int commands_camera_exposure(const struct command_call *call) {
     }
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
-            show(call, side, call->rig->exposure_us[side], 0, "us");
+            show(call, side, call->rig->camera[side].exposure_us, 0, "us");
         }
     }
     return error;
@@ -42,7 +42,7 @@ int commands_camera_gain(const struct command_call *call) {
     }
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
-            show(call, side, call->rig->gain_q3[side] / 8.0, 3, NULL);
+            show(call, side, call->rig->camera[side].gain_q3 / 8.0, 3, NULL);
         }
     }
     return error;

@@ -4,11 +4,12 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 enum {
     PICTURE_WIDTH_PX = 256,
@@ -78,16 +79,15 @@ static int take_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     const struct hal_camera *port = rig->ports.camera[RIG_LEFT];
     struct hal_camera_frame frame;
-    const uint64_t begin_us = watch_now_us(rig) + SETTLE_US;
+    const uint64_t begin_us = rig_now_us(rig) + SETTLE_US;
     int error = ERROR_TIMEOUT;
     for (uint64_t now_us = begin_us - SETTLE_US;
-         error == ERROR_TIMEOUT && now_us < begin_us + PICTURE_LIMIT_US;
-         now_us = watch_now_us(rig)) {
-        error = watch_look(rig);
+         error == ERROR_TIMEOUT && now_us < begin_us + PICTURE_LIMIT_US; now_us = rig_now_us(rig)) {
+        error = rig_poll(rig);
         if (error != ERROR_OK) {
             return error;  // already reported
         }
-        error = port->operations->take(port->self, begin_us, now_us + WATCH_STEP_US, &frame);
+        error = port->operations->take(port->self, begin_us, now_us + RIG_POLL_US, &frame);
     }
     if (error != ERROR_OK) {
         return nothing_arrived(call, error);
@@ -110,10 +110,10 @@ static int show_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     int error = rig_camera_stop(rig);  // the port's frame size has been changed
     if (error == ERROR_OK) {
-        error = failure_of_bridge(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
+        error = rig_bridge_used(rig, fpga_bridge_camera_pattern(&rig->bridge, &pattern));
     }
     if (error == ERROR_OK) {
-        error = failure_of_bridge(
+        error = rig_bridge_used(
             rig, fpga_bridge_camera_select(&rig->bridge, BRIDGE_CAM_SELECT_SOURCE_IS_PATTERN));
     }
     if (error == ERROR_OK) {
@@ -125,7 +125,7 @@ static int show_picture(const struct command_call *call) {
 // Returns to the frames of the cameras, from the source selected before.
 static int restore(struct rig *rig, uint16_t select, const struct hal_camera_format *format) {
     const int stopped = rig_camera_stop(rig);
-    int error = failure_of_bridge(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
+    int error = rig_bridge_used(rig, fpga_bridge_write(&rig->bridge, BRIDGE_CAM_SELECT, select));
     if (error == ERROR_OK) {
         error = rig_camera_start(rig, format);
     }
@@ -137,7 +137,7 @@ static int test_picture(const struct command_call *call) {
     struct rig *rig = call->rig;
     const struct hal_camera_format format = rig->format;
     uint16_t select = 0;
-    int error = failure_of_bridge(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
+    int error = rig_bridge_used(rig, fpga_bridge_read(&rig->bridge, BRIDGE_CAM_SELECT, &select));
     if (error != ERROR_OK) {
         return error;  // nothing was changed
     }
@@ -151,7 +151,7 @@ static int test_picture(const struct command_call *call) {
     }
     // If the cameras or their bridge failed, the rig is not ready.
     const bool ready = restored == ERROR_OK && rig->state == RIG_READY;
-    return ready ? error : failure_make_safe(rig, error);
+    return ready ? error : rig_fail_safe(rig, error);
 }
 
 int commands_selftest_run(const struct command_call *call) {

@@ -46,7 +46,7 @@ static int put_lens(const struct command_call *call, unsigned side) {
     int32_t positions[LENS_AXES];
     const int error = rig_lens_read(call->rig, side, positions);
     for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
-        if ((call->rig->lens_abilities[side].axes >> axis & 1) != 0) {
+        if ((call->rig->camera[side].lens.abilities.axes >> axis & 1) != 0) {
             reply_number(call, names[axis], positions[axis], 0, "counts");
         }
     }
@@ -66,11 +66,11 @@ static int put_side(const struct command_call *call, unsigned side) {
         error = put_lens(call, side);
     }
     // 0: never set here, so the camera decides.
-    if (rig->exposure_us[side] != 0) {
-        reply_number(call, "exposure", rig->exposure_us[side], 0, "us");
+    if (rig->camera[side].exposure_us != 0) {
+        reply_number(call, "exposure", rig->camera[side].exposure_us, 0, "us");
     }
-    if (rig->gain_q3[side] != 0) {
-        reply_number(call, "gain", rig->gain_q3[side] / 8.0, 3, NULL);
+    if (rig->camera[side].gain_q3 != 0) {
+        reply_number(call, "gain", rig->camera[side].gain_q3 / 8.0, 3, NULL);
     }
     reply_group_end(call);
     return error;

@@ -5,10 +5,12 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "device/fpga_bridge_event.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/rig.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 enum {
     // The horn may lag by one dead band at the waypoint, and must see more than one dead band from
@@ -29,26 +31,26 @@ struct horn {
 };
 
 static enum rig_part part_of(unsigned side) {
-    return failure_part(RIG_PART_LEFT_SERVO, side);
+    return rig_part_of(RIG_PART_LEFT_SERVO, side);
 }
 
 static int ready(struct rig *self, unsigned side) {
     if (!self->profile.servos) {
-        return watch_error(self, part_of(side), ERROR_NOT_CONNECTED,
-                           "the profile has no pan servos", NULL);
+        return rig_part_error(self, part_of(side), ERROR_NOT_CONNECTED,
+                              "the profile has no pan servos", NULL);
     }
     if (self->state != RIG_READY) {
-        return watch_error(self, part_of(side), ERROR_NOT_READY, "the rig is not up (run bringup)",
-                           NULL);
+        return rig_part_error(self, part_of(side), ERROR_NOT_READY,
+                              "the rig is not up (run bringup)", NULL);
     }
     return ERROR_OK;
 }
 
 // Handles a failed transfer of one servo.
 static int failed(struct rig *self, unsigned side, int error) {
-    watch_used(self, part_of(side), error);
-    failure_of_bus(self, part_of(side), error);
-    return failure_make_safe(self, error);
+    rig_part_used(self, part_of(side), error);
+    rig_bus_failed(self, part_of(side), error);
+    return rig_fail_safe(self, error);
 }
 
 static int look(struct rig *self, struct horn *horn, struct fpga_bridge_servo *servo) {
@@ -56,7 +58,7 @@ static int look(struct rig *self, struct horn *horn, struct fpga_bridge_servo *s
     if (error != ERROR_OK) {
         return failed(self, horn->side, error);
     }
-    watch_used(self, part_of(horn->side), ERROR_OK);
+    rig_part_used(self, part_of(horn->side), ERROR_OK);
     horn->actual_q4 = servo->actual_q4;
     return ERROR_OK;
 }
@@ -68,7 +70,7 @@ static int set_goal(struct rig *self, struct horn *horn, int32_t angle_urad) {
     const bool within = angle_urad >= profile->pan_min_urad && angle_urad <= profile->pan_max_urad;
     if (!within || servo_width_q4(model, angle_urad, &horn->goal_q4) != ERROR_OK) {
         enum { URAD_PER_MRAD = 1000 };
-        return watch_error(
+        return rig_part_error(
             self, part_of(horn->side), ERROR_RANGE,
             "angle # mrad is outside # to # mrad, or outside the servo's pulse widths",
             (const int32_t[]){angle_urad / URAD_PER_MRAD, profile->pan_min_urad / URAD_PER_MRAD,
@@ -92,9 +94,9 @@ static int survey(struct rig *self, struct horn *horns, unsigned count, uint16_t
         return failed(self, horns[0].side, error);
     }
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
-        watch_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                    "its watchdog fired because this program was late (run bringup)", NULL);
-        return failure_make_safe(self, ERROR_TIMEOUT);
+        rig_part_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
+                       "its watchdog fired because this program was late (run bringup)", NULL);
+        return rig_fail_safe(self, ERROR_TIMEOUT);
     }
     for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
         struct fpga_bridge_servo servo = {.slew_q4 = 0};
@@ -117,7 +119,8 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     if (error != ERROR_OK) {
         return failed(self, horn->side, error);
     }
-    const uint64_t now_us = watch_now_us(self), before_us = self->pan_stopped_at_us[horn->side];
+    const uint64_t now_us = rig_now_us(self),
+                   before_us = self->camera[horn->side].pan_stopped_at_us;
     uint64_t stopped_at_us = now_us > before_us ? now_us : before_us;
     // With its first pulse a limp horn turns from an unknown position to where the bridge begins.
     stopped_at_us +=
@@ -125,30 +128,30 @@ static int send(struct rig *self, struct horn *horn, uint16_t width_q4, uint16_t
     stopped_at_us += servo_travel_us(model, horn->actual_q4, width_q4, horn->slew_q4, period_us);
     horn->limp = false;
     horn->stopped_at_us = stopped_at_us;
-    self->pan_q4[horn->side] = width_q4;
-    self->pan_stopped_at_us[horn->side] = stopped_at_us;
+    self->camera[horn->side].pan_q4 = width_q4;
+    self->camera[horn->side].pan_stopped_at_us = stopped_at_us;
     return ERROR_OK;
 }
 
 // Waits until the bridge sends the width and the horn has had time to turn.
 static int arrive(struct rig *self, struct horn *horn, uint16_t width_q4) {
     while (horn->actual_q4 != width_q4) {
-        int error = watch_until(self, watch_now_us(self) + LOOK_US);
+        int error = rig_wait_until(self, rig_now_us(self) + LOOK_US);
         struct fpga_bridge_servo servo;
         error = error == ERROR_OK ? look(self, horn, &servo) : error;
         if (error != ERROR_OK) {
             return error;
         }
-        if (horn->actual_q4 != width_q4 && watch_now_us(self) > horn->stopped_at_us + LATE_US) {
-            watch_used(self, part_of(horn->side), ERROR_TIMEOUT);
-            return watch_error(
+        if (horn->actual_q4 != width_q4 && rig_now_us(self) > horn->stopped_at_us + LATE_US) {
+            rig_part_used(self, part_of(horn->side), ERROR_TIMEOUT);
+            return rig_part_error(
                 self, part_of(horn->side), ERROR_TIMEOUT,
                 "the bridge sends # us instead of # us: check its limits, slew and watchdog, then "
                 "run bringup",
                 (const int32_t[]){horn->actual_q4 / Q4_PER_US, width_q4 / Q4_PER_US});
         }
     }
-    return watch_until(self, horn->stopped_at_us);
+    return rig_wait_until(self, horn->stopped_at_us);
 }
 
 static int run_leg(struct rig *self, struct horn *horns, unsigned count, bool last,
@@ -178,7 +181,7 @@ static void hold(struct rig *self, struct horn *horns, unsigned count, uint16_t 
 
 static bool there(const struct rig *self, const struct horn *horn) {
     return !horn->limp && horn->actual_q4 == horn->goal_q4 &&
-           self->pan_q4[horn->side] == horn->goal_q4;
+           self->camera[horn->side].pan_q4 == horn->goal_q4;
 }
 
 static int turn(struct rig *self, struct horn *horns, unsigned count) {
@@ -193,7 +196,7 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
     }
     if (still == count) {
         for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
-            error = watch_until(self, self->pan_stopped_at_us[horns[i].side]);
+            error = rig_wait_until(self, self->camera[horns[i].side].pan_stopped_at_us);
         }
         return error;
     }
@@ -207,13 +210,13 @@ static int turn(struct rig *self, struct horn *horns, unsigned count) {
 
 int rig_pan(struct rig *self, unsigned side, int32_t angle_urad) {
     if (side >= RIG_SIDES) {
-        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                           "no such servo (expected left or right)", NULL);
+        return rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                              "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     int error = ready(self, side);
     error = error == ERROR_OK ? set_goal(self, &horn, angle_urad) : error;
-    return error == ERROR_OK ? failure_end(self, turn(self, &horn, 1)) : error;
+    return error == ERROR_OK ? rig_end(self, turn(self, &horn, 1)) : error;
 }
 
 int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
@@ -221,14 +224,14 @@ int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad) {
     int error = ready(self, RIG_LEFT);
     error = error == ERROR_OK ? set_goal(self, &horns[RIG_LEFT], left_urad) : error;
     error = error == ERROR_OK ? set_goal(self, &horns[RIG_RIGHT], right_urad) : error;
-    return error == ERROR_OK ? failure_end(self, turn(self, horns, RIG_SIDES)) : error;
+    return error == ERROR_OK ? rig_end(self, turn(self, horns, RIG_SIDES)) : error;
 }
 
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad) {
     INVARIANT(angle_urad != NULL);
     if (side >= RIG_SIDES) {
-        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                           "no such servo (expected left or right)", NULL);
+        return rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                              "no such servo (expected left or right)", NULL);
     }
     struct horn horn = {.side = side};
     struct fpga_bridge_servo servo;

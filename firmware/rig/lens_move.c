@@ -3,10 +3,13 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
+#include "rig/base/watchdog.h"
 #include "rig/lens_read.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 enum {
     US_PER_S = 1000000,
@@ -20,6 +23,7 @@ enum {
 // A lens that is moving.
 struct mover {
     unsigned side;
+    struct rig_lens *lens;
     enum lens_axis axis;
     enum { STARTING, GOING_BACK, GOING_UP, ARRIVED } phase;
     int32_t target;
@@ -29,18 +33,15 @@ struct mover {
     // The present leg, in readings of the potentiometer.
     int32_t goal, begin, command;
     int32_t readings[LENS_READ_MEDIAN];
-    uint32_t count;  // of this leg
+    uint32_t count, sent;  // of this leg
     int32_t middle;
-    int32_t mark;         // position when it last moved
-    uint32_t since_mark;  // number of readings
-    uint32_t settled;     // number of readings
-    uint32_t sent;
+    int32_t mark;                  // position when it last moved
+    uint32_t since_mark, settled;  // numbers of readings
     uint64_t since_us, mark_us, deadline_us;
     bool been_back, far;
     int32_t offset_before;
-    uint32_t trims;
     int32_t rest_position;  // where the previous approach ended off its target; INT32_MIN: not yet
-    uint32_t path, done;
+    uint32_t trims, path, done;
 };
 
 static int32_t distance(int32_t a, int32_t b) {
@@ -90,22 +91,22 @@ uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis ax
 }
 
 static int send(struct rig *self, const struct mover *mover) {
-    const struct lens_drive *lens = &self->lens[mover->side];
-    const uint64_t deadline_us = watch_now_us(self) + COMMAND_US;
-    const int error = lens->operations->go(lens->self, mover->axis, mover->command, deadline_us);
+    const struct lens_drive *drive = &mover->lens->drive;
+    const uint64_t deadline_us = rig_now_us(self) + COMMAND_US;
+    const int error = drive->operations->go(drive->self, mover->axis, mover->command, deadline_us);
     if (error != ERROR_OK) {
-        watch_used(self, lens_read_part(mover->side), error);
-        return watch_failed(self, lens_read_part(mover->side), error,
-                            "the move command cannot be sent (check the serial line)");
+        rig_part_used(self, lens_read_part(mover->side), error);
+        return rig_part_failed(self, lens_read_part(mover->side), error,
+                               "the move command cannot be sent (check the serial line)");
     }
-    self->lens_commanded[mover->side][mover->axis] = mover->target;
+    mover->lens->commanded[mover->axis] = mover->target;
     return ERROR_OK;
 }
 
 // ---- legs
 
 static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
-    const int32_t wanted = goal + self->lens_offset[mover->side][mover->axis];
+    const int32_t wanted = goal + mover->lens->offset[mover->axis];
     const struct lens_limits limits = mover->limits;
     mover->goal = goal;
     mover->begin = mover->middle;
@@ -113,7 +114,7 @@ static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
     mover->count = mover->since_mark = mover->settled = 0;
     mover->sent = 1;
     mover->mark = mover->begin;
-    mover->since_us = mover->mark_us = watch_now_us(self);
+    mover->since_us = mover->mark_us = rig_now_us(self);
     mover->deadline_us =
         mover->since_us + leg_us(&self->profile, mover->axis, distance(mover->begin, goal));
     return send(self, mover);
@@ -128,7 +129,7 @@ static int begin_approach(struct rig *self, struct mover *mover) {
 
 // It is already at its target, approached from below.
 static bool there(const struct rig *self, const struct mover *mover) {
-    return self->lens_commanded[mover->side][mover->axis] == mover->target &&
+    return mover->lens->commanded[mover->axis] == mover->target &&
            distance(mover->middle, mover->target) <= self->profile.lens_tolerance_counts;
 }
 
@@ -153,19 +154,19 @@ static int jammed(struct rig *self, struct mover *mover) {
         "focus is stuck at # and does not move to # (free the ring, then move it again)",
         "iris is stuck at # and does not move to # (free the ring, then move it again)",
     };
-    self->lens_offset[mover->side][mover->axis] = mover->offset_before;  // that was not drift
-    watch_used(self, lens_read_part(mover->side), ERROR_JAMMED);
-    return watch_error(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
-                       (const int32_t[]){mover->middle, mover->goal});
+    mover->lens->offset[mover->axis] = mover->offset_before;  // that was not drift
+    rig_part_used(self, lens_read_part(mover->side), ERROR_JAMMED);
+    return rig_part_error(self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
+                          (const int32_t[]){mover->middle, mover->goal});
 }
 
 static int not_there(struct rig *self, struct mover *mover) {
-    self->lens_offset[mover->side][mover->axis] = mover->offset_before;
-    watch_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
-    return watch_error(self, lens_read_part(mover->side), ERROR_TIMEOUT,
-                       "it is at # and does not arrive at # in time (check the motor, and the "
-                       "profile's speeds and tolerance)",
-                       (const int32_t[]){mover->middle, mover->goal});
+    mover->lens->offset[mover->axis] = mover->offset_before;
+    rig_part_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
+    return rig_part_error(self, lens_read_part(mover->side), ERROR_TIMEOUT,
+                          "it is at # and does not arrive at # in time (check the motor, and the "
+                          "profile's speeds and tolerance)",
+                          (const int32_t[]){mover->middle, mover->goal});
 }
 
 // Passed the waypoint. From above it goes below first, if there is room.
@@ -192,7 +193,7 @@ static int begin_long_approach(struct rig *self, struct mover *mover) {
 static int update_offset(struct rig *self, struct mover *mover) {
     const int32_t beside = mover->middle - mover->target;
     const int32_t tolerance = self->profile.lens_tolerance_counts;
-    int32_t *offset = &self->lens_offset[mover->side][mover->axis];
+    int32_t *offset = &mover->lens->offset[mover->axis];
     const int32_t wanted =
         within(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
     const int32_t command = within(mover->target + wanted, mover->limits.min, mover->limits.max);
@@ -200,7 +201,7 @@ static int update_offset(struct rig *self, struct mover *mover) {
     const bool again = mover->rest_position != INT32_MIN &&
                        distance(mover->rest_position, mover->middle) <= tolerance;
     if (at_end && again) {
-        self->lens_stopped_at_us[mover->side] = mover->mark_us;
+        mover->lens->stopped_at_us = mover->mark_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -214,10 +215,10 @@ static int update_offset(struct rig *self, struct mover *mover) {
 }
 
 // One count at a time: more than typical noise, and less than the tolerance.
-static void follow_drift(struct rig *self, const struct mover *mover) {
+static void follow_drift(const struct mover *mover) {
     enum { NOISE_COUNTS = 2 };
     const int32_t beside = mover->middle - mover->target;
-    int32_t *offset = &self->lens_offset[mover->side][mover->axis];
+    int32_t *offset = &mover->lens->offset[mover->axis];
     const int32_t step = beside >= NOISE_COUNTS ? -1 : beside <= -NOISE_COUNTS ? 1 : 0;
     *offset = within(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
 }
@@ -247,15 +248,15 @@ static int stalled(struct rig *self, struct mover *mover) {
 // ---- readings
 
 static int assess(struct rig *self, struct mover *mover) {
-    const uint64_t now_us = watch_now_us(self);
+    const uint64_t now_us = rig_now_us(self);
     const uint64_t still_us = now_us - mover->mark_us;
     const uint64_t stall_us = lens_move_stall_us(&self->profile, mover->axis);
     if (mover->settled >= LENS_MOVE_SETTLED_READINGS) {
         if (mover->phase == GOING_BACK) {
             return continue_up(self, mover);
         }
-        follow_drift(self, mover);
-        self->lens_stopped_at_us[mover->side] = now_us;
+        follow_drift(mover);
+        mover->lens->stopped_at_us = now_us;
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -301,7 +302,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     mover->settled = there_now ? mover->settled + 1 : 0;
     if (distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
         mover->mark = mover->middle;
-        mover->mark_us = watch_now_us(self);
+        mover->mark_us = rig_now_us(self);
         mover->since_mark = 0;
     }
     record_way(mover);
@@ -315,9 +316,9 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
 
 // Waits for one reading of a lens and records it.
 static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) {
-    const uint64_t begin_us = watch_now_us(self);
+    const uint64_t begin_us = rig_now_us(self);
     for (;;) {
-        int error = watch_look(self);
+        int error = rig_poll(self);
         if (error != ERROR_OK) {
             return error;
         }
@@ -329,7 +330,7 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
         if (error != ERROR_TIMEOUT) {
             return error;
         }
-        const uint64_t now_us = watch_now_us(self);
+        const uint64_t now_us = rig_now_us(self);
         error = lens_read_timeout(self, mover->side, begin_us, now_us);
         if (error != ERROR_OK) {
             return error;
@@ -345,12 +346,12 @@ static int look_at(struct rig *self, struct mover *mover, uint64_t deadline_us) 
 // Takes a reading while stopping, which cannot be cancelled; false: none came.
 static bool read_resting(struct rig *self, const struct mover *mover, uint64_t deadline_us,
                          int32_t *position) {
-    const uint64_t since_us = watch_now_us(self);
-    self->lens_stopped_at_us[mover->side] = since_us;  // not earlier, as far as known
+    const uint64_t since_us = rig_now_us(self);
+    mover->lens->stopped_at_us = since_us;  // not earlier, as far as known
     struct lens_reading readings[LENS_AXES];
     int error = ERROR_TIMEOUT;
-    while (error == ERROR_TIMEOUT && watch_now_us(self) + WATCH_STEP_US < deadline_us) {
-        (void)watch_feed(self);  // motor first
+    while (error == ERROR_TIMEOUT && rig_now_us(self) + RIG_POLL_US < deadline_us) {
+        (void)rig_watchdog_feed(self);  // motor first
         error = lens_read_try(self, mover->side, since_us, readings);
     }
     if (error == ERROR_OK) {
@@ -362,9 +363,9 @@ static bool read_resting(struct rig *self, const struct mover *mover, uint64_t d
 // Stops a motor, or sends it to its present position, of which two of three new readings may be
 // outliers.
 static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_us) {
-    const struct lens_drive *lens = &self->lens[mover->side];
-    self->lens_commanded[mover->side][mover->axis] = INT32_MIN;
-    const uint64_t stopped_us = watch_now_us(self) + COMMAND_US;
+    const struct lens_drive *lens = &mover->lens->drive;
+    mover->lens->commanded[mover->axis] = INT32_MIN;
+    const uint64_t stopped_us = rig_now_us(self) + COMMAND_US;
     if (lens->operations->stop(lens->self, stopped_us) == ERROR_OK) {
         return;
     }
@@ -377,9 +378,9 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     const int32_t seen = mover->middle;
     const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
-    const int32_t offset = self->lens_offset[mover->side][mover->axis];
+    const int32_t offset = mover->lens->offset[mover->axis];
     const int32_t at = within(all + offset, mover->limits.min, mover->limits.max);
-    const uint64_t sent_us = watch_now_us(self) + COMMAND_US;
+    const uint64_t sent_us = rig_now_us(self) + COMMAND_US;
     (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
 }
 
@@ -399,17 +400,17 @@ static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t 
 // The first error is reported.
 static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned count) {
     const struct rig_error last_error = self->last_error;
-    const uint64_t begin_us = watch_now_us(self);
+    const uint64_t begin_us = rig_now_us(self);
     for (unsigned i = 0; i < count; i++) {
         if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
             halt(self, &movers[i], begin_us + (i + 1) * HALT_US);
         }
     }
     // A motor takes a moment to reverse, and is at rest meanwhile.
-    for (const uint64_t end_us = watch_now_us(self) + TURN_US; watch_now_us(self) < end_us;) {
+    for (const uint64_t end_us = rig_now_us(self) + TURN_US; rig_now_us(self) < end_us;) {
         const struct hal_clock *clock = self->ports.clock;
-        (void)watch_feed(self);
-        clock->operations->wait_until_us(clock->self, watch_now_us(self) + WATCH_STEP_US);
+        (void)rig_watchdog_feed(self);
+        clock->operations->wait_until_us(clock->self, rig_now_us(self) + RIG_POLL_US);
     }
     for (unsigned i = 0; i < count; i++) {
         if (movers[i].phase == GOING_BACK || movers[i].phase == GOING_UP) {
@@ -445,7 +446,7 @@ static bool all_arrived(const struct mover *movers, unsigned count) {
 // Polls the lenses in turn until all have arrived.
 static int follow(struct rig *self, struct mover *movers, unsigned count) {
     const int32_t furthest = movers[0].limits.max - movers[0].limits.min;
-    const uint64_t end_us = watch_now_us(self) +
+    const uint64_t end_us = rig_now_us(self) +
                             lens_move_limit_us(&self->profile, movers[0].axis, furthest) -
                             LENS_MOVE_REST_US;
     int error = ERROR_OK;
@@ -463,8 +464,8 @@ static int follow(struct rig *self, struct mover *movers, unsigned count) {
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
-                    : watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
-                                  "no such axis (expected zoom, focus or iris)", NULL);
+                    : rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT,
+                                     "no such axis (expected zoom, focus or iris)", NULL);
     struct mover movers[RIG_SIDES];
     unsigned count = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
@@ -472,21 +473,21 @@ int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int3
             continue;
         }
         struct mover *mover = &movers[count++];
-        const struct lens_drive *lens = &self->lens[side];
-        *mover = (struct mover){.side = side, .axis = axis, .phase = STARTING};
-        error = lens->operations->limits(lens->self, axis, &mover->limits);
+        struct rig_lens *lens = &self->camera[side].lens;
+        *mover = (struct mover){.side = side, .lens = lens, .axis = axis, .phase = STARTING};
+        error = lens->drive.operations->limits(lens->drive.self, axis, &mover->limits);
         const struct lens_limits limits = mover->limits;
         if (error == ERROR_OK && (position < limits.min || position > limits.max)) {
-            error =
-                watch_error(self, lens_read_part(side), ERROR_RANGE, "position # is outside # to #",
-                            (const int32_t[]){position, limits.min, limits.max});
+            error = rig_part_error(self, lens_read_part(side), ERROR_RANGE,
+                                   "position # is outside # to #",
+                                   (const int32_t[]){position, limits.min, limits.max});
         }
         const int32_t below = position - run_up(&self->profile);
         mover->target = position;
         mover->low = mover->waypoint = below > limits.min ? below : limits.min;
         mover->rest_position = INT32_MIN;
-        mover->offset_before = self->lens_offset[side][axis];
-        mover->since_us = watch_now_us(self);
+        mover->offset_before = self->camera[side].lens.offset[axis];
+        mover->since_us = rig_now_us(self);
     }
     if (error != ERROR_OK) {
         return error;
@@ -495,5 +496,5 @@ int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int3
     if (error != ERROR_OK) {
         bring_to_rest(self, movers, count);
     }
-    return failure_end(self, error);
+    return rig_end(self, error);
 }

@@ -3,9 +3,11 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
 
@@ -35,23 +37,23 @@ static unsigned sides_of(const struct rig *self) {
 
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
     if (sides == 0 || (sides & ~(unsigned)BOTH) != 0 || (unsigned)axis > LENS_AXES) {
-        return watch_error(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
+        return rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if ((sides & 1u << side) == 0) {
             continue;
         }
         if ((sides_of(self) & 1u << side) == 0) {
-            return watch_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
-                               "the profile has no motorized lens there", NULL);
+            return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                                  "the profile has no motorized lens there", NULL);
         }
         if (self->state != RIG_READY) {
-            return watch_error(self, lens_read_part(side), ERROR_NOT_READY,
-                               "the rig is not up (run bringup)", NULL);
+            return rig_part_error(self, lens_read_part(side), ERROR_NOT_READY,
+                                  "the rig is not up (run bringup)", NULL);
         }
-        if (axis < LENS_AXES && (self->lens_abilities[side].axes & 1u << axis) == 0) {
-            return watch_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
-                               "its controller does not support this axis", NULL);
+        if (axis < LENS_AXES && (self->camera[side].lens.abilities.axes & 1u << axis) == 0) {
+            return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+                                  "its controller does not support this axis", NULL);
         }
     }
     return ERROR_OK;
@@ -59,30 +61,31 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
 
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]) {
-    const struct lens_drive *lens = &self->lens[side];
-    const uint64_t deadline_us = watch_now_us(self) + WATCH_STEP_US;
+    const struct lens_drive *lens = &self->camera[side].lens.drive;
+    const uint64_t deadline_us = rig_now_us(self) + RIG_POLL_US;
     const int error = lens->operations->read(lens->self, deadline_us, readings);
     if (error == ERROR_TIMEOUT) {
         return error;
     }
-    watch_used(self, lens_read_part(side), error);
+    rig_part_used(self, lens_read_part(side), error);
     if (error != ERROR_OK) {
-        return watch_failed(self, lens_read_part(side), error,
-                            "the serial line of its controller failed (check adapter and cable)");
+        return rig_part_failed(
+            self, lens_read_part(side), error,
+            "the serial line of its controller failed (check adapter and cable)");
     }
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
 int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
-    const struct lens_drive *lens = &self->lens[side];
+    const struct lens_drive *lens = &self->camera[side].lens.drive;
     const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
     const bool silent =
         now_us - (last_rx_us > since_us ? last_rx_us : since_us) >= LENS_READ_SILENCE_US;
     if (!silent && now_us - since_us < LENS_READ_INVALID_US) {
         return ERROR_OK;
     }
-    watch_used(self, lens_read_part(side), ERROR_TIMEOUT);
-    return watch_error(
+    rig_part_used(self, lens_read_part(side), ERROR_TIMEOUT);
+    return rig_part_error(
         self, lens_read_part(side), ERROR_TIMEOUT,
         silent ? "no reply for # ms (check the controller's supply and serial line)"
                : "no valid reply for # ms (check the controller's supply and serial line)",
@@ -91,14 +94,14 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
 
 // Requests readings from now on.
 static int read_now(struct rig *self, unsigned side, struct lens_reading readings[LENS_AXES]) {
-    const uint64_t since_us = watch_now_us(self);
+    const uint64_t since_us = rig_now_us(self);
     for (;;) {
         int error = lens_read_try(self, side, since_us, readings);
         if (error != ERROR_TIMEOUT) {
             return error;
         }
-        error = lens_read_timeout(self, side, since_us, watch_now_us(self));
-        error = error == ERROR_OK ? watch_look(self) : error;
+        error = lens_read_timeout(self, side, since_us, rig_now_us(self));
+        error = error == ERROR_OK ? rig_poll(self) : error;
         if (error != ERROR_OK) {
             return error;
         }
@@ -114,14 +117,14 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
         for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
             values[axis][i] = readings[axis].position;
         }
-        error = error == ERROR_OK ? watch_look(self) : error;
+        error = error == ERROR_OK ? rig_poll(self) : error;
     }
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        const bool present = (self->lens_abilities[side].axes & 1u << axis) != 0;
+        const bool present = (self->camera[side].lens.abilities.axes & 1u << axis) != 0;
         positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
-        self->lens_position[side][axis] = positions[axis];
+        self->camera[side].lens.position[axis] = positions[axis];
     }
-    return failure_end(self, error);
+    return rig_end(self, error);
 }
 
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
@@ -130,6 +133,6 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
         return ERROR_ARGUMENT;
     }
     const int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, axis);
-    const struct lens_drive *lens = &self->lens[side < RIG_SIDES ? side : 0];
+    const struct lens_drive *lens = &self->camera[side < RIG_SIDES ? side : 0].lens.drive;
     return error == ERROR_OK ? lens->operations->limits(lens->self, axis, limits) : error;
 }

@@ -23,7 +23,7 @@ enum {
 /// any). Returns 0, ERROR_ARGUMENT, ERROR_NOT_CONNECTED or ERROR_NOT_READY with `last_error` set.
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis);
 
-/// Waits for at most WATCH_STEP_US for readings of all axes requested at `since_us` or later.
+/// Waits for at most RIG_POLL_US for readings of all axes requested at `since_us` or later.
 /// ERROR_TIMEOUT: not yet, call again; other errors as in lens.h with `last_error` set.
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]);

@@ -3,12 +3,14 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/pair_change.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
-#include "rig/watch.h"
 
 enum {
     FRAME_ATTEMPTS = 2,
@@ -50,24 +52,24 @@ static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_f
         return ERROR_OK;
     }
     const int32_t numbers[] = {frame->width_px, frame->height_px};
-    return watch_error(rig, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
-                       "it sends # x # pixels, which is not the requested size (run bringup)",
-                       numbers);
+    return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
+                          "it sends # x # pixels, which is not the requested size (run bringup)",
+                          numbers);
 }
 
 static int torn(struct rig *rig, unsigned side, uint32_t faults) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
-    watch_used(rig, part, ERROR_FRAME);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
+    rig_part_used(rig, part, ERROR_FRAME);
     const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
                            ? "two successive frames had lines of wrong length (check its cable)"
                        : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
                            ? "two successive frames had a wrong number of rows (check its cable)"
                            : "two successive frames were damaged (check its cable and plug)";
-    return watch_error(rig, part, ERROR_FRAME, what, NULL);
+    return rig_part_error(rig, part, ERROR_FRAME, what, NULL);
 }
 
 static struct pair_window window_of(const struct rig *rig, unsigned side) {
-    const struct mt9t001_window *window = &rig->sensor[side].window;
+    const struct mt9t001_window *window = &rig->camera[side].sensor.window;
     if (!rig->profile.bridge) {
         return (struct pair_window){.skip = 0};
     }
@@ -98,8 +100,8 @@ static int save_frame(struct rig *rig, unsigned side, const struct hal_camera_fr
             .sequence = frame->sequence,
             .begin_us = frame->begin_us,
             .end_us = frame->end_us,
-            .exposure_us = rig->exposure_us[side],
-            .gain_q3 = rig->gain_q3[side],
+            .exposure_us = rig->camera[side].exposure_us,
+            .gain_q3 = rig->camera[side].gain_q3,
         };
     }
     rig_camera_give_back(rig, side, frame);
@@ -138,8 +140,8 @@ static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
 // the two.
 static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
                         size_t values, struct pair_frame frames[RIG_SIDES]) {
-    const uint64_t settled_at_us = rig->settled_at_us[RIG_RIGHT];
-    const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = watch_now_us(rig);
+    const uint64_t settled_at_us = rig->camera[RIG_RIGHT].settled_at_us;
+    const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = rig_now_us(rig);
     const uint64_t begin_us = settled_at_us > now_us + frame_us ? settled_at_us - frame_us : now_us;
     int error = take_frame(rig, RIG_LEFT, begin_us, memory, values, &frames[RIG_LEFT]);
     if (error != ERROR_OK) {
@@ -157,15 +159,15 @@ static int take_nearest(struct rig *rig, const struct pair_options *options, uin
     struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
     // The actual frame period in this light is the time from one left frame to the next, whatever
     // the driver reports.
-    int error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
+    int error = take_frame(rig, RIG_LEFT, rig_now_us(rig), memory, values, left);
     const struct pair_frame first = *left;
     // A driver buffers a few frames, and drops later ones when it is full. Drain the right camera
     // just before the left frame that counts, so that the next frames are kept.
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_RIGHT, watch_now_us(rig), memory + values, values, right);
+        error = take_frame(rig, RIG_RIGHT, rig_now_us(rig), memory + values, values, right);
     }
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_LEFT, watch_now_us(rig), memory, values, left);
+        error = take_frame(rig, RIG_LEFT, rig_now_us(rig), memory, values, left);
     }
     if (error != ERROR_OK) {
         return error;
@@ -256,10 +258,10 @@ static int take_both(struct rig *rig, const struct pair_options *options, uint16
 
 static int read_servo(struct rig *rig, unsigned side, uint16_t *pan_q4, bool *turning) {
     struct fpga_bridge_servo servo;
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
-    const int error = watch_used(rig, part, fpga_bridge_servo_read(&rig->bridge, side, &servo));
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SERVO, side);
+    const int error = rig_part_used(rig, part, fpga_bridge_servo_read(&rig->bridge, side, &servo));
     if (error != ERROR_OK) {
-        return failure_of_bus(rig, part, error);
+        return rig_bus_failed(rig, part, error);
     }
     *pan_q4 = servo.actual_q4;
     *turning = servo.actual_q4 != servo.target_q4;
@@ -273,21 +275,21 @@ static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
         axes->position[axis] = INT32_MIN;
     }
-    if (rig->pan_q4[side] != 0) {
+    if (rig->camera[side].pan_q4 != 0) {
         error = read_servo(rig, side, &axes->pan_q4, &turning);
     }
     if (error == ERROR_OK && turning) {
-        error = watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                            "it is still turning (wait until it has stopped, then capture again)",
-                            NULL);
+        error = rig_part_error(
+            rig, rig_part_of(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+            "it is still turning (wait until it has stopped, then capture again)", NULL);
     }
-    if (error != ERROR_OK || rig->lens[side].operations == NULL) {
+    if (error != ERROR_OK || rig->camera[side].lens.drive.operations == NULL) {
         return error;
     }
     int32_t positions[LENS_AXES];
     error = rig_lens_read(rig, side, positions);
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        if ((rig->lens_abilities[side].axes >> axis & 1) != 0) {
+        if ((rig->camera[side].lens.abilities.axes >> axis & 1) != 0) {
             axes->position[axis] = positions[axis];
         }
     }
@@ -306,8 +308,9 @@ static int compare_axes(struct rig *rig, unsigned side, const struct pair_frame 
     const struct pair_axes *before = &frame->before, *after = &frame->after;
     if (before->pan_q4 != after->pan_q4) {
         const int32_t numbers[] = {before->pan_q4 / 16, after->pan_q4 / 16};
-        return watch_error(rig, failure_part(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
-                           "it turned from # us to # us during the pair (capture again)", numbers);
+        return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
+                              "it turned from # us to # us during the pair (capture again)",
+                              numbers);
     }
     static const char *const moved[LENS_AXES] = {
         "its zoom moved from # to # during the pair (capture again)",
@@ -322,8 +325,8 @@ static int compare_axes(struct rig *rig, unsigned side, const struct pair_frame 
         const int32_t way =
             numbers[0] > numbers[1] ? numbers[0] - numbers[1] : numbers[1] - numbers[0];
         if (way > rig->profile.lens_tolerance_counts) {
-            return watch_error(rig, failure_part(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
-                               moved[axis], numbers);
+            return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
+                                  moved[axis], numbers);
         }
     }
     return ERROR_OK;
@@ -338,10 +341,10 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
     }
     const int32_t numbers[] = {(int32_t)(apart_us / US_PER_MS),
                                (int32_t)(rig->profile.skew_limit_us / US_PER_MS)};
-    return watch_error(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
-                       "its frame began # ms from the left one (allowed: # ms; use a shorter "
-                       "exposure, or raise rig.skew_limit)",
-                       numbers);
+    return rig_part_error(rig, RIG_PART_RIGHT_CAMERA, ERROR_MOVED,
+                          "its frame began # ms from the left one (allowed: # ms; use a shorter "
+                          "exposure, or raise rig.skew_limit)",
+                          numbers);
 }
 
 static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, size_t values) {
@@ -364,16 +367,16 @@ static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, 
         return ERROR_OK;
     }
     const int32_t number = (int32_t)pair->change_permille;
-    return watch_error(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
-                       "# of 1000 parts of its picture changed during the pair (keep scene and "
-                       "light constant, then capture again)",
-                       &number);
+    return rig_part_error(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
+                          "# of 1000 parts of its picture changed during the pair (keep scene and "
+                          "light constant, then capture again)",
+                          &number);
 }
 
 static int wait_for_rest(struct rig *rig) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = watch_until(rig, rig->pan_stopped_at_us[side]);
+        error = rig_wait_until(rig, rig->camera[side].pan_stopped_at_us);
     }
     return error;
 }
@@ -433,7 +436,7 @@ static int capture(struct rig *rig, const struct pair_options *options, uint16_t
 static int end(struct rig *rig, int error) {
     const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
                           error == ERROR_MEMORY || error == ERROR_CANCELLED;
-    return harmless ? failure_end(rig, error) : failure_make_safe(rig, error);
+    return harmless ? rig_end(rig, error) : rig_fail_safe(rig, error);
 }
 
 int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
@@ -468,7 +471,7 @@ int pair_look(struct rig *rig, uint16_t *memory, size_t values,
     int error = ERROR_OK;
     report(rig, &options, 0);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = take_frame(rig, side, watch_now_us(rig), memory + side * frame_values, frame_values,
+        error = take_frame(rig, side, rig_now_us(rig), memory + side * frame_values, frame_values,
                            &frames[side]);
         report(rig, &options, side + 1);
     }

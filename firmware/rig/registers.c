@@ -4,9 +4,10 @@
 #include "bridge_register_names.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 static const struct registers_entry bridge_entries[] = {
 #define BRIDGE_ENTRY(name, text) {text, (uint8_t)BRIDGE_##name},
@@ -42,7 +43,7 @@ bool registers_readable(enum registers_device device, uint8_t index) {
 }
 
 static struct mt9t001 *sensor_of(struct rig *rig, enum registers_device device) {
-    return &rig->sensor[device == REGISTERS_LEFT ? RIG_LEFT : RIG_RIGHT];
+    return &rig->camera[device == REGISTERS_LEFT ? RIG_LEFT : RIG_RIGHT].sensor;
 }
 
 int registers_read(struct rig *rig, enum registers_device device, uint8_t index, uint16_t *value) {
@@ -78,8 +79,8 @@ static int read_run(struct rig *rig, enum registers_device device, struct regist
         }
         at = (uint16_t)(at + words);
     }
-    watch_used(rig, run->part, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(rig, run->part, error);
+    rig_part_used(rig, run->part, error);
+    return error == ERROR_OK ? ERROR_OK : rig_bus_failed(rig, run->part, error);
 }
 
 static int read_place(struct rig *rig, enum registers_device device, struct registers_all *all) {
@@ -94,7 +95,7 @@ static int read_place(struct rig *rig, enum registers_device device, struct regi
             INVARIANT(all->count < REGISTERS_RUNS_MAX);
             struct registers_run *run = &all->run[all->count];
             *run = (struct registers_run){.part = parts[device],
-                                          .at_us = watch_now_us(rig),
+                                          .at_us = rig_now_us(rig),
                                           .first = entries[i].index,
                                           .count = (uint16_t)length};
             error = read_run(rig, device, run);
@@ -116,5 +117,5 @@ int registers_read_all(struct rig *rig, struct registers_all *all) {
          device++) {
         error = read_place(rig, (enum registers_device)device, all);
     }
-    return error == ERROR_OK ? failure_end(rig, error) : failure_make_safe(rig, error);
+    return error == ERROR_OK ? rig_end(rig, error) : rig_fail_safe(rig, error);
 }

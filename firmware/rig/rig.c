@@ -3,11 +3,13 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
+#include "rig/base/watchdog.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
-#include "rig/watch.h"
 
 const char *rig_ports_missing(const struct rig_profile *profile, const struct rig_ports *ports) {
     if (ports->clock == NULL) {
@@ -38,8 +40,8 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-            self->lens_commanded[side][axis] = INT32_MIN;
-            self->lens_position[side][axis] = INT32_MIN;
+            self->camera[side].lens.commanded[axis] = INT32_MIN;
+            self->camera[side].lens.position[axis] = INT32_MIN;
         }
     }
 }
@@ -50,8 +52,8 @@ int rig_idle(struct rig *self) {
     if (self->state != RIG_READY) {
         return ERROR_OK;
     }
-    const int error = watch_feed(self);
-    return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
+    const int error = rig_watchdog_feed(self);
+    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
 }
 
 // ---- check
@@ -69,51 +71,53 @@ static int check_bridge(struct rig *self) {
     if (error == ERROR_OK) {
         error = fpga_bridge_read(&self->bridge, BRIDGE_STATUS, &status);
     }
-    watch_used(self, RIG_PART_BRIDGE, error);
+    rig_part_used(self, RIG_PART_BRIDGE, error);
     if (error != ERROR_OK) {
-        return failure_of_bus(self, RIG_PART_BRIDGE, error);
+        return rig_bus_failed(self, RIG_PART_BRIDGE, error);
     }
-    self->fed_us = watch_now_us(self);
-    watch_fed(self);
+    self->fed_us = rig_now_us(self);
+    rig_watchdog_fed(self);
     if ((status & BRIDGE_STATUS_WATCHDOG_FIRED_MASK) != 0) {
-        watch_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
-        return watch_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
-                           "its watchdog fired because this program was late (run bringup)", NULL);
+        rig_part_used(self, RIG_PART_BRIDGE, ERROR_TIMEOUT);
+        return rig_part_error(self, RIG_PART_BRIDGE, ERROR_TIMEOUT,
+                              "its watchdog fired because this program was late (run bringup)",
+                              NULL);
     }
     return ERROR_OK;
 }
 
 static int check_camera(struct rig *self, unsigned side) {
-    const enum rig_part sensor = failure_part(RIG_PART_LEFT_SENSOR, side);
-    const enum rig_part camera = failure_part(RIG_PART_LEFT_CAMERA, side);
-    int error = watch_used(self, sensor, mt9t001_check(&self->sensor[side]));
+    const enum rig_part sensor = rig_part_of(RIG_PART_LEFT_SENSOR, side);
+    const enum rig_part camera = rig_part_of(RIG_PART_LEFT_CAMERA, side);
+    int error = rig_part_used(self, sensor, mt9t001_check(&self->camera[side].sensor));
     if (error != ERROR_OK) {
-        return failure_of_bus(self, sensor, error);
+        return rig_bus_failed(self, sensor, error);
     }
     struct fpga_bridge_camera seen;
-    error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_read(&self->bridge, side, &seen));
+    error =
+        rig_part_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_read(&self->bridge, side, &seen));
     if (error != ERROR_OK) {
-        return failure_of_bus(self, RIG_PART_BRIDGE, error);
+        return rig_bus_failed(self, RIG_PART_BRIDGE, error);
     }
-    if (watch_used(self, camera, seen.lost ? ERROR_TIMEOUT : ERROR_OK) != ERROR_OK) {
-        return watch_error(self, camera, ERROR_TIMEOUT,
-                           "no pixel clock (check its cable, supply and clock)", NULL);
+    if (rig_part_used(self, camera, seen.lost ? ERROR_TIMEOUT : ERROR_OK) != ERROR_OK) {
+        return rig_part_error(self, camera, ERROR_TIMEOUT,
+                              "no pixel clock (check its cable, supply and clock)", NULL);
     }
     return ERROR_OK;
 }
 
 static int check_servo(struct rig *self, unsigned side) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SERVO, side);
     struct fpga_bridge_servo servo;
     const int error = fpga_bridge_servo_read(&self->bridge, side, &servo);
-    watch_used(self, part, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+    rig_part_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : rig_bus_failed(self, part, error);
 }
 
 // Takes a frame of a camera with its own port.
 static int check_source(struct rig *self, unsigned side) {
     struct hal_camera_frame frame;
-    const int error = rig_camera_take(self, side, watch_now_us(self), &frame);
+    const int error = rig_camera_take(self, side, rig_now_us(self), &frame);
     if (error == ERROR_OK) {
         rig_camera_give_back(self, side, &frame);
     }
@@ -133,7 +137,8 @@ static void check_triggered(struct rig *self, struct rig_error *first) {
 
 static int check_lens(struct rig *self, unsigned side) {
     int32_t positions[LENS_AXES];
-    return self->lens[side].operations != NULL ? rig_lens_read(self, side, positions) : ERROR_OK;
+    return self->camera[side].lens.drive.operations != NULL ? rig_lens_read(self, side, positions)
+                                                            : ERROR_OK;
 }
 
 // `of_bridge`: whether the bridge works.
@@ -171,5 +176,5 @@ int rig_check(struct rig *self) {
     // Without the bridge the servos are not held, and settings are lost; the bridge may have been
     // lost meanwhile.
     const bool gone = of_bridge != ERROR_OK || self->state != RIG_READY;
-    return gone ? failure_make_safe(self, first.error) : first.error;
+    return gone ? rig_fail_safe(self, first.error) : first.error;
 }

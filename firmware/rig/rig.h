@@ -11,7 +11,7 @@
 
 #include <stdint.h>
 
-#include "rig/rig_state.h"
+#include "rig/base/rig_state.h"
 #include "rig/safe.h"
 
 #ifdef __cplusplus

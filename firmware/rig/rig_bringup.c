@@ -3,13 +3,15 @@
 // failed part stops only the steps that depend on it.
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/lens_read.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
-#include "rig/watch.h"
 
 enum {
     RESET_US = 1000,  // of the bridge, which clears its branches for 0.1 ms afterwards
@@ -54,11 +56,11 @@ static int set_reset(struct rig *self, bool active) {
     if (error == ERROR_UNSUPPORTED) {
         return error;
     }
-    watch_used(self, RIG_PART_RESET_LINE, error);
+    rig_part_used(self, RIG_PART_RESET_LINE, error);
     return error == ERROR_OK
                ? ERROR_OK
-               : watch_failed(self, RIG_PART_RESET_LINE, error,
-                              "it cannot be driven (check the chip's name and its permissions)");
+               : rig_part_failed(self, RIG_PART_RESET_LINE, error,
+                                 "it cannot be driven (check the chip's name and its permissions)");
 }
 
 // ---- the bridge
@@ -70,7 +72,7 @@ static int open_bridge(struct rig *self) {
     if (error != ERROR_OK && error != ERROR_UNSUPPORTED) {
         return error;
     }
-    error = watch_until(self, watch_now_us(self) + RESET_US);
+    error = rig_wait_until(self, rig_now_us(self) + RESET_US);
     if (error != ERROR_OK) {
         return error;
     }
@@ -78,20 +80,20 @@ static int open_bridge(struct rig *self) {
     if (error != ERROR_OK && line) {
         error = set_reset(self, true);
         if (error == ERROR_OK) {
-            error = watch_until(self, watch_now_us(self) + RESET_US);
+            error = rig_wait_until(self, rig_now_us(self) + RESET_US);
         }
         if (error == ERROR_OK) {
             error = set_reset(self, false);
         }
         if (error == ERROR_OK) {
-            error = watch_until(self, watch_now_us(self) + RESET_US);
+            error = rig_wait_until(self, rig_now_us(self) + RESET_US);
         }
         if (error != ERROR_OK) {
             return error;
         }
         error = fpga_bridge_open(&self->bridge, self->ports.i2c, self->ports.clock);
     }
-    return failure_of_bridge(self, error);
+    return rig_bridge_used(self, error);
 }
 
 // Sets all registers to their reset values, then to those of this instrument.
@@ -102,7 +104,7 @@ static int set_bridge(struct rig *self) {
         error = fpga_bridge_soft_reset(bridge);
     }
     if (error == ERROR_OK) {
-        error = watch_until(self, watch_now_us(self) + RESET_US);
+        error = rig_wait_until(self, rig_now_us(self) + RESET_US);
         if (error != ERROR_OK) {
             return error;
         }
@@ -125,9 +127,9 @@ static int set_bridge(struct rig *self) {
     if (error == ERROR_OK) {
         error = fpga_bridge_watchdog_feed(bridge);  // sets the mark that reveals a restart
     }
-    self->fed_us = watch_now_us(self);
+    self->fed_us = rig_now_us(self);
     self->feed_arrived_us = 0;
-    return failure_of_bridge(self, error);
+    return rig_bridge_used(self, error);
 }
 
 static int raise_interrupt(struct rig *self) {
@@ -157,15 +159,15 @@ static int check_interrupt(struct rig *self) {
     }
     error = error == ERROR_OK ? clear_interrupt(self) : error;
     if (error != ERROR_OK) {
-        return failure_of_bridge(self, error);
+        return rig_bridge_used(self, error);
     }
     if (seen == ERROR_OK && (low || !high)) {
         seen = ERROR_VERIFY;
     }
-    watch_used(self, RIG_PART_IRQ_LINE, seen);
+    rig_part_used(self, RIG_PART_IRQ_LINE, seen);
     return seen == ERROR_OK
                ? ERROR_OK
-               : watch_failed(
+               : rig_part_failed(
                      self, RIG_PART_IRQ_LINE, seen,
                      "it does not follow the bridge (check the wire and the line's number)");
 }
@@ -180,55 +182,55 @@ static int set_servo(struct rig *self, unsigned side) {
     if (error == ERROR_OK) {
         error = fpga_bridge_servo_slew(bridge, side, self->profile.servo_slew_q4);
     }
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SERVO, side);
-    watch_used(self, part, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SERVO, side);
+    rig_part_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : rig_bus_failed(self, part, error);
 }
 
 // ---- the sensors
 
 static int wake_sensors(struct rig *self) {
     struct fpga_bridge_sensor_lines lines = {.oe = SENSORS, .extclk = SENSORS};
-    int error = failure_of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+    int error = rig_bridge_used(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
     if (error == ERROR_OK) {
-        error = watch_until(self, watch_now_us(self) + CLOCK_US);
+        error = rig_wait_until(self, rig_now_us(self) + CLOCK_US);
     }
     lines.reset_n = SENSORS;
     if (error == ERROR_OK) {
-        error = failure_of_bridge(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
+        error = rig_bridge_used(self, fpga_bridge_sensor_drive(&self->bridge, &lines));
     }
-    return error == ERROR_OK ? watch_until(self, watch_now_us(self) + CLOCK_US) : error;
+    return error == ERROR_OK ? rig_wait_until(self, rig_now_us(self) + CLOCK_US) : error;
 }
 
 // For a sensor that did not answer: checks whether something holds its branch low.
 static int sensor_failed(struct rig *self, unsigned side, int error) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, side);
     struct fpga_bridge_sensor_bus bus;
     const int read = fpga_bridge_sensor_bus_read(&self->bridge, &bus);
     if (read != ERROR_OK) {
-        return failure_of_bridge(self, read);
+        return rig_bridge_used(self, read);
     }
     if ((bus.branch_sda >> side & 1) == 0 || (bus.branch_scl >> side & 1) == 0) {
-        return watch_error(
+        return rig_part_error(
             self, part, ERROR_I2C_STUCK,
             "its I2C lines are stuck low (cycle its power, look for a short circuit)", NULL);
     }
     return error == ERROR_I2C_NACK
-               ? watch_error(self, part, error, "no answer on I2C (check its cable and supply)",
-                             NULL)
-               : failure_of_bus(self, part, error);
+               ? rig_part_error(self, part, error, "no answer on I2C (check its cable and supply)",
+                                NULL)
+               : rig_bus_failed(self, part, error);
 }
 
 static int open_sensor(struct rig *self, unsigned side) {
     const struct rig_profile *profile = &self->profile;
-    struct mt9t001 *sensor = &self->sensor[side];
+    struct mt9t001 *sensor = &self->camera[side].sensor;
     int error = mt9t001_open(sensor, self->ports.i2c, self->ports.clock,
                              profile->sensor_address[side], profile->sensor_clock_hz);
     if (error != ERROR_OK && error != ERROR_DEVICE) {
         // A sensor that was interrupted in the middle of a byte holds its branch.
         int cleared = fpga_bridge_sensor_bus_clear(&self->bridge, (uint16_t)(1u << side));
         if (cleared == ERROR_OK) {
-            cleared = watch_until(self, watch_now_us(self) + RESET_US);
+            cleared = rig_wait_until(self, rig_now_us(self) + RESET_US);
             if (cleared != ERROR_OK) {
                 return cleared;
             }
@@ -236,11 +238,11 @@ static int open_sensor(struct rig *self, unsigned side) {
                                  profile->sensor_address[side], profile->sensor_clock_hz);
         }
     }
-    watch_used(self, failure_part(RIG_PART_LEFT_SENSOR, side), error);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_SENSOR, side), error);
     if (error != ERROR_OK) {
         return sensor_failed(self, side, error);
     }
-    self->gain_q3[side] = sensor->gain_q3;
+    self->camera[side].gain_q3 = sensor->gain_q3;
     return ERROR_OK;
 }
 
@@ -258,29 +260,30 @@ static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
 
 // Waits in steps, as the time may be long.
 static int open_lens(struct rig *self, unsigned side, uint64_t timeout_us) {
-    const struct lens_drive *lens = &self->lens[side];
-    const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
-    const uint64_t since_us = watch_now_us(self);
+    const struct lens_drive *lens = &self->camera[side].lens.drive;
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_LENS, side);
+    const uint64_t since_us = rig_now_us(self);
     uint64_t deadline_us = since_us + timeout_us;
     int error = ERROR_TIMEOUT;
-    while (error == ERROR_TIMEOUT && watch_now_us(self) < deadline_us) {
-        error = watch_look(self);
+    while (error == ERROR_TIMEOUT && rig_now_us(self) < deadline_us) {
+        error = rig_poll(self);
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t step_us = watch_now_us(self) + LENS_STEP_US;
+        const uint64_t step_us = rig_now_us(self) + LENS_STEP_US;
         const uint64_t until_us = step_us < deadline_us ? step_us : deadline_us;
-        error = lens->operations->open(lens->self, until_us, &self->lens_abilities[side]);
+        error = lens->operations->open(lens->self, until_us, &self->camera[side].lens.abilities);
         deadline_us = lens_ends_us(lens, since_us, timeout_us);
     }
-    watch_used(self, part, error);
+    rig_part_used(self, part, error);
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
-    return watch_failed(self, part, error,
-                        error == ERROR_TIMEOUT
-                            ? "its controller does not answer (check its supply and serial cable)"
-                            : "the serial line of its controller cannot be used (check its name)");
+    return rig_part_failed(
+        self, part, error,
+        error == ERROR_TIMEOUT
+            ? "its controller does not answer (check its supply and serial cable)"
+            : "the serial line of its controller cannot be used (check its name)");
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {
@@ -294,9 +297,9 @@ static void bring_up_lenses(struct rig *self, struct finding *finding) {
         if (finding->first.error == ERROR_CANCELLED) {
             return;
         }
-        self->lens[side] = lens_v3lc_lens(&self->v3lc, side);
+        self->camera[side].lens.drive = lens_v3lc_lens(&self->v3lc, side);
         if (!record(self, finding, open_lens(self, side, timeout_us))) {
-            self->lens[side].operations = NULL;
+            self->camera[side].lens.drive.operations = NULL;
             timeout_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
                                          // reported soon enough
         }
@@ -314,8 +317,8 @@ static void record_missing(struct rig *self, struct finding *finding, enum rig_p
     }
     const char *missing = devices->missing(devices->self, part);
     if (missing != NULL) {
-        const int error = watch_used(self, part, ERROR_DEVICE);
-        record(self, finding, watch_error(self, part, error, missing, NULL));
+        const int error = rig_part_used(self, part, ERROR_DEVICE);
+        record(self, finding, rig_part_error(self, part, error, missing, NULL));
     }
 }
 
@@ -351,10 +354,10 @@ static int start_source(struct rig *self, unsigned side, const struct hal_camera
         return error;
     }
     const int32_t size_px[] = {format->width_px, format->height_px};
-    return watch_error(self, failure_part(RIG_PART_LEFT_CAMERA, side), error,
-                       "it delivers no frames of # x # in a supported format (set rig.width and "
-                       "rig.height to a size that both cameras support)",
-                       size_px);
+    return rig_part_error(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), error,
+                          "it delivers no frames of # x # in a supported format (set rig.width and "
+                          "rig.height to a size that both cameras support)",
+                          size_px);
 }
 
 // Checks triggered cameras: each must deliver a frame with a pulse, and none without.
@@ -384,7 +387,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         struct hal_camera_frame frame;
-        if (self->streaming[side] && finding->first.error != ERROR_CANCELLED &&
+        if (self->camera[side].streaming && finding->first.error != ERROR_CANCELLED &&
             record(self, finding, rig_camera_take_first(self, side, &frame))) {
             rig_camera_give_back(self, side, &frame);
         }
@@ -398,19 +401,19 @@ static void forget(struct rig *self) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->lens[side] = (struct lens_drive){NULL, NULL};
-        self->sensor[side] = (struct mt9t001){.bus = NULL};
-        self->pan_q4[side] = 0;
-        self->pan_stopped_at_us[side] = 0;
-        self->lens_stopped_at_us[side] = 0;
-        self->settled_at_us[side] = 0;
-        self->frame_pending[side] = false;
-        self->exposure_us[side] = 0;
-        self->initial_exposure_us[side] = 0;
-        self->gain_q3[side] = 0;
+        self->camera[side].lens.drive = (struct lens_drive){NULL, NULL};
+        self->camera[side].sensor = (struct mt9t001){.bus = NULL};
+        self->camera[side].pan_q4 = 0;
+        self->camera[side].pan_stopped_at_us = 0;
+        self->camera[side].lens.stopped_at_us = 0;
+        self->camera[side].settled_at_us = 0;
+        self->camera[side].frame_pending = false;
+        self->camera[side].exposure_us = 0;
+        self->camera[side].initial_exposure_us = 0;
+        self->camera[side].gain_q3 = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-            self->lens_commanded[side][axis] = INT32_MIN;
-            self->lens_position[side][axis] = INT32_MIN;
+            self->camera[side].lens.commanded[axis] = INT32_MIN;
+            self->camera[side].lens.position[axis] = INT32_MIN;
         }
     }
     self->bridge = (struct fpga_bridge){.marked = false};
@@ -449,7 +452,7 @@ int rig_bringup(struct rig *self) {
             }
             if (error == ERROR_OK) {
                 error = fpga_bridge_camera_stream(&self->bridge, true);
-                error = failure_of_bridge(self, error);
+                error = rig_bridge_used(self, error);
             }
         }
         record(self, &finding, error);
@@ -459,5 +462,5 @@ int rig_bringup(struct rig *self) {
     }
     self->state = RIG_SAFE;
     self->last_error = finding.first;
-    return failure_make_safe(self, finding.first.error);
+    return rig_fail_safe(self, finding.first.error);
 }

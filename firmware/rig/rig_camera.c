@@ -3,8 +3,10 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
-#include "rig/watch.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 
 enum {
     // Time to wait for a frame: this many frame periods, for the one under way at the start, the
@@ -36,11 +38,12 @@ static bool has_source(const struct rig *self, unsigned side) {
 
 // 0: not known.
 static uint32_t exposure_us(const struct rig *self, unsigned side) {
-    return self->exposure_us[side] != 0 ? self->exposure_us[side] : self->initial_exposure_us[side];
+    return self->camera[side].exposure_us != 0 ? self->camera[side].exposure_us
+                                               : self->camera[side].initial_exposure_us;
 }
 
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
-    const struct mt9t001 *sensor = &self->sensor[side];
+    const struct mt9t001 *sensor = &self->camera[side].sensor;
     if (sensor->bus == NULL) {
         return later(self->profile.frame_us, exposure_us(self, side));
     }
@@ -53,22 +56,23 @@ uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
 
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us) {
     const uint64_t wait_us = before_us + MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->settled_at_us[side] = later(self->settled_at_us[side], watch_now_us(self) + wait_us);
+    self->camera[side].settled_at_us =
+        later(self->camera[side].settled_at_us, rig_now_us(self) + wait_us);
 }
 
 static int source_failed(struct rig *self, unsigned side, int error) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     const char *what =
         error == ERROR_UNSUPPORTED ? "it has no frames of this size (choose another window)"
         : error == ERROR_DEVICE    ? "it is gone (check its plug, then run bringup)"
                                    : "the system cannot start its frames (see the system log)";
-    return watch_failed(self, part, error, what);
+    return rig_part_failed(self, part, error, what);
 }
 
 // A working port behind the bridge does not prove that the camera works.
 static int of_source(struct rig *self, unsigned side, int error) {
     if (error != ERROR_OK || !self->profile.bridge) {
-        watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
+        rig_part_used(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), error);
     }
     return error;
 }
@@ -80,9 +84,9 @@ int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_came
     if (error != ERROR_OK) {
         return source_failed(self, side, error);
     }
-    self->streaming[side] = true;
-    self->started_us[side] = watch_now_us(self);
-    self->frame_pending[side] = false;
+    self->camera[side].streaming = true;
+    self->camera[side].started_us = rig_now_us(self);
+    self->camera[side].frame_pending = false;
     self->format = *format;
     return ERROR_OK;
 }
@@ -98,7 +102,7 @@ void rig_camera_find_exposure(struct rig *self, unsigned side) {
     // Data from a driver is untrusted.
     const int32_t max_us = RIG_EXPOSURE_MAX_US;
     const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
-    self->initial_exposure_us[side] = (uint32_t)(usable_us < max_us ? usable_us : max_us);
+    self->camera[side].initial_exposure_us = (uint32_t)(usable_us < max_us ? usable_us : max_us);
 }
 
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {
@@ -118,10 +122,10 @@ int rig_camera_stop(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const struct hal_camera *camera = self->ports.camera[side];
-        if (!self->streaming[side]) {
+        if (!self->camera[side].streaming) {
             continue;
         }
-        self->streaming[side] = false;
+        self->camera[side].streaming = false;
         const int error = of_source(self, side, camera->operations->stop(camera->self));
         if (error != ERROR_OK && first == ERROR_OK) {
             first = source_failed(self, side, error);
@@ -132,15 +136,14 @@ int rig_camera_stop(struct rig *self) {
 
 // Finds out why no frame came.
 static int no_frame(struct rig *self, unsigned side, int error) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     if (error != ERROR_TIMEOUT) {
         return source_failed(self, side, error);
     }
     struct fpga_bridge_camera seen;
     const char *what = "no frame in time (check its cable, then run bringup)";
     if (self->profile.bridge) {
-        const int read =
-            failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
+        const int read = rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &seen));
         if (read != ERROR_OK) {
             return read;
         }
@@ -148,7 +151,7 @@ static int no_frame(struct rig *self, unsigned side, int error) {
                          : "its clock runs, but no frame reaches the port (check FRAME_VALID and "
                            "the port's cable)";
     }
-    return watch_error(self, part, error, what, NULL);
+    return rig_part_error(self, part, error, what, NULL);
 }
 
 // Makes the bridge pass frames of this camera.
@@ -158,27 +161,26 @@ static int choose(struct rig *self, unsigned side) {
     struct fpga_bridge_source source;
     const uint64_t frame_us =
         later(rig_camera_frame_us(self, RIG_LEFT), rig_camera_frame_us(self, RIG_RIGHT));
-    const uint64_t deadline_us = watch_now_us(self) + 2 * frame_us + SWITCH_TIMEOUT_US;
+    const uint64_t deadline_us = rig_now_us(self) + 2 * frame_us + SWITCH_TIMEOUT_US;
     bool asked = false;
     for (;;) {
-        int error = failure_of_bridge(self, fpga_bridge_camera_source(&self->bridge, &source));
+        int error = rig_bridge_used(self, fpga_bridge_camera_source(&self->bridge, &source));
         if (error == ERROR_OK && source.active == sources[side] && source.gate_open &&
             !source.switching) {
             return ERROR_OK;
         }
         if (error == ERROR_OK && !asked) {
-            error =
-                failure_of_bridge(self, fpga_bridge_camera_select(&self->bridge, sources[side]));
+            error = rig_bridge_used(self, fpga_bridge_camera_select(&self->bridge, sources[side]));
             asked = true;
         }
         if (error != ERROR_OK) {
             return error;
         }
-        if (watch_now_us(self) >= deadline_us) {
-            watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), ERROR_TIMEOUT);
+        if (rig_now_us(self) >= deadline_us) {
+            rig_part_used(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_TIMEOUT);
             return no_frame(self, side, ERROR_TIMEOUT);
         }
-        error = watch_until(self, watch_now_us(self) + SWITCH_LOOK_US);
+        error = rig_wait_until(self, rig_now_us(self) + SWITCH_LOOK_US);
         if (error != ERROR_OK) {
             return error;
         }
@@ -198,42 +200,42 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
     int error = ERROR_TIMEOUT;
     uint64_t now_us = 0;
     do {
-        error = watch_look(self);
+        error = rig_poll(self);
         if (error != ERROR_OK) {
             return error;
         }
-        now_us = watch_now_us(self);
+        now_us = rig_now_us(self);
         error = camera->operations->take(camera->self, begin_us,
-                                         sooner(now_us + WATCH_STEP_US, deadline_us), frame);
-        now_us = watch_now_us(self);
+                                         sooner(now_us + RIG_POLL_US, deadline_us), frame);
+        now_us = rig_now_us(self);
     } while (error == ERROR_TIMEOUT && now_us < deadline_us);
-    watch_used(self, failure_part(RIG_PART_LEFT_CAMERA, side), error);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), error);
     return error == ERROR_OK ? ERROR_OK : no_frame(self, side, error);
 }
 
 // The earliest begin of a frame that was exposed with the camera at rest: rows are exposed before
 // they are sent.
 static uint64_t still_us(const struct rig *self, unsigned side) {
-    return later(self->pan_stopped_at_us[side], self->lens_stopped_at_us[side]) +
+    return later(self->camera[side].pan_stopped_at_us, self->camera[side].lens.stopped_at_us) +
            exposure_us(self, side);
 }
 
 static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
                           struct hal_camera_frame *frame) {
     const uint64_t begin_us =
-        later(later(not_before_us, self->settled_at_us[side]), still_us(self, side));
-    const uint64_t now_us = watch_now_us(self);
+        later(later(not_before_us, self->camera[side].settled_at_us), still_us(self, side));
+    const uint64_t now_us = rig_now_us(self);
     uint64_t deadline_us =
         later(begin_us, now_us) + TIMEOUT_FRAMES * rig_camera_frame_us(self, side) + TIMEOUT_US;
     if (!self->profile.bridge) {
-        deadline_us = later(deadline_us, self->started_us[side] + FIRST_FRAME_US);
+        deadline_us = later(deadline_us, self->camera[side].started_us + FIRST_FRAME_US);
     }
     return wait_until(self, side, begin_us, deadline_us, frame);
 }
 
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
-    INVARIANT(side < RIG_SIDES && self->streaming[side] && !self->profile.bridge);
-    const uint64_t started_us = self->started_us[side];
+    INVARIANT(side < RIG_SIDES && self->camera[side].streaming && !self->profile.bridge);
+    const uint64_t started_us = self->camera[side].started_us;
     const uint64_t deadline_us =
         started_us + FIRST_FRAME_US + FIRST_EXPOSURES * (uint64_t)exposure_us(self, side);
     return wait_until(self, side, started_us, deadline_us, frame);
@@ -248,16 +250,16 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
     struct fpga_bridge_camera before, after;
     int error = choose(self, side);
     if (error == ERROR_OK) {
-        error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &before));
+        error = rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &before));
     }
     if (error == ERROR_OK) {
         // The port may still hold a frame of the other camera.
-        error = wait_for_frame(self, side, later(not_before_us, watch_now_us(self)), frame);
+        error = wait_for_frame(self, side, later(not_before_us, rig_now_us(self)), frame);
     }
     if (error != ERROR_OK) {
         return error;
     }
-    error = failure_of_bridge(self, fpga_bridge_camera_read(&self->bridge, side, &after));
+    error = rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &after));
     if (error != ERROR_OK) {
         rig_camera_give_back(self, side, frame);
         return error;

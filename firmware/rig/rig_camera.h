@@ -6,7 +6,7 @@
 #ifndef VERGENCE_RIG_RIG_CAMERA_H
 #define VERGENCE_RIG_RIG_CAMERA_H
 
-#include "rig/rig_state.h"
+#include "rig/base/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {

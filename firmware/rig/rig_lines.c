@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/rig_camera.h"
 #include "rig/trigger.h"
-#include "rig/watch.h"
 
 enum {
     WIDTH_PX = 64,
@@ -23,13 +24,13 @@ struct wrong {
 };
 
 static int of_sensor(struct rig *self, unsigned side, int error) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
-    watch_used(self, part, error);
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, part, error);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, side);
+    rig_part_used(self, part, error);
+    return error == ERROR_OK ? ERROR_OK : rig_bus_failed(self, part, error);
 }
 
 static int set_small_window(struct rig *self, unsigned side) {
-    struct mt9t001 *sensor = &self->sensor[side];
+    struct mt9t001 *sensor = &self->camera[side].sensor;
     struct mt9t001_window window;
     const uint64_t before_us = rig_camera_frame_us(self, side);
     int error = mt9t001_centred_window(WIDTH_PX, HEIGHT_PX, 1, 1, &window);
@@ -43,12 +44,13 @@ static int set_small_window(struct rig *self, unsigned side) {
     if (error != ERROR_OK) {
         return error;
     }
-    error = watch_used(self, RIG_PART_BRIDGE,
-                       fpga_bridge_camera_expect(&self->bridge, WIDTH_PX, HEIGHT_PX));
+    error = rig_part_used(self, RIG_PART_BRIDGE,
+                          fpga_bridge_camera_expect(&self->bridge, WIDTH_PX, HEIGHT_PX));
     if (error == ERROR_OK) {
-        error = watch_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_stream(&self->bridge, true));
+        error =
+            rig_part_used(self, RIG_PART_BRIDGE, fpga_bridge_camera_stream(&self->bridge, true));
     }
-    return error == ERROR_OK ? ERROR_OK : failure_of_bus(self, RIG_PART_BRIDGE, error);
+    return error == ERROR_OK ? ERROR_OK : rig_bus_failed(self, RIG_PART_BRIDGE, error);
 }
 
 static bool is_whole(const struct hal_camera_frame *frame) {
@@ -68,11 +70,11 @@ static void compare(const struct hal_camera_frame *frame, uint16_t sent, struct 
 
 // Takes a complete frame with this value.
 static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *wrong) {
-    int error = of_sensor(self, side, mt9t001_set_test_data(&self->sensor[side], value));
+    int error = of_sensor(self, side, mt9t001_set_test_data(&self->camera[side].sensor, value));
     rig_camera_unsettle(self, side, rig_camera_frame_us(self, side));
     for (int attempt = 0; attempt < ATTEMPTS && error == ERROR_OK; attempt++) {
         struct hal_camera_frame frame;
-        error = rig_camera_take(self, side, watch_now_us(self), &frame);
+        error = rig_camera_take(self, side, rig_now_us(self), &frame);
         if (error != ERROR_OK) {
             return error;
         }
@@ -88,11 +90,11 @@ static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *w
     if (error != ERROR_OK) {
         return error;
     }
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
-    watch_used(self, part, ERROR_FRAME);
-    return watch_error(self, part, ERROR_FRAME,
-                       "its frames are damaged (check its cable: PIXCLK, LINE_VALID, FRAME_VALID)",
-                       NULL);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
+    rig_part_used(self, part, ERROR_FRAME);
+    return rig_part_error(
+        self, part, ERROR_FRAME,
+        "its frames are damaged (check its cable: PIXCLK, LINE_VALID, FRAME_VALID)", NULL);
 }
 
 static int lowest_bit(uint16_t bits) {
@@ -105,21 +107,21 @@ static int lowest_bit(uint16_t bits) {
 }
 
 static int report(struct rig *self, unsigned side, const struct wrong *wrong) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     const uint16_t all = wrong->low | wrong->high;
     const int32_t number = lowest_bit(all);
     const char *what = (wrong->low & wrong->high) != 0 ? "data line # is unstable (check its cable)"
                        : wrong->low != 0 ? "data line # always reads 0 (check its cable)"
                                          : "data line # always reads 1 (check its cable)";
-    watch_used(self, part, ERROR_VERIFY);
-    return watch_error(self, part, ERROR_VERIFY, what, &number);
+    rig_part_used(self, part, ERROR_VERIFY);
+    return rig_part_error(self, part, ERROR_VERIFY, what, &number);
 }
 
 int rig_lines_check(struct rig *self, unsigned side) {
     const struct hal_camera_format format = {WIDTH_PX, HEIGHT_PX};
     struct wrong wrong = {0, 0};
     int error = set_small_window(self, side);
-    if (error == ERROR_OK && !self->streaming[RIG_LEFT]) {
+    if (error == ERROR_OK && !self->camera[RIG_LEFT].streaming) {
         error = rig_camera_start(self, &format);
     }
     if (error == ERROR_OK) {

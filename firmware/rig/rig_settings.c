@@ -2,11 +2,12 @@
 // Settings of the frames: exposure, gain, window.
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/rig.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
-#include "rig/watch.h"
 
 enum {
     BOTH_SIDES = 1 << RIG_LEFT | 1 << RIG_RIGHT,
@@ -19,11 +20,10 @@ static int refuse_sides(unsigned sides) {
 
 // Handles the result of a settings change of a sensor behind the bridge.
 static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_SENSOR, side);
-    watch_used(self, part, error);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, side);
+    rig_part_used(self, part, error);
     rig_camera_unsettle(self, side, before_us);
-    return error == ERROR_OK ? ERROR_OK
-                             : failure_make_safe(self, failure_of_bus(self, part, error));
+    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, rig_bus_failed(self, part, error));
 }
 
 // `numbers`: the requested value, and the nearest possible one.
@@ -35,7 +35,7 @@ static int refuse_control(struct rig *self, enum rig_part part, int error,
                    ? "exposure # us is not supported (the nearest is # us)"
                    : "this value is not supported (choose one closer to its range)";
     }
-    return watch_rejection(self, part, error, what, numbers);
+    return rig_reject(self, part, error, what, numbers);
 }
 
 // Whether a value that a camera reports is possible. Data from a driver is untrusted.
@@ -46,7 +46,7 @@ static bool can_be(enum hal_camera_control which, int32_t value) {
 // Sets a control of a camera with its own port.
 static int control(struct rig *self, unsigned side, enum hal_camera_control which, int32_t value,
                    int32_t *applied) {
-    const enum rig_part part = failure_part(RIG_PART_LEFT_CAMERA, side);
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
     const struct hal_camera *camera = self->ports.camera[side];
     int32_t nearest = INT32_MIN;  // until the camera reports it
     const int error = camera->operations->control == NULL
@@ -55,22 +55,23 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     if (error == ERROR_UNSUPPORTED || error == ERROR_RANGE) {
         return refuse_control(self, part, error, which, (const int32_t[]){value, nearest});
     }
-    watch_used(self, part, error);
+    rig_part_used(self, part, error);
     if (error != ERROR_OK) {
-        return failure_make_safe(
-            self, watch_failed(self, part, error,
-                               "it does not accept a setting (check its plug, then run bringup)"));
+        return rig_fail_safe(
+            self,
+            rig_part_failed(self, part, error,
+                            "it does not accept a setting (check its plug, then run bringup)"));
     }
     if (!can_be(which, nearest)) {
-        return failure_make_safe(self,
-                                 watch_error(self, part, ERROR_VERIFY,
-                                             "it reports the impossible setting # (run bringup, "
-                                             "or set it with the camera's own program)",
-                                             &nearest));
+        return rig_fail_safe(self,
+                             rig_part_error(self, part, ERROR_VERIFY,
+                                            "it reports the impossible setting # (run bringup, "
+                                            "or set it with the camera's own program)",
+                                            &nearest));
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->settled_at_us[side] = watch_now_us(self) + wait_us;
+    self->camera[side].settled_at_us = rig_now_us(self) + wait_us;
     return ERROR_OK;
 }
 
@@ -80,18 +81,18 @@ static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
         const int error =
             control(self, side, HAL_CAMERA_EXPOSURE_US, (int32_t)exposure_us, &applied);
         if (error == ERROR_OK) {
-            self->exposure_us[side] = (uint32_t)applied;
-            self->initial_exposure_us[side] = 0;
+            self->camera[side].exposure_us = (uint32_t)applied;
+            self->camera[side].initial_exposure_us = 0;
         }
         return error;
     }
-    struct mt9t001 *sensor = &self->sensor[side];
+    struct mt9t001 *sensor = &self->camera[side].sensor;
     struct mt9t001_timing timing;
     int error = mt9t001_timing_of(&sensor->window, 1, sensor->clock_hz, &timing);
     INVARIANT(error == ERROR_OK);
     const uint64_t before_us = rig_camera_frame_us(self, side);
     error = mt9t001_set_shutter(sensor, mt9t001_rows_for(&timing, exposure_us));
-    self->exposure_us[side] = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+    self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
     return sensor_was_set(self, side, before_us, error);
 }
 
@@ -109,7 +110,7 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
             error = set_exposure(self, side, exposure_us);
-            *applied_us = error == ERROR_OK ? self->exposure_us[side] : *applied_us;
+            *applied_us = error == ERROR_OK ? self->camera[side].exposure_us : *applied_us;
         }
     }
     return error;
@@ -123,13 +124,13 @@ static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
         int32_t applied = 0;
         const int error = control(self, side, HAL_CAMERA_GAIN_PART, part, &applied);
         if (error == ERROR_OK) {
-            self->gain_q3[side] =
+            self->camera[side].gain_q3 =
                 (uint16_t)(MT9T001_GAIN_Q3_MIN + (applied * span + GAIN_PARTS / 2) / GAIN_PARTS);
         }
         return error;
     }
-    const int error = mt9t001_set_gain(&self->sensor[side], gain_q3);
-    self->gain_q3[side] = self->sensor[side].gain_q3;
+    const int error = mt9t001_set_gain(&self->camera[side].sensor, gain_q3);
+    self->camera[side].gain_q3 = self->camera[side].sensor.gain_q3;
     return sensor_was_set(self, side, rig_camera_frame_us(self, side), error);
 }
 
@@ -147,7 +148,7 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
             error = set_gain(self, side, gain_q3);
-            *applied_q3 = error == ERROR_OK ? self->gain_q3[side] : *applied_q3;
+            *applied_q3 = error == ERROR_OK ? self->camera[side].gain_q3 : *applied_q3;
         }
     }
     return error;
@@ -156,7 +157,7 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
 // Switches both sensors, the bridge and the port to another size.
 static int set_sensor_windows(struct rig *self, const struct mt9t001_window *window) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        struct mt9t001 *sensor = &self->sensor[side];
+        struct mt9t001 *sensor = &self->camera[side].sensor;
         const uint64_t before_us = rig_camera_frame_us(self, side);
         int error = mt9t001_set_window(sensor, window);
         error = sensor_was_set(self, side, before_us, error);
@@ -166,15 +167,15 @@ static int set_sensor_windows(struct rig *self, const struct mt9t001_window *win
         struct mt9t001_timing timing;
         error = mt9t001_timing_of(window, sensor->shutter_rows, sensor->clock_hz, &timing);
         INVARIANT(error == ERROR_OK);
-        self->exposure_us[side] = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+        self->camera[side].exposure_us =
+            (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
     }
     const int error =
-        watch_used(self, RIG_PART_BRIDGE,
-                   fpga_bridge_camera_expect(&self->bridge, window->width_px / window->skip,
-                                             window->height_px / window->skip));
-    return error == ERROR_OK
-               ? ERROR_OK
-               : failure_make_safe(self, failure_of_bus(self, RIG_PART_BRIDGE, error));
+        rig_part_used(self, RIG_PART_BRIDGE,
+                      fpga_bridge_camera_expect(&self->bridge, window->width_px / window->skip,
+                                                window->height_px / window->skip));
+    return error == ERROR_OK ? ERROR_OK
+                             : rig_fail_safe(self, rig_bus_failed(self, RIG_PART_BRIDGE, error));
 }
 
 // The cameras do not support this size: return to the previous one. This is a rejected argument,
@@ -186,12 +187,12 @@ static int take_back(struct rig *self, const struct hal_camera_format *before,
     const int back = stopped == ERROR_OK ? rig_camera_start(self, before) : stopped;
     if (back != ERROR_OK || self->profile.bridge) {
         self->last_error = why;
-        return failure_make_safe(self, why.error);
+        return rig_fail_safe(self, why.error);
     }
     self->rejected = why;
     self->last_error = *last_error;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->health[failure_part(RIG_PART_LEFT_CAMERA, side)].failures = failures[side];
+        self->health[rig_part_of(RIG_PART_LEFT_CAMERA, side)].failures = failures[side];
     }
     return why.error;
 }
@@ -229,5 +230,5 @@ int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t 
     if (error == ERROR_UNSUPPORTED && before.width_px != 0) {
         return take_back(self, &before, &last_error, failures);
     }
-    return error == ERROR_OK ? ERROR_OK : failure_make_safe(self, error);
+    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
 }

@@ -3,10 +3,11 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/rig_camera.h"
 #include "rig/trigger.h"
-#include "rig/watch.h"
 
 enum {
     LENS_STOP_US = 100000,
@@ -17,16 +18,17 @@ enum {
 static int stop_lenses(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const struct lens_drive *lens = &self->lens[side];
-        if (lens->operations == NULL || !self->lens_abilities[side].stops) {
+        const struct lens_drive *lens = &self->camera[side].lens.drive;
+        if (lens->operations == NULL || !self->camera[side].lens.abilities.stops) {
             continue;
         }
-        const enum rig_part part = failure_part(RIG_PART_LEFT_LENS, side);
-        const uint64_t deadline_us = watch_now_us(self) + LENS_STOP_US;
-        const int error = watch_used(self, part, lens->operations->stop(lens->self, deadline_us));
+        const enum rig_part part = rig_part_of(RIG_PART_LEFT_LENS, side);
+        const uint64_t deadline_us = rig_now_us(self) + LENS_STOP_US;
+        const int error =
+            rig_part_used(self, part, lens->operations->stop(lens->self, deadline_us));
         if (error != ERROR_OK && first == ERROR_OK) {
-            first =
-                watch_failed(self, part, error, "it cannot be stopped (switch its controller off)");
+            first = rig_part_failed(self, part, error,
+                                    "it cannot be stopped (switch its controller off)");
         }
     }
     return first;
@@ -37,7 +39,7 @@ static int hold_bridge(struct rig *self) {
     const struct hal_gpio *gpio = self->ports.gpio;
     const int error = gpio == NULL ? ERROR_UNSUPPORTED
                                    : gpio->operations->set(gpio->self, HAL_GPIO_BRIDGE_RESET, true);
-    return error == ERROR_UNSUPPORTED ? error : watch_used(self, RIG_PART_RESET_LINE, error);
+    return error == ERROR_UNSUPPORTED ? error : rig_part_used(self, RIG_PART_RESET_LINE, error);
 }
 
 // One transfer stops pulses and frames. If it fails, the bridge is held in reset; without a reset
@@ -53,16 +55,16 @@ static int rest_bridge(struct rig *self) {
         if (held == ERROR_OK || held == ERROR_UNSUPPORTED) {
             return ERROR_OK;
         }
-        return watch_failed(self, RIG_PART_RESET_LINE, held,
-                            "it cannot be driven (check the chip's name and its permissions)");
+        return rig_part_failed(self, RIG_PART_RESET_LINE, held,
+                               "it cannot be driven (check the chip's name and its permissions)");
     }
-    const int error =
-        watch_used(self, RIG_PART_BRIDGE, fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));
+    const int error = rig_part_used(self, RIG_PART_BRIDGE,
+                                    fpga_bridge_write(&self->bridge, BRIDGE_CTRL, CTRL_REST));
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
     hold_bridge(self);
-    return failure_of_bus(self, RIG_PART_BRIDGE, error);
+    return rig_bus_failed(self, RIG_PART_BRIDGE, error);
 }
 
 static int rest_trigger(struct rig *self) {
@@ -87,11 +89,11 @@ int rig_safe(struct rig *self) {
     return first;
 }
 
-int failure_end(struct rig *self, int error) {
-    return self->bridge_lost && error != ERROR_OK ? failure_make_safe(self, error) : error;
+int rig_end(struct rig *self, int error) {
+    return self->bridge_lost && error != ERROR_OK ? rig_fail_safe(self, error) : error;
 }
 
-int failure_make_safe(struct rig *self, int error) {
+int rig_fail_safe(struct rig *self, int error) {
     INVARIANT(error != ERROR_OK);
     const struct rig_error first = self->last_error;
     rig_safe(self);

@@ -3,7 +3,7 @@
 #ifndef VERGENCE_RIG_SAFE_H
 #define VERGENCE_RIG_SAFE_H
 
-#include "rig/rig_state.h"
+#include "rig/base/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -13,12 +13,12 @@ extern "C" {
 /// a part fails. Returns the first error.
 int rig_safe(struct rig *self);
 
-/// Ends a call of the rig: if the bridge stopped accepting feeds meanwhile (watch_feed), the rig is
-/// made safe, and the message stays. Returns `error`.
-int failure_end(struct rig *self, int error);
+/// Ends a call of the rig: if the bridge stopped accepting feeds meanwhile (rig_watchdog_feed), the
+/// rig is made safe, and the message stays. Returns `error`.
+int rig_end(struct rig *self, int error);
 
 /// Calls rig_safe without reporting its own failures: the message stays. Returns `error`.
-int failure_make_safe(struct rig *self, int error);
+int rig_fail_safe(struct rig *self, int error);
 
 #ifdef __cplusplus
 }

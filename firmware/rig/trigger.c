@@ -3,9 +3,11 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "rig/failure.h"
+#include "rig/base/health.h"
+#include "rig/base/poll.h"
+#include "rig/base/rig_clock.h"
+#include "rig/base/rig_error.h"
 #include "rig/rig_camera.h"
-#include "rig/watch.h"
 
 enum {
     // Time to wait for a frame: this many of the longest frame periods, plus this constant. All
@@ -16,21 +18,21 @@ enum {
 };
 
 static enum rig_part camera_of(unsigned side) {
-    return failure_part(RIG_PART_LEFT_CAMERA, side);
+    return rig_part_of(RIG_PART_LEFT_CAMERA, side);
 }
 
 static int set_line(struct rig *self, bool active) {
     const struct hal_gpio *gpio = self->ports.gpio;
     INVARIANT(self->profile.trigger && gpio != NULL);
-    const int error = watch_used(self, RIG_PART_TRIGGER_LINE,
-                                 gpio->operations->set(gpio->self, HAL_GPIO_TRIGGER, active));
+    const int error = rig_part_used(self, RIG_PART_TRIGGER_LINE,
+                                    gpio->operations->set(gpio->self, HAL_GPIO_TRIGGER, active));
     if (error == ERROR_OK) {
         return ERROR_OK;
     }
-    return watch_failed(self, RIG_PART_TRIGGER_LINE, error,
-                        error == ERROR_UNSUPPORTED
-                            ? "there is no trigger line (set trigger_line, or rig.trigger = no)"
-                            : "it cannot be driven (check the chip's name and its permissions)");
+    return rig_part_failed(self, RIG_PART_TRIGGER_LINE, error,
+                           error == ERROR_UNSUPPORTED
+                               ? "there is no trigger line (set trigger_line, or rig.trigger = no)"
+                               : "it cannot be driven (check the chip's name and its permissions)");
 }
 
 int trigger_rest(struct rig *self) {
@@ -38,10 +40,11 @@ int trigger_rest(struct rig *self) {
 }
 
 static int failed(struct rig *self, unsigned side, int error) {
-    watch_used(self, camera_of(side), error);
-    return watch_failed(self, camera_of(side), error,
-                        error == ERROR_DEVICE ? "it is gone (check its plug, then run bringup)"
-                                              : "no frames from the system (see the system log)");
+    rig_part_used(self, camera_of(side), error);
+    return rig_part_failed(self, camera_of(side), error,
+                           error == ERROR_DEVICE
+                               ? "it is gone (check its plug, then run bringup)"
+                               : "no frames from the system (see the system log)");
 }
 
 // Deadline for a camera's frame of the last pulse.
@@ -56,11 +59,11 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
                 struct hal_camera_frame *frame) {
     const struct hal_camera *camera = self->ports.camera[side];
     for (;;) {
-        int error = watch_look(self);
+        int error = rig_poll(self);
         if (error != ERROR_OK) {
             return error;
         }
-        const uint64_t step_us = watch_now_us(self) + WATCH_STEP_US;
+        const uint64_t step_us = rig_now_us(self) + RIG_POLL_US;
         error = camera->operations->take(camera->self, 0,
                                          step_us < deadline_us ? step_us : deadline_us, frame);
         if (error == ERROR_OK && frame->end_us > after_us) {
@@ -71,7 +74,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
         } else if (error != ERROR_TIMEOUT) {
             return failed(self, side, error);
         }
-        if (watch_now_us(self) >= deadline_us) {
+        if (rig_now_us(self) >= deadline_us) {
             return ERROR_TIMEOUT;
         }
     }
@@ -80,7 +83,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
 // A driver drops frames when its buffers are full, and a camera must read out its last frame before
 // it accepts a pulse.
 static int drop_held(struct rig *self, unsigned side) {
-    uint64_t deadline_us = self->frame_pending[side] ? deadline_of(self, side) : 0;
+    uint64_t deadline_us = self->camera[side].frame_pending ? deadline_of(self, side) : 0;
     int error = ERROR_OK;
     for (int held = 0; error == ERROR_OK && held < HELD_MAX; held++) {
         struct hal_camera_frame frame;
@@ -90,14 +93,14 @@ static int drop_held(struct rig *self, unsigned side) {
             rig_camera_give_back(self, side, &frame);
         }
     }
-    self->frame_pending[side] = false;
+    self->camera[side].frame_pending = false;
     return error == ERROR_TIMEOUT ? ERROR_OK : error;
 }
 
 static int drop_all(struct rig *self) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = self->streaming[side] ? drop_held(self, side) : ERROR_OK;
+        error = self->camera[side].streaming ? drop_held(self, side) : ERROR_OK;
     }
     return error;
 }
@@ -105,17 +108,17 @@ static int drop_all(struct rig *self) {
 int trigger_fire(struct rig *self) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = watch_until(self, self->settled_at_us[side]);
+        error = rig_wait_until(self, self->camera[side].settled_at_us);
     }
     error = error == ERROR_OK ? drop_all(self) : error;
     if (error != ERROR_OK) {
         return error;
     }
-    self->triggered_us = watch_now_us(self);
+    self->triggered_us = rig_now_us(self);
     error = set_line(self, true);
     if (error == ERROR_OK) {
-        self->frame_pending[RIG_LEFT] = self->frame_pending[RIG_RIGHT] = true;
-        error = watch_until(self, self->triggered_us + self->profile.trigger_us);
+        self->camera[RIG_LEFT].frame_pending = self->camera[RIG_RIGHT].frame_pending = true;
+        error = rig_wait_until(self, self->triggered_us + self->profile.trigger_us);
     }
     const struct rig_error last_error = self->last_error;
     const int rested = trigger_rest(self);
@@ -129,17 +132,17 @@ int trigger_fire(struct rig *self) {
 int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
     const int error = wait(self, side, self->triggered_us, deadline_of(self, side), frame);
     if (error == ERROR_OK) {
-        self->frame_pending[side] = false;
-        return watch_used(self, camera_of(side), error);
+        self->camera[side].frame_pending = false;
+        return rig_part_used(self, camera_of(side), error);
     }
     if (error != ERROR_TIMEOUT) {
         return error;
     }
-    watch_used(self, camera_of(side), error);
-    return watch_error(self, camera_of(side), error,
-                       "no frame after the trigger pulse (set it to external trigger; check its "
-                       "wire and trigger_line)",
-                       NULL);
+    rig_part_used(self, camera_of(side), error);
+    return rig_part_error(self, camera_of(side), error,
+                          "no frame after the trigger pulse (set it to external trigger; check its "
+                          "wire and trigger_line)",
+                          NULL);
 }
 
 int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
@@ -166,14 +169,14 @@ int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]) {
         for (unsigned side = 0; side < RIG_SIDES; side++) {
             struct hal_camera_frame frame;
             const int taken =
-                self->streaming[side] ? trigger_take(self, side, &frame) : ERROR_UNSUPPORTED;
+                self->camera[side].streaming ? trigger_take(self, side, &frame) : ERROR_UNSUPPORTED;
             if (taken == ERROR_CANCELLED) {
                 return taken;
             }
             errors[side] = (struct rig_error){.error = ERROR_OK};
             if (taken == ERROR_OK) {
                 rig_camera_give_back(self, side, &frame);
-            } else if (self->streaming[side]) {
+            } else if (self->camera[side].streaming) {
                 errors[side] = self->last_error;
             }
             missed = missed || errors[side].error == ERROR_TIMEOUT;
@@ -186,18 +189,18 @@ int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]) {
 
 int trigger_check_quiet(struct rig *self) {
     int error = drop_all(self);
-    const uint64_t begin_us = watch_now_us(self);
+    const uint64_t begin_us = rig_now_us(self);
     const uint64_t end_us = begin_us + (uint64_t)TIMEOUT_FRAMES * self->profile.frame_us;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         struct hal_camera_frame frame;
         error = wait(self, side, begin_us, end_us, &frame);
         if (error == ERROR_OK) {
             rig_camera_give_back(self, side, &frame);
-            watch_used(self, camera_of(side), ERROR_VERIFY);
-            return watch_error(self, camera_of(side), ERROR_VERIFY,
-                               "it sends frames without a trigger pulse (set it to external "
-                               "trigger, or rig.trigger = no)",
-                               NULL);
+            rig_part_used(self, camera_of(side), ERROR_VERIFY);
+            return rig_part_error(self, camera_of(side), ERROR_VERIFY,
+                                  "it sends frames without a trigger pulse (set it to external "
+                                  "trigger, or rig.trigger = no)",
+                                  NULL);
         }
         error = error == ERROR_TIMEOUT ? ERROR_OK : error;
     }

@@ -10,7 +10,7 @@
 #ifndef VERGENCE_RIG_TRIGGER_H
 #define VERGENCE_RIG_TRIGGER_H
 
-#include "rig/rig_state.h"
+#include "rig/base/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {

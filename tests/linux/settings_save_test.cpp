@@ -20,9 +20,10 @@ saved_settings of_exposure(int32_t exposure_us) {
     REQUIRE(rig_profile_named("two-cameras", &up.profile) == ERROR_OK);
     up.state = RIG_READY;
     up.format = {640, 480};
-    up.exposure_us[RIG_LEFT] = up.exposure_us[RIG_RIGHT] = static_cast<uint32_t>(exposure_us);
-    for (auto &side : up.lens_commanded) {
-        for (int32_t &axis : side) {
+    up.camera[RIG_LEFT].exposure_us = up.camera[RIG_RIGHT].exposure_us =
+        static_cast<uint32_t>(exposure_us);
+    for (rig_camera &camera : up.camera) {
+        for (int32_t &axis : camera.lens.commanded) {
             axis = INT32_MIN;
         }
     }

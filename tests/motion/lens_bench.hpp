@@ -127,17 +127,18 @@ class LensRig {
         rig.observer = {should_stop, progress, this};
         lens_v3lc_init(&rig.v3lc, world.uart(), world.clock(), single);
         for (unsigned side = 0; side < (single ? 1u : 2u); side++) {
-            rig.lens[side] = lens_v3lc_lens(&rig.v3lc, side);
-            std::fill_n(rig.lens_commanded[side], 3, INT32_MIN);
+            rig.camera[side].lens.drive = lens_v3lc_lens(&rig.v3lc, side);
+            std::fill_n(rig.camera[side].lens.commanded, 3, INT32_MIN);
         }
     }
     /// Opens both lenses.
     int open() {
         int error = ERROR_OK;
-        for (unsigned side = 0; side < RIG_SIDES && rig.lens[side].operations != nullptr; side++) {
-            const int own = rig.lens[side].operations->open(rig.lens[side].self,
-                                                            uint64_t(world_.now_us()) + 5000000,
-                                                            &rig.lens_abilities[side]);
+        for (unsigned side = 0;
+             side < RIG_SIDES && rig.camera[side].lens.drive.operations != nullptr; side++) {
+            const int own = rig.camera[side].lens.drive.operations->open(
+                rig.camera[side].lens.drive.self, uint64_t(world_.now_us()) + 5000000,
+                &rig.camera[side].lens.abilities);
             error = error == ERROR_OK ? own : error;
         }
         rig.state = RIG_READY;

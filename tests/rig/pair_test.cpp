@@ -39,7 +39,7 @@ TEST_CASE("a pair of the chessboard records when and how each frame was taken") 
     uint32_t applied_us = 0;
     REQUIRE(rig_exposure(&bench.rig, kBoth, 10000, &applied_us) == ERROR_OK);
     mt9t001_timing timing{};
-    const mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    const mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     REQUIRE(mt9t001_timing_of(&sensor.window, sensor.shutter_rows, sensor.clock_hz, &timing) ==
             ERROR_OK);
     CHECK(std::abs(double(applied_us) - 10000) <= double(timing.row_ns) / 2000 + 1);

@@ -94,7 +94,7 @@ void try_fault(RigBench &bench, const Fault &fault) {
         CHECK(bench.capture(pair) == ERROR_OK);
         for (const pair_frame &frame : pair.frame) {
             CHECK(frame.width_px == rig_before.format.width_px);
-            CHECK(frame.exposure_us == rig_before.exposure_us[0]);
+            CHECK(frame.exposure_us == rig_before.camera[0].exposure_us);
         }
     } else {
         CHECK(error != 0);
@@ -105,8 +105,8 @@ void try_fault(RigBench &bench, const Fault &fault) {
             REQUIRE(fpga_bridge_read(&bridge, BRIDGE_CTRL, &control) == ERROR_OK);
             CHECK(control == 0);
         }
-        CHECK(!bench.rig.streaming[RIG_LEFT]);
-        CHECK(!bench.rig.streaming[RIG_RIGHT]);
+        CHECK(!bench.rig.camera[RIG_LEFT].streaming);
+        CHECK(!bench.rig.camera[RIG_RIGHT].streaming);
     }
 }
 

@@ -28,7 +28,7 @@ void write_raw(RigBench &bench, uint8_t index, uint16_t value) {
 TEST_CASE("windows, exposure and gain are in the registers that the datasheet has for them") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
-    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     CHECK(read_register(sensor, 0x00) == 0x1621);
     mt9t001_window window{};
     REQUIRE(mt9t001_centred_window(1024, 768, 2, 2, &window) == ERROR_OK);
@@ -58,13 +58,13 @@ TEST_CASE("windows, exposure and gain are in the registers that the datasheet ha
     CHECK(sensor.counts.failures == 0);
     CHECK(sensor.counts.mismatches == 0);
     CHECK(mt9t001_check(&sensor) == ERROR_OK);
-    CHECK(read_register(bench.rig.sensor[RIG_RIGHT], 0x22) == 0);
+    CHECK(read_register(bench.rig.camera[RIG_RIGHT].sensor, 0x22) == 0);
 }
 
 TEST_CASE("a check distinguishes a wrong register from a restarted sensor") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
-    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     write_raw(bench, 0x09, 77);
     CHECK(mt9t001_check(&sensor) == ERROR_VERIFY);
     REQUIRE(mt9t001_set_shutter(&sensor, 78) == ERROR_OK);
@@ -77,7 +77,7 @@ TEST_CASE("a check distinguishes a wrong register from a restarted sensor") {
 TEST_CASE("a change that fails half way is taken back") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
-    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     const mt9t001_window before = sensor.window;
     mt9t001_window window{};
     REQUIRE(mt9t001_centred_window(640, 480, 1, 1, &window) == ERROR_OK);
@@ -96,7 +96,7 @@ TEST_CASE("a change that fails half way is taken back") {
 TEST_CASE("a transfer that the adapter lost once is made good, of sensor and bridge") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
-    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     const uint32_t rows = sensor.shutter_rows;
     for (uint64_t call = 0; call < 3; call++) {
         bench.faulty.fail({rig_bench::Port::kI2c, call, false, ERROR_IO});
@@ -124,7 +124,7 @@ TEST_CASE("a transfer that the adapter lost once is made good, of sensor and bri
 TEST_CASE("after a change whose taking back failed too, the next one writes all") {
     RigBench bench;
     REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
-    mt9t001 &sensor = bench.rig.sensor[RIG_LEFT];
+    mt9t001 &sensor = bench.rig.camera[RIG_LEFT].sensor;
     mt9t001_window window{};
     REQUIRE(mt9t001_centred_window(640, 480, 1, 1, &window) == ERROR_OK);
     for (uint64_t first = 1; first < 5; first++) {

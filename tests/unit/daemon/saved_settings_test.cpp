@@ -23,9 +23,9 @@ rig made(const char *profile) {
     made.state = RIG_READY;
     made.format = {640, 480};
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        made.sensor[side].window = mt9t001_full_window();
+        made.camera[side].sensor.window = mt9t001_full_window();
         for (int axis = 0; axis < LENS_AXES; axis++) {
-            made.lens_commanded[side][axis] = INT32_MIN;
+            made.camera[side].lens.commanded[axis] = INT32_MIN;
         }
     }
     return made;
@@ -52,13 +52,13 @@ std::vector<std::string> commands(const saved_settings &saved, const rig &rig) {
 
 TEST_CASE("what is in force, as text and back") {
     rig up = made("rig");
-    up.sensor[RIG_LEFT].window.width_px = 1024;
-    up.sensor[RIG_LEFT].window.height_px = 768;
-    up.sensor[RIG_LEFT].window.skip = 2;
-    up.exposure_us[RIG_LEFT] = 7001;
-    up.gain_q3[RIG_RIGHT] = 20;
-    up.pan_q4[RIG_LEFT] = 24654;
-    up.lens_commanded[RIG_RIGHT][LENS_IRIS] = 400;
+    up.camera[RIG_LEFT].sensor.window.width_px = 1024;
+    up.camera[RIG_LEFT].sensor.window.height_px = 768;
+    up.camera[RIG_LEFT].sensor.window.skip = 2;
+    up.camera[RIG_LEFT].exposure_us = 7001;
+    up.camera[RIG_RIGHT].gain_q3 = 20;
+    up.camera[RIG_LEFT].pan_q4 = 24654;
+    up.camera[RIG_RIGHT].lens.commanded[LENS_IRIS] = 400;
     saved_settings saved{}, read{};
     saved_settings_take(&up, &saved);
     const std::string text = printed(saved);
@@ -78,8 +78,8 @@ TEST_CASE("what is in force, as text and back") {
 
 TEST_CASE("a value beyond its limits is saved as the limit") {
     rig up = made("rig");
-    up.exposure_us[RIG_LEFT] = RIG_EXPOSURE_MAX_US + 1200;  // rounded to rows
-    up.pan_q4[RIG_RIGHT] = up.profile.servo[RIG_RIGHT].min_q4;
+    up.camera[RIG_LEFT].exposure_us = RIG_EXPOSURE_MAX_US + 1200;  // rounded to rows
+    up.camera[RIG_RIGHT].pan_q4 = up.profile.servo[RIG_RIGHT].min_q4;
     saved_settings saved{};
     saved_settings_take(&up, &saved);
     CHECK(saved.values[RIG_LEFT][SAVED_EXPOSURE_US] == RIG_EXPOSURE_MAX_US);

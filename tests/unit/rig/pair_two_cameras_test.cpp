@@ -267,7 +267,7 @@ TEST_CASE("a long exposure that a camera still has from before is waited for") {
     const int error = rig_bringup(&two.rig);
     INFO(two.rig.last_error.text);
     REQUIRE(error == ERROR_OK);
-    CHECK(two.rig.exposure_us[RIG_LEFT] == 0);  // not set by any program
+    CHECK(two.rig.camera[RIG_LEFT].exposure_us == 0);  // not set by any program
     ::pair pair{};
     CHECK(two.capture(pair) == ERROR_OK);
     // A failed camera is reported after the time that the exposure explains, and not later.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The profiles that everybody has, and numbers that make no sense.
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 
 #include <stddef.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The state of the instrument: its parts, what it is connected to, and what it is set to. The
 /// functions are in rig/rig.h.
-#ifndef VERGENCE_RIG_RIG_STATE_H
-#define VERGENCE_RIG_RIG_STATE_H
+#ifndef VERGENCE_RIG_BASE_RIG_STATE_H
+#define VERGENCE_RIG_BASE_RIG_STATE_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -22,7 +22,7 @@
 #include "hal/i2c.h"
 #include "hal/log.h"
 #include "hal/uart.h"
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -115,6 +115,31 @@ struct rig_part_health {
     uint64_t last_us;  ///< time of the last successful use
 };
 
+/// The lens of a camera. Positions are counts of the controller; INT32_MIN: not known.
+struct rig_lens {
+    struct lens_drive drive;
+    struct lens_abilities abilities;
+    int32_t commanded[LENS_AXES];
+    int32_t position[LENS_AXES];  ///< last reading
+    int32_t offset[LENS_AXES];    ///< added to commands: see rig/lens_move.h
+    uint64_t stopped_at_us;       ///< when it was last seen to have arrived
+};
+
+/// One of the two cameras, with its lens and its pan servo.
+struct rig_camera {
+    struct mt9t001 sensor;
+    struct rig_lens lens;
+    uint16_t pan_q4;               ///< pulse width of the last command
+    uint64_t pan_stopped_at_us;    ///< when the horn stops
+    uint32_t exposure_us;          ///< as set; 0: never set, or not known
+    uint32_t initial_exposure_us;  ///< found in the camera at the bring-up; 0: as above
+    uint16_t gain_q3;
+    uint64_t settled_at_us;  ///< frames that begin at this time or later have the new settings
+    bool streaming;          ///< its source delivers frames
+    uint64_t started_us;     ///< when its stream started
+    bool frame_pending;      ///< the frame of the last trigger pulse has not been taken yet
+};
+
 /// An instrument. The caller owns it and everything it points to.
 struct rig {
     struct rig_profile profile;
@@ -128,28 +153,11 @@ struct rig {
     struct rig_part_health health[RIG_PARTS];
 
     struct fpga_bridge bridge;
-    struct mt9t001 sensor[RIG_SIDES];
     struct lens_v3lc v3lc;
-    struct lens_drive lens[RIG_SIDES];
-    struct lens_abilities lens_abilities[RIG_SIDES];
-    int32_t lens_commanded[RIG_SIDES][LENS_AXES];  ///< counts; INT32_MIN: never
-    int32_t lens_position[RIG_SIDES][LENS_AXES];   ///< last reading; INT32_MIN: never, or no such
-                                                   ///< axis
-    int32_t lens_offset[RIG_SIDES][LENS_AXES];     ///< added to commands: see rig/lens_move.h
-    uint16_t pan_q4[RIG_SIDES];                    ///< pulse width of the last command
-    uint64_t pan_stopped_at_us[RIG_SIDES];         ///< when the horn stops
-    uint64_t lens_stopped_at_us[RIG_SIDES];        ///< when the lens was last seen to have arrived
-    uint32_t exposure_us[RIG_SIDES];               ///< as set; 0: never set, or not known
-    uint32_t initial_exposure_us[RIG_SIDES];  ///< found in the camera at the bring-up; 0: as above
-    uint16_t gain_q3[RIG_SIDES];
-    uint64_t settled_at_us[RIG_SIDES];  ///< frames that begin at this time or later have the new
-                                        ///< settings
-    bool bridge_lost;                ///< the bridge does not accept feeds, and the rig was not yet
-                                     ///< made safe
-    bool streaming[RIG_SIDES];       ///< this side's source delivers frames
-    uint64_t started_us[RIG_SIDES];  ///< when its stream started
-    uint64_t triggered_us;           ///< when the trigger line last went active
-    bool frame_pending[RIG_SIDES];   ///< the frame of that pulse has not been taken yet
+    struct rig_camera camera[RIG_SIDES];
+    bool bridge_lost;       ///< the bridge does not accept feeds, and the rig was not yet
+                            ///< made safe
+    uint64_t triggered_us;  ///< when the trigger line last went active
     struct hal_camera_format format;
     uint32_t pairs;   ///< number taken since the bring-up
     uint64_t fed_us;  ///< last feed of the bridge's watchdog

@@ -9,7 +9,7 @@
 #include "device/fpga_bridge.h"
 #include "device/lens_drive.h"
 #include "device/mt9t001.h"
-#include "rig/profile.h"
+#include "rig/base/profile.h"
 
 enum {
     SENSOR_CLOCK_MIN_HZ = 1000000,

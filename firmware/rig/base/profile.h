@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The parts of an instrument, and their parameters. Operations that need a part which the profile
 /// does not have fail with ERROR_NOT_CONNECTED.
-#ifndef VERGENCE_RIG_PROFILE_H
-#define VERGENCE_RIG_PROFILE_H
+#ifndef VERGENCE_RIG_BASE_PROFILE_H
+#define VERGENCE_RIG_BASE_PROFILE_H
 
 #include <stdbool.h>
 #include <stdint.h>
