@@ -18,14 +18,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 # Name, as a regular expression of ctest -R: what it guards; whole folders, or files.
 GUARDS = {
-    "bench/calibration": ("calib", "tests/bench"),
-    "bench/stereo": ("tests/bench", "tools/bench", "tools/bench.d"),
+    "bench/smoke": ("calib", "tests/bench", "tools/bench", "tools/bench.d"),
     "command/core_symbols_test": ("firmware",),
     "command/demo_test": ("tools/demo", "tools/demo.d", "tools/simrig", "tests/command/repository/demo_test.py"),
     "command/install_test": ("daemon/install", "tools/install", "CMakeLists.txt",
                              "daemon/CMakeLists.txt", "tools/CMakeLists.txt"),
     "command/portable_test": ("firmware", "tests/portable"),
-    "command/regress_words_test": ("tools/regress", "tools/regress.d"),
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),

@@ -7,13 +7,11 @@
 #include <cstring>
 #include <limits>
 #include <map>
-#include <opencv2/core/version.hpp>
 #include <stdexcept>
 
 #include "bench/disturbance.hpp"
 #include "bench/harness/bench_arguments.hpp"
 #include "bench/harness/bench_run.hpp"
-#include "daemon/base/json.h"
 
 namespace {
 
@@ -23,8 +21,6 @@ constexpr const char *kUsage =
     "                 mask.png; or a folder of such folders\n"
     "  --only TEXT    methods whose name contains TEXT (and SGBM 3-way plain)\n"
     "  --quick        only the change of exposure and the unrelated images\n"
-    "  --pypi FOLDER  also the OpenCV of the Python module cv2 in FOLDER, in its own process\n"
-    "  --json         machine-readable result on standard output\n"
     "Errors are bad-1.0 (filled, non-occluded); growth is their mean over that of the unmodified\n"
     "images.\n";
 
@@ -151,64 +147,13 @@ void print_tables(const std::vector<disturbed> &results, const plan &plan, std::
     }
 }
 
-void put_values(json *out, const char *name, const std::vector<double> &values) {
-    json_reals(out, name, values.data(), static_cast<int>(values.size()), 6);
-}
-
-void put_disturbed(json *out, const disturbed &one) {
-    json_open_object(out, nullptr);
-    json_text(out, "method", one.method.c_str());
-    json_open_array(out, "photometric");
-    for (const auto &[name, values] : one.bad_percent) {
-        json_open_object(out, nullptr);
-        json_text(out, "case", name.c_str());
-        json_real(out, "bad_1.0_percent", mean(values), 6);
-        json_real(out, "growth", growth(one, name.c_str()), 6);
-        put_values(out, "bad_1.0_percent_by_pair", values);
-        json_close_object(out);
-    }
-    json_close_array(out);
-    json_open_array(out, "no_surface");
-    for (const auto &[name, values] : one.kept_percent) {
-        json_open_object(out, nullptr);
-        json_text(out, "case", name.c_str());
-        json_real(out, "kept_percent", mean(values), 6);
-        put_values(out, "kept_percent_by_pair", values);
-        json_close_object(out);
-    }
-    json_close_array(out);
-    json_close_object(out);
-}
-
-void print_json(const std::vector<disturbed> &results, const std::vector<bench_pair> &pairs,
-                const std::string &pypi_version) {
-    json out;
-    json_begin(&out, stdout);
-    json_open_object(&out, nullptr);
-    json_text(&out, "opencv", CV_VERSION);
-    json_text(&out, "pypi_opencv", pypi_version.empty() ? nullptr : pypi_version.c_str());
-    json_open_array(&out, "pairs");
-    for (const bench_pair &pair : pairs) {
-        json_text(&out, nullptr, pair.name.c_str());
-    }
-    json_close_array(&out);
-    json_open_array(&out, "results");
-    for (const disturbed &one : results) {
-        put_disturbed(&out, one);
-    }
-    json_close_array(&out);
-    json_close_object(&out);
-    json_end(&out);
-}
-
 int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) {
     for (const bench_pair &pair : pairs) {
         if (pair.truth_px.empty()) {
             throw std::runtime_error(pair.name + ": no disparity.pfm to compare with");
         }
     }
-    const bench_choice choice = bench_choice_of(arguments);
-    const std::vector<bench_method_entry> methods = bench_methods(choice);
+    const std::vector<bench_method_entry> methods = bench_methods(arguments.only);
     std::vector<disturbed> results;
     for (const bench_method_entry &entry : methods) {
         results.push_back({entry.name, {}, {}});
@@ -217,17 +162,12 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
     for (std::size_t i = 0; i < pairs.size(); i++) {
         run_pair(methods, plan, pairs[i], pairs[(i + 1) % pairs.size()], results);
     }
-    if (arguments.json) {
-        print_json(results, pairs, bench_pypi_version(choice));
-    } else {
-        print_tables(results, plan, pairs.size());
-    }
+    print_tables(results, plan, pairs.size());
     return 0;
 }
 
 }  // namespace
 
 int main(int argc, char **argv) {
-    return bench_main({"disturbance_bench", kUsage, {"--only", "--quick", "--pypi", "--json"}},
-                      argc, argv, run);
+    return bench_main({"disturbance_bench", kUsage, {"--only", "--quick"}}, argc, argv, run);
 }

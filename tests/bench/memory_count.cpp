@@ -104,10 +104,6 @@ void free(void *memory) {
 }
 #endif
 
-bool memory_count_available() {
-    return COUNTS != 0;
-}
-
 void memory_count_begin() {
     begin_bytes = now_bytes.load();
     peak_bytes.store(begin_bytes);

@@ -6,14 +6,12 @@
 
 #include <cstddef>
 
-/// False in builds with sanitizers, which have their own allocator: all counts are then 0.
-bool memory_count_available();
-
 /// Starts to track the peak from what is allocated now.
 void memory_count_begin();
 
 /// Bytes at the peak since the start, above what was allocated then. Rounded up to the allocator's
-/// size classes, like the real memory use.
+/// size classes, like the real memory use. 0 in builds with sanitizers, which have their own
+/// allocator.
 std::size_t memory_count_peak_bytes();
 
 #endif

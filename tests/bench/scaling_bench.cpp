@@ -159,7 +159,7 @@ void put_method(json *out, const std::string &name, const series &one,
 }
 
 int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) {
-    std::vector<bench_method_entry> methods = bench_methods(bench_choice_of(arguments));
+    std::vector<bench_method_entry> methods = bench_methods(arguments.only);
     methods.erase(std::remove_if(methods.begin(), methods.end(),
                                  [](const auto &entry) {
                                      return !entry.is_ours && entry.name != bench_reference;

@@ -7,8 +7,6 @@
 #include <map>
 #include <stdexcept>
 
-#include "bench/harness/bench_worker.hpp"
-
 namespace {
 
 // Wrong usage, as opposed to a failure.
@@ -27,14 +25,11 @@ int parse_rounds(const char *text) {
 
 bench_arguments parse(const bench_program &program, int argc, char **argv) {
     bench_arguments result;
-    const std::map<std::string, bool *> flags = {
-        {"--quick", &result.quick},       {"--json", &result.json},
-        {"--unpadded", &result.unpadded}, {"--errors-only", &result.errors_only},
-        {"--settings", &result.settings},
-    };
+    const std::map<std::string, bool *> flags = {{"--quick", &result.quick},
+                                                 {"--errors-only", &result.errors_only}};
     std::string rounds;
-    const std::map<std::string, std::string *> values = {
-        {"--rounds", &rounds}, {"--only", &result.only}, {"--pypi", &result.pypi_folder}};
+    const std::map<std::string, std::string *> values = {{"--rounds", &rounds},
+                                                         {"--only", &result.only}};
     const auto known = [&program](const std::string &word) {
         return std::find(program.options.begin(), program.options.end(), word) !=
                program.options.end();
@@ -114,22 +109,4 @@ int bench_main(
         std::fprintf(stderr, "%s: %s\n", program.name, error.what());
         return 1;
     }
-}
-
-bench_choice bench_choice_of(const bench_arguments &arguments) {
-    bench_choice choice;
-    choice.padded = !arguments.unpadded;
-    choice.only = arguments.only;
-    if (!arguments.pypi_folder.empty()) {
-        std::string message;
-        choice.worker = opencv_worker::start(arguments.pypi_folder, &message);
-        if (choice.worker == nullptr) {
-            throw std::runtime_error(message);
-        }
-    }
-    return choice;
-}
-
-std::string bench_pypi_version(const bench_choice &choice) {
-    return choice.worker == nullptr ? "" : choice.worker->version();
 }

@@ -12,9 +12,8 @@
 struct bench_arguments {
     std::vector<std::string> paths;
     int rounds = 7;
-    bool quick = false, json = false, unpadded = false, errors_only = false, settings = false;
-    std::string only;         // part of a method's name
-    std::string pypi_folder;  // with another module cv2; empty: none
+    bool quick = false, errors_only = false;
+    std::string only;  // part of a method's name
 };
 
 /// One program: its name, its help text, and which of the options it accepts.
@@ -28,11 +27,5 @@ struct bench_program {
 int bench_main(
     const bench_program &program, int argc, char **argv,
     const std::function<int(const bench_arguments &, const std::vector<bench_pair> &)> &work);
-
-/// The methods that the arguments select; starts PyPI's OpenCV when a folder is given.
-bench_choice bench_choice_of(const bench_arguments &arguments);
-
-/// "" if unknown.
-std::string bench_pypi_version(const bench_choice &choice);
 
 #endif

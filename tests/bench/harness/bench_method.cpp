@@ -7,7 +7,6 @@
 
 #include "bench/harness/bench_opencv.hpp"
 #include "bench/harness/bench_ours.hpp"
-#include "bench/harness/bench_worker.hpp"
 
 namespace {
 
@@ -31,26 +30,16 @@ std::vector<bench_method_entry> our_methods() {
     };
 }
 
-std::vector<bench_method_entry> opencv_methods(const bench_choice &choice, opencv_worker *worker) {
+std::vector<bench_method_entry> opencv_methods() {
     std::vector<std::pair<std::string, opencv_setting>> named = {{bench_reference, opencv_plain()}};
     for (const opencv_mode mode : opencv_modes) {
         named.emplace_back(opencv_mode_name(mode), opencv_default(mode));
     }
     std::vector<bench_method_entry> entries;
     for (const auto &[name, setting] : named) {
-        bench_method_entry entry = {name, opencv_setting_text(setting), false, nullptr};
-        if (worker == nullptr) {
-            entry.make = [setting = setting, padded = choice.padded](const bench_pair &pair) {
-                return opencv_make(pair, setting, padded);
-            };
-        } else {
-            entry.name += " (pypi " + worker->version() + ")";
-            entry.make = [setting = setting, padded = choice.padded,
-                          worker](const bench_pair &pair) {
-                return worker->make(pair, setting, padded);
-            };
-        }
-        entries.push_back(entry);
+        entries.push_back(
+            {name, opencv_setting_text(setting), false,
+             [setting = setting](const bench_pair &pair) { return opencv_make(pair, setting); }});
     }
     return entries;
 }
@@ -66,27 +55,22 @@ bench_time bench_timed(const std::function<void()> &work) {
     return {taken.count(), processor_ms() - processor_begin_ms};
 }
 
-std::vector<bench_method_entry> bench_methods(const bench_choice &choice) {
+std::vector<bench_method_entry> bench_methods(const std::string &only) {
     std::vector<bench_method_entry> all = our_methods();
-    for (bench_method_entry &entry : opencv_methods(choice, nullptr)) {
+    for (bench_method_entry &entry : opencv_methods()) {
         all.push_back(std::move(entry));
-    }
-    if (choice.worker != nullptr) {
-        for (bench_method_entry &entry : opencv_methods(choice, choice.worker.get())) {
-            all.push_back(std::move(entry));
-        }
     }
     std::vector<bench_method_entry> wanted;
     bool found = false;
     for (bench_method_entry &entry : all) {
-        const bool named = entry.name.find(choice.only) != std::string::npos;
+        const bool named = entry.name.find(only) != std::string::npos;
         found = found || named;
         if (named || entry.name == bench_reference) {
             wanted.push_back(std::move(entry));
         }
     }
     if (!found) {
-        throw std::runtime_error("no method with a name that contains " + choice.only);
+        throw std::runtime_error("no method with a name that contains " + only);
     }
     return wanted;
 }

@@ -10,8 +10,6 @@
 
 #include "bench/harness/bench_pair.hpp"
 
-class opencv_worker;
-
 /// Time of one run: elapsed, and of all processors together.
 struct bench_time {
     double wall_ms = 0, cpu_ms = 0;
@@ -43,19 +41,12 @@ struct bench_method_entry {
     std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> make;
 };
 
-/// Which methods, and how.
-struct bench_choice {
-    bool padded = true;  // OpenCV's images are padded so that it also searches the left border
-    std::string only;    // part of the name; the reference is always included. Empty: all
-    std::shared_ptr<opencv_worker> worker;  // another OpenCV in its own process; NULL: none
-};
+/// Ours first, then OpenCV's: those whose name contains `only`, and the reference. Throws when
+/// `only` matches no method.
+std::vector<bench_method_entry> bench_methods(const std::string &only);
 
-/// Ours first, then OpenCV's. Throws when `only` matches no method.
-std::vector<bench_method_entry> bench_methods(const bench_choice &choice);
-
-/// Names of the methods that times, errors and counts of better pairs are compared with.
+/// Names of the methods that times and errors are compared with.
 constexpr const char *bench_reference = "SGBM 3-way plain";
 constexpr const char *bench_best_mode = "SGBM HH4";
-constexpr const char *bench_plain_mode = "SGBM";
 
 #endif

@@ -42,11 +42,45 @@ cv::Ptr<cv::StereoMatcher> matcher_of(const opencv_setting &setting, int dispari
                                   setting.speckle_px, kSpeckleStep_px, sgbm_mode(setting.mode));
 }
 
+// A pair in OpenCV's form.
+struct opencv_input {
+    cv::Mat left, right;
+    int disparity_min, disparity_count;
+    int before_px;  // columns added on the left
+    int width_px;   // of the pair itself
+};
+
+opencv_input opencv_input_of(const bench_pair &pair) {
+    opencv_input input;
+    input.disparity_min = pair.disparity_min;
+    input.disparity_count = (pair.disparity_count + 15) / 16 * 16;
+    input.width_px = pair.left.cols;
+    input.before_px = std::max(input.disparity_min + input.disparity_count, 0);
+    const int after_px = std::max(-input.disparity_min, 0);
+    cv::copyMakeBorder(pair.left, input.left, 0, 0, input.before_px, after_px,
+                       cv::BORDER_REPLICATE);
+    cv::copyMakeBorder(pair.right, input.right, 0, 0, input.before_px, after_px,
+                       cv::BORDER_REPLICATE);
+    return input;
+}
+
+std::vector<float> opencv_disparity_px(const cv::Mat &disparity_q4, const opencv_input &input) {
+    std::vector<float> result;
+    for (int y = 0; y < disparity_q4.rows; y++) {
+        const int16_t *row = disparity_q4.ptr<int16_t>(y) + input.before_px;
+        for (int x = 0; x < input.width_px; x++) {
+            const bool valid = row[x] >= input.disparity_min * kScale;
+            result.push_back(valid ? static_cast<float>(row[x]) / kScale
+                                   : std::numeric_limits<float>::quiet_NaN());
+        }
+    }
+    return result;
+}
+
 class linked_method : public bench_method {
   public:
-    linked_method(const bench_pair &pair, const opencv_setting &setting, bool padded)
-        : input_(opencv_input_of(pair, padded)),
-          matcher_(matcher_of(setting, input_.disparity_count)) {
+    linked_method(const bench_pair &pair, const opencv_setting &setting)
+        : input_(opencv_input_of(pair)), matcher_(matcher_of(setting, input_.disparity_count)) {
         matcher_->setMinDisparity(input_.disparity_min);
         disparity_q4_.create(input_.left.size(), CV_16S);
     }
@@ -88,7 +122,7 @@ const char *opencv_mode_name(opencv_mode mode) {
         case opencv_mode::three_way:
             return "SGBM 3-way";
         case opencv_mode::sgbm:
-            return bench_plain_mode;
+            return "SGBM";
         case opencv_mode::hh4:
             return bench_best_mode;
         case opencv_mode::hh:
@@ -124,58 +158,6 @@ opencv_setting opencv_plain() {
     return {opencv_mode::three_way, 3, 1, 63, 0, 0};
 }
 
-std::vector<opencv_setting> opencv_candidates(opencv_mode mode) {
-    const bool is_block = mode == opencv_mode::block_matching;
-    const std::vector<int> blocks_px =
-        is_block ? std::vector<int>{5, 7, 9, 11, 15} : std::vector<int>{3, 5};
-    // OpenCV's own sample uses 8 and 32 per channel, for grey images also as if they had three.
-    const std::vector<int> penalty_scales = is_block ? std::vector<int>{0} : std::vector<int>{1, 3};
-    const std::vector<int> uniqueness =
-        is_block ? std::vector<int>{0, 10, 15} : std::vector<int>{0, 10};
-    std::vector<opencv_setting> all;
-    for (const int block_px : blocks_px) {
-        for (const int penalty_scale : penalty_scales) {
-            for (const int prefilter_cap : {15, 31, 63}) {
-                for (const int uniqueness_percent : uniqueness) {
-                    for (const int speckle_px : {0, 100}) {
-                        all.push_back({mode, block_px, penalty_scale, prefilter_cap,
-                                       uniqueness_percent, speckle_px});
-                    }
-                }
-            }
-        }
-    }
-    return all;
-}
-
-opencv_input opencv_input_of(const bench_pair &pair, bool padded) {
-    opencv_input input;
-    input.disparity_min = pair.disparity_min;
-    input.disparity_count = (pair.disparity_count + 15) / 16 * 16;
-    input.width_px = pair.left.cols;
-    input.before_px = padded ? std::max(input.disparity_min + input.disparity_count, 0) : 0;
-    const int after_px = padded ? std::max(-input.disparity_min, 0) : 0;
-    cv::copyMakeBorder(pair.left, input.left, 0, 0, input.before_px, after_px,
-                       cv::BORDER_REPLICATE);
-    cv::copyMakeBorder(pair.right, input.right, 0, 0, input.before_px, after_px,
-                       cv::BORDER_REPLICATE);
-    return input;
-}
-
-std::vector<float> opencv_disparity_px(const cv::Mat &disparity_q4, const opencv_input &input) {
-    std::vector<float> result;
-    for (int y = 0; y < disparity_q4.rows; y++) {
-        const int16_t *row = disparity_q4.ptr<int16_t>(y) + input.before_px;
-        for (int x = 0; x < input.width_px; x++) {
-            const bool valid = row[x] >= input.disparity_min * kScale;
-            result.push_back(valid ? static_cast<float>(row[x]) / kScale
-                                   : std::numeric_limits<float>::quiet_NaN());
-        }
-    }
-    return result;
-}
-
-std::unique_ptr<bench_method> opencv_make(const bench_pair &pair, const opencv_setting &setting,
-                                          bool padded) {
-    return std::make_unique<linked_method>(pair, setting, padded);
+std::unique_ptr<bench_method> opencv_make(const bench_pair &pair, const opencv_setting &setting) {
+    return std::make_unique<linked_method>(pair, setting);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// OpenCV's block and semi-global matchers, their settings, and the ones linked into this program.
+/// OpenCV's block and semi-global matchers and their settings.
 #ifndef VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_OPENCV_HPP
 
@@ -26,32 +26,16 @@ struct opencv_setting {
 const char *opencv_mode_name(opencv_mode mode);
 std::string opencv_setting_text(const opencv_setting &setting);
 
-/// The setting of `opencv_candidates` with the smallest mean error, or within 0.02 of it (see
-/// README.md).
+/// The setting with the smallest mean error of those tried, or within 0.02 of it (see RESULTS.md).
 opencv_setting opencv_default(opencv_mode mode);
 
 /// The three-way mode without its filters: the fastest semi-global one. All times are relative to
 /// it.
 opencv_setting opencv_plain();
 
-/// The sensible settings of a mode.
-std::vector<opencv_setting> opencv_candidates(opencv_mode mode);
-
-/// A pair in OpenCV's form: the number of disparities a multiple of 16 (it may search a few more),
-/// the images padded where it would otherwise not search the border.
-struct opencv_input {
-    cv::Mat left, right;
-    int disparity_min, disparity_count;
-    int before_px;  // columns added on the left
-    int width_px;   // of the pair itself
-};
-opencv_input opencv_input_of(const bench_pair &pair, bool padded);
-
-/// The disparities of the pair itself from OpenCV's map in 1/16 px.
-std::vector<float> opencv_disparity_px(const cv::Mat &disparity_q4, const opencv_input &input);
-
-/// A matcher of the OpenCV that this program is linked with.
-std::unique_ptr<bench_method> opencv_make(const bench_pair &pair, const opencv_setting &setting,
-                                          bool padded);
+/// A matcher of the OpenCV that this program is linked with. The number of disparities is rounded
+/// up to a multiple of 16, and the images are padded where it would otherwise not search the
+/// border.
+std::unique_ptr<bench_method> opencv_make(const bench_pair &pair, const opencv_setting &setting);
 
 #endif

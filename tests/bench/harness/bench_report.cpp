@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/harness/bench_report.hpp"
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <opencv2/core/version.hpp>
 
 namespace {
@@ -40,79 +42,113 @@ void print_times(const bench_outcome &one) {
     }
 }
 
-void print_error_summary(const std::vector<bench_summary> &summaries) {
-    std::printf("  %-*s %7s %7s %6s %8s %9s %8s %7s %9s %7s\n", kNameWidth, "", "bad-1.0",
-                "bad-2.0", "/HH4", "<SGBM", "<all", "density", "bad-3.0", "of known", "bad-3.0");
-    for (const bench_summary &sum : summaries) {
-        std::printf("  %-*s %7.2f %7.2f", kNameWidth, sum.method.c_str(), sum.bad_1px, sum.bad_2px);
-        if (sum.to_best_mode > 0) {
-            std::printf(" %6.2f", sum.to_best_mode);
-        } else {
-            std::printf(" %6s", "-");
-        }
-        if (sum.against_plain > 0) {
-            std::printf(" %4d/%-3d", sum.better_than_plain, sum.against_plain);
-        } else {
-            std::printf(" %8s", "-");
-        }
-        if (sum.is_ours) {
-            std::printf(" %5d/%-3d", sum.better_than_all, sum.pairs);
-        } else {
-            std::printf(" %9s", "");
-        }
-        std::printf(" %7.1f%% %7.2f %8.1f%% %7.2f\n", sum.visible.density_percent,
-                    sum.visible.bad_3px_percent, sum.known.density_percent,
-                    sum.known.bad_3px_percent);
-    }
-    std::printf(
-        "  bad-t: percent off by more than t px, filled, non-occluded; /HH4: bad-1.0 over OpenCV's "
-        "HH4; <: pairs with less\n"
-        "  bad-1.0 than SGBM, than every OpenCV method here; density: kept of non-occluded pixels, "
-        "bad-3.0 of the kept;\n"
-        "  of known: kept of all pixels with known truth, occluded ones too, bad-3.0 of those\n");
+// Pairs with similar counts of searched disparities, over which times are pooled.
+struct group {
+    const char *name;
+    int min, max;
+};
+constexpr group groups[] = {{"below 48", 1, 47},
+                            {"64 (48..96)", 48, 96},
+                            {"97..127", 97, 127},
+                            {"128 and more", 128, 1024}};
+
+// All outcomes of one method.
+struct summary {
+    std::string method;
+    int pairs = 0;  // with ground truth; the means are over these
+    double bad_1px = 0, bad_2px = 0, density = 0, bad_3px = 0;
+    double worst_of_allowance_percent = 0;
+    std::vector<double> ratios[std::size(groups)], speedups;
+    int group_pairs[std::size(groups)] = {};
+};
+
+void append(std::vector<double> &to, const std::vector<double> &from) {
+    to.insert(to.end(), from.begin(), from.end());
 }
 
-void print_cost_summary(const std::vector<bench_summary> &summaries) {
-    std::printf("  %-*s", kNameWidth, "");
-    for (const bench_group_time &time : summaries.front().times) {
-        const std::string title = std::string(time.group->name) + ", " +
-                                  std::to_string(time.pairs) +
-                                  (time.pairs > 1 ? " pairs" : " pair");
-        std::printf("   %-24s", title.c_str());
+void add(summary &sum, const bench_outcome &one) {
+    if (one.has_truth) {
+        sum.pairs++;
+        sum.bad_1px += one.error.all.filled_visible.bad_percent[1];
+        sum.bad_2px += one.error.all.filled_visible.bad_percent[2];
+        sum.density += one.error.visible.density_percent;
+        sum.bad_3px += one.error.visible.bad_3px_percent;
+    }
+    sum.worst_of_allowance_percent =
+        std::max(sum.worst_of_allowance_percent, allowance_percent(one));
+    append(sum.speedups, one.speedups);
+    const auto single = one.times.find(1);
+    for (std::size_t i = 0; single != one.times.end() && i < std::size(groups); i++) {
+        if (one.disparities >= groups[i].min && one.disparities <= groups[i].max) {
+            append(sum.ratios[i], single->second.ratios);
+            sum.group_pairs[i]++;
+        }
+    }
+}
+
+std::vector<summary> summaries_of(const std::vector<bench_outcome> &outcomes) {
+    std::vector<summary> all;
+    for (const bench_outcome &one : outcomes) {
+        auto at = std::find_if(all.begin(), all.end(),
+                               [&](const summary &sum) { return sum.method == one.method; });
+        if (at == all.end()) {
+            at = all.insert(all.end(), summary{});
+            at->method = one.method;
+        }
+        add(*at, one);
+    }
+    return all;
+}
+
+void print_error_summary(const std::vector<summary> &summaries) {
+    std::printf("\nmean of %d pairs with ground truth\n  %-*s %7s %7s %8s %7s\n",
+                summaries.front().pairs, kNameWidth, "", "bad-1.0", "bad-2.0", "density",
+                "bad-3.0");
+    for (const summary &sum : summaries) {
+        std::printf("  %-*s %7.2f %7.2f %7.1f%% %7.2f\n", kNameWidth, sum.method.c_str(),
+                    sum.bad_1px / sum.pairs, sum.bad_2px / sum.pairs, sum.density / sum.pairs,
+                    sum.bad_3px / sum.pairs);
+    }
+    std::printf(
+        "  bad-t: percent off by more than t px, filled, non-occluded; density: kept of "
+        "non-occluded\n"
+        "  pixels, bad-3.0 of the kept\n");
+}
+
+void print_cost_summary(const std::vector<summary> &summaries) {
+    std::printf("\ntime and memory\n  %-*s", kNameWidth, "");
+    for (std::size_t i = 0; i < std::size(groups); i++) {
+        if (const int pairs = summaries.front().group_pairs[i]; pairs > 0) {
+            const std::string title = std::string(groups[i].name) + ", pairs: ";
+            std::printf("   %-20s", (title + std::to_string(pairs)).c_str());
+        }
     }
     std::printf("  %9s  2 threads\n", "memory");
-    for (const bench_summary &sum : summaries) {
+    for (const summary &sum : summaries) {
         std::printf("  %-*s", kNameWidth, sum.method.c_str());
-        for (const bench_group_time &time : sum.times) {
-            std::printf("   %5.2f (%.2f-%.2f) cpu %-4.2f", time.ratio.median, time.ratio.low,
-                        time.ratio.high, time.cpu_ratio.median);
+        for (const std::vector<double> &ratios : sum.ratios) {
+            if (!ratios.empty()) {
+                const bench_spread ratio = bench_spread_of(ratios);
+                std::printf("   %6.2f (%5.2f-%5.2f)", ratio.median, ratio.low, ratio.high);
+            }
         }
         std::printf("  %8.0f%%", sum.worst_of_allowance_percent);
-        if (sum.speedup.median > 0) {
-            std::printf("  %.2f (%.2f-%.2f)", sum.speedup.median, sum.speedup.low,
-                        sum.speedup.high);
+        if (!sum.speedups.empty()) {
+            std::printf("  %.2f", bench_spread_of(sum.speedups).median);
         }
         std::printf("\n");
     }
     std::printf(
-        "  time over that of %s of Debian's OpenCV on 1 thread, by disparities searched: median "
-        "(quartiles) of the\n"
-        "  ratios in interleaved rounds, on the clock and of processor time; memory beyond the "
-        "images: most of\n"
+        "  time over that of %s on 1 thread, by disparities searched: median (quartiles)\n"
+        "  of the ratios in interleaved rounds; memory beyond the images: most of\n"
         "  24 x width x disparities + 64 x width bytes; 2 threads: how many times faster than 1\n",
         bench_reference);
 }
 
 }  // namespace
 
-void bench_print_methods(const std::vector<bench_method_entry> &methods,
-                         const std::string &pypi_version) {
-    std::printf("OpenCV %s (linked)", CV_VERSION);
-    if (pypi_version.empty()) {
-        std::printf("; PyPI's OpenCV was NOT measured (not there, or not asked for)\n");
-    } else {
-        std::printf(" and %s (PyPI, in its own process)\n", pypi_version.c_str());
-    }
+void bench_print_methods(const std::vector<bench_method_entry> &methods) {
+    std::printf("OpenCV %s\n", CV_VERSION);
     for (const bench_method_entry &entry : methods) {
         std::printf("  %-*s %s\n", kNameWidth, entry.name.c_str(), entry.settings.c_str());
     }
@@ -149,13 +185,12 @@ void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> 
     std::fflush(stdout);
 }
 
-void bench_print_summaries(const std::vector<bench_summary> &summaries) {
+void bench_print_summaries(const std::vector<bench_outcome> &outcomes) {
+    const std::vector<summary> summaries = summaries_of(outcomes);
     if (summaries.front().pairs > 0) {
-        std::printf("\nmean of %d pairs with ground truth\n", summaries.front().pairs);
         print_error_summary(summaries);
     }
-    if (!summaries.front().times.empty()) {
-        std::printf("\ntime and memory\n");
+    if (!outcomes.front().times.empty()) {
         print_cost_summary(summaries);
     }
 }

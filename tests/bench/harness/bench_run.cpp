@@ -54,7 +54,6 @@ void one_round(contest &all, const std::vector<std::size_t> &order, bool with_sl
             bench_times &times = outcomes[i].times[threads];
             times.wall_ms.push_back(time.wall_ms);
             times.ratios.push_back(time.wall_ms / reference.wall_ms);
-            times.cpu_ratios.push_back(time.cpu_ms / reference.cpu_ms);
         }
         if (taken[i].size() == 2) {
             outcomes[i].speedups.push_back(taken[i][1].wall_ms / taken[i][2].wall_ms);
@@ -89,12 +88,10 @@ void time_rounds(contest &all, const bench_rounds &rounds, std::vector<bench_out
     }
 }
 
-bench_kept kept_of(const bench_pair &pair, const std::vector<float> &disparity_px,
-                   bool only_visible) {
+bench_kept kept_of(const bench_pair &pair, const std::vector<float> &disparity_px) {
     double known = 0, kept = 0, bad = 0;
     for (std::size_t i = 0; i < disparity_px.size(); i++) {
-        const bool counts = std::isfinite(pair.truth_px[i]) && pair.mask[i] != EVALUATE_UNKNOWN &&
-                            (!only_visible || pair.mask[i] == EVALUATE_VISIBLE);
+        const bool counts = std::isfinite(pair.truth_px[i]) && pair.mask[i] == EVALUATE_VISIBLE;
         known += counts ? 1 : 0;
         if (counts && std::isfinite(disparity_px[i])) {
             kept++;
@@ -117,8 +114,7 @@ bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &dis
     input.truth_px = pair.truth_px.data();
     input.mask = pair.mask.data();
     input.round_disparity = pair.round_disparity;
-    return {evaluate_disparity(input), kept_of(pair, disparity_px, true),
-            kept_of(pair, disparity_px, false)};
+    return {evaluate_disparity(input), kept_of(pair, disparity_px)};
 }
 
 double bench_density_percent(const std::vector<float> &disparity_px) {

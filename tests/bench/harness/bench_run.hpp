@@ -10,7 +10,7 @@
 #include "bench/harness/bench_method.hpp"
 #include "tools/host/evaluate/evaluate.hpp"
 
-/// Quality of the pixels of a map that the method did not reject.
+/// Quality of the pixels, seen by both cameras, that the method did not reject.
 struct bench_kept {
     double density_percent = 0;  // share of kept among known pixels
     double bad_3px_percent = 0;  // of the kept
@@ -19,7 +19,7 @@ struct bench_kept {
 /// Error of a map.
 struct bench_error {
     evaluate_result all;
-    bench_kept visible, known;  // of pixels seen by both cameras; of all with known truth
+    bench_kept visible;
 };
 
 /// Errors of a map against the pair's truth, which must exist.
@@ -37,9 +37,8 @@ bench_spread bench_spread_of(const std::vector<double> &values);
 
 /// Times of one method, one per round.
 struct bench_times {
-    std::vector<double> wall_ms;     // with this many threads
-    std::vector<double> ratios;      // relative to the reference with as many in the same round
-    std::vector<double> cpu_ratios;  // the same for processor time
+    std::vector<double> wall_ms;  // with this many threads
+    std::vector<double> ratios;   // relative to the reference with as many in the same round
 };
 
 struct bench_outcome {
