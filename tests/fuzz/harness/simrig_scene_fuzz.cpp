@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The text of a scene file is accepted or refused in one line that begins with file and line; all
-// accepted values are within the limits that the renderer relies on. Ornaments, noise and light are
-// not computed: they are slow and not part of reading.
+// accepted values are within the limits that the renderer relies on. Images, noise and light are
+// not loaded: they are slow and not part of reading.
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -37,7 +37,7 @@ void check(const Object &object, int id) {
         }
     }
     const bool painted = object.material.kind == MaterialKind::kPainted;
-    FUZZ_CHECK(painted == !object.material.ornament.name.empty());
+    FUZZ_CHECK(painted == !object.material.image.empty());
     if (object.solid == nullptr) {
         FUZZ_CHECK(object.sheet.half_mm.x > 0 && object.sheet.half_mm.y > 0);
         FUZZ_CHECK(std::isfinite(object.sheet.bend_per_mm));

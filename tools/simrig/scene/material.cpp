@@ -153,14 +153,6 @@ double paper(const Material &m, const SurfacePlace &s, int channel) {
 
 }  // namespace
 
-void draw_ornament(Material &m) {
-    const Ornament &o = m.ornament;
-    if (!o.name.empty()) {
-        m.raster = draw_ornament(o.name, o.size_mm.x, o.size_mm.y, m.tones[0],
-                                 static_cast<std::uint64_t>(o.seed));
-    }
-}
-
 void prepare(Material &m, int number) {
     const int k = 7 * number;
     switch (m.kind) {

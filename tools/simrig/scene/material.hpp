@@ -14,13 +14,6 @@ namespace world {
 
 enum class MaterialKind { kPlaster, kWood, kPainted, kClay, kPlastic, kBoard, kPaper };
 
-/// The ornament on a wall and its size.
-struct Ornament {
-    std::string name;  ///< empty: none
-    Vec2 size_mm;
-    int seed = 0;
-};
-
 struct Material {
     MaterialKind kind = MaterialKind::kClay;
     std::vector<Colour> tones;  ///< one, or one for each tone of the parts
@@ -29,8 +22,9 @@ struct Material {
     double gloss = 0;
     double gloss_blur_rad = 0.1;
     Board board;
-    Ornament ornament;
-    Raster raster;  ///< the ornament, once it is drawn
+    std::string image;  ///< file name of the ornament that is wrapped around a solid; empty: none
+    Vec2 image_size_mm;
+    Raster raster;  ///< the ornament, once it is loaded
     NoiseLayer layer[4];
     double plank_mm = 120;
 };
@@ -52,9 +46,6 @@ struct SurfacePlace {
 
 /// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.
 void prepare(Material &material, int number);
-
-/// Draws the ornament, where there is one.
-void draw_ornament(Material &material);
 
 double reflectance(const Material &material, const SurfacePlace &place, int channel);
 

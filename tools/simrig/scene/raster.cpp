@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/scene/raster.hpp"
 
+#include <png.h>
+
 #include <algorithm>
 #include <array>
+
+#include "tools/simrig/world/document.hpp"
 
 namespace world {
 namespace {
 
 constexpr int kLevels = 7;
 constexpr int kColumnStep = 1 << (kLevels - 1);
+constexpr unsigned kMaxSide = 16384;
 
 // Places all over the unit disk, each of the same share: Vogel's spiral. Their variance a dimension
 // is that of the disk, 1 / 4.
@@ -28,25 +33,34 @@ const std::array<Vec2, kDiskPlaces> kDisk = disk_places();
 
 }  // namespace
 
-Raster::Raster(double width_mm, double height_mm, double texel_mm, const Colour &ground)
-    : width_mm_(width_mm), height_mm_(height_mm) {
+Raster::Raster(const std::string &path, Vec2 size_mm)
+    : width_mm_(size_mm.x), height_mm_(size_mm.y) {
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    if (png_image_begin_read_from_file(&image, path.c_str()) == 0) {
+        throw BadFile(path, image.message);
+    }
+    image.format = PNG_FORMAT_RGB;
     Level level;
-    // So many columns that every copy has half of them exactly.
-    level.columns = kColumnStep * static_cast<int>(std::ceil(width_mm / texel_mm / kColumnStep));
-    per_mm_ = level.columns / width_mm;
-    level.rows = static_cast<int>(std::ceil(height_mm * per_mm_));
-    level.texels.resize(3 * static_cast<std::size_t>(level.columns * level.rows));
-    std::uint8_t root[3];
-    for (std::size_t i = 0; i < 3; i++) {
-        root[i] = static_cast<std::uint8_t>(std::lround(255 * std::sqrt(ground.channel[i])));
+    level.columns = static_cast<int>(image.width);
+    level.rows = static_cast<int>(image.height);
+    // Every copy has half of the columns exactly.
+    if (image.width % kColumnStep != 0 || image.width > kMaxSide || image.height > kMaxSide) {
+        png_image_free(&image);
+        throw BadFile(path,
+                      "an image must be 64 to 16384 pixels wide in steps of 64, and at most "
+                      "16384 high");
     }
-    for (std::size_t i = 0; i < level.texels.size(); i++) {
-        level.texels[i] = root[i % 3];
+    level.texels.resize(PNG_IMAGE_SIZE(image));
+    if (png_image_finish_read(&image, nullptr, level.texels.data(), 0, nullptr) == 0) {
+        throw BadFile(path, image.message);
     }
+    per_mm_ = level.columns / width_mm_;
     levels_.push_back(std::move(level));
+    make_copies();
 }
 
-void Raster::finish() {
+void Raster::make_copies() {
     while (levels_.size() < kLevels) {
         const Level &fine = levels_.back();
         Level coarse;

@@ -54,12 +54,14 @@ struct Hit {
     const Object *object = nullptr;
 };
 
-/// Reads the text of a scene file called `name`, without its ornaments, noise and light. Throws
+/// Reads the text of a scene file called `name`, without its images, noise and light. Throws
 /// BadFile.
 Scene parse_scene(const std::string &name, const std::string &text);
 
-/// Reads a scene file, draws its ornaments and computes its light. Throws BadFile.
+/// Reads a scene file, loads the images beside it and computes its light. Throws BadFile.
 Scene load_scene(const std::string &path);
+/// The same with another text for the file.
+Scene load_scene(const std::string &path, const std::string &text);
 
 /// The nearest surface along a ray before t_far, to `tolerance` mm; object is null if none.
 Hit nearest_hit(const Scene &scene, const Ray &ray, double t_far, double tolerance);

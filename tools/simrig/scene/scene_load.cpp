@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
 #include "tools/simrig/scene/scene.hpp"
@@ -48,21 +49,22 @@ Board read_board(const Entry &entry) {
     return board;
 }
 
-void read_ornament(const Entry &entry, Material &material) {
-    const std::string name = entry.at("ornament").text();
-    if (!is_ornament(name)) {
-        entry.at("ornament").fail("unknown ornament '" + name + "'");
+void read_image(const Entry &entry, Material &material) {
+    material.image = entry.at("image").text();
+    if (material.image.empty() || material.image.find('/') != std::string::npos) {
+        entry.at("image").fail("not the name of a file beside the scene");
     }
-    const Vec2 size = entry.at("ornament_size_mm").pair();
-    if (size.x < 20 || size.x > 2000 || size.y < 20 || size.y > 2000) {
-        entry.at("ornament_size_mm").fail("an ornament must be 20 to 2000 mm wide and high");
+    material.image_size_mm = entry.at("image_size_mm").pair();
+    for (const double side : {material.image_size_mm.x, material.image_size_mm.y}) {
+        if (side < 20 || side > 2000) {
+            entry.at("image_size_mm").fail("an image must be 20 to 2000 mm wide and high");
+        }
     }
-    material.ornament = {name, size, entry.at("ornament_seed").whole(0, 1000000)};
 }
 
 Material read_material(const Entry &entry) {
-    entry.allow({"kind", "colours", "contrast", "gloss", "gloss_blur_deg", "board", "ornament",
-                 "ornament_size_mm", "ornament_seed", "plank_mm"});
+    entry.allow({"kind", "colours", "contrast", "gloss", "gloss_blur_deg", "board", "image",
+                 "image_size_mm", "plank_mm"});
     const std::string kind = entry.at("kind").text();
     if (kKinds.count(kind) == 0) {
         entry.at("kind").fail("unknown material '" + kind + "'");
@@ -85,7 +87,7 @@ Material read_material(const Entry &entry) {
         material.board = read_board(entry.at("board"));
     }
     if (material.kind == MaterialKind::kPainted) {
-        read_ornament(entry, material);
+        read_image(entry, material);
     }
     return material;
 }
@@ -313,10 +315,18 @@ Scene parse_scene(const std::string &name, const std::string &text) {
 }
 
 Scene load_scene(const std::string &path) {
-    Scene scene = read_scene(Entry::of_file(path));
+    return load_scene(path, Entry::contents(path));
+}
+
+Scene load_scene(const std::string &path, const std::string &text) {
+    Scene scene = parse_scene(path, text);
     for (const auto &object : scene.objects) {
-        draw_ornament(object->material);
-        prepare(object->material, object->id);
+        Material &material = object->material;
+        if (!material.image.empty()) {
+            const auto image = std::filesystem::path(path).replace_filename(material.image);
+            material.raster = Raster(image.string(), material.image_size_mm);
+        }
+        prepare(material, object->id);
     }
     light_scene(scene);
     return scene;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/server/staging.hpp"
 
-#include <sys/mman.h>
-#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include <sstream>
@@ -13,31 +11,6 @@
 namespace simrig {
 
 namespace {
-
-/// An unnamed file in memory.
-class NamelessFile {
-  public:
-    explicit NamelessFile(const std::string &text) : file_(memfd_create("scene", MFD_CLOEXEC)) {
-        size_t done = 0;
-        while (file_ >= 0 && done < text.size()) {
-            const ssize_t count = write(file_, text.data() + done, text.size() - done);
-            if (count <= 0) {
-                break;
-            }
-            done += size_t(count);
-        }
-        if (done != text.size()) {
-            throw std::runtime_error("out of memory");
-        }
-    }
-    ~NamelessFile() { close(file_); }
-    NamelessFile(const NamelessFile &) = delete;
-    NamelessFile &operator=(const NamelessFile &) = delete;
-    std::string path() const { return "/proc/self/fd/" + std::to_string(file_); }
-
-  private:
-    int file_;
-};
 
 void set_vector(YAML::Node object, const char *key, const double *values) {
     YAML::Node list(YAML::NodeType::Sequence);
@@ -81,7 +54,7 @@ std::shared_ptr<world::Scene> Staging::loaded(const std::string &path, const Mov
     }
     std::ostringstream text;
     text << scene;
-    return std::make_shared<world::Scene>(world::load_scene(NamelessFile(text.str()).path()));
+    return std::make_shared<world::Scene>(world::load_scene(path, text.str()));
 }
 
 std::shared_ptr<world::Scene> Staging::change(const std::string &path) {

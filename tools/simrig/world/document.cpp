@@ -33,14 +33,18 @@ std::string one_line(std::string text) {
 Entry::Entry(std::string file, const YAML::Node &node)
     : file_(std::move(file)), node_(std::make_shared<const YAML::Node>(node)) {}
 
-Entry Entry::of_file(const std::string &path) {
+std::string Entry::contents(const std::string &path) {
     std::ifstream stream(path, std::ios::binary);
     if (!stream) {
         throw BadFile(path, "cannot be read");
     }
     std::ostringstream text;
     text << stream.rdbuf();
-    return of_text(path, text.str());
+    return text.str();
+}
+
+Entry Entry::of_file(const std::string &path) {
+    return of_text(path, contents(path));
 }
 
 Entry Entry::of_text(const std::string &name, const std::string &text) {

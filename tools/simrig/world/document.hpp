@@ -36,6 +36,8 @@ class Entry {
     static Entry of_file(const std::string &path);
     /// The same for a text in memory, of a file called `name`.
     static Entry of_text(const std::string &name, const std::string &text);
+    /// The bytes of a file. Throws BadFile when it cannot be read.
+    static std::string contents(const std::string &path);
 
     /// Throws BadFile at this entry's line.
     [[noreturn]] void fail(const std::string &what) const;
