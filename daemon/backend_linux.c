@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/linux/monotonic_clock.h"
@@ -213,33 +212,8 @@ void backend_linux_open(struct backend_linux *self, const struct config *config,
     }
 }
 
-static void put_camera(const struct v4l2_camera *camera, const struct command_call *call) {
-    const struct v4l2_stream *stream = &camera->stream;
-    reply_text(call, "device", camera->path);
-    if (stream->fd < 0) {
-        reply_text(call, "state", "not open");
-        return;
-    }
-    reply_text(call, "driver", stream->driver);
-    reply_text(call, "card", stream->card);
-    reply_text(call, "bus", stream->bus);
-    if (camera->started && stream->format != NULL) {
-        reply_text(call, "format", stream->format->name);
-        reply_number(call, "width", camera->format.width_px, 0, "px");
-        reply_number(call, "height", camera->format.height_px, 0, "px");
-        reply_number(call, "frame_time", stream->frame_us, 0, "us");
-    }
-}
-
-void backend_linux_put(const struct backend_linux *self, const struct command_call *call) {
-    static const char *const names[RIG_SIDES] = {"left_camera", "right_camera"};
-    for (int side = 0; side < RIG_SIDES; side++) {
-        if (self->needed[BACKEND_LINUX_LEFT_CAMERA + side]) {
-            reply_group_begin(call, names[side], false);
-            put_camera(&self->camera[side], call);
-            reply_group_end(call);
-        }
-    }
+const struct v4l2_camera *backend_linux_camera(const struct backend_linux *self, int side) {
+    return self->needed[BACKEND_LINUX_LEFT_CAMERA + side] ? &self->camera[side] : NULL;
 }
 
 void backend_linux_close(struct backend_linux *self) {

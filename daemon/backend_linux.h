@@ -6,7 +6,6 @@
 
 #include <stdbool.h>
 
-#include "console/command.h"
 #include "daemon/backends/linux/gpiod_lines.h"
 #include "daemon/backends/linux/i2c_dev.h"
 #include "daemon/backends/linux/termios_uart.h"
@@ -47,9 +46,8 @@ struct backend_linux {
 void backend_linux_open(struct backend_linux *self, const struct config *config,
                         const struct hal_log *log, struct rig_ports *ports);
 
-/// Reports the open cameras: what their drivers report, and what they stream. Call from the thread
-/// that has the rig.
-void backend_linux_put(const struct backend_linux *self, const struct command_call *call);
+/// The camera device of a side; NULL: the instrument has none.
+const struct v4l2_camera *backend_linux_camera(const struct backend_linux *self, int side);
 /// Closes everything; harmless if nothing was opened.
 void backend_linux_close(struct backend_linux *self);
 

@@ -137,30 +137,28 @@ static int wrap_faults(struct backends *self, const char *script, struct rig_por
 
 int backends_open(struct backends *self, struct config *config, const struct hal_log *log,
                   struct rig_ports *ports, struct message *message) {
-    struct rig_ports inner = {0};
     int error = 0;
     self->log = log;
+    *ports = (struct rig_ports){0};
     switch (config->backend) {
         case CONFIG_BACKEND_SIM:
-            error = open_sim(self, config, &inner, message);
+            error = open_sim(self, config, ports, message);
             break;
         case CONFIG_BACKEND_REPLAY:
-            error = open_replay(self, config, &inner, message);
+            error = open_replay(self, config, ports, message);
             break;
         case CONFIG_BACKEND_LINUX:
-            backend_linux_open(&self->devices, config, log, &inner);
+            backend_linux_open(&self->devices, config, log, ports);
             self->time_passes = true;
             break;
     }
     if (error == 0) {
-        error = wrap_faults(self, config->faults, &inner, message);
+        error = wrap_faults(self, config->faults, ports, message);
     }
     if (error != 0) {
         return error;
     }
-    INVARIANT(inner.clock != NULL);
-    record_init(&self->record, &inner, ports);
-    ports->log = log;
+    INVARIANT(ports->clock != NULL);
     return 0;
 }
 

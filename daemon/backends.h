@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The backends that the settings select: Linux devices, a simulated rig, or a recorded session;
-/// wrapped by a test's faults, and all of it by the recorder.
+/// wrapped by a test's faults.
 #ifndef VERGENCE_DAEMON_BACKENDS_H
 #define VERGENCE_DAEMON_BACKENDS_H
 
@@ -10,7 +10,6 @@
 #include "daemon/backends/fault/fault.h"
 #include "daemon/backends/replay/replay.h"
 #include "daemon/backends/sim/sim_backend.h"
-#include "daemon/session/record.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/fault_plan.h"
 
@@ -37,7 +36,6 @@ struct backends {
     struct fault_watchdog fault_watchdog;
     const struct hal_clock *faults_clock;  ///< NULL: the plan has no rule
 
-    struct record record;
     bool time_passes;  ///< in real time, and not only by the rig's own waits
 };
 

@@ -20,37 +20,28 @@
 #include "daemon/cli/options.h"
 #include "daemon/cli/shell_completion.h"
 #include "daemon/client/client.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/manuals.h"
 #include "daemon/files/standard_paths.h"
 #include "daemon/files/sync_file.h"
-#include "daemon/main_replay.h"
 #include "daemon/server/confine.h"
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
-#include "daemon/session/disk_writer.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/config_profile.h"
 
 enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
-/// All parts of the daemon.
-struct daemon {
-    struct config config;
+/// The daemon, and what only its start and end use.
+struct program {
+    struct daemon daemon;
     struct config_old_lines old_lines;
-    struct log_ring log_ring;
-    struct hal_log log;
     struct store store;
     bool store_open;
     struct backends backends;
-    struct rig rig;
-    struct disk_writer disk_writer;
     struct watchdog_dev watchdog;
     bool watchdog_open;
     struct server server;
-    int files_fd;
-    struct command *table;
-    size_t table_count;
 };
 
 struct arguments {
@@ -119,35 +110,6 @@ static int fail(const struct message *message) {
     return CLIENT_BAD_INPUT;
 }
 
-/// Order of the table of all commands: by name.
-static int by_name(const void *a, const void *b) {
-    return strcmp(((const struct command *)a)->name, ((const struct command *)b)->name);
-}
-
-static bool join_tables(struct daemon *self) {
-    static const struct command *(*const tables[])(size_t *) = {
-        command_rig_table,          commands_daemon_table,  commands_calibration_table,
-        commands_files_table,       commands_send_table,    commands_bugreport_table,
-        commands_reconstruct_table, commands_session_table, commands_settings_table,
-        commands_snapshot_table,    commands_system_table,  main_replay_table,
-    };
-    for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
-        size_t count = 0;
-        const struct command *table = tables[i](&count);
-        struct command *all =
-            realloc(self->table, (self->table_count + count) * sizeof *self->table);
-        if (all == NULL) {
-            return false;
-        }
-        self->table = all;
-        memcpy(all + self->table_count, table, count * sizeof *all);
-        self->table_count += count;
-    }
-    INVARIANT(self->table_count > 0);
-    qsort(self->table, self->table_count, sizeof *self->table, by_name);
-    return true;
-}
-
 /// Creates the parent directories of default locations only: a location from a setting must exist,
 /// so that a typing error is noticed.
 static int make_places(const struct config *config, struct message *message) {
@@ -171,9 +133,9 @@ static int make_places(const struct config *config, struct message *message) {
     return 0;
 }
 
-static int open_files(struct daemon *self, struct message *message) {
-    const char *path = self->config.files;
-    self->files_fd = -1;
+static int open_files(struct program *self, struct message *message) {
+    const char *path = self->daemon.config.files;
+    self->daemon.files_fd = -1;
     if (path[0] == '\0') {
         return 0;
     }
@@ -181,8 +143,8 @@ static int open_files(struct daemon *self, struct message *message) {
     if (!made && errno != EEXIST) {
         return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
     }
-    self->files_fd = open(path, O_PATH | O_DIRECTORY | O_CLOEXEC);
-    if (self->files_fd < 0 || (!sync_directory_at(self->files_fd, "..") && made)) {
+    self->daemon.files_fd = open(path, O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (self->daemon.files_fd < 0 || (!sync_directory_at(self->daemon.files_fd, "..") && made)) {
         return message_set(message, ERROR_IO, "files = %s: %s", path, strerror(errno));
     }
     return 0;
@@ -194,14 +156,15 @@ static bool are_same(int left_fd, int right_fd) {
            left.st_dev == right.st_dev && left.st_ino == right.st_ino;
 }
 
-static int open_store(struct daemon *self, struct message *message) {
-    const char *path = self->config.store;
+static int open_store(struct program *self, struct message *message) {
+    const char *path = self->daemon.config.store;
     if (path[0] == '\0') {
         return 0;
     }
     const int error = store_open(&self->store, path, message);
     self->store_open = error == 0;
-    if (error == 0 && self->files_fd >= 0 && are_same(self->files_fd, self->store.directory_fd)) {
+    if (error == 0 && self->daemon.files_fd >= 0 &&
+        are_same(self->daemon.files_fd, self->store.directory_fd)) {
         return message_set(message, ERROR_ARGUMENT,
                            "store = %s: same directory as \"files\", whose files clients may "
                            "replace (use a separate directory)",
@@ -211,8 +174,8 @@ static int open_store(struct daemon *self, struct message *message) {
 }
 
 /// Arms the watchdog: from here on the system restarts if it is not fed.
-static int open_watchdog(struct daemon *self, struct message *message) {
-    const struct config *config = &self->config;
+static int open_watchdog(struct program *self, struct message *message) {
+    const struct config *config = &self->daemon.config;
     if (config->watchdog[0] == '\0') {
         return 0;
     }
@@ -230,9 +193,9 @@ static int open_watchdog(struct daemon *self, struct message *message) {
 }
 
 /// Disarms the watchdog, after the rig's thread has ended orderly.
-static void close_watchdog(struct daemon *self) {
+static void close_watchdog(struct program *self) {
     if (self->watchdog_open && !watchdog_dev_close(&self->watchdog, true)) {
-        log_ring_print(&self->log_ring, HAL_LOG_ERROR, "cannot stop the watchdog");
+        log_ring_print(&self->daemon.log_ring, HAL_LOG_ERROR, "cannot stop the watchdog");
     }
 }
 
@@ -248,10 +211,6 @@ static void pair_was_taken(void *replay) {
     replay_next_pair(replay);
 }
 
-static void reply_devices(void *devices, const struct command_call *call) {
-    backend_linux_put(devices, call);
-}
-
 /// Limit for frames waiting for a slow disk. A command takes at most six of 6 MiB (a pair, a third
 /// one to compare, each repeated once); a board of 64 MB waits for its disk instead.
 static size_t held_max_bytes(void) {
@@ -261,88 +220,89 @@ static size_t held_max_bytes(void) {
 }
 
 /// Opens everything that the server uses. 0, or an error with a message.
-static int open_parts(struct daemon *self, struct rig_ports *ports, struct message *message) {
-    const int number =
-        log_ring_open(&self->log_ring, self->config.log_file, self->config.log_level);
+static int open_parts(struct program *self, struct rig_ports *ports, struct message *message) {
+    const int number = log_ring_open(&self->daemon.log_ring, self->daemon.config.log_file,
+                                     self->daemon.config.log_level);
     if (number != 0) {
-        return message_set(message, ERROR_IO, "log = %s: %s", self->config.log_file,
+        return message_set(message, ERROR_IO, "log = %s: %s", self->daemon.config.log_file,
                            strerror(number));
     }
-    self->log = log_ring_log(&self->log_ring);
+    self->daemon.log = log_ring_log(&self->daemon.log_ring);
     if (self->old_lines.count > 0) {
-        log_ring_print(&self->log_ring, HAL_LOG_WARNING,
+        log_ring_print(&self->daemon.log_ring, HAL_LOG_WARNING,
                        "settings in an old notation: %u (vergenced --check FILE shows the new one)",
                        self->old_lines.count);
     }
     int error = open_files(self, message);
     error = error != 0 ? error : open_store(self, message);
     if (error == 0) {
-        error = backends_open(&self->backends, &self->config, &self->log, ports, message);
+        error =
+            backends_open(&self->backends, &self->daemon.config, &self->daemon.log, ports, message);
     }
     return error != 0 ? error : open_watchdog(self, message);
 }
 
-static struct server_parts parts_of(struct daemon *self) {
-    return (struct server_parts){
-        .config = &self->config,
-        .log_ring = &self->log_ring,
-        .log = &self->log,
-        .store = backends_store(&self->backends, self->store_open ? &self->store.hal : NULL),
-        .files_fd = self->files_fd,
-        .table = self->table,
-        .table_count = self->table_count,
-        .rig = &self->rig,
-        .watchdog =
-            backends_watchdog(&self->backends, self->watchdog_open ? &self->watchdog.hal : NULL),
-        .record = &self->backends.record,
-        .disk_writer = &self->disk_writer,
-        .idle_is_next = self->backends.has_replay ? idle_is_next : NULL,
-        .cancel_is_next = self->backends.has_replay ? cancel_is_next : NULL,
-        .pair_was_taken = self->backends.has_replay ? pair_was_taken : NULL,
-        .replay = &self->backends.replay,
-        .reply_devices = self->config.backend == CONFIG_BACKEND_LINUX ? reply_devices : NULL,
-        .devices = &self->backends.devices,
-        .time_passes = self->backends.time_passes,
-    };
+/// Connects the opened parts.
+static void join_parts(struct program *self, const struct rig_ports *inner) {
+    struct daemon *daemon = &self->daemon;
+    struct backends *backends = &self->backends;
+    struct rig_ports ports = {0};
+    daemon->table = commands_all(&daemon->table_count);
+    daemon->store = backends_store(backends, self->store_open ? &self->store.hal : NULL);
+    daemon->watchdog =
+        backends_watchdog(backends, self->watchdog_open ? &self->watchdog.hal : NULL);
+    daemon->time_passes = backends->time_passes;
+    if (backends->has_replay) {
+        daemon->idle_is_next = idle_is_next;
+        daemon->cancel_is_next = cancel_is_next;
+        daemon->pair_was_taken = pair_was_taken;
+        daemon->replay = &backends->replay;
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        daemon->cameras[side] = backend_linux_camera(&backends->devices, side);
+    }
+    record_init(&daemon->record, inner, &ports);
+    ports.log = &daemon->log;
+    const struct rig_observer observer = worker_observer(&daemon->rig_worker);
+    rig_init(&daemon->rig, &daemon->config.profile, &ports, &observer);
 }
 
-static int start(struct daemon *self, struct message *message) {
-    struct rig_ports ports = {0};
+static int start(struct program *self, struct message *message) {
+    struct daemon *daemon = &self->daemon;
+    struct rig_ports ports;
     int error = open_parts(self, &ports, message);
     if (error != 0) {
         return error;
     }
-    const struct server_parts parts = parts_of(self);
-    error = server_open(&self->server, &parts, message);
+    join_parts(self, &ports);
+    error = server_open(&self->server, daemon, message);
     if (error != 0) {
         return error;
     }
-    self->disk_writer.held_max_bytes = held_max_bytes();
+    daemon->disk_writer.held_max_bytes = held_max_bytes();
     // Only now that signals are blocked, as the thread inherits the mask.
-    if (!disk_writer_start(&self->disk_writer)) {
+    if (!disk_writer_start(&daemon->disk_writer)) {
         return message_set(message, ERROR_IO, "cannot start a thread");
     }
-    self->backends.record.disk_writer = &self->disk_writer;
-    const struct rig_observer observer = worker_observer(&self->server.rig_worker);
-    rig_init(&self->rig, &self->config.profile, &ports, &observer);
+    daemon->record.disk_writer = &daemon->disk_writer;
     return server_start(&self->server, message);
 }
 
-static int confine(struct daemon *self, struct message *message) {
-    if (!self->config.confine) {
+static int confine(struct program *self, struct message *message) {
+    if (!self->daemon.config.confine) {
         return 0;
     }
     const int error = confine_process(message);
     if (error == ERROR_UNSUPPORTED) {
-        log_ring_print(&self->log_ring, HAL_LOG_WARNING, "%s", message->text);
+        log_ring_print(&self->daemon.log_ring, HAL_LOG_WARNING, "%s", message->text);
         return 0;
     }
     return error;
 }
 
 /// Reports the start to the log, and to the terminal if the log is elsewhere.
-static void report_start(struct daemon *self) {
-    const struct config *config = &self->config;
+static void report_start(struct program *self) {
+    const struct config *config = &self->daemon.config;
     const bool elsewhere = config->log_file[0] != '\0';
     const struct {
         const char *what, *place;
@@ -354,23 +314,23 @@ static void report_start(struct daemon *self) {
         if (paths[i].place[0] == '\0') {
             continue;
         }
-        log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "%s: %s", paths[i].what, paths[i].place);
+        log_ring_print(&self->daemon.log_ring, HAL_LOG_NOTICE, "%s: %s", paths[i].what,
+                       paths[i].place);
         if (elsewhere) {
             fprintf(stderr, "vergenced: %s: %s\n", paths[i].what, paths[i].place);
         }
     }
-    log_ring_print(&self->log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
+    log_ring_print(&self->daemon.log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
                    version_text(), version_build_id());
     if (elsewhere) {
         fputs("vergenced: serving until Ctrl-C\n", stderr);
     }
 }
 
-static int serve(struct daemon *self) {
+static int serve(struct program *self) {
     struct message message;
     notify_open();
-    int error = join_tables(self) ? start(self, &message)
-                                  : message_set(&message, ERROR_MEMORY, "out of memory");
+    int error = start(self, &message);
     error = error != 0 ? error : confine(self, &message);
     const int code = error != 0 ? fail(&message) : CLIENT_OK;
     if (error == 0) {
@@ -379,18 +339,17 @@ static int serve(struct daemon *self) {
     }
     server_close(&self->server);
     close_watchdog(self);
-    commands_session_end(&self->backends.record, &self->log);
-    disk_writer_stop(&self->disk_writer);
+    commands_session_end(&self->daemon);
+    disk_writer_stop(&self->daemon.disk_writer);
     backends_report_mismatch(&self->backends);
     backends_close(&self->backends);
     if (self->store_open) {
         store_close(&self->store);
     }
-    if (self->files_fd >= 0) {
-        close(self->files_fd);
+    if (self->daemon.files_fd >= 0) {
+        close(self->daemon.files_fd);
     }
-    log_ring_close(&self->log_ring);
-    free(self->table);
+    log_ring_close(&self->daemon.log_ring);
     return code;
 }
 
@@ -423,7 +382,7 @@ static int print_page(const struct arguments *arguments, const char *const *sett
 
 /// Prints manual pages and shell completion data, for the build. Returns the exit code, or
 /// OPTIONS_CONTINUE for other arguments.
-static int print_manual(struct daemon *self, const char *argument) {
+static int print_manual(const char *argument) {
     const bool console = strcmp(argument, "--help-man-console") == 0;
     if (strcmp(argument, "--help-man-config") == 0) {
         manuals_print_config(stdout);
@@ -440,13 +399,12 @@ static int print_manual(struct daemon *self, const char *argument) {
     if (!console && strcmp(argument, "--help-words") != 0) {
         return OPTIONS_CONTINUE;
     }
-    if (!join_tables(self)) {
-        return CLIENT_FAILED;
-    }
+    size_t count = 0;
+    const struct command *table = commands_all(&count);
     if (console) {
-        manuals_print_console(stdout, self->table, self->table_count);
+        manuals_print_console(stdout, table, count);
     } else {
-        manuals_print_completion(stdout, self->table, self->table_count);
+        manuals_print_completion(stdout, table, count);
         shell_completion_options(stdout, &page);
     }
     return CLIENT_OK;
@@ -454,11 +412,11 @@ static int print_manual(struct daemon *self, const char *argument) {
 
 /// Returns the exit code; standard output may still be buffered.
 static int run(int argc, char **argv) {
-    static struct daemon daemon;
+    static struct program program;
     struct arguments arguments = {0};
     const char *settings[SETTINGS_MAX];
     int setting_count = 0;
-    int code = argc == 2 ? print_manual(&daemon, argv[1]) : OPTIONS_CONTINUE;
+    int code = argc == 2 ? print_manual(argv[1]) : OPTIONS_CONTINUE;
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
@@ -475,16 +433,17 @@ static int run(int argc, char **argv) {
         path = paths.config;
     }
     const bool check = arguments.check != NULL;
-    daemon.old_lines.report = check ? stderr : NULL;
-    if ((check ? config_load_to_check : config_load)(&daemon.config, path, settings, setting_count,
-                                                     &daemon.old_lines, &message) != 0) {
+    program.old_lines.report = check ? stderr : NULL;
+    if ((check ? config_load_to_check : config_load)(&program.daemon.config, path, settings,
+                                                     setting_count, &program.old_lines,
+                                                     &message) != 0) {
         return fail(&message);
     }
     if (check) {
         printf("%s: good\n", arguments.check);
         return CLIENT_OK;
     }
-    return make_places(&daemon.config, &message) == 0 ? serve(&daemon) : fail(&message);
+    return make_places(&program.daemon.config, &message) == 0 ? serve(&program) : fail(&message);
 }
 
 int main(int argc, char **argv) {

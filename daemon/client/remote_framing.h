@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// CRC-32 framing of lines on a connection that may damage them, in both directions; the format is
-/// in daemon/reply/request.h and reply.h.
+/// in daemon/server/request.h and reply.h.
 #ifndef VERGENCE_DAEMON_CLIENT_REMOTE_FRAMING_H
 #define VERGENCE_DAEMON_CLIENT_REMOTE_FRAMING_H
 

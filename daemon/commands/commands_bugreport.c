@@ -6,16 +6,10 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
-#include "core/invariant.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/reply/output.h"
-#include "daemon/reply/reply.h"
-#include "daemon/session/disk_writer.h"
-#include "daemon/session/record.h"
+#include "daemon/server/output.h"
+#include "daemon/server/reply.h"
 
 static const char *const sections[] = {
     "version",  "system", "config",           "status",         "health",          "calibration",
@@ -27,25 +21,16 @@ enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512
 /// Adds the answer to one command, as text.
 static void add_section(const struct command_call *call, const char *line, struct reply *reply,
                         struct output *output) {
-    const struct command_context *context = context_of(call);
-    char storage[COMMAND_LINE_MAX + 1];
     char message[MESSAGE_LINE_BYTES] = "";
-    struct command_value values[COMMAND_ARGUMENTS_MAX];
-    const struct command *command = NULL;
     const struct request request = {.id = REQUEST_ID_NONE};
     output_put_text(output, "== ");
     output_put_text(output, line);
     output_put_text(output, "\n");
-    int error = command_parse(line, context->table, context->table_count, storage, values, &command,
-                              message, sizeof message);
-    INVARIANT(error == 0 && command != NULL);
     struct command_call inner = *call;
-    inner.values = values;
-    inner.reply = &reply->items;
     inner.message = message;
     inner.message_bytes = sizeof message;
     reply_begin(reply, output, &request, false);
-    error = record_run(context->record, command, &inner, line);
+    const int error = command_give(&inner, line, &reply->items);
     reply_end(reply, error, message);
     output_put_text(output, "\n");
 }
@@ -71,7 +56,7 @@ static int write_report(const struct command_call *call, struct output *output) 
         return ERROR_MEMORY;
     }
     report.bytes = output_peek(output, report.text, OUTPUT_BYTES);
-    disk_writer_run(context_of(call)->disk_writer, write_file, &report);
+    disk_writer_run(&daemon_of(call)->disk_writer, write_file, &report);
     free(report.text);
     if (report.error == 0) {
         reply_text(call, "file", report.name);
@@ -81,7 +66,6 @@ static int write_report(const struct command_call *call, struct output *output) 
 }
 
 static int run_bugreport(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
     const int unavailable = files_need_directory(call);
     if (unavailable != 0) {
         return unavailable;
@@ -95,8 +79,8 @@ static int run_bugreport(const struct command_call *call) {
         error = reply_open(reply) ? 0 : ERROR_MEMORY;
         for (int i = 0; error == 0 && i < SECTIONS; i++) {
             add_section(call, sections[i], reply, &output);
-            context->progress(context->self, "reading", (uint32_t)i + 1, SECTIONS);
-            error = context->should_stop(context->self) ? ERROR_CANCELLED : 0;
+            daemon_progress(call, "reading", (uint32_t)i + 1, SECTIONS);
+            error = daemon_should_stop(call) ? ERROR_CANCELLED : 0;
         }
         if (error == 0) {
             error = write_report(call, &output);

@@ -5,18 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
-#include "core/invariant.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
-#include "daemon/session/disk_writer.h"
-#include "daemon/session/record.h"
 #include "daemon/surface/length_check.h"
-#include "rig/rig.h"
 #include "stereo/geometry/calibration.h"
 
 enum { SHOW, SET, FORGET };
@@ -139,10 +132,10 @@ static void run_record_job(void *cookie) {
 
 static int do_record(const struct command_call *call, int what, struct record_job *job) {
     job->call = call;
-    job->store = context_of(call)->store;
+    job->store = daemon_of(call)->store;
     job->what = what;
     job->length = what == SET ? job->length : 0;
-    disk_writer_run(context_of(call)->disk_writer, run_record_job, job);
+    disk_writer_run(&daemon_of(call)->disk_writer, run_record_job, job);
     INVARIANT(job->error != 0 || job->length <= CALIBRATION_TEXT_MAX_BYTES);
     return job->error;
 }
@@ -155,7 +148,7 @@ int commands_calibration_match(const struct command_call *call,
     struct record_job job;
     struct calibration calibration;
     message->text[0] = '\0';
-    if (context_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
+    if (daemon_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
         return 0;
     }
     if (job.error != 0) {
@@ -212,7 +205,7 @@ static int read_lenses(const struct command_call *call) {
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
         int32_t positions[LENS_AXES];
         if (call->rig->camera[side].lens.drive.operations != NULL &&
-            !record_is_under_way(context_of(call)->record)) {
+            !record_is_under_way(&daemon_of(call)->record)) {
             error = rig_lens_read(call->rig, side, positions);
         }
     }
@@ -224,7 +217,7 @@ int commands_calibration_put_state(const struct command_call *call) {
     struct record_job job;
     struct calibration calibration;
     struct message message;
-    if (context_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
+    if (daemon_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
         calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
         return 0;  // the command "calibration" reports it
     }
@@ -293,7 +286,7 @@ static int check_match(const struct command_call *call, const struct calibration
 static int run_set(const struct command_call *call) {
     struct record_job job = {.call = call, .name = call->values[FILE_NAME].text};
     struct calibration calibration;
-    disk_writer_run(context_of(call)->disk_writer, read_file_job, &job);
+    disk_writer_run(&daemon_of(call)->disk_writer, read_file_job, &job);
     int error = job.error;
     error = error != 0 ? error : parse(call, job.name, job.text, job.length, &calibration);
     error = error != 0 ? error : check_match(call, &calibration);
@@ -324,7 +317,7 @@ static int run_forget(const struct command_call *call) {
 }
 
 static int run_calibration(const struct command_call *call) {
-    const struct hal_store *store = context_of(call)->store;
+    const struct hal_store *store = daemon_of(call)->store;
     const int what = call->values[WHAT].given ? call->values[WHAT].choice : SHOW;
     if (store == NULL) {
         return command_fail(call, ERROR_UNSUPPORTED,

@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/commands/commands_daemon.h"
 
 #include <stdio.h>
 #include <string.h>
 
-#include "console/command_reply.h"
 #include "console/command_text.h"
 #include "console/command_words.h"
-#include "core/error.h"
-#include "core/invariant.h"
 #include "daemon/base/version.h"
 #include "daemon/cli/editor.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/completion.h"
-#include "daemon/reply/job.h"
-#include "daemon/reply/log_ring.h"
-#include "daemon/settings/config.h"
+#include "daemon/commands/commands.h"
+#include "daemon/server/completion.h"
 
 enum { LOG_DEFAULT_LINES = 20, USAGE_BYTES = 160 };
 
@@ -45,17 +38,17 @@ static void describe_argument(const struct command_call *call,
 }
 
 static int run_help(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     if (!call->values[0].given) {
-        for (size_t i = 0; i < context->table_count; i++) {
-            reply_text(call, context->table[i].name, context->table[i].summary);
+        for (size_t i = 0; i < daemon->table_count; i++) {
+            reply_text(call, daemon->table[i].name, daemon->table[i].summary);
         }
         return 0;
     }
     const char *name = call->values[0].text;
-    const struct command *command = command_find(context->table, context->table_count, name);
+    const struct command *command = command_find(daemon->table, daemon->table_count, name);
     if (command == NULL) {
-        const char *nearest = command_nearest(context->table, context->table_count, name);
+        const char *nearest = command_nearest(daemon->table, daemon->table_count, name);
         return command_fail(call, ERROR_ARGUMENT, "unknown command \"%s\"%s%s%s", name,
                             nearest != NULL ? "; did you mean \"" : "",
                             nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
@@ -80,13 +73,13 @@ static int run_version(const struct command_call *call) {
 }
 
 static int run_config(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     bool found = false;
     for (size_t i = 0; i < config_key_count(); i++) {
         const char *name = config_key_name(i);
         if (!call->values[0].given || strcmp(call->values[0].text, name) == 0) {
             char value[CONFIG_TEXT_BYTES + 16];
-            config_key_print(context->config, i, value, sizeof value);
+            config_key_print(&daemon->config, i, value, sizeof value);
             reply_text(call, name, value);
             found = true;
         }
@@ -98,7 +91,7 @@ static int run_config(const struct command_call *call) {
 }
 
 static int run_log(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     const uint64_t max =
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
     struct log_ring_line line;
@@ -106,7 +99,7 @@ static int run_log(const struct command_call *call) {
     reply_group_begin(call, "lines", true);
     while (back > 0) {
         back--;
-        if (log_ring_line(context->log_ring, back, &line)) {
+        if (log_ring_line(&daemon->log_ring, back, &line)) {
             char when[32];
             char text[LOG_RING_LINE_BYTES + 64];
             log_ring_time_text(line.time_us, when);
@@ -121,13 +114,13 @@ static int run_log(const struct command_call *call) {
 
 /// Checks the command to repeat, so that its rounds need not.
 static int run_watch(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
-    struct job_watch *watch = &context->job->watch;
+    struct daemon *daemon = daemon_of(call);
+    struct job_watch *watch = &job_of(call)->watch;
     const char *line = call->values[1].text;
     const struct command *command = NULL;
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
-    const int error = command_parse(line, context->table, context->table_count, storage, values,
+    const int error = command_parse(line, daemon->table, daemon->table_count, storage, values,
                                     &command, call->message, call->message_bytes);
     if (error != 0) {
         return error;
@@ -145,13 +138,13 @@ static int run_watch(const struct command_call *call) {
 }
 
 static int run_quit(const struct command_call *call) {
-    context_of(call)->job->quit = true;
+    job_of(call)->quit = true;
     return 0;
 }
 
 static int run_complete(const struct command_call *call) {
     static _Thread_local char words[EDITOR_WORDS_BYTES];
-    completion_candidates(context_of(call), call->values[0].text, words, sizeof words);
+    completion_candidates(daemon_of(call), call->values[0].text, words, sizeof words);
     if (words[0] != '\0') {
         reply_text(call, "words", words);
     }
@@ -159,9 +152,9 @@ static int run_complete(const struct command_call *call) {
 }
 
 static void add_commands(const struct command_candidates *to) {
-    const struct command_context *context = to->context;
-    for (size_t i = 0; i < context->table_count; i++) {
-        to->add(to->self, context->table[i].name);
+    const struct daemon *daemon = to->context;
+    for (size_t i = 0; i < daemon->table_count; i++) {
+        to->add(to->self, daemon->table[i].name);
     }
 }
 

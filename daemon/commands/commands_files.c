@@ -12,13 +12,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
 #include "core/crc.h"
-#include "core/error.h"
-#include "core/invariant.h"
 #include "daemon/base/base64.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 
 enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
@@ -82,7 +78,6 @@ static void put_crc(const struct command_call *call, uint32_t crc) {
 /// Reports length and CRC-32 of the whole file.
 static int describe(const struct command_call *call, int fd) {
     static _Thread_local char data[READ_BYTES];
-    const struct command_context *context = context_of(call);
     uint64_t size = 0;
     uint32_t crc = 0;
     for (;;) {
@@ -95,7 +90,7 @@ static int describe(const struct command_call *call, int fd) {
         }
         crc = crc_update(crc, data, (size_t)bytes);
         size += (uint64_t)bytes;
-        if (context->should_stop(context->self)) {
+        if (daemon_should_stop(call)) {
             return ERROR_CANCELLED;
         }
     }

@@ -10,16 +10,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
-#include "core/invariant.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_pairs.h"
-#include "daemon/settings/config.h"
 #include "daemon/surface/length_check.h"
 #include "daemon/surface/reconstruct_job.h"
 #include "daemon/surface/reconstruct_session.h"
@@ -103,7 +98,7 @@ static int choose_session(struct surface *self) {
         error = files_check_plain(call, value->text);
         snprintf(self->session, sizeof self->session, "%s", value->text);
     } else if (!commands_session_last(self->session, sizeof self->session) &&
-               !find_newest(context_of(call)->files_fd, self->session, &self->pairs)) {
+               !find_newest(daemon_of(call)->files_fd, self->session, &self->pairs)) {
         error = command_fail(call, ERROR_MISSING,
                              "reconstruct: no session with a pair (\"capture\" makes one)");
     }
@@ -119,7 +114,7 @@ static int choose_session(struct surface *self) {
 }
 
 static void load_saved(struct surface *self) {
-    const struct hal_store *store = context_of(self->call)->store;
+    const struct hal_store *store = daemon_of(self->call)->store;
     size_t length = 0;
     if (store == NULL) {
         return;
@@ -136,7 +131,6 @@ static void load_saved(struct surface *self) {
 }
 
 static int make_request(struct surface *self) {
-    const struct command_context *daemon_context = context_of(self->call);
     const struct command_value *values = self->call->values;
     self->request = reconstruct_request_defaults();
     if (values[SCALE].given) {
@@ -158,7 +152,7 @@ static int make_request(struct surface *self) {
         return command_fail(self->call, error, "%s", message.text);
     }
     self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
-    self->source.parent = daemon_context->files_fd;
+    self->source.parent = daemon_of(self->call)->files_fd;
     self->source.path = self->session;
     self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
     return 0;
@@ -169,7 +163,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
                         struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                         struct message *message) {
     struct surface *self = cookie;
-    const char *files = context_of(self->call)->config->files;
+    const char *files = daemon_of(self->call)->config.files;
     const int error = reconstruct_session_read(&self->source, request, inputs, context, message);
     if (error != 0) {
         return error;
@@ -177,7 +171,7 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
     struct stat about;
     snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
     // Rejects links: results are only written in "files".
-    if (fstatat(context_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+    if (fstatat(daemon_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         S_ISLNK(about.st_mode)) {
         return message_set(message, ERROR_ARGUMENT, "%s: is a link (remove it)", self->result);
     }
@@ -189,16 +183,14 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
 
 static bool should_stop(void *cookie) {
     const struct surface *self = cookie;
-    const struct command_context *daemon_context = context_of(self->call);
-    return daemon_context->should_stop(daemon_context->self);
+    return daemon_should_stop(self->call);
 }
 
 static void show_progress(void *cookie, int stage, const char *what, int done, int total) {
     const struct surface *self = cookie;
-    const struct command_context *daemon_context = context_of(self->call);
     (void)stage;
     if (total > 0) {
-        daemon_context->progress(daemon_context->self, what, (uint32_t)done, (uint32_t)total);
+        daemon_progress(self->call, what, (uint32_t)done, (uint32_t)total);
     }
 }
 

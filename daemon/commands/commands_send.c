@@ -14,13 +14,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
 #include "core/crc.h"
-#include "core/error.h"
-#include "core/invariant.h"
 #include "daemon/base/base64.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/files/sync_file.h"
 
@@ -69,7 +65,7 @@ static int take_arguments(struct receipt *self) {
     if (!parse_crc(values[CRC].text, &self->crc)) {
         return command_fail(self->call, ERROR_SYNTAX, "send: CRC: not eight hexadecimal digits");
     }
-    self->root = context_of(self->call)->files_fd;
+    self->root = daemon_of(self->call)->files_fd;
     if (fstatat(self->root, self->name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         !S_ISREG(about.st_mode)) {
         return command_fail(self->call, ERROR_ARGUMENT,
@@ -104,7 +100,6 @@ static void remove_abandoned(int root) {
 /// Sets `*same` to whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
 static int compare(const struct receipt *self, int fd, bool *same) {
     static _Thread_local char data[CHECK_BYTES];
-    const struct command_context *context = context_of(self->call);
     struct stat about;
     uint32_t crc = 0;
     int64_t at = 0;
@@ -119,7 +114,7 @@ static int compare(const struct receipt *self, int fd, bool *same) {
         }
         crc = crc_update(crc, data, (size_t)bytes);
         at += bytes;
-        if (context->should_stop(context->self)) {
+        if (daemon_should_stop(self->call)) {
             return ERROR_CANCELLED;
         }
     }

@@ -8,21 +8,13 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
-#include "core/invariant.h"
 #include "daemon/base/version.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
-#include "daemon/session/disk_writer.h"
-#include "daemon/session/record.h"
 #include "daemon/session/session_write.h"
-#include "daemon/settings/config.h"
 #include "rig/pair.h"
-#include "rig/rig.h"
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
@@ -61,7 +53,7 @@ static bool is_name(const struct command_value *value) {
 
 /// Writes the saved calibration, if there is one: it is part of every session.
 static int write_calibration(const struct command_call *call, struct message *message) {
-    const struct hal_store *store = context_of(call)->store;
+    const struct hal_store *store = daemon_of(call)->store;
     char text[STORE_CALIBRATION_BYTES];
     size_t length = 0;
     if (store == NULL) {
@@ -92,7 +84,7 @@ static void look_for_name(void *cookie) {
     struct beginning *self = cookie;
     struct message message;
     const int error =
-        session_writer_check(context_of(self->call)->files_fd, self->name->text, &message);
+        session_writer_check(daemon_of(self->call)->files_fd, self->name->text, &message);
     self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
 }
 
@@ -105,7 +97,7 @@ static int check_name(const struct command_call *call, const struct command_valu
     }
     error = files_check_new(call, name->text);
     if (error == 0) {
-        disk_writer_run(context_of(call)->disk_writer, look_for_name, &beginning);
+        disk_writer_run(&daemon_of(call)->disk_writer, look_for_name, &beginning);
     }
     return error != 0 ? error : beginning.error;
 }
@@ -113,7 +105,7 @@ static int check_name(const struct command_call *call, const struct command_valu
 static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     struct message message;
     const time_t now = time(NULL);
     struct tm parts;
@@ -125,13 +117,13 @@ static void write_beginning(void *cookie) {
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    int error = session_writer_begin(&session.writer, context->files_fd, session.name,
+    int error = session_writer_begin(&session.writer, daemon->files_fd, session.name,
                                      version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
         error = session_writer_instrument(&session.writer, &self->instrument, &message);
         error = error != 0 ? error : write_calibration(call, &message);
         if (error != 0) {
-            session_writer_discard(&session.writer, context->files_fd);
+            session_writer_discard(&session.writer, daemon->files_fd);
         }
     }
     self->error = error == 0 ? 0 : command_fail(call, error, "%s", message.text);
@@ -142,7 +134,7 @@ static int begin_session(const struct command_call *call, const struct command_v
                          const char *kind) {
     struct beginning beginning = {.call = call, .name = name, .kind = kind};
     commands_calibration_instrument(call, &beginning.instrument);
-    disk_writer_run(context_of(call)->disk_writer, write_beginning, &beginning);
+    disk_writer_run(&daemon_of(call)->disk_writer, write_beginning, &beginning);
     return beginning.error;
 }
 
@@ -225,17 +217,17 @@ static void write_pair(void *cookie) {
 /// Writes a pair into its session; in a recording, after all calls that led to it.
 static int save_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     struct writing writing = {
         .pair = pair,
         .registers = registers,
         .command = call->values[CAPTURE_ACCEPT].given ? "capture " CAPTURE_ACCEPT_WORD : "capture",
-        .files_fd = context->files_fd};
+        .files_fd = daemon->files_fd};
     if (session.recording) {
-        writing.error = record_flush(context->record, &writing.message);
+        writing.error = record_flush(&daemon->record, &writing.message);
     }
     if (writing.error == 0) {
-        disk_writer_run(context->disk_writer, session.recording ? write_pair : write_whole,
+        disk_writer_run(&daemon->disk_writer, session.recording ? write_pair : write_whole,
                         &writing);
     }
     return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
@@ -270,9 +262,9 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (error != 0) {
         return error;
     }
-    const struct command_context *context = context_of(call);
-    if (context->pair_was_taken != NULL) {
-        context->pair_was_taken(context->replay);
+    struct daemon *daemon = daemon_of(call);
+    if (daemon->pair_was_taken != NULL) {
+        daemon->pair_was_taken(daemon->replay);
     }
     const int mismatch = match_calibration(call, &pair);
     if (!session.recording) {
@@ -309,10 +301,8 @@ static int run_capture(const struct command_call *call) {
 }
 
 /// Logs a state of the recording: "the recording r1 begins".
-static void report(const struct hal_log *log, const char *what) {
-    char text[FILES_NAME_MAX + 64];
-    snprintf(text, sizeof text, "the recording %s %s", session.name, what);
-    log->operations->write(log->self, HAL_LOG_NOTICE, text);
+static void report(struct daemon *daemon, const char *what) {
+    log_ring_print(&daemon->log_ring, HAL_LOG_NOTICE, "the recording %s %s", session.name, what);
 }
 
 /// Resets the rig to its state after the daemon's start, in which a replay starts too.
@@ -329,7 +319,7 @@ static void begin_afresh(struct rig *rig) {
 /// Writes the profile that the instrument is based on, if its name differs, and the settings that
 /// differ from that profile: a replay has neither the configuration nor the profile's file.
 static int write_settings(const struct command_call *call, struct message *message) {
-    const struct config *config = context_of(call)->config;
+    const struct config *config = &daemon_of(call)->config;
     const bool named = strcmp(config->profile.name, config->like) == 0;
     struct config defaults;
     config_defaults(&defaults);
@@ -364,13 +354,13 @@ static int start_recording(const struct command_call *call) {
     }
     begin_afresh(call->rig);
     error = write_settings(call, &message);
-    error = error != 0 ? error : record_start(context_of(call)->record, &session.writer, &message);
+    error = error != 0 ? error : record_start(&daemon_of(call)->record, &session.writer, &message);
     if (error != 0) {
-        session_writer_discard(&session.writer, context_of(call)->files_fd);
+        session_writer_discard(&session.writer, daemon_of(call)->files_fd);
         return command_fail(call, error, "%s", message.text);
     }
     session.recording = true;
-    report(context_of(call)->log, "begins");
+    report(daemon_of(call), "begins");
     reply_text(call, "session", session.name);
     return 0;
 }
@@ -381,26 +371,25 @@ static void write_end(void *cookie) {
 }
 
 /// Ends a recording. An incomplete one gets no end record, so that readers detect it.
-static int stop_recording(struct record *record, const struct hal_log *log,
-                          struct message *message) {
+static int stop_recording(struct daemon *daemon, struct message *message) {
     struct writing end = {.error = 0};
-    end.error = record_stop(record, &end.message);
+    end.error = record_stop(&daemon->record, &end.message);
     session.recording = false;
     if (end.error != 0) {
         session_writer_leave(&session.writer);
         return message_set(message, end.error, "%.900s; the recording is cut off there",
                            end.message.text);
     }
-    disk_writer_run(record->disk_writer, write_end, &end);
+    disk_writer_run(&daemon->disk_writer, write_end, &end);
     if (end.error == 0) {
-        report(log, "has ended");
+        report(daemon, "has ended");
     }
     *message = end.message;
     return end.error;
 }
 
 void commands_session_put_state(const struct command_call *call) {
-    const char *cut = record_cut(context_of(call)->record);
+    const char *cut = record_cut(&daemon_of(call)->record);
     if (!session.recording) {
         return;
     }
@@ -432,15 +421,14 @@ static int run_record(const struct command_call *call) {
     }
     reply_text(call, "session", session.name);
     reply_number(call, "pairs", session.writer.pairs, 0, NULL);
-    const struct command_context *context = context_of(call);
-    const int error = stop_recording(context->record, context->log, &message);
+    const int error = stop_recording(daemon_of(call), &message);
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
-void commands_session_end(struct record *record, const struct hal_log *log) {
+void commands_session_end(struct daemon *daemon) {
     struct message message;
-    if (session.recording && stop_recording(record, log, &message) != 0) {
-        log->operations->write(log->self, HAL_LOG_ERROR, message.text);
+    if (session.recording && stop_recording(daemon, &message) != 0) {
+        log_ring_print(&daemon->log_ring, HAL_LOG_ERROR, "%s", message.text);
     }
 }
 

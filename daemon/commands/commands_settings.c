@@ -3,18 +3,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "console/command_reply.h"
 #include "console/commands.h"
 #include "console/reply_none.h"
-#include "core/error.h"
-#include "core/invariant.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
-#include "daemon/session/disk_writer.h"
-#include "daemon/session/record.h"
-#include "daemon/settings/config.h"
+#include "daemon/commands/commands.h"
 #include "daemon/settings/saved_settings.h"
-#include "rig/rig.h"
 
 enum { SHOW, SAVE, RESTORE, FORGET };
 
@@ -85,10 +77,10 @@ static void run_store_job(void *cookie) {
 }
 
 static int do_write_job(const struct command_call *call, struct store_job *store_job, int what) {
-    const struct command_context *context = context_of(call);
-    store_job->store = context->store;
+    struct daemon *daemon = daemon_of(call);
+    store_job->store = daemon->store;
     store_job->what = what;
-    disk_writer_run(context->disk_writer, run_store_job, store_job);
+    disk_writer_run(&daemon->disk_writer, run_store_job, store_job);
     return store_job->error;
 }
 
@@ -114,27 +106,16 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
         return command_fail(call, error,
                             "settings: the record in the store %s is damaged and not used: %s "
                             "(\"settings forget\", or \"settings save\" again)",
-                            context_of(call)->config->store, why.text);
+                            daemon_of(call)->config.store, why.text);
     }
     return error == 0 ? 0 : refuse_store(call, "read from", error);
 }
 
 // ---- the commands
 
-/// Runs a command as if a user had entered it: so a recording contains it, and can be replayed
-/// without the store.
+/// Runs a command, so that a recording can be replayed without the store.
 static int give(const struct command_call *call, const char *line) {
-    const struct command_context *context = context_of(call);
-    char storage[COMMAND_LINE_MAX + 1];
-    struct command_value values[COMMAND_ARGUMENTS_MAX];
-    const struct command *command = NULL;
-    int error = command_parse(line, context->table, context->table_count, storage, values, &command,
-                              call->message, call->message_bytes);
-    INVARIANT(error == 0 && command != NULL);
-    struct command_call inner = *call;
-    inner.values = values;
-    inner.reply = reply_none();
-    error = record_run(context->record, command, &inner, line);
+    const int error = command_give(call, line, reply_none());
     if (error != 0 && error != ERROR_CANCELLED) {
         char why[256];
         snprintf(why, sizeof why, "%s", call->message);
@@ -145,7 +126,6 @@ static int give(const struct command_call *call, const char *line) {
 
 /// Applies the saved settings to the instrument after checking all of them.
 static int restore(const struct command_call *call, bool axes, struct saved_settings *saved) {
-    const struct command_context *context = context_of(call);
     char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
     struct message why;
     size_t of_cameras = 0;
@@ -160,8 +140,8 @@ static int restore(const struct command_call *call, bool axes, struct saved_sett
     const size_t all = saved_settings_commands(saved, call->rig, lines, &of_cameras);
     const size_t count = axes ? all : of_cameras;
     for (size_t i = 0; i < count && error == 0; i++) {
-        context->progress(context->self, "restoring", (uint32_t)i, (uint32_t)count);
-        error = context->should_stop(context->self) ? ERROR_CANCELLED : give(call, lines[i]);
+        daemon_progress(call, "restoring", (uint32_t)i, (uint32_t)count);
+        error = daemon_should_stop(call) ? ERROR_CANCELLED : give(call, lines[i]);
     }
     return error;
 }
@@ -208,7 +188,7 @@ static int run_forget(const struct command_call *call) {
 
 static int run_settings(const struct command_call *call) {
     const int what = call->values[0].given ? call->values[0].choice : SHOW;
-    if (context_of(call)->store == NULL) {
+    if (daemon_of(call)->store == NULL) {
         return command_fail(call, ERROR_UNSUPPORTED,
                             "settings: saving is disabled: \"store\" is not set");
     }
@@ -221,12 +201,12 @@ static int run_settings(const struct command_call *call) {
                              : run_show(call);
 }
 
-int commands_settings_after_bringup(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
-    const struct hal_log *log = context->log;
+/// Restores the settings of the cameras after a bring-up.
+static int restore_cameras(const struct command_call *call) {
+    struct daemon *daemon = daemon_of(call);
     struct saved_settings saved;
     // A recording contains the commands that restored the settings, if any did.
-    if (!context->config->restore || context->store == NULL || context->idle_is_next != NULL) {
+    if (!daemon->config.restore || daemon->store == NULL || daemon->idle_is_next != NULL) {
         return 0;
     }
     const int error = restore(call, false, &saved);
@@ -235,7 +215,7 @@ int commands_settings_after_bringup(const struct command_call *call) {
     }
     if (error != 0 && error != ERROR_MISSING) {
         // The instrument works, with other settings: reported, but not a failure of the bring-up.
-        log->operations->write(log->self, HAL_LOG_WARNING, call->message);
+        log_ring_print(&daemon->log_ring, HAL_LOG_WARNING, "%s", call->message);
     }
     reply_text(call, "settings",
                error == 0               ? "restored"
@@ -243,6 +223,14 @@ int commands_settings_after_bringup(const struct command_call *call) {
                                         : call->message);
     call->message[0] = '\0';
     return 0;
+}
+
+int commands_settings_bringup(const struct command_call *call) {
+    size_t count = 0;
+    const struct command *table = command_rig_table(&count);
+    const struct command *bringup = command_find(table, count, COMMANDS_BRINGUP);
+    const int error = record_run(&daemon_of(call)->record, bringup, call, COMMANDS_BRINGUP);
+    return error != 0 ? error : restore_cameras(call);
 }
 
 static const struct command_argument arguments[] = {

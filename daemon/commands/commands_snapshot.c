@@ -3,15 +3,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/images/picture.h"
 #include "daemon/session/capture.h"
-#include "daemon/session/disk_writer.h"
-#include "rig/rig.h"
 
 enum { SMALL_SIDE_MAX_PX = 640 };
 
@@ -79,7 +74,7 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
     if (error != 0) {
         return error;
     }
-    disk_writer_run(context_of(call)->disk_writer, make_file, self);
+    disk_writer_run(&daemon_of(call)->disk_writer, make_file, self);
     if (self->error == 0) {
         reply_text(call, "file", self->name);
         reply_number(call, "size", (double)self->bytes, 0, "bytes");

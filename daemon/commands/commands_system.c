@@ -5,11 +5,10 @@
 #include <sys/utsname.h>
 #include <time.h>
 
-#include "console/command_reply.h"
+#include "daemon/backends/linux/v4l2_camera.h"
 #include "daemon/base/memory_available.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/commands/command_context.h"
-#include "daemon/commands/commands_daemon.h"
+#include "daemon/commands/commands.h"
 
 static const double bytes_per_mib = 1 << 20;
 
@@ -20,7 +19,7 @@ static void put_date(const struct command_call *call) {
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
     reply_text(call, "date", date);
-    const uint64_t up_us = monotonic_now_us() - context_of(call)->started_us;
+    const uint64_t up_us = monotonic_now_us() - daemon_of(call)->started_us;
     reply_number(call, "up", (double)(up_us / MONOTONIC_US_IN_S), 0, "s");
 }
 
@@ -36,7 +35,7 @@ static void put_kernel(const struct command_call *call) {
 }
 
 static void put_room(const struct command_call *call) {
-    const int files_fd = context_of(call)->files_fd;
+    const int files_fd = daemon_of(call)->files_fd;
     struct statfs about;
     reply_number(call, "memory_free", (double)memory_available_bytes() / bytes_per_mib, 1, "MiB");
     if (files_fd >= 0 && fstatfs(files_fd, &about) == 0) {
@@ -47,13 +46,36 @@ static void put_room(const struct command_call *call) {
     }
 }
 
+/// What the driver reports, and what the camera streams.
+static void put_camera(const struct command_call *call, const struct v4l2_camera *camera) {
+    const struct v4l2_stream *stream = &camera->stream;
+    reply_text(call, "device", camera->path);
+    if (stream->fd < 0) {
+        reply_text(call, "state", "not open");
+        return;
+    }
+    reply_text(call, "driver", stream->driver);
+    reply_text(call, "card", stream->card);
+    reply_text(call, "bus", stream->bus);
+    if (camera->started && stream->format != NULL) {
+        reply_text(call, "format", stream->format->name);
+        reply_number(call, "width", camera->format.width_px, 0, "px");
+        reply_number(call, "height", camera->format.height_px, 0, "px");
+        reply_number(call, "frame_time", stream->frame_us, 0, "us");
+    }
+}
+
 static int run_system(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
     put_date(call);
     put_kernel(call);
     put_room(call);
-    if (context->reply_devices != NULL) {
-        context->reply_devices(context->devices, call);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct v4l2_camera *camera = daemon_of(call)->cameras[side];
+        if (camera != NULL) {
+            reply_group_begin(call, side == RIG_LEFT ? "left_camera" : "right_camera", false);
+            put_camera(call, camera);
+            reply_group_end(call);
+        }
     }
     return 0;
 }

@@ -9,13 +9,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "core/error.h"
-#include "core/invariant.h"
-#include "daemon/commands/command_context.h"
+#include "daemon/commands/commands.h"
 #include "daemon/files/file_error.h"
 #include "daemon/files/sync_file.h"
 #include "daemon/files/write_all.h"
-#include "daemon/settings/config.h"
 
 int files_refuse(const struct command_call *call, const char *name, int number) {
     return command_fail(call, file_error(number), "%s: %s", name, strerror(number));
@@ -50,20 +47,20 @@ static int open_below(int root, const char *name, int flags) {
 }
 
 int files_need_directory(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
+    struct daemon *daemon = daemon_of(call);
     struct stat about;
-    if (context->files_fd < 0) {
+    if (daemon->files_fd < 0) {
         return command_fail(call, ERROR_UNSUPPORTED,
                             "file transfer is disabled: \"files\" is not set");
     }
-    if (fstat(context->files_fd, &about) == 0 && about.st_nlink > 0) {
+    if (fstat(daemon->files_fd, &about) == 0 && about.st_nlink > 0) {
         return 0;
     }
     // A new directory of the same name is not used.
     return command_fail(call, ERROR_DEVICE,
                         "the directory of files, %s, was removed while the daemon was "
                         "running: restart the daemon, which creates it",
-                        context->config->files);
+                        daemon->config.files);
 }
 
 int files_check_plain(const struct command_call *call, const char *name) {
@@ -88,7 +85,7 @@ int files_check_new(const struct command_call *call, const char *name) {
 void files_name_now(const struct command_call *call, const char *kind, const char *ending,
                     char *name) {
     enum { NAMES_A_SECOND = 1000 };
-    const int root = context_of(call)->files_fd;
+    const int root = daemon_of(call)->files_fd;
     const time_t now = time(NULL);
     struct tm parts;
     char when[32];
@@ -107,7 +104,7 @@ int files_open(const struct command_call *call, const char *name) {
         return error;
     }
     // Not blocking: opening a named pipe must not stall the thread.
-    const int fd = open_below(context_of(call)->files_fd, name, O_RDONLY | O_NONBLOCK);
+    const int fd = open_below(daemon_of(call)->files_fd, name, O_RDONLY | O_NONBLOCK);
     struct stat about;
     if (fd < 0) {
         return files_refuse(call, name, errno);
@@ -148,7 +145,7 @@ int files_open_directory(const struct command_call *call, const char *name) {
     if (error != 0) {
         return error;
     }
-    const int fd = files_open_below(context_of(call)->files_fd, name);
+    const int fd = files_open_below(daemon_of(call)->files_fd, name);
     return fd >= 0 ? fd : files_refuse(call, name[0] == '\0' ? "files" : name, errno);
 }
 
@@ -158,7 +155,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
     if (error != 0) {
         return error;
     }
-    const int root = context_of(call)->files_fd;
+    const int root = daemon_of(call)->files_fd;
     char part[FILES_NAME_MAX + 8];
     snprintf(part, sizeof part, ".%s.part", name);
     const int fd = openat(root, part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640);

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "daemon/commands/command_context.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/session/session.h"
 
@@ -47,7 +47,7 @@ static void add_entry(const struct command_candidates *to, int directory, const 
 
 /// Adds the wanted entries of the directory in which the typed word is, in the order of `files`.
 static void add_entries(const struct command_candidates *to, enum kind wanted) {
-    const struct command_context *context = to->context;
+    const struct daemon *daemon = to->context;
     const char *slash = strrchr(to->begun, '/');
     const size_t bytes = slash == NULL ? 0 : (size_t)(slash - to->begun);
     char place[FILES_NAME_MAX + 1];
@@ -58,7 +58,7 @@ static void add_entries(const struct command_candidates *to, enum kind wanted) {
     memcpy(place, to->begun, bytes);
     place[bytes] = '\0';
     snprintf(prefix, sizeof prefix, "%s%s", place, slash != NULL ? "/" : "");
-    const int directory = context->files_fd < 0 ? -1 : files_open_below(context->files_fd, place);
+    const int directory = daemon->files_fd < 0 ? -1 : files_open_below(daemon->files_fd, place);
     struct dirent **entries = NULL;
     const int count = directory < 0 ? 0 : files_list_sorted(directory, &entries);
     for (int i = 0; i < count; i++) {

@@ -9,7 +9,9 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/admission.h"
+#include "daemon/server/completion.h"
 #include "daemon/server/connection_input.h"
+#include "daemon/server/server.h"
 
 enum {
     CTRL_C = 3,
@@ -26,14 +28,14 @@ static void send_to_terminal(void *cookie, const char *data, size_t bytes) {
 }
 
 static void complete(void *cookie, const char *typed, char *words) {
-    struct connection *self = cookie;
-    self->host->complete(self->host->self, typed, words);
+    const struct connection *self = cookie;
+    // Uses only what never changes: the workers run in other threads.
+    completion_candidates(self->server->daemon, typed, words, EDITOR_WORDS_BYTES);
 }
 
-bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd,
-                     bool terminal) {
+bool connection_init(struct connection *self, struct server *server, int wake_fd, bool terminal) {
     memset(self, 0, sizeof *self);
-    self->host = host;
+    self->server = server;
     self->in_fd = -1;
     self->out_fd = -1;
     self->job.output = &self->output;
@@ -144,7 +146,7 @@ static bool set_options(struct connection *self, const char *line) {
     self->json = job->request.json;
     self->progress = job->request.progress;
     self->greeted = true;
-    self->host->answer(self->host->self, job, 0, "");
+    server_answer(self->server, job, 0, "");
     return true;
 }
 
@@ -152,8 +154,7 @@ static bool set_options(struct connection *self, const char *line) {
 static int parse_command(struct connection *self, bool refused, char *message,
                          size_t message_bytes) {
     struct job *job = &self->job;
-    const int error =
-        self->host->parse(self->host->self, job->request.command, job, message, message_bytes);
+    const int error = server_parse(self->server, job->request.command, job, message, message_bytes);
     if (error != 0 || job->command == NULL) {
         return error;
     }
@@ -186,10 +187,10 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
     }
     error = error != 0 ? error : parse_command(self, refused, message, sizeof message);
     if (error != 0) {
-        self->host->answer(self->host->self, job, error, message);
+        server_answer(self->server, job, error, message);
     } else if (job->command != NULL) {
         atomic_store(&job->state, JOB_WAITING);
-        self->host->submit(self->host->self, job);
+        server_submit(self->server, job);
     }
 }
 
@@ -258,7 +259,7 @@ static void step_terminal(struct connection *self) {
 static void answer_unread(struct connection *self, int error, const char *message) {
     self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
     self->job.terminal = false;
-    self->host->answer(self->host->self, &self->job, error, message);
+    server_answer(self->server, &self->job, error, message);
 }
 
 /// Handles a first line that only identifies the client.
@@ -382,14 +383,13 @@ static void step_watch(struct connection *self, uint64_t now_us) {
         return;
     }
     if (cancelled) {
-        self->host->answer(self->host->self, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        server_answer(self->server, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
     } else {
         job->round = true;
-        const int error =
-            self->host->parse(self->host->self, job->watch.line, job, message, sizeof message);
+        const int error = server_parse(self->server, job->watch.line, job, message, sizeof message);
         INVARIANT(error == 0 && job->command != NULL);
         atomic_store(&job->state, JOB_WAITING);
-        self->host->submit(self->host->self, job);
+        server_submit(self->server, job);
     }
     // Already answered: cancelled, or the queue is full.
     if (atomic_load(&job->state) == JOB_FREE) {

@@ -16,8 +16,7 @@ extern "C" {
 
 /// Allocates the output, and for a `terminal` also the buffer that keeps an answer. False: out of
 /// memory.
-bool connection_init(struct connection *self, const struct connection_host *host, int wake_fd,
-                     bool terminal);
+bool connection_init(struct connection *self, struct server *server, int wake_fd, bool terminal);
 void connection_destroy(struct connection *self);
 
 /// Starts serving a new client.

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/server/server.h"
 
 bool connection_is_edited(const struct connection *self) {
     return self->kind == CONNECTION_TERMINAL && !self->program;
@@ -78,9 +79,9 @@ static void cancel_job(struct connection *self) {
         return;
     }
     atomic_store(&job->cancelled, true);
-    if (atomic_load(&job->state) == JOB_WAITING && self->host->withdraw(self->host->self, job)) {
+    if (atomic_load(&job->state) == JOB_WAITING && worker_withdraw(job->worker, job)) {
         job->watch.on = false;
-        self->host->answer(self->host->self, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        server_answer(self->server, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
         atomic_store(&job->state, JOB_DONE);
     }
 }

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "daemon/cli/editor.h"
-#include "daemon/reply/job.h"
+#include "daemon/server/job.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -27,21 +27,7 @@ enum connection_kind {
     CONNECTION_TERMINAL,
 };
 
-/// Server functions that a connection calls; `self` is the server.
-struct connection_host {
-    /// Queues the job. If the queue is full, answers with an error and sets the job to JOB_FREE.
-    void (*submit)(void *self, struct job *job);
-    /// Takes back a job that no worker has started. False: it has been started.
-    bool (*withdraw)(void *self, struct job *job);
-    /// Answers at once, with an error or (0) with success; no worker has the job.
-    void (*answer)(void *self, struct job *job, int error, const char *message);
-    /// Parses a command line into `job`; see command_parse.
-    int (*parse)(void *self, const char *line, struct job *job, char *message,
-                 size_t message_bytes);
-    /// Completion for terminals; see editor.h.
-    void (*complete)(void *self, const char *typed, char *words);
-    void *self;
-};
+struct server;
 
 struct connection {
     bool used;
@@ -55,7 +41,7 @@ struct connection {
     bool framed;   ///< which frames its lines with a CRC
     int in_fd, out_fd;
     char name[CONNECTION_NAME_BYTES];
-    const struct connection_host *host;
+    struct server *server;
     struct output output;
     struct job job;
     bool json, progress;      ///< enabled for all following lines

@@ -16,7 +16,6 @@
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
-#include "daemon/commands/completion.h"
 #include "daemon/server/connection_input.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
@@ -31,43 +30,27 @@ enum {
     GREETING_US = 10000000,   ///< time limit for a client's first valid line
 };
 
-static void answer(void *cookie, struct job *job, int error, const char *message) {
-    struct server *self = cookie;
+void server_answer(struct server *self, struct job *job, int error, const char *message) {
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
     self->reply.bar_shown = job->bar_shown;
     reply_end(&self->reply, error, message);
 }
 
-static int parse(void *cookie, const char *line, struct job *job, char *message,
+int server_parse(struct server *self, const char *line, struct job *job, char *message,
                  size_t message_bytes) {
-    struct server *self = cookie;
+    const struct daemon *daemon = self->daemon;
     snprintf(job->line, sizeof job->line, "%s", line);
-    return command_parse(line, self->table, self->table_count, job->storage, job->values,
+    return command_parse(line, daemon->table, daemon->table_count, job->storage, job->values,
                          &job->command, message, message_bytes);
 }
 
-/// The worker that runs the job.
-static struct worker *worker_of(struct server *self, const struct job *job) {
+void server_submit(struct server *self, struct job *job) {
     const bool general = (job->command->flags & COMMAND_NO_RIG) != 0;
-    return general ? &self->general_worker : &self->rig_worker;
-}
-
-static bool withdraw(void *cookie, struct job *job) {
-    return worker_withdraw(worker_of(cookie, job), job);
-}
-
-static void submit(void *cookie, struct job *job) {
-    struct server *self = cookie;
-    if (!worker_submit(worker_of(self, job), job)) {
+    struct daemon *daemon = self->daemon;
+    if (!worker_submit(general ? &daemon->general_worker : &daemon->rig_worker, job)) {
         atomic_store(&job->state, JOB_FREE);
-        answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
+        server_answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
     }
-}
-
-static void complete(void *cookie, const char *typed, char *words) {
-    const struct server *self = cookie;
-    // Uses only what never changes: the worker runs in another thread.
-    completion_candidates(&self->general_worker.context, typed, words, EDITOR_WORDS_BYTES);
 }
 
 /// Makes signals readable from a descriptor. Threads started later inherit the mask.
@@ -89,46 +72,19 @@ static bool open_signals(struct server *self) {
 }
 
 static bool open_clients(struct server *self) {
-    self->host = (struct connection_host){submit, withdraw, answer, parse, complete, self};
-    self->client_count = self->config->clients + 1;
+    self->client_count = self->daemon->config.clients + 1;
     INVARIANT(self->client_count <= CONFIG_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
-        if (!connection_init(&self->clients[i], &self->host, self->wake_fd, i == CONSOLE)) {
+        if (!connection_init(&self->clients[i], self, self->wake_fd, i == CONSOLE)) {
             return false;
         }
     }
     return reply_open(&self->reply);
 }
 
-static void open_worker(struct server *self, struct worker *worker,
-                        const struct server_parts *parts) {
-    worker->rig = parts->rig;
-    worker->wake_fd = self->wake_fd;
-    worker->context = (struct command_context){
-        .config = parts->config,
-        .table = parts->table,
-        .table_count = parts->table_count,
-        .log = parts->log,
-        .log_ring = parts->log_ring,
-        .store = parts->store,
-        .record = parts->record,
-        .disk_writer = parts->disk_writer,
-        .idle_is_next = parts->idle_is_next,
-        .cancel_is_next = parts->cancel_is_next,
-        .pair_was_taken = parts->pair_was_taken,
-        .replay = parts->replay,
-        .reply_devices = parts->reply_devices,
-        .devices = parts->devices,
-        .files_fd = parts->files_fd,
-    };
-}
-
-int server_open(struct server *self, const struct server_parts *parts, struct message *message) {
-    *self = (struct server){.config = parts->config,
-                            .log_ring = parts->log_ring,
-                            .table = parts->table,
-                            .table_count = parts->table_count,
-                            .watchdog = parts->watchdog,
+int server_open(struct server *self, struct daemon *daemon, struct message *message) {
+    const struct config *config = &daemon->config;
+    *self = (struct server){.daemon = daemon,
                             .notify_us = notify_period_us(),
                             .listeners = {-1, -1},
                             .signal_fd = -1,
@@ -139,22 +95,20 @@ int server_open(struct server *self, const struct server_parts *parts, struct me
     }
     if (!open_clients(self)) {
         return message_set(message, ERROR_MEMORY, "out of memory for %u clients",
-                           (unsigned)parts->config->clients);
+                           (unsigned)config->clients);
     }
-    open_worker(self, &self->rig_worker, parts);
-    open_worker(self, &self->general_worker, parts);
-    self->rig_worker.has_rig = true;
-    self->rig_worker.time_passes = parts->time_passes;
-    const int error = listener_open(self->config->socket, self->config->tcp_port,
-                                    self->config->tcp_token, self->listeners, self->token, message);
-    return error != 0
-               ? error
-               : console_open(&self->console, self->config, &self->clients[CONSOLE], message);
+    const int error = listener_open(config->socket, config->tcp_port, config->tcp_token,
+                                    self->listeners, self->token, message);
+    return error != 0 ? error
+                      : console_open(&self->console, config, &self->clients[CONSOLE], message);
 }
 
 int server_start(struct server *self, struct message *message) {
-    if (!worker_start(&self->rig_worker, self->config->queue) ||
-        !worker_start(&self->general_worker, self->config->queue)) {
+    struct daemon *daemon = self->daemon;
+    const size_t queue = daemon->config.queue;
+    daemon->started_us = monotonic_now_us();
+    if (!worker_start(&daemon->rig_worker, daemon, self->wake_fd, queue) ||
+        !worker_start(&daemon->general_worker, daemon, self->wake_fd, queue)) {
         return message_set(message, ERROR_IO, "cannot start a thread: %s", strerror(errno));
     }
     return 0;
@@ -164,9 +118,9 @@ static void take_signals(struct server *self) {
     struct signalfd_siginfo information;
     while (read(self->signal_fd, &information, sizeof information) == sizeof information) {
         if (information.ssi_signo == SIGHUP) {
-            log_ring_reopen(self->log_ring);
+            log_ring_reopen(&self->daemon->log_ring);
         } else {
-            log_ring_print(self->log_ring, HAL_LOG_NOTICE, "signal %u: ending",
+            log_ring_print(&self->daemon->log_ring, HAL_LOG_NOTICE, "signal %u: ending",
                            information.ssi_signo);
             self->stopping = true;
         }
@@ -232,14 +186,14 @@ static void end_silence(struct server *self, struct connection *client, uint64_t
     }
     client->hangs_up = "sent no valid line";
     client->job.request = (struct request){.id = REQUEST_ID_NONE};
-    answer(self, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
+    server_answer(self, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
     connection_send(client, now_us);
     connection_gone(client);
 }
 
 /// Drops a client that does not read its answers.
 static void end_stall(struct server *self, struct connection *client, uint64_t now_us) {
-    const uint64_t timeout_us = (uint64_t)self->config->reader_timeout_s * 1000000;
+    const uint64_t timeout_us = (uint64_t)self->daemon->config.reader_timeout_s * 1000000;
     const bool stalled = client->stalled_us != 0 && now_us - client->stalled_us > timeout_us;
     // Nothing waits for a client on the daemon's own output, so it may read as slowly as it likes.
     const bool own = console_is_stdio(&self->console, client);
@@ -250,7 +204,7 @@ static void end_stall(struct server *self, struct connection *client, uint64_t n
         output_reset(&client->output, false);  // no terminal is connected
         client->stalled_us = 0;
     } else {
-        log_ring_print(self->log_ring, HAL_LOG_WARNING, "a client does not read: dropped");
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_WARNING, "a client does not read: dropped");
         connection_gone(client);
     }
 }
@@ -267,14 +221,15 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
     connection_step(client, now_us);
     if (atomic_load(&client->job.state) == JOB_WAITING) {
-        worker_report_wait(worker_of(self, &client->job), &client->job, &self->reply, now_us);
+        worker_report_wait(client->job.worker, &client->job, &self->reply, now_us);
     }
     connection_send(client, now_us);
     end_stall(self, client, now_us);
     end_silence(self, client, now_us);
     connection_step(client, now_us);
     if (client->hangs_up != NULL) {
-        log_ring_print(self->log_ring, HAL_LOG_WARNING, "a client %s: dropped", client->hangs_up);
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_WARNING, "a client %s: dropped",
+                       client->hangs_up);
         client->hangs_up = NULL;
     }
     if (connection_over(client)) {
@@ -350,12 +305,12 @@ static int timeout_ms(const struct server *self, uint64_t now_us) {
 }
 
 static void feed(struct server *self) {
-    if (self->watchdog == NULL) {
+    if (self->daemon->watchdog == NULL) {
         return;
     }
-    const int error = self->watchdog->operations->feed(self->watchdog->self);
+    const int error = self->daemon->watchdog->operations->feed(self->daemon->watchdog->self);
     if (error != 0 && !self->watchdog_reported) {
-        log_ring_print(self->log_ring, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_ERROR, "the watchdog cannot be fed: %s",
                        error_text(error));
     }
     self->watchdog_reported = error != 0;
@@ -364,12 +319,12 @@ static void feed(struct server *self) {
 /// Feeds the watchdogs while the instrument's thread makes progress: the service manager's, which
 /// restarts the daemon, and the system's, which resets the machine if that does not help.
 static void notify(struct server *self, uint64_t now_us) {
-    const bool simulated = self->config->backend == CONFIG_BACKEND_SIM;
-    const unsigned stuck_s = self->config->stuck_s;
+    const bool simulated = self->daemon->config.backend == CONFIG_BACKEND_SIM;
+    const unsigned stuck_s = self->daemon->config.stuck_s;
     const unsigned limit_s = simulated && stuck_s < STUCK_SIMULATED_S ? STUCK_SIMULATED_S : stuck_s;
-    const bool alive = worker_silence_us(&self->rig_worker) < (uint64_t)limit_s * 1000000;
+    const bool alive = worker_silence_us(&self->daemon->rig_worker) < (uint64_t)limit_s * 1000000;
     if (!alive && !self->stuck_reported) {
-        log_ring_print(self->log_ring, HAL_LOG_ERROR,
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_ERROR,
                        "the instrument's thread has been stuck for %u s", limit_s);
     }
     self->stuck_reported = !alive;
@@ -411,7 +366,7 @@ static void turn(struct server *self) {
         console_retry(&self->console, now_us);
     }
     notify(self, now_us);
-    log_ring_flush(self->log_ring);
+    log_ring_flush(&self->daemon->log_ring);
 }
 
 int server_run(struct server *self) {
@@ -432,18 +387,18 @@ static void close_clients(struct server *self) {
             connection_send(client, monotonic_now_us());
             hang_up(self, client);
         }
-        if (client->host != NULL) {
+        if (client->server != NULL) {
             connection_destroy(client);
         }
     }
 }
 
 void server_close(struct server *self) {
-    if (self->config == NULL) {
+    if (self->daemon == NULL) {
         return;  // never opened
     }
-    worker_stop(&self->rig_worker);
-    worker_stop(&self->general_worker);
+    worker_stop(&self->daemon->rig_worker);
+    worker_stop(&self->daemon->general_worker);
     close_clients(self);
     reply_close(&self->reply);
     console_close(&self->console);
@@ -453,7 +408,7 @@ void server_close(struct server *self) {
         }
     }
     if (self->listeners[LISTENER_UNIX] >= 0) {
-        unlink(self->config->socket);
+        unlink(self->daemon->config.socket);
     }
     if (self->signal_fd >= 0) {
         close(self->signal_fd);

@@ -8,25 +8,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/reply/log_ring.h"
 #include "daemon/server/connection.h"
 #include "daemon/server/console.h"
+#include "daemon/server/daemon.h"
 #include "daemon/server/listener.h"
-#include "daemon/server/worker.h"
-#include "daemon/settings/config.h"
-#include "hal/watchdog.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 struct server {
-    const struct config *config;
-    struct log_ring *log_ring;
-    const struct command *table;
-    size_t table_count;
-    struct worker rig_worker, general_worker;
-    struct connection_host host;
+    struct daemon *daemon;                              ///< NULL: not open
     struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
     size_t client_count;
     struct reply reply;
@@ -38,39 +30,15 @@ struct server {
     bool stopping, stuck_reported;
     uint64_t notify_us;  ///< heartbeat period
     uint64_t notified_us;
-    const struct hal_watchdog *watchdog;  ///< NULL: none
-    bool watchdog_reported;               ///< a failed feed was logged
-};
-
-/// What the server uses. All of it must outlive the server.
-struct server_parts {
-    const struct config *config;
-    struct log_ring *log_ring;
-    const struct hal_log *log;
-    const struct hal_store *store;
-    struct record *record;
-    struct disk_writer *disk_writer;
-    bool (*idle_is_next)(void *replay);  ///< see struct command_context
-    bool (*cancel_is_next)(void *replay);
-    void (*pair_was_taken)(void *replay);
-    void *replay;
-    void (*reply_devices)(void *devices,
-                          const struct command_call *call);  ///< see struct command_context
-    void *devices;
-    int files_fd;
-    const struct command *table;
-    size_t table_count;
-    struct rig *rig;
-    const struct hal_watchdog *watchdog;  ///< already armed; NULL: none
-    bool time_passes;                     ///< the rig's clock runs in real time
+    bool watchdog_reported;  ///< a failed feed was logged
 };
 
 /// Blocks the signals that the loop handles, so call it before starting threads; opens sockets and
-/// terminal. 0, or an error with a message. Pass `worker_observer(&rig_worker)` to the rig before
-/// server_run. Call server_close also after an error.
-int server_open(struct server *self, const struct server_parts *parts, struct message *message);
+/// terminal. `daemon` outlives the server. 0, or an error with a message. Call server_close also
+/// after an error.
+int server_open(struct server *self, struct daemon *daemon, struct message *message);
 
-/// Starts the workers. 0, or an error with a message.
+/// Starts the daemon's workers; the rig is initialised. 0, or an error with a message.
 int server_start(struct server *self, struct message *message);
 
 /// Runs until SIGTERM or SIGINT, or until the end of a console on standard input. Returns 0.
@@ -78,6 +46,14 @@ int server_run(struct server *self);
 
 /// Ends the workers (which makes the rig safe) and closes everything.
 void server_close(struct server *self);
+
+/// For connections: parses a command line into `job`, see command_parse.
+int server_parse(struct server *self, const char *line, struct job *job, char *message,
+                 size_t message_bytes);
+/// Queues the job. If the queue is full, answers with an error and sets the job to JOB_FREE.
+void server_submit(struct server *self, struct job *job);
+/// Answers at once, with an error or (0) with success; no worker has the job.
+void server_answer(struct server *self, struct job *job, int error, const char *message);
 
 #ifdef __cplusplus
 }

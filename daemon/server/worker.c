@@ -8,21 +8,15 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/thread.h"
-#include "daemon/commands/commands_daemon.h"
-#include "daemon/reply/log_ring.h"
-#include "daemon/session/disk_writer.h"
-#include "daemon/session/record.h"
+#include "daemon/server/daemon.h"
 
 enum { IDLE_US = 50000, PROGRESS_US = 100000, WAIT_REPORTED_US = 500000 };
 
-/// Called by a command that runs without the rig.
-static bool should_stop(void *cookie) {
-    struct worker *self = cookie;
+bool worker_should_stop(struct worker *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     const struct job *job = self->running;
     return atomic_load(&self->stopping) || (job != NULL && atomic_load(&job->cancelled));
@@ -31,22 +25,20 @@ static bool should_stop(void *cookie) {
 /// Called by the rig, which ends its command on true; the recording must contain that.
 static bool rig_should_stop(void *cookie) {
     struct worker *self = cookie;
-    const struct command_context *context = &self->context;
+    struct daemon *daemon = self->daemon;
     struct job *job = self->running;
-    if (job != NULL && context->cancel_is_next != NULL &&
-        context->cancel_is_next(context->replay)) {
+    if (job != NULL && daemon->cancel_is_next != NULL && daemon->cancel_is_next(daemon->replay)) {
         atomic_store(&job->cancelled, true);
     }
-    const bool stop = should_stop(self);
+    const bool stop = worker_should_stop(self);
     if (stop && job != NULL && !self->cancel_recorded) {
         self->cancel_recorded = true;
-        record_cancel(context->record);
+        record_cancel(&daemon->record);
     }
     return stop;
 }
 
-static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
-    struct worker *self = cookie;
+void worker_progress(struct worker *self, const char *what, uint32_t done, uint32_t total) {
     const uint64_t now_us = monotonic_now_us();
     atomic_store(&self->alive_us, now_us);
     if (self->running == NULL ||
@@ -58,10 +50,13 @@ static void show_progress(void *cookie, const char *what, uint32_t done, uint32_
     reply_progress(&self->reply, what, done, total);
 }
 
+static void rig_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
+    worker_progress(cookie, what, done, total);
+}
+
 struct rig_observer worker_observer(struct worker *self) {
-    INVARIANT(self->has_rig);
     return (struct rig_observer){
-        .should_stop = rig_should_stop, .progress = show_progress, .self = self};
+        .should_stop = rig_should_stop, .progress = rig_progress, .self = self};
 }
 
 /// Returns a job to the event loop.
@@ -98,7 +93,7 @@ static bool is_fault(const struct worker *self, int error) {
 static void report(const struct worker *self, enum hal_log_level level, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static void report(const struct worker *self, enum hal_log_level level, const char *format, ...) {
-    const struct hal_log *log = self->context.log;
+    const struct hal_log *log = &self->daemon->log;
     char text[LOG_RING_LINE_BYTES];
     va_list arguments;
     va_start(arguments, format);
@@ -111,10 +106,10 @@ static void report(const struct worker *self, enum hal_log_level level, const ch
 static bool report_state(struct worker *self, const char *line, int error, const char *message) {
     static const char *const states[] = {
         [RIG_DOWN] = "down", [RIG_READY] = "ready", [RIG_SAFE] = "in its safe state"};
-    if (!self->has_rig || self->rig->state == self->reported_state) {
+    if (!self->has_rig || self->daemon->rig.state == self->reported_state) {
         return false;
     }
-    self->reported_state = self->rig->state;
+    self->reported_state = self->daemon->rig.state;
     const bool worked = error == 0;
     report(self, worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
            "the instrument is %s: %.*s%s%s%s%s", states[self->reported_state],
@@ -125,7 +120,7 @@ static bool report_state(struct worker *self, const char *line, int error, const
 
 /// Logs that a recording was cut off, as soon as it is known.
 static void report_cut(struct worker *self) {
-    const char *cut = self->has_rig ? record_cut(self->context.record) : NULL;
+    const char *cut = self->has_rig ? record_cut(&self->daemon->record) : NULL;
     if (cut != NULL && !self->cut_reported) {
         report(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
     }
@@ -144,7 +139,7 @@ static void report_outcome(struct worker *self, const char *line, int error, con
 /// Adds advice to a disk-full error.
 static void advise(const struct worker *self, int error, char *message, size_t bytes) {
     const size_t length = strlen(message);
-    const bool cut = self->has_rig && record_cut(self->context.record) != NULL;
+    const bool cut = self->has_rig && record_cut(&self->daemon->record) != NULL;
     if (error == ERROR_FULL) {
         snprintf(message + length, bytes - length, "%s",
                  cut ? "; the recording is cut off: free space on that disk, \"record stop\", "
@@ -153,34 +148,24 @@ static void advise(const struct worker *self, int error, char *message, size_t b
     }
 }
 
-/// The daemon's part of `status`.
-static int put_state(const struct command_call *call) {
-    commands_session_put_state(call);
-    return commands_calibration_put_state(call);
-}
-
 static void run(struct worker *self, struct job *job) {
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
-        .rig = self->rig,
+        .rig = &self->daemon->rig,
         .values = job->values,
         .reply = &self->reply.items,
         .message = message,
         .message_bytes = sizeof message,
-        .put_state = put_state,
-        .context = &self->context,
+        .context = self->daemon,
+        .job = job,
     };
-    self->context.job = job;
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
     self->reply.bar_shown = job->bar_shown;
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
         self->cancel_recorded = false;
-        error = record_run(self->context.record, job->command, &call, job->line);
-        if (error == 0 && strcmp(job->command->name, COMMANDS_BRINGUP) == 0) {
-            error = commands_settings_after_bringup(&call);
-        }
+        error = record_run(&self->daemon->record, job->command, &call, job->line);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
         strcpy(message, error_text(error));
@@ -202,13 +187,13 @@ static void run(struct worker *self, struct job *job) {
 /// Services the rig: between two jobs, and while one waits for the disk.
 static void look_after_rig(void *cookie) {
     struct worker *self = cookie;
-    if (!self->has_rig || !self->time_passes || self->rig->state != RIG_READY) {
+    if (!self->has_rig || !self->daemon->time_passes || self->daemon->rig.state != RIG_READY) {
         return;
     }
-    record_idle(self->context.record);
-    const int error = rig_idle(self->rig);
+    record_idle(&self->daemon->record);
+    const int error = rig_idle(&self->daemon->rig);
     if (error != 0) {
-        report_outcome(self, "between commands", error, self->rig->last_error.text);
+        report_outcome(self, "between commands", error, self->daemon->rig.last_error.text);
     }
 }
 
@@ -220,10 +205,9 @@ static void idle(struct worker *self) {
 
 /// Replay has no real time: services the rig wherever the recording did.
 static void catch_up(const struct worker *self) {
-    const struct command_context *context = &self->context;
-    while (self->has_rig && context->idle_is_next != NULL &&
-           context->idle_is_next(context->replay)) {
-        rig_idle(self->rig);
+    struct daemon *daemon = self->daemon;
+    while (self->has_rig && daemon->idle_is_next != NULL && daemon->idle_is_next(daemon->replay)) {
+        rig_idle(&self->daemon->rig);
     }
 }
 
@@ -266,27 +250,26 @@ static void *work(void *cookie) {
             idle(self);
         }
     }
-    if (self->has_rig && self->rig->state != RIG_DOWN) {
-        record_command(self->context.record, "safe");
-        rig_safe(self->rig);
-        record_command_end(self->context.record, 0);
+    if (self->has_rig && self->daemon->rig.state != RIG_DOWN) {
+        record_command(&self->daemon->record, "safe");
+        rig_safe(&self->daemon->rig);
+        record_command_end(&self->daemon->record, 0);
         report_state(self, "the service ends", 0, "");
     }
     return NULL;
 }
 
-bool worker_start(struct worker *self, size_t capacity) {
+bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_t capacity) {
     INVARIANT(capacity >= 1 && capacity <= CONFIG_QUEUE_MAX);
     pthread_condattr_t attributes;
     self->capacity = capacity;
-    self->context.started_us = monotonic_now_us();
-    self->context.should_stop = should_stop;
-    self->context.progress = show_progress;
-    self->context.self = self;
+    self->daemon = daemon;
+    self->has_rig = self == &daemon->rig_worker;
+    self->wake_fd = wake_fd;
     if (self->has_rig) {
         // A hanging disk counts as a stuck thread: alive_us stays.
-        self->context.disk_writer->meanwhile = look_after_rig;
-        self->context.disk_writer->self = self;
+        daemon->disk_writer.meanwhile = look_after_rig;
+        daemon->disk_writer.self = self;
     }
     atomic_store(&self->alive_us, monotonic_now_us());
     if (!reply_open(&self->reply) || pthread_mutex_init(&self->lock, NULL) != 0 ||
@@ -312,7 +295,7 @@ void worker_stop(struct worker *self) {
     INVARIANT(self->count == 0 && self->running == NULL);
     self->started = false;
     if (self->has_rig) {
-        self->context.disk_writer->meanwhile = NULL;
+        self->daemon->disk_writer.meanwhile = NULL;
     }
     pthread_cond_destroy(&self->wakeup);
     pthread_mutex_destroy(&self->lock);
@@ -324,6 +307,7 @@ bool worker_submit(struct worker *self, struct job *job) {
     pthread_mutex_lock(&self->lock);
     const bool room = self->count < self->capacity;
     if (room) {
+        job->worker = self;
         job->queued_us = monotonic_now_us();
         job->ahead = (uint32_t)self->count + (self->running != NULL);
         job->ahead_shown = JOB_NOT_SHOWN;

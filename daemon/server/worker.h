@@ -9,15 +9,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "daemon/commands/command_context.h"
-#include "daemon/reply/job.h"
-#include "daemon/reply/reply.h"
+#include "daemon/server/job.h"
+#include "daemon/server/reply.h"
 #include "daemon/settings/config.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+struct daemon;
 
 struct worker {
     pthread_t thread;
@@ -33,12 +34,10 @@ struct worker {
     atomic_bool stopping;
     _Atomic uint64_t alive_us;  ///< monotonic time at which the thread last made progress
 
-    struct rig *rig;   ///< a worker without the rig uses only its profile
-    bool has_rig;      ///< services the rig and leaves it in its safe state
-    bool time_passes;  ///< in real time; if not, nothing is due between jobs
-    int wake_fd;       ///< eventfd that wakes the event loop when a job is done
+    struct daemon *daemon;
+    bool has_rig;  ///< services the rig and leaves it in its safe state
+    int wake_fd;   ///< eventfd that wakes the event loop when a job is done
     struct reply reply;
-    struct command_context context;
     uint64_t progress_us;  ///< when progress was last shown
     const char *progress_what;
 };
@@ -46,10 +45,15 @@ struct worker {
 /// Observer of the rig's long calls, for rig_init; for the worker that owns the rig.
 struct rig_observer worker_observer(struct worker *self);
 
-/// Starts the thread. The caller sets all fields from `rig` to `wake_fd`, and `context` except
-/// `started_us` and its last three fields; `capacity` is 1 .. CONFIG_QUEUE_MAX. False: the thread
+/// Starts the thread. `wake_fd`: eventfd that wakes the event loop when a job is done; `capacity`:
+/// 1 .. CONFIG_QUEUE_MAX. The worker with the rig is the daemon's `rig_worker`. False: the thread
 /// cannot be created.
-bool worker_start(struct worker *self, size_t capacity);
+bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_t capacity);
+
+/// Whether the running command must end, and what it reports: see daemon_should_stop and
+/// daemon_progress.
+bool worker_should_stop(struct worker *self);
+void worker_progress(struct worker *self, const char *what, uint32_t done, uint32_t total);
 
 /// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
 void worker_stop(struct worker *self);

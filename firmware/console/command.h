@@ -85,10 +85,8 @@ struct command_call {
     const struct command_reply *reply;
     char *message;  ///< one line of text for an error, size below; "": not set
     size_t message_bytes;
-    /// Called after axes were read, so that the owner of the table can add its own state; the
-    /// command returns its error. NULL: not used.
-    int (*put_state)(const struct command_call *call);
     void *context;  ///< context of the table's owner: files, sessions, configuration
+    void *job;      ///< the owner's record of this call
 };
 
 enum {

@@ -82,18 +82,15 @@ int commands_state_status(const struct command_call *call) {
     reply_text(call, "profile", rig->profile.name);
     put_last_error(call);
     if (rig->state != RIG_READY) {
-        return call->put_state != NULL ? call->put_state(call) : 0;
+        return 0;
     }
     reply_group_begin(call, "window", false);
     reply_number(call, "width", rig->format.width_px, 0, "px");
     reply_number(call, "height", rig->format.height_px, 0, "px");
     reply_group_end(call);
     reply_number(call, "pairs", rig->pairs, 0, NULL);
-    int error = put_side(call, RIG_LEFT);
-    if (error == 0) {
-        error = put_side(call, RIG_RIGHT);
-    }
-    return error == 0 && call->put_state != NULL ? call->put_state(call) : error;
+    const int error = put_side(call, RIG_LEFT);
+    return error != 0 ? error : put_side(call, RIG_RIGHT);
 }
 
 /// Part, state, and why its device could not be opened, if so.

@@ -6,7 +6,7 @@
 
 #include "core/crc.h"
 #include "core/error.h"
-#include "daemon/reply/request.h"
+#include "daemon/server/request.h"
 #include "fuzz_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

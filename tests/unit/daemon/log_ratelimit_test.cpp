@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a log holds back.
-#include "daemon/reply/log_ratelimit.h"
+#include "daemon/server/log_ratelimit.h"
 
 #include <doctest/doctest.h>
 

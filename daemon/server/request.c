@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/request.h"
+#include "daemon/server/request.h"
 
 #include <string.h>
 

@@ -2,15 +2,15 @@
 /// The log: the last lines in memory; the event loop sends each line to a file or to standard
 /// error, so that a full disk or a stalled reader blocks no writer. Repeated lines are suppressed
 /// (log_ratelimit.h).
-#ifndef VERGENCE_DAEMON_REPLY_LOG_RING_H
-#define VERGENCE_DAEMON_REPLY_LOG_RING_H
+#ifndef VERGENCE_DAEMON_SERVER_LOG_RING_H
+#define VERGENCE_DAEMON_SERVER_LOG_RING_H
 
 #include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/reply/log_ratelimit.h"
+#include "daemon/server/log_ratelimit.h"
 #include "hal/log.h"
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/log_ring.h"
+#include "daemon/server/log_ring.h"
 
 #include <errno.h>
 #include <fcntl.h>

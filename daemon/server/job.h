@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A client's command: parsed by the event loop, run by a worker. Each connection has one job, so
 /// a client's commands run one after the other.
-#ifndef VERGENCE_DAEMON_REPLY_JOB_H
-#define VERGENCE_DAEMON_REPLY_JOB_H
+#ifndef VERGENCE_DAEMON_SERVER_JOB_H
+#define VERGENCE_DAEMON_SERVER_JOB_H
 
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "console/command.h"
-#include "daemon/reply/output.h"
-#include "daemon/reply/request.h"
+#include "daemon/server/output.h"
+#include "daemon/server/request.h"
 
 enum { JOB_MESSAGE_BYTES = 1024, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
 
 /// Value of `ahead_shown`: the client has not been informed that its job waits.
 #define JOB_NOT_SHOWN UINT32_MAX
+
+struct worker;
 
 enum job_state {
     JOB_FREE,     ///< owned by the event loop
@@ -34,6 +36,7 @@ struct job_watch {
 struct job {
     atomic_int state;       ///< enum job_state
     atomic_bool cancelled;  ///< by the client
+    struct worker *worker;  ///< runs it
     struct output *output;
     bool terminal;
     struct request request;

@@ -4,8 +4,8 @@
 /// once, then one in ten minutes, with the number of those suppressed.
 ///
 /// Not thread-safe: the caller locks.
-#ifndef VERGENCE_DAEMON_REPLY_LOG_RATELIMIT_H
-#define VERGENCE_DAEMON_REPLY_LOG_RATELIMIT_H
+#ifndef VERGENCE_DAEMON_SERVER_LOG_RATELIMIT_H
+#define VERGENCE_DAEMON_SERVER_LOG_RATELIMIT_H
 
 #include <stddef.h>
 #include <stdint.h>

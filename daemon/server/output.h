@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Output buffer of one client, of fixed size: a command fills it, the event loop empties it.
 /// Filling never blocks: data that does not fit is dropped and `overrun` is set.
-#ifndef VERGENCE_DAEMON_REPLY_OUTPUT_H
-#define VERGENCE_DAEMON_REPLY_OUTPUT_H
+#ifndef VERGENCE_DAEMON_SERVER_OUTPUT_H
+#define VERGENCE_DAEMON_SERVER_OUTPUT_H
 
 #include <pthread.h>
 #include <stdbool.h>

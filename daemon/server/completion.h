@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Tab completion: names of commands, choices of arguments, and other values (files, settings) for
 /// which the table of commands has a source.
-#ifndef VERGENCE_DAEMON_COMMANDS_COMPLETION_H
-#define VERGENCE_DAEMON_COMMANDS_COMPLETION_H
+#ifndef VERGENCE_DAEMON_SERVER_COMPLETION_H
+#define VERGENCE_DAEMON_SERVER_COMPLETION_H
 
 #include <stddef.h>
 
-#include "daemon/commands/command_context.h"
+#include "daemon/server/daemon.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -14,8 +14,8 @@ extern "C" {
 
 /// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
 /// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
-/// quotes are omitted. Uses the table, the configuration and the files of `context`.
-void completion_candidates(const struct command_context *context, const char *typed, char *words,
+/// quotes are omitted. Uses the table, the configuration and the files of `daemon`.
+void completion_candidates(const struct daemon *daemon, const char *typed, char *words,
                            size_t bytes);
 
 #ifdef __cplusplus

@@ -14,16 +14,16 @@
 /// the CRC-32 of the line up to `, "crc"`. "units" after the result has the units of its numbers by
 /// their names, with dots between the names of groups; once for all members of a list:
 /// "parts[].last".
-#ifndef VERGENCE_DAEMON_REPLY_REPLY_H
-#define VERGENCE_DAEMON_REPLY_REPLY_H
+#ifndef VERGENCE_DAEMON_SERVER_REPLY_H
+#define VERGENCE_DAEMON_SERVER_REPLY_H
 
 #include <stdint.h>
 #include <stdio.h>
 
 #include "console/command.h"
 #include "daemon/base/json.h"
-#include "daemon/reply/output.h"
-#include "daemon/reply/request.h"
+#include "daemon/server/output.h"
+#include "daemon/server/request.h"
 
 #ifdef __cplusplus
 extern "C" {

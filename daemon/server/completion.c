@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/commands/completion.h"
+#include "daemon/server/completion.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -31,7 +31,7 @@ static void add_choices(struct list *list, const char *choices) {
     }
 }
 
-void completion_candidates(const struct command_context *context, const char *typed, char *words,
+void completion_candidates(const struct daemon *daemon, const char *typed, char *words,
                            size_t bytes) {
     struct list list = {command_text_begin(words, bytes), typed};
     char before[COMMAND_LINE_MAX + 1];
@@ -51,17 +51,17 @@ void completion_candidates(const struct command_context *context, const char *ty
         return;
     }
     if (count == 0) {
-        for (size_t i = 0; i < context->table_count; i++) {
-            add(&list, context->table[i].name);
+        for (size_t i = 0; i < daemon->table_count; i++) {
+            add(&list, daemon->table[i].name);
         }
         return;
     }
-    const struct command *command = command_find(context->table, context->table_count, found[0]);
+    const struct command *command = command_find(daemon->table, daemon->table_count, found[0]);
     if (command == NULL || count > command->argument_count) {
         return;
     }
     const struct command_argument *argument = &command->arguments[count - 1];
-    const struct command_candidates candidates = {list.begun, found, count, context, add, &list};
+    const struct command_candidates candidates = {list.begun, found, count, daemon, add, &list};
     if (argument->kind == COMMAND_CHOICE) {
         add_choices(&list, argument->choices);
     } else if (argument->candidates != NULL) {

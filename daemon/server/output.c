@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/output.h"
+#include "daemon/server/output.h"
 
 #include <stdint.h>
 #include <stdlib.h>

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // The console's `replay`: replays a recording below "files" without touching the instrument.
-#include "daemon/main_replay.h"
 
 #include <stdint.h>
 
-#include "console/command_reply.h"
-#include "core/error.h"
 #include "daemon/backends/replay/play.h"
-#include "daemon/commands/command_context.h"
+#include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 
+static bool should_stop(void *call) {
+    return daemon_should_stop(call);
+}
+
+static void show_progress(void *call, const char *what, uint32_t done, uint32_t total) {
+    daemon_progress(call, what, done, total);
+}
+
 static int run_replay(const struct command_call *call) {
-    const struct command_context *context = context_of(call);
-    const struct play_observer observer = {context->should_stop, context->progress, context->self};
+    struct command_call own = *call;
+    const struct play_observer observer = {should_stop, show_progress, &own};
     const char *name = call->values[0].text;
     struct play_outcome outcome;
     struct message message;
@@ -21,7 +26,7 @@ static int run_replay(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
-    error = play_session(context->files_fd, name, &observer, &outcome, &message);
+    error = play_session(daemon_of(call)->files_fd, name, &observer, &outcome, &message);
     if (error != 0) {
         return command_fail(call, error, "%s", message.text);
     }
@@ -61,7 +66,7 @@ static const struct command commands[] = {
      .run = run_replay},
 };
 
-const struct command *main_replay_table(size_t *count) {
+const struct command *commands_replay_table(size_t *count) {
     *count = 1;
     return commands;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/reply.h"
+#include "daemon/server/reply.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reply/log_ratelimit.h"
+#include "daemon/server/log_ratelimit.h"
 
 #include "core/crc.h"
 #include "core/invariant.h"

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The daemon's commands. Each module commands_NAME.c has a table, commands_NAME_table; the list of
+/// the modules is in daemon/CMakeLists.txt.
+#ifndef VERGENCE_DAEMON_COMMANDS_COMMANDS_H
+#define VERGENCE_DAEMON_COMMANDS_COMMANDS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "command_modules.h"
+#include "console/command.h"
+#include "console/command_reply.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "daemon/server/daemon.h"
+#include "daemon/server/job.h"
+
+#define COMMANDS_DECLARE(name) const struct command *commands_##name##_table(size_t *count);
+COMMAND_MODULES(COMMANDS_DECLARE)
+#undef COMMANDS_DECLARE
+
+/// Name of the calibration's record in the store, and maximum length of its canonical text.
+#define STORE_CALIBRATION "calibration"
+enum { STORE_CALIBRATION_BYTES = 4096 };
+
+/// The rig's commands and those of all modules, by name. Static storage.
+const struct command *commands_all(size_t *count);
+
+/// Formats the message of a call as by printf, control characters replaced. Returns `error`, < 0.
+int command_fail(const struct command_call *call, int error, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/// The same for an error of the store: "`subject`: cannot `action` the store PATH: reason", where
+/// `action` is "save to", "read from" or "remove from". Returns `error`.
+int command_fail_store(const struct command_call *call, int error, const char *subject,
+                       const char *action);
+
+/// Runs a command as if a user had entered it, with the answer in `reply`, so that a recording
+/// contains it. `line` is valid. Returns its error, with the call's message.
+int command_give(const struct command_call *call, const char *line,
+                 const struct command_reply *reply);
+
+/// The rig's `bringup`; after success the cameras get the saved settings if the configuration has
+/// restore = yes, and the answer reports the outcome. 0, even if nothing was restored;
+/// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
+int commands_settings_bringup(const struct command_call *call);
+
+/// Copies the name of the session that received the last pair. False: no pair yet. Any thread.
+bool commands_session_last(char *name, size_t bytes);
+
+/// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
+void commands_session_put_state(const struct command_call *call);
+
+/// Ends the current recording, if there is one, in good order. Only after the rig's thread ended.
+void commands_session_end(struct daemon *daemon);
+
+/// Describes the instrument that takes the pairs. The rig's thread only.
+struct session_instrument;
+void commands_calibration_instrument(const struct command_call *call,
+                                     struct session_instrument *instrument);
+
+/// Compares the saved calibration with `state`: 0 if none is saved or it matches; ERROR_MISMATCH
+/// with `message`, `accept` as for `calibration_match`; errors of the store. The rig's thread only.
+struct calibration_match_state;
+int commands_calibration_match(const struct command_call *call,
+                               const struct calibration_match_state *state, const char *accept,
+                               struct message *message);
+
+/// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
+/// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
+int commands_calibration_put_state(const struct command_call *call);
+
+#endif
