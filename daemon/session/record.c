@@ -184,20 +184,7 @@ static int gpio_get(void *context, enum hal_gpio_line line, bool *active) {
     return code;
 }
 
-static int gpio_wait_edge(void *context, enum hal_gpio_line line, uint64_t deadline_us,
-                          uint64_t *time_us) {
-    struct record *self = context;
-    const struct hal_gpio *inner = self->inner.gpio;
-    const int code = inner->operations->wait_edge(inner->self, line, deadline_us, time_us);
-    if (is_on(self)) {
-        char asked[TRACE_LINE_MAX + 1];
-        trace_gpio_wait(asked, line, deadline_us);
-        add_call(self, asked, "%d %" PRIu64, code, code == 0 ? *time_us : 0);
-    }
-    return code;
-}
-
-static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get, gpio_wait_edge};
+static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get};
 
 // ---- cameras
 

@@ -100,10 +100,6 @@ void trace_gpio_get(char *text, enum hal_gpio_line line) {
     snprintf(text, ROOM, "gpio get %d", (int)line);
 }
 
-void trace_gpio_wait(char *text, enum hal_gpio_line line, uint64_t deadline_us) {
-    snprintf(text, ROOM, "gpio wait %d %" PRIu64, (int)line, deadline_us);
-}
-
 void trace_camera_start(char *text, int camera, const struct hal_camera_format *format) {
     snprintf(text, ROOM, "camera%d start %dx%d", camera, format->width_px, format->height_px);
 }

@@ -47,7 +47,6 @@ void trace_uart_discard(char *text);
 
 void trace_gpio_set(char *text, enum hal_gpio_line line, bool active);
 void trace_gpio_get(char *text, enum hal_gpio_line line);
-void trace_gpio_wait(char *text, enum hal_gpio_line line, uint64_t deadline_us);
 
 /// `camera` is 0 or 1.
 void trace_camera_start(char *text, int camera, const struct hal_camera_format *format);

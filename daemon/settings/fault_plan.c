@@ -21,7 +21,7 @@ static const struct part {
     {"i2c", {"transfer", "lines"}},
     {"left", {"start", "stop", "take", "control"}},
     {"right", {"start", "stop", "take", "control"}},
-    {"gpio", {"set", "get", "wait_edge"}},
+    {"gpio", {"set", "get"}},
     {"uart", {"write", "read", "discard"}},
     {"store", {"load", "save", "remove"}},
     {"watchdog", {"feed"}},

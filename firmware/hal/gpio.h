@@ -2,17 +2,16 @@
 /// GPIO lines of the processor, named by purpose. Levels are logical: 1 is active, whatever the
 /// polarity of the wire.
 ///
-/// Backends return 0 or these of core/error.h: ERROR_UNSUPPORTED: no such line; ERROR_TIMEOUT: no
-/// edge by the deadline; ERROR_DEVICE: the chip is gone; ERROR_IO: any other error of the system.
+/// Backends return 0 or these of core/error.h: ERROR_UNSUPPORTED: no such line;
+/// ERROR_DEVICE: the chip is gone; ERROR_IO: any other error of the system.
 #ifndef VERGENCE_HAL_GPIO_H
 #define VERGENCE_HAL_GPIO_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 enum hal_gpio_line {
     HAL_GPIO_BRIDGE_RESET,  ///< output
-    HAL_GPIO_BRIDGE_IRQ,    ///< input with edges
+    HAL_GPIO_BRIDGE_IRQ,    ///< input
     HAL_GPIO_LENS_POWER,    ///< output
     HAL_GPIO_TRIGGER,       ///< output: cameras begin to expose when it goes active
     HAL_GPIO_LINES
@@ -22,9 +21,6 @@ enum hal_gpio_line {
 struct hal_gpio_operations {
     int (*set)(void *self, enum hal_gpio_line line, bool active);
     int (*get)(void *self, enum hal_gpio_line line, bool *active);
-    /// Waits for an edge to active that no earlier call has returned. `*time_us` is on the system's
-    /// hal_clock.
-    int (*wait_edge)(void *self, enum hal_gpio_line line, uint64_t deadline_us, uint64_t *time_us);
 };
 
 /// The lines. The backend owns what `self` points to, which must outlive all users.

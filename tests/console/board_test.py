@@ -42,7 +42,7 @@ def parts_of(call):
     call = re.sub(r"^(camera0 take .* = 0 \w+ \S+ \d+ \d+) \d+", r"\1", call)
     call = re.sub(r"^(camera0 take .* = 0) (\w+)", r"\1 frame-\2", call)
     times = []
-    if call.startswith(("clock", "camera0 take", "i2c", "uart", "gpio wait")):
+    if call.startswith(("clock", "camera0 take", "i2c", "uart")):
         call = re.sub(r"(?<= )\d{3,15}(?= |$)", lambda m: times.append(int(m[0])) or "_", call,
                       count=3 if call.startswith("camera0") else 1)
     return call, times

@@ -3,13 +3,11 @@
 
 #include <errno.h>
 #include <linux/gpio.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fake_file.h"
-#include "fake_kernel.h"
 
 enum { MAJOR = 254, MINOR = 0 };
 
@@ -39,67 +37,6 @@ static void look(void) {
     }
 }
 
-void fake_gpio_edge(struct fake_gpio *self, unsigned line, uint64_t time_us) {
-    if (self->edge_count[line] == FAKE_GPIO_EDGES) {
-        abort();
-    }
-    self->edges_us[line][self->edge_count[line]++] = time_us;
-}
-
-static short poll_line(struct fake_file *file, uint64_t now_us, uint64_t *next_us) {
-    const unsigned line = line_of(file);
-    look();
-    if (state.edge_count[line] == 0) {
-        return 0;
-    }
-    if (state.edges_us[line][0] <= now_us) {
-        return POLLIN;
-    }
-    *next_us = state.edges_us[line][0] < *next_us ? state.edges_us[line][0] : *next_us;
-    return 0;
-}
-
-/// Removes the oldest edge and returns its stamp.
-static int take_edge(unsigned line, uint64_t *time_ns) {
-    if (state.edge_count[line] == 0 || state.edges_us[line][0] > fake_kernel_now_us()) {
-        fprintf(stderr, "fake kernel: an edge is read that has not come: it would wait for ever\n");
-        abort();
-    }
-    *time_ns = (state.edges_us[line][0] + (uint64_t)state.stamp_offset_us) * 1000;
-    state.edge_count[line]--;
-    memmove(state.edges_us[line], state.edges_us[line] + 1,
-            state.edge_count[line] * sizeof state.edges_us[line][0]);
-    if (state.look == NULL) {
-        set_level(line, true);
-    }
-    return 0;
-}
-
-static int read_first(struct fake_file *file, void *data, size_t bytes) {
-    struct gpioevent_data event = {.id = GPIOEVENT_EVENT_RISING_EDGE};
-    uint64_t time_ns = 0;
-    if (bytes < sizeof event) {
-        return -EINVAL;
-    }
-    take_edge(line_of(file), &time_ns);
-    event.timestamp = time_ns;
-    memcpy(data, &event, sizeof event);
-    return sizeof event;
-}
-
-static int read_second(struct fake_file *file, void *data, size_t bytes) {
-    struct gpio_v2_line_event event = {.id = GPIO_V2_LINE_EVENT_RISING_EDGE,
-                                       .offset = line_of(file)};
-    uint64_t time_ns = 0;
-    if (bytes < sizeof event) {
-        return -EINVAL;
-    }
-    take_edge(line_of(file), &time_ns);
-    event.timestamp_ns = time_ns;
-    memcpy(data, &event, sizeof event);
-    return sizeof event;
-}
-
 static void describe(struct fake_file *file, unsigned long request, const void *argument,
                      char *line, size_t bytes) {
     (void)file;
@@ -110,7 +47,6 @@ static void describe(struct fake_file *file, unsigned long request, const void *
         {GPIO_GET_CHIPINFO_IOCTL, "CHIPINFO"},
         {GPIO_GET_LINEINFO_IOCTL, "LINEINFO"},
         {GPIO_GET_LINEHANDLE_IOCTL, "LINEHANDLE"},
-        {GPIO_GET_LINEEVENT_IOCTL, "LINEEVENT"},
         {GPIOHANDLE_GET_LINE_VALUES_IOCTL, "GET_VALUES"},
         {GPIO_V2_GET_LINEINFO_IOCTL, "V2_LINEINFO"},
         {GPIO_V2_GET_LINE_IOCTL, "V2_LINE"},
@@ -155,27 +91,19 @@ static void close_line(struct fake_file *file) {
     state.requested[line_of(file)] = false;
 }
 
-static const struct fake_operations first_operations = {.close = close_line,
-                                                        .describe = describe,
-                                                        .ioctl = control_line,
-                                                        .read = read_first,
-                                                        .poll = poll_line};
-static const struct fake_operations second_operations = {.close = close_line,
-                                                         .describe = describe,
-                                                         .ioctl = control_line,
-                                                         .read = read_second,
-                                                         .poll = poll_line};
+static const struct fake_operations line_operations = {
+    .close = close_line, .describe = describe, .ioctl = control_line};
 
 /// A new descriptor for a line; -errno.
-static int request_line(const struct fake_operations *operations, unsigned line, bool active_low,
-                        bool output, bool active, const char *consumer) {
+static int request_line(unsigned line, bool active_low, bool output, bool active,
+                        const char *consumer) {
     if (line >= FAKE_GPIO_LINES) {
         return -EINVAL;
     }
     if (state.requested[line]) {
         return -EBUSY;
     }
-    const int fd = fake_file_new("gpio-line", chip_device, operations, &line_numbers[line]);
+    const int fd = fake_file_new("gpio-line", chip_device, &line_operations, &line_numbers[line]);
     if (fd < 0) {
         return fd;
     }
@@ -216,8 +144,7 @@ static int second_request(struct gpio_v2_line_request *request) {
             active = (config->attrs[i].attr.values & 1) != 0;
         }
     }
-    return answer(request_line(&second_operations, request->offsets[0],
-                               (flags & GPIO_V2_LINE_FLAG_ACTIVE_LOW) != 0,
+    return answer(request_line(request->offsets[0], (flags & GPIO_V2_LINE_FLAG_ACTIVE_LOW) != 0,
                                (flags & GPIO_V2_LINE_FLAG_OUTPUT) != 0, active, request->consumer),
                   &request->fd);
 }
@@ -236,18 +163,11 @@ static int control_chip(struct fake_file *file, unsigned long request, void *arg
             return first_line_info(argument);
         case GPIO_GET_LINEHANDLE_IOCTL: {
             struct gpiohandle_request *handle = argument;
-            return answer(request_line(&first_operations, handle->lineoffsets[0],
+            return answer(request_line(handle->lineoffsets[0],
                                        (handle->flags & GPIOHANDLE_REQUEST_ACTIVE_LOW) != 0,
                                        (handle->flags & GPIOHANDLE_REQUEST_OUTPUT) != 0,
                                        handle->default_values[0] != 0, handle->consumer_label),
                           &handle->fd);
-        }
-        case GPIO_GET_LINEEVENT_IOCTL: {
-            struct gpioevent_request *event = argument;
-            return answer(request_line(&first_operations, event->lineoffset,
-                                       (event->handleflags & GPIOHANDLE_REQUEST_ACTIVE_LOW) != 0,
-                                       false, false, event->consumer_label),
-                          &event->fd);
         }
         case GPIO_V2_GET_LINE_IOCTL:
             return second_request(argument);
@@ -270,7 +190,7 @@ static int read_numbers(struct fake_file *file, void *data, size_t bytes) {
 struct fake_gpio *fake_gpio_add(const char *path) {
     static const struct fake_operations chip = {.describe = describe, .ioctl = control_chip};
     static const struct fake_operations numbers = {.read = read_numbers};
-    state = (struct fake_gpio){.stamp_offset_us = 0};
+    state = (struct fake_gpio){.look = NULL};
     chip_device = fake_file_device(path, MAJOR, MINOR, &chip, &state);
     char sysfs[64];
     snprintf(sysfs, sizeof sysfs, "/sys/bus/gpio/devices/%s/dev", strrchr(path, '/') + 1);

@@ -5,13 +5,12 @@
 #define VERGENCE_TESTS_FAKE_GPIO_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { FAKE_GPIO_LINES = 8, FAKE_GPIO_EDGES = 16 };
+enum { FAKE_GPIO_LINES = 8 };
 
 /// A chip. Levels are those on the wire.
 struct fake_gpio {
@@ -20,11 +19,7 @@ struct fake_gpio {
     bool is_output[FAKE_GPIO_LINES];
     bool active_low[FAKE_GPIO_LINES];
     char consumer[FAKE_GPIO_LINES][32];
-    /// Edges to active, in order of time; removed when read.
-    uint64_t edges_us[FAKE_GPIO_LINES][FAKE_GPIO_EDGES];
-    unsigned edge_count[FAKE_GPIO_LINES];
-    int64_t stamp_offset_us;  ///< offset of the edge stamps
-    /// Sets the input wires and adds new edges. NULL: set by the test.
+    /// Sets the input wires. NULL: set by the test.
     void (*look)(struct fake_gpio *self);
     /// Called when an output is set. NULL: not connected.
     void (*drive)(struct fake_gpio *self, unsigned line);
@@ -32,8 +27,6 @@ struct fake_gpio {
 
 /// Adds the chip, "/dev/gpiochipN". Lives until the next call.
 struct fake_gpio *fake_gpio_add(const char *path);
-/// Adds an edge to active at this time.
-void fake_gpio_edge(struct fake_gpio *self, unsigned line, uint64_t time_us);
 
 #ifdef __cplusplus
 }

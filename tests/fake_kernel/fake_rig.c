@@ -234,14 +234,6 @@ static void look_at_lines(struct fake_gpio *self) {
         stop("its interrupt");
     }
     self->wire[irq_wire] = high;
-    // A kernel queues this many edges, and only for a requested line.
-    struct sim_gpio *lines = &backend.gpio_state;
-    for (uint32_t i = 0; i < lines->edge_count; i++) {
-        if (self->requested[irq_wire] && self->edge_count[irq_wire] < FAKE_GPIO_EDGES) {
-            fake_gpio_edge(self, irq_wire, FAKE_RIG_BEGIN_US + lines->edges_us[i]);
-        }
-    }
-    lines->edge_count = 0;
     end_asking();
 }
 
@@ -271,9 +263,6 @@ void fake_rig_gpio(const char *path, unsigned reset_line, unsigned irq_line) {
 /// Does what interrupts would do, so that no event stays in the rig, where it would wake this code
 /// again.
 static void look_at_all(void) {
-    if (chip != NULL) {
-        look_at_lines(chip);
-    }
     if (camera != NULL) {
         look_at_port(camera);
     }
@@ -283,9 +272,8 @@ static void look_at_all(void) {
 }
 
 void fake_rig_pass(uint64_t until_us, bool news) {
-    const uint32_t wake = (chip != NULL ? SIMRIG_WAKE_GPIO : 0U) |
-                          (has_serial ? SIMRIG_WAKE_SERIAL : 0U) |
-                          (camera_runs ? SIMRIG_WAKE_FRAME : 0U);
+    const uint32_t wake =
+        (has_serial ? SIMRIG_WAKE_SERIAL : 0U) | (camera_runs ? SIMRIG_WAKE_FRAME : 0U);
     begin_asking();
     const uint64_t end_us = rig_time_us(until_us);
     bool goes_on = true;

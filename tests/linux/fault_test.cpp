@@ -89,11 +89,6 @@ struct EchoGpio {
                                        static_cast<EchoGpio *>(self)->calls++;
                                        *active = true;
                                        return 0;
-                                   },
-                                   [](void *self, hal_gpio_line, uint64_t, uint64_t *time_us) {
-                                       static_cast<EchoGpio *>(self)->calls++;
-                                       *time_us = 5;
-                                       return 0;
                                    }};
     hal_gpio hal{&operations, this};
 };
@@ -191,7 +186,7 @@ TEST_CASE("an unknown part or operation is rejected with the known ones") {
         {"watchdog.period_us@1=io", {"unknown operation \"period_us\"", "feed or *"}},
         {"*.sove@1=io",
          {"unknown operation \"sove\"",
-          "transfer, lines, start, stop, take, control, set, get, wait_edge, write, read, discard, "
+          "transfer, lines, start, stop, take, control, set, get, write, read, discard, "
           "load, save, remove, feed or *"}},
     };
     for (const auto &one : wrong) {
@@ -353,8 +348,7 @@ TEST_CASE("lines and serial lines: outputs are untouched on errors") {
     EchoUart uart;
     fault_plan plan = plan_of(
         "uart.write@1=timeout/after,uart.read@1=device,uart.read@2=io/after,uart.read@3=spoil,"
-        "uart.discard@1=io,gpio.get@1=io,gpio.get@2=spoil,gpio.set@1=device,gpio.wait_edge@1="
-        "timeout");
+        "uart.discard@1=io,gpio.get@1=io,gpio.get@2=spoil,gpio.set@1=device");
     const fault_common on_uart = common_of(&plan, "uart"), on_gpio = common_of(&plan, "gpio");
     fault_uart line;
     fault_uart_wrap(&line, &on_uart, &uart.hal);
@@ -384,7 +378,6 @@ TEST_CASE("lines and serial lines: outputs are untouched on errors") {
     fault_gpio lines;
     fault_gpio_wrap(&lines, &on_gpio, &gpio.hal);
     bool active = false;
-    uint64_t time_us = 0;
     const hal_gpio_line reset = HAL_GPIO_BRIDGE_RESET;
     CHECK(lines.hal.operations->get(lines.hal.self, reset, &active) == ERROR_IO);
     CHECK_FALSE(active);
@@ -398,13 +391,6 @@ TEST_CASE("lines and serial lines: outputs are untouched on errors") {
     CHECK(gpio.calls == 2);
     CHECK(lines.hal.operations->set(lines.hal.self, reset, true) == ERROR_OK);
     CHECK(gpio.calls == 3);
-    CHECK(lines.hal.operations->wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, kStart_us + 90,
-                                          &time_us) == ERROR_TIMEOUT);
-    CHECK(fake_kernel_now_us() == kStart_us + 90);
-    CHECK(time_us == 0);
-    CHECK(lines.hal.operations->wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, 0, &time_us) ==
-          ERROR_OK);
-    CHECK(time_us == 5);
 }
 
 TEST_CASE("a store and a watchdog") {

@@ -12,7 +12,6 @@
 namespace {
 
 using linux_harness::Kernel;
-using linux_harness::kStart_us;
 using linux_harness::record;
 
 const char *const kChip = "/dev/gpiochip0";
@@ -39,10 +38,6 @@ struct Lines {
     }
     int get(hal_gpio_line line, bool *active) {
         return lines.hal.operations->get(lines.hal.self, line, active);
-    }
-    int wait_edge(uint64_t deadline_us, uint64_t *time_us) {
-        return lines.hal.operations->wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, deadline_us,
-                                               time_us);
     }
 };
 
@@ -86,33 +81,19 @@ TEST_CASE("outputs: initial level, set, get, for both polarities") {
     }
 }
 
-TEST_CASE("edges: each is reported once, in order, with the kernel's time") {
-    const Kernel kernel;
-    fake_gpio *chip = fake_gpio_add(kChip);
-    Lines lines;
-    REQUIRE(lines.opened == ERROR_OK);
-    fake_gpio_edge(chip, 5, kStart_us + 1000);
-    fake_gpio_edge(chip, 5, kStart_us + 1500);
-    fake_gpio_edge(chip, 5, kStart_us + 90000);
-    fake_kernel_advance(2000);
-    uint64_t time_us = 0;
-    CHECK(lines.wait_edge(0, &time_us) == ERROR_OK);  // it has already occurred
-    CHECK(time_us == kStart_us + 1000);
-    CHECK(lines.wait_edge(kStart_us + 50000, &time_us) == ERROR_OK);
-    CHECK(time_us == kStart_us + 1500);
-    CHECK(lines.wait_edge(kStart_us + 50000, &time_us) == ERROR_TIMEOUT);
-    CHECK(fake_kernel_now_us() == kStart_us + 50000);
-    CHECK(lines.wait_edge(kStart_us + 100000, &time_us) == ERROR_OK);
-    CHECK(time_us == kStart_us + 90000);
-    CHECK(fake_kernel_now_us() == kStart_us + 90000);
-    bool active = false;
-    CHECK(lines.get(HAL_GPIO_BRIDGE_IRQ, &active) == ERROR_OK);
-    CHECK(active);
-    // An older kernel stamps with the time of day.
-    chip->stamp_offset_us = int64_t{1800000000} * 1000000;
-    fake_gpio_edge(chip, 5, kStart_us + 95000);
-    CHECK(lines.wait_edge(kStart_us + 100000, &time_us) == ERROR_OK);
-    CHECK(time_us == kStart_us + 95000);
+TEST_CASE("an input reads its level, for both polarities") {
+    for (const bool active_low : {false, true}) {
+        const Kernel kernel;
+        fake_gpio *chip = fake_gpio_add(kChip);
+        Lines lines(active_low);
+        REQUIRE(lines.opened == ERROR_OK);
+        for (const bool wire : {true, false}) {
+            chip->wire[5] = wire;
+            bool active = !wire;
+            CHECK(lines.get(HAL_GPIO_BRIDGE_IRQ, &active) == ERROR_OK);
+            CHECK(active == (wire != active_low));
+        }
+    }
 }
 
 TEST_CASE("missing lines, and wrong uses of lines") {
@@ -121,31 +102,26 @@ TEST_CASE("missing lines, and wrong uses of lines") {
     Lines lines(false, false);
     REQUIRE(lines.opened == ERROR_OK);
     bool active = true;
-    uint64_t time_us = 0;
     CHECK(lines.set(HAL_GPIO_LENS_POWER, true) == ERROR_UNSUPPORTED);
     CHECK(lines.get(HAL_GPIO_LENS_POWER, &active) == ERROR_UNSUPPORTED);
     CHECK(lines.set(HAL_GPIO_BRIDGE_IRQ, true) == ERROR_UNSUPPORTED);
-    CHECK(lines.lines.hal.operations->wait_edge(lines.lines.hal.self, HAL_GPIO_BRIDGE_RESET,
-                                                kStart_us, &time_us) == ERROR_UNSUPPORTED);
     const struct gpiod_line_location none[HAL_GPIO_LINES] = {};
     gpiod_lines empty;
     CHECK(gpiod_lines_open(&empty, none, &lines.text) == ERROR_OK);
     gpiod_lines_close(&empty);
 }
 
-TEST_CASE("every errno maps to the interface's error; signals are not errors") {
+TEST_CASE("every errno maps to the interface's error") {
     const struct {
         int system, ours;
     } pairs[] = {
         {EIO, ERROR_IO}, {ENODEV, ERROR_DEVICE}, {ENXIO, ERROR_DEVICE}, {EINVAL, ERROR_IO}};
     for (const auto &pair : pairs) {
         const Kernel kernel;
-        fake_gpio *chip = fake_gpio_add(kChip);
+        fake_gpio_add(kChip);
         Lines lines;
         REQUIRE(lines.opened == ERROR_OK);
-        fake_gpio_edge(chip, 5, kStart_us);
         bool active = false;
-        uint64_t time_us = 0;
         fake_kernel_fail("SET_VALUES", 1, pair.system, 1);
         CHECK(lines.set(HAL_GPIO_TRIGGER, true) == pair.ours);
         CHECK(lines.set(HAL_GPIO_TRIGGER, true) == ERROR_OK);
@@ -154,15 +130,6 @@ TEST_CASE("every errno maps to the interface's error; signals are not errors") {
         CHECK(lines.set(HAL_GPIO_BRIDGE_RESET, true) == ERROR_OK);
         fake_kernel_fail("GET_VALUES", 1, pair.system, 1);
         CHECK(lines.get(HAL_GPIO_BRIDGE_RESET, &active) == pair.ours);
-        fake_kernel_fail(" read", 1, pair.system, 1);
-        CHECK(lines.wait_edge(kStart_us, &time_us) == pair.ours);
-        fake_kernel_fail(" poll", 1, pair.system, 1);
-        CHECK(lines.wait_edge(kStart_us, &time_us) == ERROR_IO);
-        fake_kernel_fail(" poll", 1, EINTR, 3);
-        fake_kernel_fail(" read", 1, EINTR, 3);
-        CHECK(lines.wait_edge(kStart_us, &time_us) ==
-              ERROR_TIMEOUT);  // interrupted, and past the deadline
-        CHECK(lines.wait_edge(kStart_us + 1, &time_us) == ERROR_OK);
     }
 }
 
@@ -221,11 +188,9 @@ TEST_CASE("lines that are not requested return an error") {
     const gpiod_line_location none[HAL_GPIO_LINES] = {};
     CHECK(!gpiod_lines_are_current(&lines, none));
     bool active = false;
-    uint64_t time_us = 0;
     const hal_gpio_operations &port = *lines.hal.operations;
     CHECK(port.set(lines.hal.self, HAL_GPIO_BRIDGE_RESET, true) == ERROR_DEVICE);
     CHECK(port.get(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, &active) == ERROR_DEVICE);
-    CHECK(port.wait_edge(lines.hal.self, HAL_GPIO_BRIDGE_IRQ, kStart_us, &time_us) == ERROR_DEVICE);
     gpiod_lines_close(&lines);
 }
 

@@ -50,11 +50,6 @@ struct random_backend {
         [](void *self, hal_gpio_line, bool *active) {
             *active = upto(static_cast<random_backend *>(self)->chance, 1) == 1;
             return 0;
-        },
-        [](void *self, hal_gpio_line, std::uint64_t deadline_us, std::uint64_t *time_us) {
-            *time_us = deadline_us - 1;
-            return upto(static_cast<random_backend *>(self)->chance, 1) == 1 ? 0
-                                                                             : int(ERROR_TIMEOUT);
         }};
     hal_uart_operations uart_operations{
         [](void *, const void *, std::size_t, std::uint64_t) { return 0; },
@@ -181,12 +176,8 @@ void report_rest(const rig_ports &ports, Random &random, std::ostream &out) {
     const hal_gpio &gpio = *ports.gpio;
     const auto line = static_cast<hal_gpio_line>(upto(random, HAL_GPIO_LINES - 1));
     bool active = false;
-    std::uint64_t time_us = 0;
     out << gpio.operations->set(gpio.self, line, upto(random, 1) == 1);
     out << gpio.operations->get(gpio.self, line, &active) << active;
-    const int code =
-        gpio.operations->wait_edge(gpio.self, line, 1 + upto(random, 1000000), &time_us);
-    out << code << " " << (code == 0 ? time_us : 0);
     const hal_clock &clock = *ports.clock;
     clock.operations->wait_until_us(clock.self, upto(random, 1000000));
     out << clock.operations->now_us(clock.self) << " ";

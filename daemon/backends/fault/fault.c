@@ -164,19 +164,9 @@ static int gpio_get(void *opaque, enum hal_gpio_line line, bool *active) {
     return result_of(&effect, error);
 }
 
-static int gpio_wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us,
-                          uint64_t *time_us) {
-    const struct fault_gpio *self = opaque;
-    const struct fault_plan_effect effect = next(&self->common, "wait_edge");
-    return fails_before(&effect)
-               ? fail_by(&self->common, effect.error, deadline_us)
-               : result_of(&effect, self->real->operations->wait_edge(self->real->self, line,
-                                                                      deadline_us, time_us));
-}
-
 void fault_gpio_wrap(struct fault_gpio *self, const struct fault_common *common,
                      const struct hal_gpio *real) {
-    static const struct hal_gpio_operations operations = {gpio_set, gpio_get, gpio_wait_edge};
+    static const struct hal_gpio_operations operations = {gpio_set, gpio_get};
     INVARIANT(common->plan != NULL && common->clock != NULL && common->part != NULL);
     *self = (struct fault_gpio){{&operations, self}, *common, real};
 }

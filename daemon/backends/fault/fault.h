@@ -73,7 +73,7 @@ void fault_i2c_wrap(struct fault_i2c *self, const struct fault_common *common,
 /// Operations: start, stop, take, control.
 void fault_camera_wrap(struct fault_camera *self, const struct fault_common *common,
                        const struct hal_camera *real);
-/// Operations: set, get, wait_edge.
+/// Operations: set, get.
 void fault_gpio_wrap(struct fault_gpio *self, const struct fault_common *common,
                      const struct hal_gpio *real);
 /// Operations: write, read, discard.

@@ -2,15 +2,12 @@
 #include "daemon/backends/linux/gpiod_lines.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/linux/device_file.h"
-#include "daemon/backends/linux/monotonic_clock.h"
-#include "daemon/base/monotonic.h"
 
 static const struct {
     const char *name;
@@ -58,44 +55,8 @@ static int get(void *opaque, enum hal_gpio_line line, bool *active) {
     return ERROR_OK;
 }
 
-static int wait_edge(void *opaque, enum hal_gpio_line line, uint64_t deadline_us,
-                     uint64_t *time_us) {
-    struct gpiod_lines *self = opaque;
-    INVARIANT((unsigned)line < HAL_GPIO_LINES);
-    if (self->closed) {
-        return ERROR_DEVICE;
-    }
-    if (self->lines[line] == NULL || !kinds[line].is_input) {
-        return ERROR_UNSUPPORTED;
-    }
-    for (;;) {
-        short revents = 0;
-        const int error = device_file_wait(gpiod_shim_descriptor(self->lines[line]), POLLIN,
-                                           deadline_us, &revents);
-        if (error != ERROR_OK) {
-            return error;
-        }
-        if ((revents & POLLIN) == 0) {
-            return ERROR_DEVICE;
-        }
-        uint64_t edge_us = 0;
-        if (gpiod_shim_read_edge(self->lines[line], &edge_us) == 0) {
-            // Kernels before 5.7 stamp with the time of day: use the current time, an upper bound.
-            const uint64_t now_us = monotonic_now_us();
-            *time_us = edge_us < now_us ? edge_us : now_us;
-            return ERROR_OK;
-        }
-        if (errno != EINTR && errno != EAGAIN) {
-            return failed(self, errno);
-        }
-    }
-}
-
 static int open_error(int error_number, const char **advice) {
     switch (error_number) {
-        case ENOSYS:
-            *advice = "built without libgpiod (Debian: libgpiod-dev)";
-            return ERROR_UNSUPPORTED;
         case EINVAL:
             *advice = "no such line on this chip (gpioinfo lists them)";
             return ERROR_UNSUPPORTED;
@@ -119,7 +80,7 @@ static int open_error(int error_number, const char **advice) {
 }
 
 void gpiod_lines_init(struct gpiod_lines *self) {
-    static const struct hal_gpio_operations operations = {set, get, wait_edge};
+    static const struct hal_gpio_operations operations = {set, get};
     *self = (struct gpiod_lines){.hal = {&operations, self}, .closed = true};
 }
 
@@ -131,7 +92,7 @@ int gpiod_lines_open(struct gpiod_lines *self, const struct gpiod_line_location 
         if (location->chip == NULL) {
             continue;
         }
-        const enum gpiod_shim_use use = kinds[i].is_input           ? GPIOD_SHIM_EDGES
+        const enum gpiod_shim_use use = kinds[i].is_input           ? GPIOD_SHIM_INPUT
                                         : location->active_at_start ? GPIOD_SHIM_OUTPUT_ACTIVE
                                                                     : GPIOD_SHIM_OUTPUT_INACTIVE;
         // Before opening: a chip that changes meanwhile counts as another one.

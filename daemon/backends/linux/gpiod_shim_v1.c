@@ -20,8 +20,8 @@ const char *gpiod_shim_library(void) {
 
 static int request(struct gpiod_line *line, bool active_low, enum gpiod_shim_use use) {
     const int flags = active_low ? GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW : 0;
-    if (use == GPIOD_SHIM_EDGES) {
-        return gpiod_line_request_rising_edge_events_flags(line, consumer, flags);
+    if (use == GPIOD_SHIM_INPUT) {
+        return gpiod_line_request_input_flags(line, consumer, flags);
     }
     return gpiod_line_request_output_flags(line, consumer, flags, use == GPIOD_SHIM_OUTPUT_ACTIVE);
 }
@@ -58,18 +58,4 @@ int gpiod_shim_set(struct gpiod_shim *self, bool active) {
 int gpiod_shim_get(struct gpiod_shim *self) {
     INVARIANT(self != NULL);
     return gpiod_line_get_value(self->line);
-}
-
-int gpiod_shim_descriptor(struct gpiod_shim *self) {
-    INVARIANT(self != NULL);
-    return gpiod_line_event_get_fd(self->line);
-}
-
-int gpiod_shim_read_edge(struct gpiod_shim *self, uint64_t *time_us) {
-    struct gpiod_line_event event;
-    if (gpiod_line_event_read(self->line, &event) != 0) {
-        return -1;
-    }
-    *time_us = (uint64_t)event.ts.tv_sec * 1000000 + (uint64_t)event.ts.tv_nsec / 1000;
-    return 0;
 }

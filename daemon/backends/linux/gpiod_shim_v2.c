@@ -9,7 +9,6 @@
 
 struct gpiod_shim {
     struct gpiod_line_request *request;
-    struct gpiod_edge_event_buffer *events;
     unsigned offset;
 };
 
@@ -26,9 +25,8 @@ static struct gpiod_line_config *configure(unsigned offset, bool active_low,
     if (!failed) {
         gpiod_line_settings_set_active_low(settings, active_low);
         failed =
-            use == GPIOD_SHIM_EDGES
-                ? gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_INPUT) ||
-                      gpiod_line_settings_set_edge_detection(settings, GPIOD_LINE_EDGE_RISING)
+            use == GPIOD_SHIM_INPUT
+                ? gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_INPUT)
                 : gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_OUTPUT) ||
                       gpiod_line_settings_set_output_value(
                           settings, use == GPIOD_SHIM_OUTPUT_ACTIVE ? GPIOD_LINE_VALUE_ACTIVE
@@ -73,10 +71,6 @@ struct gpiod_shim *gpiod_shim_open(const char *chip, unsigned offset, bool activ
         self->request = request_line(chip, line);
         good = self->request != NULL;
     }
-    if (good) {
-        self->events = gpiod_edge_event_buffer_new(1);
-        good = self->events != NULL;
-    }
     const int error_number = errno;
     gpiod_line_config_free(line);
     if (!good) {
@@ -91,9 +85,6 @@ void gpiod_shim_close(struct gpiod_shim *self) {
     if (self != NULL && self->request != NULL) {
         gpiod_line_request_release(self->request);
     }
-    if (self != NULL) {
-        gpiod_edge_event_buffer_free(self->events);
-    }
     free(self);
 }
 
@@ -107,18 +98,4 @@ int gpiod_shim_get(struct gpiod_shim *self) {
     INVARIANT(self != NULL);
     const enum gpiod_line_value value = gpiod_line_request_get_value(self->request, self->offset);
     return value == GPIOD_LINE_VALUE_ERROR ? -1 : value == GPIOD_LINE_VALUE_ACTIVE;
-}
-
-int gpiod_shim_descriptor(struct gpiod_shim *self) {
-    INVARIANT(self != NULL);
-    return gpiod_line_request_get_fd(self->request);
-}
-
-int gpiod_shim_read_edge(struct gpiod_shim *self, uint64_t *time_us) {
-    if (gpiod_line_request_read_edge_events(self->request, self->events, 1) < 1) {
-        return -1;
-    }
-    struct gpiod_edge_event *event = gpiod_edge_event_buffer_get_event(self->events, 0);
-    *time_us = gpiod_edge_event_get_timestamp_ns(event) / 1000;
-    return 0;
 }

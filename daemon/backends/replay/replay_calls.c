@@ -300,22 +300,7 @@ static int gpio_get(void *context, enum hal_gpio_line line, bool *active) {
     return 0;
 }
 
-static int gpio_wait_edge(void *context, enum hal_gpio_line line, uint64_t deadline_us,
-                          uint64_t *time_us) {
-    struct replay *self = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_gpio_wait(asked, line, deadline_us);
-    const char *rest;
-    const int code = code_of(self, asked, &rest);
-    int64_t reported_us = 0;
-    if (code == 0 && !take_time(&rest, &reported_us)) {
-        return wrong_answer(self);
-    }
-    *time_us = code == 0 ? (uint64_t)reported_us : *time_us;
-    return code;
-}
-
-static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get, gpio_wait_edge};
+static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get};
 
 // ---- cameras
 

@@ -15,7 +15,6 @@ static void look_for_rig(void *opaque) {
         sim_connection_renew(&self->connection, self->where, SIMRIG_ROLE_BOARD);
         self->camera_state.armed = false;
         self->gpio_state.outputs = 0;
-        self->gpio_state.edge_count = 0;
     }
 }
 

@@ -4,11 +4,7 @@
 #define VERGENCE_DAEMON_BACKENDS_SIM_SIM_BACKEND_H
 
 #include "daemon/backends/sim/sim_camera.h"
-#include "daemon/backends/sim/sim_clock.h"
-#include "daemon/backends/sim/sim_connection.h"
-#include "daemon/backends/sim/sim_gpio.h"
-#include "daemon/backends/sim/sim_i2c.h"
-#include "daemon/backends/sim/sim_uart.h"
+#include "daemon/backends/sim/sim_ports.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus

@@ -81,11 +81,6 @@ const Call calls[] = {
          bool active = false;
          p.gpio->operations->get(p.gpio->self, HAL_GPIO_BRIDGE_IRQ, &active);
      }},
-    {[](char *text) { trace_gpio_wait(text, HAL_GPIO_BRIDGE_IRQ, kDeadlineUs); },
-     [](const rig_ports &p) {
-         std::uint64_t time_us = 0;
-         p.gpio->operations->wait_edge(p.gpio->self, HAL_GPIO_BRIDGE_IRQ, kDeadlineUs, &time_us);
-     }},
     {[](char *text) { trace_camera_start(text, 0, &kFormat); },
      [](const rig_ports &p) { p.camera[0]->operations->start(p.camera[0]->self, &kFormat); }},
     {[](char *text) { trace_camera_take(text, 0, 0, kDeadlineUs); }, take_frame},

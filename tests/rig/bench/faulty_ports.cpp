@@ -56,13 +56,6 @@ int get_line(void *self, hal_gpio_line line, bool *active) {
     return error != ERROR_OK ? error : gpio->operations->get(gpio->self, line, active);
 }
 
-int wait_edge(void *self, hal_gpio_line line, uint64_t deadline_us, uint64_t *time_us) {
-    const int error = of(self).next(Port::kGpio);
-    const hal_gpio *gpio = of(self).behind().gpio;
-    return error != ERROR_OK ? error
-                             : gpio->operations->wait_edge(gpio->self, line, deadline_us, time_us);
-}
-
 int start(void *self, const hal_camera_format *format) {
     const int error = of(self).next(Port::kCamera);
     const hal_camera *camera = of(self).behind().camera[0];
@@ -117,7 +110,7 @@ int discard(void *self) {
 }
 
 constexpr hal_i2c_operations kI2cOperations = {transfer, nullptr};
-constexpr hal_gpio_operations kGpioOperations = {set_line, get_line, wait_edge};
+constexpr hal_gpio_operations kGpioOperations = {set_line, get_line};
 constexpr hal_camera_operations kCameraOperations = {start, stop, take, give_back, nullptr, counts};
 constexpr hal_uart_operations kUartOperations = {write_bytes, read_bytes, discard};
 

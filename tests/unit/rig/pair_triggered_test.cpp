@@ -151,7 +151,7 @@ void Camera::give_back(void *self, const hal_camera_frame *) {
 }
 
 constexpr hal_clock_operations kClock = {World::now, World::wait};
-constexpr hal_gpio_operations kGpio = {World::set, nullptr, nullptr};
+constexpr hal_gpio_operations kGpio = {World::set, nullptr};
 constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
                                            Camera::give_back, nullptr,      nullptr};
 
