@@ -28,7 +28,6 @@
 #include "daemon/server/notify.h"
 #include "daemon/server/server.h"
 #include "daemon/settings/config.h"
-#include "daemon/settings/config_profile.h"
 
 enum { SETTINGS_MAX = 64, MANUAL_SECTION = 8 };
 
@@ -434,9 +433,8 @@ static int run(int argc, char **argv) {
     }
     const bool check = arguments.check != NULL;
     program.old_lines.report = check ? stderr : NULL;
-    if ((check ? config_load_to_check : config_load)(&program.daemon.config, path, settings,
-                                                     setting_count, &program.old_lines,
-                                                     &message) != 0) {
+    if (config_load(&program.daemon.config, path, settings, setting_count, &program.old_lines,
+                    &message) != 0) {
         return fail(&message);
     }
     if (check) {

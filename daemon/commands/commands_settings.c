@@ -108,6 +108,9 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
                             "(\"settings forget\", or \"settings save\" again)",
                             daemon_of(call)->config.store, why.text);
     }
+    if (error == ERROR_VERSION) {
+        return command_fail(call, error, "settings: %s", why.text);
+    }
     return error == 0 ? 0 : refuse_store(call, "read from", error);
 }
 

@@ -11,10 +11,9 @@
 #include "hal/log.h"
 
 static int set_built_in(struct config *config, const char *name) {
-    const int error = rig_profile_named(name, &config->base);
+    const int error = rig_profile_named(name, &config->profile);
     if (error == 0) {
-        config->profile = config->base;
-        memcpy(config->like, config->base.name, sizeof config->like);
+        memcpy(config->like, config->profile.name, sizeof config->like);
         config->profile_file[0] = '\0';
     }
     return error;
@@ -58,13 +57,6 @@ void config_defaults(struct config *config) {
     INVARIANT(error == 0);
 }
 
-void config_take_profile(struct config *config, const struct config *from) {
-    config->base = from->base;
-    config->profile = from->base;
-    memcpy(config->like, from->like, sizeof config->like);
-    memcpy(config->profile_file, from->profile_file, sizeof config->profile_file);
-}
-
 static int64_t load(const struct config *config, const struct config_key *key) {
     const unsigned char *at = (const unsigned char *)config + key->offset;
     if (key->bytes == 1) {
@@ -94,51 +86,22 @@ static void store(struct config *config, const struct config_key *key, int64_t n
            key->bytes);
 }
 
-/// The smallest number of a key; `min` itself has a word where there is one.
-static int64_t min_number(const struct config_key *key) {
+int64_t config_key_min(const struct config_key *key) {
     return key->none != NULL ? key->min + 1 : key->min;
-}
-
-/// Why a number was rejected, and what is expected.
-static int reject_number(const struct config_key *key, enum quantity quantity, const char *called,
-                         const char *value, enum quantity_result result, struct message *message) {
-    const char *unit = quantity_unit(quantity);
-    const char *or_word = key->none != NULL ? ", or " : "";
-    const char *word = key->none != NULL ? key->none : "";
-    char range[QUANTITY_RANGE_BYTES], step[QUANTITY_BYTES];
-    quantity_print_range(quantity, min_number(key), key->max, range);
-    quantity_print(quantity, 1, step);
-    switch (result) {
-        case QUANTITY_UNIT_MISSING:
-            return message_set(message, ERROR_SYNTAX, "%s = %s: unit missing (expected %s)", called,
-                               value, unit);
-        case QUANTITY_UNIT_UNKNOWN:
-            return message_set(message, ERROR_SYNTAX, "%s = %s: unknown unit (expected %s)", called,
-                               value, unit);
-        case QUANTITY_OUT_OF_RANGE:
-            return message_set(message, ERROR_RANGE, "%s = %s: out of range (expected %s%s%s)",
-                               called, value, range, or_word, word);
-        case QUANTITY_NOT_A_STEP:
-            return message_set(message, ERROR_RANGE, "%s = %s: not a multiple of %s", called, value,
-                               step);
-        case QUANTITY_GOOD:
-        case QUANTITY_NOT_A_NUMBER:
-            break;
-    }
-    return message_set(message, ERROR_SYNTAX, "%s = %s: not %s (expected %s%s%s)", called, value,
-                       *unit != '\0' ? "a number of up to 6 decimals" : "an integer", range,
-                       or_word, word);
 }
 
 static int set_number(struct config *config, const struct config_key *key, const char *called,
                       const char *value, bool old, struct message *message) {
     const enum quantity quantity = old ? QUANTITY_NUMBER : key->quantity;
     int64_t number = key->min;
+    struct message why;
     if (key->none == NULL || strcmp(value, key->none) != 0) {
-        const enum quantity_result result =
-            quantity_parse(quantity, value, min_number(key), key->max, &number);
-        if (result != QUANTITY_GOOD) {
-            return reject_number(key, quantity, called, value, result, message);
+        const int error =
+            quantity_parse(quantity, value, config_key_min(key), key->max, &number, &why);
+        if (error != 0) {
+            return message_set(message, error, "%s = %s: %.500s%s%s", called, value, why.text,
+                               key->none != NULL ? ", or " : "",
+                               key->none != NULL ? key->none : "");
         }
     }
     store(config, key, number);
@@ -326,73 +289,5 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
         case CONFIG_NUMBER:
             print_number(config, key, text, bytes);
             break;
-    }
-}
-
-void config_comment_print(FILE *file, const char *text) {
-    size_t column = 0;
-    for (const char *at = text; *at != '\0';) {
-        at += strspn(at, " ");
-        const size_t word = strcspn(at, " ");
-        if (column == 0 || column + 1 + word > 98) {
-            column = (size_t)fprintf(file, "%s#", column == 0 ? "" : "\n") - (column != 0);
-        }
-        column += (size_t)fprintf(file, " %.*s", (int)word, at);
-        at += word;
-    }
-    fputc('\n', file);
-}
-
-void config_key_describe(const struct config_key *key, char *text, size_t bytes) {
-    size_t length = (size_t)snprintf(text, bytes, "%s", key->help);
-    INVARIANT(length < bytes);
-    if (key->kind == CONFIG_NUMBER) {
-        const bool off = key->none != NULL;
-        char range[QUANTITY_RANGE_BYTES];
-        quantity_print_range(key->quantity, min_number(key), key->max, range);
-        length += (size_t)snprintf(text + length, bytes - length, " (%s%s%s)", off ? key->none : "",
-                                   off ? ", or " : "", range);
-    } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
-        length += (size_t)snprintf(text + length, bytes - length, " (%s)", key->choices);
-    }
-    INVARIANT(length < bytes);
-}
-
-void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
-                        bool in_profile, const char *line_begins) {
-    size_t count = 0;
-    char value[CONFIG_TEXT_BYTES + 16];
-    char help[CONFIG_HELP_BYTES];
-    config_key_describe(key, help, sizeof help);
-    config_key_print(config, (size_t)(key - config_keys(&count)), value, sizeof value);
-    fputc('\n', file);
-    config_comment_print(file, help);
-    fprintf(file, "%s%s = %s\n", line_begins, config_key_called(key, in_profile), value);
-}
-
-const char config_summary[] =
-    "Settings of vergenced, with their defaults. A line is `key = value`; # starts a comment. "
-    "Numbers have the unit that is shown; times may be in us, ms or s, frequencies in Hz, kHz or "
-    "MHz. Check a file with: vergenced --check FILE";
-
-const char config_rig_summary[] =
-    "The profile sets the keys below; the values are those of the profile rig. Remove the # of a "
-    "line to override the profile.";
-
-void config_help_print(FILE *file) {
-    struct config defaults;
-    size_t count = 0;
-    const struct config_key *keys = config_keys(&count);
-    bool of_rig = false;
-    config_defaults(&defaults);
-    fputs("# SPDX-License-Identifier: Apache-2.0\n", file);
-    config_comment_print(file, config_summary);
-    for (size_t i = 0; i < count; i++) {
-        if (config_key_is_of_rig(i) && !of_rig) {
-            fputc('\n', file);
-            config_comment_print(file, config_rig_summary);
-            of_rig = true;
-        }
-        config_key_explain(file, &defaults, &keys[i], false, of_rig ? "#" : "");
     }
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The daemon's settings: lines `key = value`, where `#` starts a comment. One table holds all keys
-/// with their types, ranges, units and help; the reader, `--help-config` and the example file
-/// derive from it. Keys and values in the notation of older versions are read as well.
+/// The daemon's settings: an INI file of lines `key = value`, where `#` starts a comment. The key
+/// `rig.width` may also stand as `width` in a section `[rig]`. One table holds all keys with their
+/// types, ranges, units and help; the reader, `--help-config` and the example file derive from it.
+/// A profile is such a file, whose name ends in .profile, with the keys of the instrument only.
+/// Keys and values in the notation of older versions are read as well.
 #ifndef VERGENCE_DAEMON_SETTINGS_CONFIG_H
 #define VERGENCE_DAEMON_SETTINGS_CONFIG_H
 
@@ -33,10 +35,8 @@ enum config_backend { CONFIG_BACKEND_SIM, CONFIG_BACKEND_LINUX, CONFIG_BACKEND_R
 /// A text that is not set is "".
 struct config {
     struct rig_profile profile;
-    struct rig_profile base;  ///< as the key `profile` set it, before rig. keys changed it
-    char
-        like[sizeof((struct rig_profile *)0)->name];  ///< the built-in profile that it started from
-    char profile_file[CONFIG_TEXT_BYTES];             ///< file of `base`; "": built in
+    char like[sizeof((struct rig_profile *)0)->name];  ///< the built-in profile that it starts from
+    char profile_file[CONFIG_TEXT_BYTES];              ///< the key `profile`; "": built in
 
     enum config_backend backend;
     char backend_address[CONFIG_TEXT_BYTES];  ///< address of the simulated rig, or directory
@@ -76,20 +76,15 @@ struct config_old_lines {
 void config_defaults(struct config *config);
 
 /// Sets all keys: from the defaults, a file (NULL: none) and `count` arguments KEY=VALUE of a
-/// command line. An argument replaces the file's line of the same key and leaves all other lines in
-/// force, also those that a profile would set. Among themselves the arguments follow the rules of
-/// lines. Lines in the notation of older versions are added to `old`. 0; ERROR_IO, ERROR_SYNTAX,
-/// ERROR_RANGE, ERROR_MISSING, ERROR_DUPLICATE or ERROR_ARGUMENT with a message, which starts with
-/// FILE:LINE where a line is wrong.
+/// command line. An argument replaces the file's line of the same key. The order of lines does not
+/// matter: a profile is set before what changes it. A `path` that ends in .profile is a profile, of
+/// otherwise default settings. Lines in the notation of older versions are added to `old`. 0;
+/// ERROR_IO, ERROR_SYNTAX, ERROR_RANGE, ERROR_MISSING, ERROR_DUPLICATE, ERROR_ARGUMENT or
+/// ERROR_MEMORY with a message, which starts with FILE:LINE where a line is wrong.
 int config_load(struct config *config, const char *path, const char *const *words, int count,
                 struct config_old_lines *old, struct message *message);
 
-/// As config_load; but a `path` that ends in .profile is a profile, of otherwise default settings.
-int config_load_to_check(struct config *config, const char *path, const char *const *words,
-                         int count, struct config_old_lines *old, struct message *message);
-
-/// Reads the `length` bytes of a file's text into settings that already have values; `name` is the
-/// file's name in messages, which are those of config_load. Opens no file: `profile` must be a
+/// The same for the `length` bytes of the text of a file `name`; opens no file: `profile` must be a
 /// built-in one.
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message);
@@ -97,9 +92,6 @@ int config_parse(struct config *config, const char *name, const char *text, size
 /// Sets one key as a line `key = value` of a file does, but opens no file: `profile` must be a
 /// built-in one. 0, or an error with a message without the line.
 int config_set(struct config *config, const char *key, const char *value, struct message *message);
-
-/// Copies the profile that the key `profile` set in `from`, without what rig. keys changed.
-void config_take_profile(struct config *config, const struct config *from);
 
 /// Whether the settings are consistent: the profile, and the devices that it needs. 0, or an error
 /// with a message that names the key.
@@ -117,6 +109,10 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
 
 /// Prints the page of `--help-config`, which is a file of all defaults with comments.
 void config_help_print(FILE *file);
+
+/// Prints a built-in profile as a file, with comments. ERROR_ARGUMENT with a message for an unknown
+/// name.
+int config_profile_print(FILE *file, const char *name, struct message *message);
 
 #ifdef __cplusplus
 }

@@ -47,12 +47,10 @@
 static const struct config_key keys[] = {
     {.name = CONFIG_PROFILE_KEY,
      .kind = CONFIG_PROFILE,
-     .sets = CONFIG_RIG,
      .help =
          "the instrument: rig (FPGA, two sensors, servos, lenses), two-cameras, two-cameras-lens, "
          "or the path of a profile: a name that ends in .profile or contains a /; a relative path "
-         "starts at the directory of this file. Sets all rig. keys; lines below it may change "
-         "them"},
+         "starts at the directory of this file. Sets all rig. keys; other lines change them"},
     {.name = "backend",
      .kind = CONFIG_BACKEND,
      .help = "what drives the instrument: linux (the devices below), sim unix:PATH or sim "
@@ -150,10 +148,9 @@ static const struct config_key keys[] = {
     {.name = CONFIG_RIG "lenses",
      .kind = CONFIG_LENSES,
      AT(profile.lenses),
-     .sets = CONFIG_RIG "lens_",
      .choices = "fixed v3lc v1lc",
      .help = "fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the "
-             "lens_ keys; lines below it may change them"},
+             "lens_ keys; other lines change them"},
     RIG("lens_zoom_speed_min", lens_counts_per_s[0], 0, 100000, COUNTS_PER_S,
         "a slower zoom motor counts as jammed"),
     RIG("lens_focus_speed_min", lens_counts_per_s[1], 0, 100000, COUNTS_PER_S,
@@ -237,11 +234,12 @@ static const struct config_key *find(const char *called, bool in_profile, const 
     int min = COMMAND_SLIPS_MAX + 1;
     *nearest = NULL;
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
-        if (in_profile && keys[i].kind != CONFIG_PROFILE && !is_of_rig(&keys[i])) {
+        const bool of_rig = is_of_rig(&keys[i]);
+        if (in_profile && keys[i].kind != CONFIG_PROFILE && !of_rig) {
             continue;
         }
         const char *name = config_key_called(&keys[i], in_profile);
-        if (strcmp(name, called) == 0) {
+        if (strcmp(name, called) == 0 || (of_rig && strcmp(keys[i].name, called) == 0)) {
             return &keys[i];
         }
         const int distance = command_words_distance(called, name);
@@ -253,24 +251,20 @@ static const struct config_key *find(const char *called, bool in_profile, const 
     return NULL;
 }
 
-/// The name that an old one, without CONFIG_RIG, has now; NULL: not an old name.
-static const char *name_now(const char *name) {
-    for (size_t i = 0; i < sizeof old_names / sizeof old_names[0]; i++) {
-        if (strcmp(old_names[i].name, name) == 0) {
-            return old_names[i].now;
-        }
-    }
-    return NULL;
-}
-
 const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
                                          const char **nearest) {
     const struct config_key *key = find(called, in_profile, nearest);
-    const size_t prefix = in_profile ? 0 : strlen(CONFIG_RIG);
-    const char *now = strncmp(called, CONFIG_RIG, prefix) == 0 ? name_now(called + prefix) : NULL;
+    const bool prefixed = strncmp(called, CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
+    const char *name = called + (prefixed ? strlen(CONFIG_RIG) : 0);
     const char *other = NULL;
-    *old = key == NULL && now != NULL;
-    return *old ? find(now, true, &other) : key;
+    *old = false;
+    for (size_t i = 0;
+         key == NULL && (prefixed || in_profile) && i < sizeof old_names / sizeof old_names[0];
+         i++) {
+        *old = strcmp(old_names[i].name, name) == 0;
+        key = *old ? find(old_names[i].now, true, &other) : NULL;
+    }
+    return key;
 }
 
 bool config_key_is_old(const struct config_key *key, bool old_name, const char *value) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The one table of settings.
+/// The one table of settings, for configuration and profiles alike, and what its readers share.
+/// Others use config.h.
 #ifndef VERGENCE_DAEMON_SETTINGS_CONFIG_KEYS_H
 #define VERGENCE_DAEMON_SETTINGS_CONFIG_KEYS_H
 
@@ -14,7 +15,10 @@ extern "C" {
 #endif
 
 enum {
-    CONFIG_KEYS_MAX = 128,  ///< more than there are
+    CONFIG_KEYS_MAX = 128,                        ///< more than there are
+    CONFIG_CALLED_BYTES = 64,                     ///< of a name, also an old one
+    CONFIG_VALUE_BYTES = CONFIG_TEXT_BYTES + 16,  ///< of a printed value
+    CONFIG_LINE_BYTES = 512,                      ///< of an argument; lines of files are shorter
     CONFIG_HELP_BYTES = 1024
 };
 
@@ -43,18 +47,18 @@ struct config_key {
     bool was_bare;  ///< older versions wrote the integer, in decimal and without a unit
     const char *choices;
     const char *none;  ///< the word for `min`, such as "off"; NULL if there is no such word
-    const char *sets;  ///< prefix of the keys that this key sets as well; NULL if it sets no others
     const char *help;
 };
 
-/// All keys, in the order of the documentation; `*count` of them.
+/// All keys, in the order of the documentation; `*count` of them. A key that sets others precedes
+/// them: values are set in this order.
 const struct config_key *config_keys(size_t *count);
 
 /// The name of a key in a profile file or in settings. Static storage.
 const char *config_key_called(const struct config_key *key, bool in_profile);
 
-/// The key of this name; `*old`: under a name of an older version. NULL if not found: then
-/// `*nearest` is a similar name, or NULL.
+/// The key of this name; `*old`: under a name of an older version. A profile's keys have their full
+/// names, too. NULL if not found: then `*nearest` is a similar name, or NULL.
 const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
                                          const char **nearest);
 
@@ -65,19 +69,31 @@ bool config_key_is_old(const struct config_key *key, bool old_name, const char *
 int config_key_set(struct config *config, const struct config_key *key, const char *called,
                    const char *value, bool old, struct message *message);
 
+/// The smallest number of a key: `min` itself has a word where there is one.
+int64_t config_key_min(const struct config_key *key);
+
 /// The help of a key, with its range or choices. `text` has CONFIG_HELP_BYTES.
 void config_key_describe(const struct config_key *key, char *text, size_t bytes);
 
 /// Introductions: to all settings, and to those of the instrument.
 extern const char config_summary[], config_rig_summary[];
 
-/// Prints a key with its value, and its help as a comment; `in_profile` as above, `line_begins`
-/// goes before the key.
-void config_key_explain(FILE *file, const struct config *config, const struct config_key *key,
-                        bool in_profile, const char *line_begins);
+/// A line or an argument that sets a key.
+struct config_line {
+    const char *file;  ///< its name in messages; NULL: an argument
+    int number;        ///< from 1; 0: nothing sets the key
+    bool old;          ///< in the notation of older versions
+    char called[CONFIG_CALLED_BYTES];
+    char value[CONFIG_LINE_BYTES];
+};
 
-/// Prints a comment, wrapped.
-void config_comment_print(FILE *file, const char *text);
+/// Puts FILE:LINE of a line in front of the message, nothing of an argument. Returns `error`.
+int config_line_error(const struct config_line *line, int error, struct message *message);
+
+/// As config_check, or for a profile alone. `lines` holds, for each key, what set it; NULL: not
+/// known. The message begins with the line of the first key that it names and that a line set.
+int config_check_lines(const struct config *config, const struct config_line *lines,
+                       bool profile_only, struct message *message);
 
 #ifdef __cplusplus
 }

@@ -1,120 +1,282 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings from the lines of a file and the arguments of a command line, which override them.
+// Settings from the lines of files and the arguments of a command line: all are collected, then set
+// in the order of the table.
 #include <errno.h>
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/settings/config.h"
-#include "daemon/settings/config_check.h"
+#include "daemon/files/input_file.h"
 #include "daemon/settings/config_keys.h"
-#include "daemon/settings/config_lines.h"
-#include "daemon/settings/config_profile.h"
+#include "daemon/settings/ini_text.h"
 
-/// Sets everything again, in the order of the table, where a key that sets others comes before
-/// them: so an argument with such a key overrides no line.
-static void join(struct config *config, const struct config_lines *lines,
-                 const struct config_lines *words) {
-    config_defaults(config);
-    for (size_t i = 0; i < config_key_count(); i++) {
-        char value[CONFIG_TEXT_BYTES + 16];
-        struct message message;
-        size_t count = 0;
-        if (words->places[i] == 0 && lines->places[i] == 0) {
-            continue;
+enum { FILE_BYTES_MAX = 65536 };
+
+/// A reading of settings or of a profile.
+struct loading {
+    struct config *config;
+    struct config_line *lines;  ///< for each key; an argument replaces the line of a file
+    const char *file;           ///< its name in messages; NULL: a command line
+    bool in_profile, opens_files;
+    struct config_old_lines *old;  ///< NULL: not counted
+    struct message *message;
+};
+
+int config_line_error(const struct config_line *line, int error, struct message *message) {
+    const struct message inner = *message;
+    return line->file == NULL
+               ? error
+               : message_set(message, error, "%s:%d: %.900s", line->file, line->number, inner.text);
+}
+
+static int reject_key(const struct loading *self, const char *called, const char *nearest) {
+    const char *see =
+        self->in_profile ? "see vergenced --help-profile rig" : "see vergenced --help-config";
+    return message_set(self->message, ERROR_ARGUMENT, "unknown key \"%s\" (%s%s%s)", called,
+                       nearest != NULL ? "did you mean \"" : see, nearest != NULL ? nearest : "",
+                       nearest != NULL ? "\"?" : "");
+}
+
+/// Takes a line or an argument.
+static int take(void *cookie, const char *called, const char *value, int number,
+                struct message *message) {
+    struct loading *self = cookie;
+    size_t count = 0;
+    bool old_name = false;
+    const char *nearest = NULL;
+    const struct config_key *key = config_key_find(called, self->in_profile, &old_name, &nearest);
+    if (key == NULL) {
+        return reject_key(self, called, nearest);
+    }
+    struct config_line *line = &self->lines[key - config_keys(&count)];
+    INVARIANT(count <= CONFIG_KEYS_MAX && strlen(called) < sizeof line->called);
+    INVARIANT(strlen(value) < sizeof line->value);
+    if (line->number != 0 && line->file == self->file) {
+        return self->file != NULL
+                   ? message_set(message, ERROR_DUPLICATE, "duplicate key %s (first in line %d)",
+                                 called, line->number)
+                   : message_set(message, ERROR_DUPLICATE, "duplicate key %s", called);
+    }
+    line->file = self->file;
+    line->number = number;
+    line->old = config_key_is_old(key, old_name, value);
+    strcpy(line->called, called);
+    strcpy(line->value, value);
+    return 0;
+}
+
+static int take_text(struct loading *self, const char *text, size_t length) {
+    struct config_line line = {.file = self->file};
+    const int error = ini_text_read(text, length, take, self, &line.number, self->message);
+    return error != 0 ? config_line_error(&line, error, self->message) : 0;
+}
+
+static int take_file(struct loading *self, FILE *file) {
+    char *text = malloc(FILE_BYTES_MAX);
+    if (text == NULL) {
+        return message_set(self->message, ERROR_MEMORY, "out of memory");
+    }
+    errno = 0;
+    const size_t length = fread(text, 1, FILE_BYTES_MAX, file);
+    const int error = ferror(file) != 0 ? message_set(self->message, ERROR_IO, "%s: %s", self->file,
+                                                      strerror(errno))
+                      : length == FILE_BYTES_MAX
+                          ? message_set(self->message, ERROR_SYNTAX,
+                                        "%s: too large for a settings file (at most %d bytes)",
+                                        self->file, FILE_BYTES_MAX - 1)
+                          : take_text(self, text, length);
+    free(text);
+    return error;
+}
+
+/// Cuts blanks off both ends.
+static char *stripped(char *text) {
+    text += strspn(text, " \t");
+    size_t length = strlen(text);
+    while (length > 0 && strchr(" \t", text[length - 1]) != NULL) {
+        text[--length] = '\0';
+    }
+    return text;
+}
+
+/// Takes an argument KEY=VALUE.
+static int take_word(struct loading *self, const char *word, int number) {
+    char text[CONFIG_LINE_BYTES];
+    struct message *message = self->message;
+    if (strlen(word) >= sizeof text) {
+        return message_set(message, ERROR_RANGE, "\"%.40s...\": too long (at most %zu characters)",
+                           word, sizeof text - 1);
+    }
+    strcpy(text, word);
+    char *equals = strchr(text, '=');
+    if (equals == NULL) {
+        return message_set(message, ERROR_ARGUMENT, "invalid setting \"%s\" (expected KEY=VALUE)",
+                           word);
+    }
+    *equals = '\0';
+    const char *key = stripped(text), *value = stripped(equals + 1);
+    if (*key == '\0' || *value == '\0') {
+        return message_set(message, ERROR_MISSING,
+                           *key == '\0' ? "\"%s\": key missing" : "%s: value missing",
+                           *key == '\0' ? word : key);
+    }
+    return take(self, key, value, number, message);
+}
+
+/// Counts a line in the notation of older versions and reports the current notation.
+static void report_old(const struct loading *self, size_t key, const struct config_line *line) {
+    char value[CONFIG_VALUE_BYTES];
+    size_t count = 0;
+    if (self->old == NULL) {
+        return;
+    }
+    self->old->count++;
+    FILE *report = self->old->report;
+    if (report != NULL) {
+        config_key_print(self->config, key, value, sizeof value);
+        if (line->file != NULL) {
+            fprintf(report, "%s:%d: ", line->file, line->number);
         }
-        const struct config_lines *source = words->places[i] != 0 ? words : lines;
-        if (config_keys(&count)[i].kind == CONFIG_PROFILE) {
-            config_take_profile(config, source->config);  // its file may have changed meanwhile
-            continue;
-        }
-        config_key_print(source->config, i, value, sizeof value);
-        const int error = config_set(config, config_key_name(i), value, &message);
-        INVARIANT(error == 0);
+        fprintf(report, "%s = %s is an old notation: write %s = %s\n", line->called, line->value,
+                config_key_called(&config_keys(&count)[key], self->in_profile), value);
     }
 }
 
-/// Whether all settings are consistent. What an argument has set is in no line.
-static int check_together(const struct config *config, const struct config_lines *lines,
-                          const struct config_lines *words, struct message *message) {
-    enum { BY_A_WORD = -1 };
-    int places[CONFIG_KEYS_MAX];
-    bool has_words = false;
-    for (size_t i = 0; i < CONFIG_KEYS_MAX; i++) {
-        const bool by_a_word = words != NULL && words->places[i] != 0;
-        places[i] = by_a_word ? BY_A_WORD : lines->places[i];
-        has_words = has_words || by_a_word;
+static bool is_profile_file(const char *name) {
+    static const char ending[] = ".profile";
+    const size_t length = strlen(name), bytes = sizeof ending - 1;
+    return length > bytes && strcmp(name + length - bytes, ending) == 0;
+}
+
+static int load_profile(const struct loading *outer, const char *relative_to, const char *name);
+
+/// Sets what was taken.
+static int set_all(const struct loading *self) {
+    size_t count = 0;
+    const struct config_key *keys = config_keys(&count);
+    for (size_t i = 0; i < count; i++) {
+        const struct config_line *line = &self->lines[i];
+        if (line->number == 0) {
+            continue;
+        }
+        const bool file = keys[i].kind == CONFIG_PROFILE && self->opens_files &&
+                          !self->in_profile &&
+                          (strchr(line->value, '/') != NULL || is_profile_file(line->value));
+        const int error = file ? load_profile(self, line->file, line->value)
+                               : config_key_set(self->config, &keys[i], line->called, line->value,
+                                                line->old, self->message);
+        if (error != 0) {
+            return config_line_error(line, error, self->message);
+        }
+        if (line->old) {
+            report_old(self, i, line);
+        }
     }
-    int line = 0;
-    const int error = config_check_lines(config, places, &line, message);
-    if (error == 0 || line == BY_A_WORD) {
-        return error;
+    return 0;
+}
+
+/// Sets and checks what was taken from a profile.
+static int finish_profile(const struct loading *self) {
+    INVARIANT(self->in_profile && strlen(self->file) < sizeof self->config->profile_file);
+    if (self->lines[0].number == 0) {
+        return message_set(self->message, ERROR_MISSING,
+                           "%s: " CONFIG_LIKE " missing (start with " CONFIG_LIKE
+                           " = rig, two-cameras or two-cameras-lens)",
+                           self->file);
     }
-    if (line != 0) {
-        return config_lines_at(lines->file, line, error, message);
+    int error = set_all(self);
+    error = error != 0 ? error : config_check_lines(self->config, self->lines, true, self->message);
+    if (error == 0) {
+        strcpy(self->config->profile_file, self->file);
     }
-    if (lines->file == NULL || has_words) {
-        return error;
+    return error;
+}
+
+/// Reads the profile `name`, which is relative to the directory of the file `relative_to` (NULL: to
+/// the working directory).
+static int load_profile(const struct loading *outer, const char *relative_to, const char *name) {
+    char path[CONFIG_TEXT_BYTES];
+    struct loading self = *outer;
+    const char *slash = relative_to != NULL && name[0] != '/' ? strrchr(relative_to, '/') : NULL;
+    const int folder = slash != NULL ? (int)(slash - relative_to) + 1 : 0;
+    if (snprintf(path, sizeof path, "%.*s%s", folder, folder > 0 ? relative_to : "", name) >=
+        (int)sizeof path) {
+        return message_set(self.message, ERROR_RANGE,
+                           "profile %s: path too long (at most %zu characters with its directory)",
+                           name, sizeof path - 1);
     }
-    const struct message inner = *message;
-    return message_set(message, error, "%s: %.900s", lines->file, inner.text);
+    FILE *file = input_file_open(path, self.message);
+    if (file == NULL) {
+        return ERROR_IO;
+    }
+    self.file = path;
+    self.in_profile = true;
+    self.lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines);
+    int error = self.lines != NULL ? take_file(&self, file)
+                                   : message_set(self.message, ERROR_MEMORY, "out of memory");
+    error = error != 0 ? error : finish_profile(&self);
+    fclose(file);
+    free(self.lines);
+    return error;
 }
 
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message) {
-    struct config_lines lines = {.config = config, .file = name};
-    const int error = config_lines_set(&lines, text, length, message);
-    return error != 0 ? error : check_together(config, &lines, NULL, message);
+    struct loading self = {.config = config,
+                           .file = name,
+                           .in_profile = is_profile_file(name),
+                           .message = message,
+                           .lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines)};
+    config_defaults(config);
+    int error = self.lines != NULL ? take_text(&self, text, length)
+                                   : message_set(message, ERROR_MEMORY, "out of memory");
+    if (error == 0 && self.in_profile) {
+        error = finish_profile(&self);
+    } else if (error == 0) {
+        error = set_all(&self);
+        error = error != 0 ? error : config_check_lines(config, self.lines, false, message);
+    }
+    free(self.lines);
+    return error;
 }
 
-static int read_lines(struct config_lines *self, struct message *message) {
-    FILE *file = fopen(self->file, "re");
+static int take_settings(struct loading *self, const char *path) {
+    FILE *file = fopen(path, "re");
     if (file == NULL) {
-        return message_set(message, ERROR_IO, "%s: %s", self->file, strerror(errno));
+        return message_set(self->message, ERROR_IO, "%s: %s", path, strerror(errno));
     }
-    const int error = config_lines_read(self, file, message);
+    self->file = path;
+    const int error = take_file(self, file);
+    self->file = NULL;
     fclose(file);
     return error;
 }
 
-/// As config_load, with one more argument unless it is NULL.
-static int load(struct config *config, const char *path, const char *const *words, int count,
-                const char *last_word, struct config_old_lines *old, struct message *message) {
-    static const struct config_lines_profiles profiles = {config_profile_is_file,
-                                                          config_profile_load};
-    struct config by_lines, by_words;
-    struct config_lines lines = {
-        .config = &by_lines, .file = path, .profiles = &profiles, .old = old};
-    struct config_lines given = {.config = &by_words, .profiles = &profiles, .old = old};
-    config_defaults(&by_lines);
-    config_defaults(&by_words);
-    int error = path != NULL ? read_lines(&lines, message) : 0;
-    error = error != 0 ? error : config_lines_arguments(&given, words, count, message);
-    if (error == 0 && last_word != NULL) {
-        error = config_lines_arguments(&given, &last_word, 1, message);
-    }
-    if (error != 0) {
-        return error;
-    }
-    join(config, &lines, &given);
-    return check_together(config, &lines, &given, message);
-}
-
 int config_load(struct config *config, const char *path, const char *const *words, int count,
                 struct config_old_lines *old, struct message *message) {
-    return load(config, path, words, count, NULL, old, message);
-}
-
-int config_load_to_check(struct config *config, const char *path, const char *const *words,
-                         int count, struct config_old_lines *old, struct message *message) {
-    static const char key[] = CONFIG_PROFILE_KEY "=";
-    char profile[sizeof key + CONFIG_TEXT_BYTES];
-    if (!config_profile_has_ending(path)) {
-        return config_load(config, path, words, count, old, message);
+    struct loading self = {.config = config,
+                           .opens_files = true,
+                           .old = old,
+                           .message = message,
+                           .lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines)};
+    int error = 0;
+    config_defaults(config);
+    if (self.lines == NULL) {
+        return message_set(message, ERROR_MEMORY, "out of memory");
     }
-    if ((size_t)snprintf(profile, sizeof profile, "%s%s", key, path) >= sizeof profile) {
-        return message_set(message, ERROR_RANGE, "%s: path too long", path);
+    if (path != NULL && is_profile_file(path)) {
+        error = strlen(path) < CONFIG_TEXT_BYTES
+                    ? take(&self, CONFIG_PROFILE_KEY, path, 1, message)
+                    : message_set(message, ERROR_RANGE, "%s: path too long", path);
+    } else if (path != NULL) {
+        error = take_settings(&self, path);
     }
-    return load(config, NULL, words, count, profile, old, message);
+    for (int i = 0; i < count && error == 0; i++) {
+        error = take_word(&self, words[i], i + 1);
+    }
+    error = error != 0 ? error : set_all(&self);
+    error = error != 0 ? error : config_check_lines(config, self.lines, false, message);
+    free(self.lines);
+    return error;
 }

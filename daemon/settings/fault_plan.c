@@ -5,26 +5,27 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
+#include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { RULE_BYTES = 80, ERROR_NAME_BYTES = 24, OPERATIONS_MAX = 4, WHY_BYTES = 256 };
+enum { RULE_BYTES = 80, OPERATION_NAMES = 32, CALLS_MAX = 1000000000 };
 
 static const char separators[] = ", \t\n";
 
 /// The parts that fault.h wraps, and their operations.
-static const struct part {
-    const char *name;
-    const char *operations[OPERATIONS_MAX];
+static const struct {
+    const char *name, *operations;
 } parts[] = {
-    {"i2c", {"transfer", "lines"}},
-    {"left", {"start", "stop", "take", "control"}},
-    {"right", {"start", "stop", "take", "control"}},
-    {"gpio", {"set", "get"}},
-    {"uart", {"write", "read", "discard"}},
-    {"store", {"load", "save", "remove"}},
-    {"watchdog", {"feed"}},
+    {"i2c", "transfer lines"},
+    {"left", "start stop take control"},
+    {"right", "start stop take control"},
+    {"gpio", "set get"},
+    {"uart", "write read discard"},
+    {"store", "load save remove"},
+    {"watchdog", "feed"},
 };
 enum { PARTS = sizeof parts / sizeof parts[0] };
 
@@ -35,54 +36,29 @@ static bool fits(const char *pattern, const char *name) {
 /// Whether any part and operation match the patterns.
 static bool is_there(const char *part, const char *operation) {
     for (int i = 0; i < PARTS; i++) {
-        for (int k = 0; k < OPERATIONS_MAX && parts[i].operations[k] != NULL; k++) {
-            if (fits(part, parts[i].name) && fits(operation, parts[i].operations[k])) {
-                return true;
-            }
+        if (fits(part, parts[i].name) &&
+            (strcmp(operation, "*") == 0 ||
+             command_words_choice(operation, parts[i].operations) >= 0)) {
+            return true;
         }
     }
     return false;
 }
 
-/// Appends `name` and a comma, unless the list already contains it.
-static void list(char why[WHY_BYTES], const char *name) {
-    char item[FAULT_PLAN_NAME_BYTES + 4];
-    snprintf(item, sizeof item, " %s,", name);
-    if (strstr(why, item) == NULL) {
-        const size_t used = strlen(why);
-        snprintf(why + used, WHY_BYTES - used, "%s", item);
-    }
-}
-
-/// Checks the names of a rule; NULL, or what is wrong and what exists instead.
-static const char *check_names(const struct fault_plan_rule *rule, char why[WHY_BYTES]) {
-    if (is_there(rule->part, rule->operation)) {
-        return NULL;
-    }
+/// Rejects a rule whose names match nothing, with the names that exist.
+static int reject_names(const struct fault_plan_rule *rule, struct message *why) {
+    char names[PARTS * OPERATION_NAMES] = "";
     const bool wrong_part = !is_there(rule->part, "*");
-    if (wrong_part) {
-        snprintf(why, WHY_BYTES, "unknown part \"%s\" (expected", rule->part);
-    } else if (strcmp(rule->part, "*") == 0) {
-        snprintf(why, WHY_BYTES, "unknown operation \"%s\" (expected", rule->operation);
-    } else {
-        snprintf(why, WHY_BYTES, "%s: unknown operation \"%s\" (expected", rule->part,
-                 rule->operation);
-    }
     for (int i = 0; i < PARTS; i++) {
-        if (wrong_part) {
-            list(why, parts[i].name);
-            continue;
-        }
-        for (int k = 0; k < OPERATIONS_MAX && parts[i].operations[k] != NULL; k++) {
-            if (fits(rule->part, parts[i].name)) {
-                list(why, parts[i].operations[k]);
-            }
+        const char *name = wrong_part ? parts[i].name : parts[i].operations;
+        const size_t used = strlen(names);
+        if (wrong_part || fits(rule->part, parts[i].name)) {
+            snprintf(names + used, sizeof names - used, "%s ", name);
         }
     }
-    // Replaces the last comma.
-    const size_t used = strlen(why) - 1;
-    snprintf(why + used, WHY_BYTES - used, " or *)");
-    return why;
+    return message_set(why, ERROR_SYNTAX, "unknown %s \"%s\" (expected one of: %s*)",
+                       wrong_part ? "part" : "operation", wrong_part ? rule->part : rule->operation,
+                       names);
 }
 
 /// The error code for a name in lower case; 0 if unknown.
@@ -96,130 +72,105 @@ static int error_named(const char *name) {
 #undef ERROR_NAME
     };
     for (size_t i = 0; i < sizeof errors / sizeof errors[0]; i++) {
-        size_t at = 0;
-        while (name[at] != '\0' && tolower((unsigned char)errors[i].name[at]) == name[at]) {
-            at++;
-        }
-        if (name[at] == '\0' && errors[i].name[at] == '\0') {
+        if (strcasecmp(errors[i].name, name) == 0) {
             return errors[i].code;
         }
     }
     return 0;
 }
 
-/// Whether an operation returns bytes, levels or frames.
-static bool reads(const char *operation) {
-    static const char *const names[] = {"transfer", "take", "read", "get"};
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (strcmp(operation, names[i]) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/// Copies the text before one of `ends` and moves past it; false if it is empty or too long.
-static bool take_word(const char **at, const char *ends, char word[FAULT_PLAN_NAME_BYTES]) {
-    const size_t length = strcspn(*at, ends);
-    if (length == 0 || length >= FAULT_PLAN_NAME_BYTES) {
-        return false;
-    }
-    memcpy(word, *at, length);
-    word[length] = '\0';
-    *at += length;
-    return true;
-}
-
-static const char *parse_effect(const char *text, struct fault_plan_rule *rule) {
-    char name[ERROR_NAME_BYTES];
-    const size_t length = strcspn(text, "/");
+/// Parses "ERROR", "ERROR/after" or "spoil".
+static int parse_effect(char *text, struct fault_plan_rule *rule, struct message *why) {
+    static const char reading[] = "transfer take read get";  // bytes, levels or frames
     if (strcmp(text, "spoil") == 0) {
         rule->effect.corrupt = true;
-        return reads(rule->operation) ? NULL : "only transfer, take, read and get can be spoiled";
+        return command_words_choice(rule->operation, reading) >= 0
+                   ? 0
+                   : message_set(why, ERROR_SYNTAX, "spoil requires one of: %s", reading);
     }
-    if (length >= sizeof name) {
-        return "unknown error";
+    char *after = strchr(text, '/');
+    rule->effect.after = after != NULL;
+    if (after != NULL && strcmp(after, "/after") != 0) {
+        return message_set(why, ERROR_SYNTAX, "only /after may follow an error");
     }
-    memcpy(name, text, length);
-    name[length] = '\0';
-    rule->effect.error = error_named(name);
-    if (rule->effect.error == 0) {
-        return "unknown error (expected a name of core/error.h in lower case, such as io or "
-               "timeout)";
-    }
-    rule->effect.after = strcmp(text + length, "/after") == 0;
-    return text[length] == '\0' || rule->effect.after ? NULL : "only /after may follow an error";
+    text[strcspn(text, "/")] = '\0';
+    rule->effect.error = error_named(text);
+    return rule->effect.error != 0
+               ? 0
+               : message_set(why, ERROR_SYNTAX,
+                             "unknown error \"%s\" (expected a name of core/error.h in lower case, "
+                             "such as io or timeout)",
+                             text);
 }
 
-/// Parses "@N", "@N+" or "%P".
-static const char *parse_turn(const char **at, struct fault_plan_rule *rule) {
+/// Parses "@N", "@N+" or "%P", up to the "=".
+static int parse_turn(const char *text, struct fault_plan_rule *rule, struct message *why) {
     char *end = NULL;
-    if (**at == '@') {
-        if (!isdigit((unsigned char)(*at)[1])) {
-            return "@ requires a number of calls";
-        }
-        const unsigned long nth = strtoul(*at + 1, &end, 10);
-        if (nth < 1 || nth > 1000000000) {
-            return "the number of calls must be from 1 to 1000000000";
-        }
+    if (*text == '@') {
+        const unsigned long nth = strtoul(text + 1, &end, 10);
         rule->first = (uint32_t)nth;
         rule->for_ever = *end == '+';
-        *at = end + (rule->for_ever ? 1 : 0);
-        return NULL;
+        end += rule->for_ever;
+        return isdigit((unsigned char)text[1]) && *end == '\0' && nth >= 1 && nth <= CALLS_MAX
+                   ? 0
+                   : message_set(why, ERROR_SYNTAX, "@ requires a call from 1 to %d, or %d+",
+                                 CALLS_MAX, CALLS_MAX);
     }
-    const double probability = strtod(*at + 1, &end);
-    if (end == *at + 1 || !(probability >= 0 && probability <= 1)) {
-        return "% requires a probability from 0 to 1";
+    const double probability = strtod(text + 1, &end);
+    if (end == text + 1 || *end != '\0' || !(probability >= 0 && probability <= 1)) {
+        return message_set(why, ERROR_SYNTAX, "%% requires a probability from 0 to 1");
     }
     rule->threshold = (uint32_t)(probability * UINT32_MAX);
-    *at = end;
-    return NULL;
+    return 0;
 }
 
-/// Parses a rule; NULL, or what is wrong, possibly in `why`.
-static const char *parse_rule(const char *text, struct fault_plan_rule *rule, char why[WHY_BYTES]) {
+static int parse_rule(char *text, struct fault_plan_rule *rule, struct message *why) {
+    int names = 0;
+    char *effect = strchr(text, '=');
     *rule = (struct fault_plan_rule){.first = 0};
-    if (!take_word(&text, ".@%=", rule->part) || *text++ != '.' ||
-        !take_word(&text, "@%=", rule->operation) || *text == '=' || *text == '\0') {
-        return "invalid rule (expected PART.OPERATION@N=ERROR, with @N+ or %P instead of @N)";
+    if (effect == NULL ||
+        sscanf(text, "%15[^.@%=].%15[^@%=]%n", rule->part, rule->operation, &names) != 2 ||
+        strchr("@%", text[names]) == NULL) {
+        return message_set(why, ERROR_SYNTAX,
+                           "invalid rule (expected PART.OPERATION@N=ERROR, with @N+ or %%P instead "
+                           "of @N)");
     }
-    const char *wrong = check_names(rule, why);
-    wrong = wrong != NULL ? wrong : parse_turn(&text, rule);
-    if (wrong != NULL) {
-        return wrong;
+    *effect = '\0';
+    if (!is_there(rule->part, rule->operation)) {
+        return reject_names(rule, why);
     }
-    return *text != '=' ? "missing =ERROR" : parse_effect(text + 1, rule);
+    const int error = parse_turn(text + names, rule, why);
+    return error != 0 ? error : parse_effect(effect + 1, rule, why);
 }
 
-static const char *parse_seed(const char *text, uint64_t *seed) {
+static int parse_seed(const char *text, uint64_t *seed, struct message *why) {
     char *end = NULL;
     *seed = strtoull(text, &end, 0);
-    return isdigit((unsigned char)*text) && *end == '\0' ? NULL : "seed is not an integer";
+    return isdigit((unsigned char)*text) && *end == '\0'
+               ? 0
+               : message_set(why, ERROR_SYNTAX, "seed is not an integer");
 }
 
 int fault_plan_parse(struct fault_plan *self, const char *script, struct message *message) {
     struct fault_plan plan = {.lock = PTHREAD_MUTEX_INITIALIZER, .random = 1};
-    char why[WHY_BYTES];
     for (const char *at = script + strspn(script, separators); *at != '\0';
          at += strspn(at, separators)) {
-        const size_t length = strcspn(at, separators);
+        const int length = (int)strcspn(at, separators);
         char text[RULE_BYTES];
-        const char *wrong = "rule too long";
-        if (length < sizeof text) {
-            memcpy(text, at, length);
-            text[length] = '\0';
+        struct message why = {.text = "rule too long"};
+        int error = ERROR_SYNTAX;
+        if (snprintf(text, sizeof text, "%.*s", length, at) < (int)sizeof text) {
             if (strncmp(text, "seed=", 5) == 0) {
-                wrong = parse_seed(text + 5, &plan.random);
+                error = parse_seed(text + 5, &plan.random, &why);
             } else if (plan.count == FAULT_PLAN_RULES) {
                 return message_set(message, ERROR_RANGE, "too many rules (at most %d)",
                                    FAULT_PLAN_RULES);
             } else {
-                wrong = parse_rule(text, &plan.rules[plan.count++], why);
+                error = parse_rule(text, &plan.rules[plan.count++], &why);
             }
         }
-        if (wrong != NULL) {
-            return message_set(message, ERROR_SYNTAX, "fault \"%.*s\": %s",
-                               (int)(length < RULE_BYTES ? length : RULE_BYTES), at, wrong);
+        if (error != 0) {
+            return message_set(message, error, "fault \"%.*s\": %.500s", length, at, why.text);
         }
         at += length;
     }

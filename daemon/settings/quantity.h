@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Numbers with the units in which a setting is written ("-30 deg", "3.3 ms", "0x2c"), and the
-/// integers in which the firmware keeps them. Integer arithmetic only.
+/// integers in which the firmware keeps them.
 #ifndef VERGENCE_DAEMON_SETTINGS_QUANTITY_H
 #define VERGENCE_DAEMON_SETTINGS_QUANTITY_H
 
 #include <stddef.h>
 #include <stdint.h>
+
+#include "daemon/base/message.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -35,24 +37,15 @@ enum quantity {
 enum {
     QUANTITY_BYTES = 48,         ///< of a number with its unit, with its end
     QUANTITY_RANGE_BYTES = 128,  ///< of a range
-    QUANTITY_DECIMALS = 6,       ///< at most
-};
-
-enum quantity_result {
-    QUANTITY_GOOD,
-    QUANTITY_NOT_A_NUMBER,  ///< or one with more than QUANTITY_DECIMALS decimals
-    QUANTITY_UNIT_MISSING,
-    QUANTITY_UNIT_UNKNOWN,
-    QUANTITY_OUT_OF_RANGE,
-    QUANTITY_NOT_A_STEP  ///< the integer cannot express it; angles are rounded instead
 };
 
 /// Reads all of `text`: a number, then the unit, with or without a blank between. Besides the
-/// quantity's own unit, times may be in us, ms or s and frequencies in Hz, kHz or MHz. `value`
-/// changes only when the result is QUANTITY_GOOD. min <= max, and both fit 64 bits in millionths of
-/// each of these units.
-enum quantity_result quantity_parse(enum quantity quantity, const char *text, int64_t min,
-                                    int64_t max, int64_t *value);
+/// quantity's own unit, times may be in us, ms or s and frequencies in Hz, kHz or MHz. Angles are
+/// rounded to the nearest integer; other numbers must be one. 0; ERROR_SYNTAX (not a number, unit
+/// missing or unknown), ERROR_RANGE (outside min to max, or between two integers), with `*value`
+/// unchanged and what is expected in `why`. min <= max, both within 32 bits with a sign.
+int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_t max,
+                   int64_t *value, struct message *why);
 
 /// Prints the shortest number that quantity_parse reads as `value`, and the unit. `value` fits 32
 /// bits with a sign. Returns the length.
@@ -61,9 +54,6 @@ size_t quantity_print(enum quantity quantity, int64_t value, char text[QUANTITY_
 /// Prints "-90 to 90 deg".
 void quantity_print_range(enum quantity quantity, int64_t min, int64_t max,
                           char text[QUANTITY_RANGE_BYTES]);
-
-/// The unit; "" for a number without. Static storage.
-const char *quantity_unit(enum quantity quantity);
 
 #ifdef __cplusplus
 }

@@ -4,18 +4,21 @@
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/settings/ini_text.h"
 #include "daemon/settings/quantity.h"
 #include "device/mt9t001.h"
 
-#define FIRST_LINE "vergence settings "
+#define OLD_FIRST_LINE "vergence settings "
 
 enum {
-    VERSION_BARE = 1,  // integers of the firmware, without units
-    VERSION = 2,
+    VERSION_BARE = 1,    // lines `KEY VALUE` with the integers of the firmware
+    VERSION_BLANKS = 2,  // lines `KEY VALUE`
+    VERSION = 3,
     NOT_KEPT = INT32_MIN,
     SIZE_MIN_PX = 16,
     SIZE_MAX_PX = 16384,
@@ -39,14 +42,6 @@ static const struct {
     [SAVED_FOCUS] = {"focus", QUANTITY_COUNTS, "focus", 0, POSITION_MAX},
     [SAVED_IRIS] = {"iris", QUANTITY_COUNTS, "iris", 0, POSITION_MAX},
 };
-
-static const char *name_of(int value, int version) {
-    return version == VERSION_BARE ? values[value].bare_name : values[value].name;
-}
-
-static enum quantity quantity_of(int value, int version) {
-    return version == VERSION_BARE ? QUANTITY_NUMBER : values[value].quantity;
-}
 
 static int32_t within(int64_t value, int32_t min, int32_t max) {
     return (int32_t)(value < min ? min : value > max ? max : value);
@@ -74,9 +69,18 @@ static void take_side(const struct rig *rig, unsigned side, int32_t *saved) {
     }
 }
 
+static void clear(struct saved_settings *saved) {
+    *saved = (struct saved_settings){.skip = 1};
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        for (int i = 0; i < SAVED_VALUES; i++) {
+            saved->values[side][i] = NOT_KEPT;
+        }
+    }
+}
+
 void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     INVARIANT(rig->state == RIG_READY);
-    *saved = (struct saved_settings){.skip = 1};
+    clear(saved);
     memcpy(saved->profile, rig->profile.name, sizeof saved->profile);
     if (rig->profile.bridge) {
         const struct mt9t001_window *window = &rig->camera[RIG_LEFT].sensor.window;
@@ -88,165 +92,156 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
         saved->height_px = rig->format.height_px;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int i = 0; i < SAVED_VALUES; i++) {
-            saved->values[side][i] = NOT_KEPT;
-        }
         take_side(rig, side, saved->values[side]);
     }
 }
 
 // ---- the text
 
-static size_t print(const struct saved_settings *saved, int version,
-                    char text[SAVED_SETTINGS_BYTES]) {
-    int length = snprintf(text, SAVED_SETTINGS_BYTES, FIRST_LINE "%d\nprofile %s\n", version,
-                          saved->profile);
+size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_SETTINGS_BYTES]) {
+    FILE *file = fmemopen(text, SAVED_SETTINGS_BYTES, "w");
+    INVARIANT(file != NULL);
+    fprintf(file, "version = %d\nprofile = %s\n", VERSION, saved->profile);
     if (saved->width_px != 0) {
-        length +=
-            snprintf(text + length, SAVED_SETTINGS_BYTES - (size_t)length, "window %u %u %u\n",
-                     (unsigned)saved->width_px, (unsigned)saved->height_px, (unsigned)saved->skip);
+        fprintf(file, "window = %u %u %u\n", (unsigned)saved->width_px, (unsigned)saved->height_px,
+                (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
+        fprintf(file, "[%s]\n", side_names[side]);
         for (int i = 0; i < SAVED_VALUES; i++) {
             char value[QUANTITY_BYTES];
-            if (saved->values[side][i] == NOT_KEPT) {
-                continue;
+            if (saved->values[side][i] != NOT_KEPT) {
+                quantity_print(values[i].quantity, saved->values[side][i], value);
+                fprintf(file, "%s = %s\n", values[i].name, value);
             }
-            quantity_print(quantity_of(i, version), saved->values[side][i], value);
-            length += snprintf(text + length, SAVED_SETTINGS_BYTES - (size_t)length, "%s_%s %s\n",
-                               side_names[side], name_of(i, version), value);
         }
     }
+    const long length = ftell(file);
     INVARIANT(length > 0 && length < SAVED_SETTINGS_BYTES);
+    fclose(file);
     return (size_t)length;
 }
 
-size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_SETTINGS_BYTES]) {
-    return print(saved, VERSION, text);
-}
+/// A text being read.
+struct reading {
+    struct saved_settings *saved;
+    int version;  ///< 0: not yet known
+};
 
-static bool is_name(const char *name) {
-    static const char characters[] =
-        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.";
-    const size_t length = strlen(name);
-    return length > 0 && length < sizeof((struct saved_settings *)0)->profile &&
-           strspn(name, characters) == length;
-}
-
-/// Width, height and skip, each followed by a blank or the end.
-static bool read_window(char *text, struct saved_settings *saved) {
-    static const int64_t min[] = {SIZE_MIN_PX, SIZE_MIN_PX, 1};
-    static const int64_t max[] = {SIZE_MAX_PX, SIZE_MAX_PX, SKIP_MAX};
-    int64_t numbers[3];
-    for (int i = 0; i < 3; i++) {
-        char *end = text + strcspn(text, " ");
-        const bool last = *end == '\0';
-        *end = '\0';
-        if (last != (i == 2) ||
-            quantity_parse(QUANTITY_NUMBER, text, min[i], max[i], &numbers[i]) != QUANTITY_GOOD) {
-            return false;
-        }
-        text = end + 1;
+static bool read_window(struct saved_settings *saved, const char *text) {
+    unsigned width_px = 0, height_px = 0, skip = 0;
+    int end = 0;
+    if (sscanf(text, "%u %u %u%n", &width_px, &height_px, &skip, &end) != 3 || text[end] != '\0' ||
+        width_px < SIZE_MIN_PX || width_px > SIZE_MAX_PX || height_px < SIZE_MIN_PX ||
+        height_px > SIZE_MAX_PX || skip < 1 || skip > SKIP_MAX) {
+        return false;
     }
-    saved->width_px = (uint16_t)numbers[0];
-    saved->height_px = (uint16_t)numbers[1];
-    saved->skip = (uint8_t)numbers[2];
+    saved->width_px = (uint16_t)width_px;
+    saved->height_px = (uint16_t)height_px;
+    saved->skip = (uint8_t)skip;
     return true;
 }
 
-static bool read_value(const char *key, const char *text, int version,
-                       struct saved_settings *saved) {
+/// Reads a value of a side; versions before 3 have left_zoom for left.zoom.
+static bool read_value(const struct reading *self, const char *key, const char *text) {
+    const bool bare = self->version == VERSION_BARE;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(side_names[side]);
+        if (strncmp(key, side_names[side], bytes) != 0 ||
+            key[bytes] != (self->version < VERSION ? '_' : '.')) {
+            continue;
+        }
         for (int i = 0; i < SAVED_VALUES; i++) {
             int64_t value = 0;
-            if (strncmp(key, side_names[side], bytes) != 0 || key[bytes] != '_' ||
-                strcmp(key + bytes + 1, name_of(i, version)) != 0) {
-                continue;
+            struct message why;
+            if (strcmp(key + bytes + 1, bare ? values[i].bare_name : values[i].name) == 0 &&
+                quantity_parse(bare ? QUANTITY_NUMBER : values[i].quantity, text, values[i].min,
+                               values[i].max, &value, &why) == 0) {
+                self->saved->values[side][i] = (int32_t)value;
+                return true;
             }
-            if (quantity_parse(quantity_of(i, version), text, values[i].min, values[i].max,
-                               &value) != QUANTITY_GOOD) {
-                return false;
-            }
-            saved->values[side][i] = (int32_t)value;
-            return true;
         }
     }
     return false;
 }
 
-/// Any line but the first; false: not valid.
-static bool read_line(char *line, int version, struct saved_settings *saved) {
-    char *blank = strchr(line, ' ');
-    if (blank == NULL) {
-        return false;
+/// Gets the version, which is `min` to `max` in this form.
+static int read_version(struct reading *self, const char *text, int min, int max,
+                        struct message *message) {
+    int64_t version = 0;
+    struct message why;
+    if (quantity_parse(QUANTITY_NUMBER, text, min, max, &version, &why) != 0) {
+        return message_set(message, ERROR_VERSION,
+                           "version %.20s of saved settings is not supported (this program reads "
+                           "%d to %d)",
+                           text, VERSION_BARE, VERSION);
     }
-    *blank = '\0';
-    char *value = blank + 1;
-    if (strcmp(line, "profile") == 0) {
-        if (!is_name(value)) {
-            return false;
-        }
+    self->version = (int)version;
+    return 0;
+}
+
+static int read_line(void *cookie, const char *key, const char *value, int line,
+                     struct message *message) {
+    struct reading *self = cookie;
+    struct saved_settings *saved = self->saved;
+    bool good = false;
+    if (self->version == 0) {
+        return strcmp(key, "version") == 0
+                   ? read_version(self, value, VERSION, VERSION, message)
+                   : message_set(message, ERROR_SYNTAX, "line %d: version missing", line);
+    }
+    if (strcmp(key, "profile") == 0 && strlen(value) < sizeof saved->profile) {
         strcpy(saved->profile, value);
-        return true;
+        good = true;
+    } else {
+        good =
+            strcmp(key, "window") == 0 ? read_window(saved, value) : read_value(self, key, value);
     }
-    return strcmp(line, "window") == 0 ? read_window(value, saved)
-                                       : read_value(line, value, version, saved);
+    return good ? 0
+                : message_set(message, ERROR_SYNTAX, "line %d: invalid %.40s = %.100s", line, key,
+                              value);
 }
 
-/// The version that the first line names; 0: not one that is known.
-static int read_version(const char *line) {
-    const size_t bytes = sizeof FIRST_LINE - 1;
-    const bool known = strncmp(line, FIRST_LINE, bytes) == 0 && line[bytes] >= '0' + VERSION_BARE &&
-                       line[bytes] <= '0' + VERSION && line[bytes + 1] == '\0';
-    return known ? line[bytes] - '0' : 0;
-}
-
-/// Copies the next line without its end, and moves `*at` behind it; false: not a whole line.
-static bool next_line(const char *text, size_t length, size_t *at,
-                      char line[SAVED_SETTINGS_LINE_BYTES]) {
-    const char *end = memchr(text + *at, '\n', length - *at);
-    const size_t bytes = end != NULL ? (size_t)(end - text) - *at : 0;
-    if (end == NULL || bytes >= SAVED_SETTINGS_LINE_BYTES ||
-        memchr(text + *at, '\0', bytes) != NULL) {
-        return false;
+/// Makes `KEY = VALUE` of the lines `KEY VALUE` of versions before 3, and gets the version.
+static int convert_old(char *text, size_t *length, struct reading *self, struct message *message) {
+    const size_t bytes = strlen(OLD_FIRST_LINE);
+    char *feed = strchr(text, '\n');
+    if (feed == NULL || strncmp(text, OLD_FIRST_LINE, bytes) != 0) {
+        return 0;
     }
-    memcpy(line, text + *at, bytes);
-    line[bytes] = '\0';
-    *at += bytes + 1;
-    return true;
+    *feed = '\0';
+    const int error = read_version(self, text + bytes, VERSION_BARE, VERSION_BLANKS, message);
+    memset(text, '#', (size_t)(feed - text));
+    *feed = '\n';
+    bool in_key = true;
+    for (char *at = feed; *at != '\0'; at++) {
+        if (*at == '\n') {
+            in_key = true;
+        } else if (*at == ' ' && in_key) {
+            *at = '=';
+            in_key = false;
+        }
+    }
+    *length = strlen(text);
+    return error;
 }
 
 int saved_settings_parse(const char *text, size_t length, struct saved_settings *saved,
                          struct message *message) {
-    char again[SAVED_SETTINGS_BYTES];
-    *saved = (struct saved_settings){.skip = 1};
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        for (int i = 0; i < SAVED_VALUES; i++) {
-            saved->values[side][i] = NOT_KEPT;
-        }
+    char copy[SAVED_SETTINGS_BYTES];
+    struct reading self = {.saved = saved};
+    int line = 0;
+    clear(saved);
+    if (length >= sizeof copy) {
+        return message_set(message, ERROR_SYNTAX, "too long");
     }
-    int number = 0, version = 0;
-    for (size_t at = 0; at < length;) {
-        char line[SAVED_SETTINGS_LINE_BYTES];
-        bool valid = next_line(text, length, &at, line);
-        number++;
-        if (valid && number == 1) {
-            version = read_version(line);
-            valid = version != 0;
-        } else if (valid) {
-            valid = read_line(line, version, saved);
-        }
-        if (!valid) {
-            return message_set(message, ERROR_SYNTAX, "invalid line %d", number);
-        }
-    }
-    // The order, each line once, no leading zeros: as printed.
-    if (saved->profile[0] == '\0' || print(saved, version, again) != length ||
-        memcmp(text, again, length) != 0) {
-        return message_set(message, ERROR_SYNTAX, "not in the canonical form");
-    }
-    return 0;
+    memcpy(copy, text, length);
+    copy[length] = '\0';
+    int error = convert_old(copy, &length, &self, message);
+    error = error != 0 ? error : ini_text_read(copy, length, read_line, &self, &line, message);
+    return error == 0 && saved->profile[0] == '\0'
+               ? message_set(message, ERROR_SYNTAX, "profile missing")
+               : error;
 }
 
 // ---- whether an instrument can take the values
@@ -359,24 +354,8 @@ static void add(struct list *list, const char *format, ...) {
     INVARIANT(length > 0 && length < SAVED_SETTINGS_LINE_BYTES);
 }
 
-/// `number` / `parts` with `decimals` decimals; `parts` is 10 to that power.
-static const char *decimal(int64_t number, int64_t parts, int decimals, char text[32]) {
-    const int64_t size = number < 0 ? -number : number;
-    snprintf(text, 32, "%s%" PRId64 ".%0*" PRId64, number < 0 ? "-" : "", size / parts, decimals,
-             size % parts);
-    return text;
-}
-
-/// With enough decimals to give the same angle in urad.
-static const char *degrees(int32_t urad, char text[32]) {
-    enum { DECIMALS = 6, PARTS = 1000000 };
-    const double parts = urad * 180.0 / 3.14159265358979323846;
-    return decimal((int64_t)(parts < 0 ? parts - 0.5 : parts + 0.5), PARTS, DECIMALS, text);
-}
-
 static void add_cameras(const struct saved_settings *saved, const struct rig *rig,
                         struct list *list) {
-    enum { GAIN_PARTS = 8, THOUSANDTHS = 1000 };
     struct saved_settings now;
     saved_settings_take(rig, &now);
     // An unchanged window does not restart the cameras.
@@ -387,29 +366,32 @@ static void add_cameras(const struct saved_settings *saved, const struct rig *ri
             (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        char text[32];
         const int32_t *value = saved->values[side];
         if (value[SAVED_EXPOSURE_US] != NOT_KEPT) {
             add(list, "exposure %s %" PRId32, side_names[side], value[SAVED_EXPOSURE_US]);
         }
         if (value[SAVED_GAIN_Q3] != NOT_KEPT) {
-            const int64_t gain = (int64_t)value[SAVED_GAIN_Q3] * (THOUSANDTHS / GAIN_PARTS);
-            add(list, "gain %s %s", side_names[side], decimal(gain, THOUSANDTHS, 3, text));
+            add(list, "gain %s %.3f", side_names[side], value[SAVED_GAIN_Q3] / 8.0);
         }
     }
 }
 
+/// With enough decimals to give the same angle in urad.
+static double degrees(int32_t urad) {
+    return urad * 180e-6 / 3.14159265358979323846;
+}
+
 static void add_axes(const struct saved_settings *saved, struct list *list) {
-    char text[RIG_SIDES][32];
     const int32_t *left = saved->values[RIG_LEFT], *right = saved->values[RIG_RIGHT];
-    if (left[SAVED_PAN_URAD] != NOT_KEPT && right[SAVED_PAN_URAD] != NOT_KEPT) {
-        add(list, "pan both %s %s", degrees(left[SAVED_PAN_URAD], text[RIG_LEFT]),
-            degrees(right[SAVED_PAN_URAD], text[RIG_RIGHT]));
+    const bool both = left[SAVED_PAN_URAD] != NOT_KEPT && right[SAVED_PAN_URAD] != NOT_KEPT;
+    if (both) {
+        add(list, "pan both %.6f %.6f", degrees(left[SAVED_PAN_URAD]),
+            degrees(right[SAVED_PAN_URAD]));
     }
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const int32_t pan_urad = saved->values[side][SAVED_PAN_URAD];
-        if (pan_urad != NOT_KEPT && saved->values[1 - side][SAVED_PAN_URAD] == NOT_KEPT) {
-            add(list, "pan %s %s", side_names[side], degrees(pan_urad, text[side]));
+    for (unsigned side = 0; side < RIG_SIDES && !both; side++) {
+        if (saved->values[side][SAVED_PAN_URAD] != NOT_KEPT) {
+            add(list, "pan %s %.6f", side_names[side],
+                degrees(saved->values[side][SAVED_PAN_URAD]));
         }
     }
     for (int i = SAVED_ZOOM; i <= SAVED_IRIS; i++) {

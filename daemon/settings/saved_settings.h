@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Saved settings of the instrument, kept in the store: exposure, gain, window and the positions
-/// that the axes were sent to. A canonical text of lines `KEY VALUE`: printing what was read gives
-/// the same bytes. Values that the instrument does not have, or that were never set, are absent.
+/// Saved settings of the instrument, kept in the store as an INI text: exposure, gain, window and
+/// the positions that the axes were sent to. Values that the instrument does not have, or that were
+/// never set, are absent.
 ///
-///     vergence settings 2
-///     profile rig
-///     window 640 480 2
-///     left_exposure 7000 us
-///     left_gain 2.5 x
-///     left_pan 3.97 deg
-///     left_zoom 420 counts
+///     version = 3
+///     profile = rig
+///     window = 640 480 2
+///     [left]
+///     exposure = 7000 us
+///     gain = 2.5 x
+///     pan = 3.97 deg
+///     zoom = 420 counts
+///     [right]
 ///
-/// Version 1, which is still read, had left_exposure_us 7000, left_gain_q3 20 (1/8), left_pan_urad
-/// 69290 and left_zoom 420.
+/// Older versions are still read: 2 had `left_exposure 7000 us`, 1 had `left_exposure_us 7000`,
+/// `left_gain_q3 20` (1/8), `left_pan_urad 69290` and `left_zoom 420`, both after a first line
+/// `vergence settings 2`.
 #ifndef VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
 #define VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
 
@@ -58,8 +61,8 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved);
 /// Prints the text, zero-terminated. Returns its length.
 size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_SETTINGS_BYTES]);
 
-/// Reads `length` bytes of what `saved_settings_print` prints, or printed in version 1.
-/// ERROR_SYNTAX with a message that names the line; `saved` is undefined then.
+/// Reads `length` bytes of what `saved_settings_print` prints, or printed in older versions.
+/// ERROR_SYNTAX or ERROR_VERSION (a newer version) with a message; `saved` is undefined then.
 int saved_settings_parse(const char *text, size_t length, struct saved_settings *saved,
                          struct message *message);
 

@@ -72,8 +72,9 @@ int replay_profile(int parent, const char *path, struct config *config, struct m
     self->session.directory = -1;
     const int error = read_all(self, parent, path, message);
     if (error == 0) {
-        self->config.base = self->config.profile;
-        config_take_profile(config, &self->config);
+        config->profile = self->config.profile;
+        memcpy(config->like, self->config.like, sizeof config->like);
+        config->profile_file[0] = '\0';
     }
     session_reader_close(&self->session);
     free(self);

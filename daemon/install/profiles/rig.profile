@@ -80,7 +80,7 @@ pan_max = 30 deg
 pan_repeatability = 0.3 deg
 
 # fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the lens_ keys;
-# lines below it may change them (fixed v3lc v1lc)
+# other lines change them (fixed v3lc v1lc)
 lenses = v3lc
 
 # a slower zoom motor counts as jammed (0 to 100000 counts/s)

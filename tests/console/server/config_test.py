@@ -44,7 +44,7 @@ class Config(unittest.TestCase):
                 ("\n# x\nprofil = rig\n", 'FILE:3: unknown key "profil"', '"profile"'),
                 ("profile = dome\n", "FILE:1: ", 'profile "dome"', "rig two-cameras two-cameras-lens",
                  ".profile"),
-                ("socket\n", "FILE:1: ", '"socket"', "key = value"),
+                ("socket\n", "FILE:1: ", "key = value"),
                 ("socket =   # none\n", "FILE:1: socket: value missing"),
                 ("socket =#none\n", "FILE:1: socket: value missing"),
                 ("clients = 0\n", "FILE:1: clients = 0: out of range", "1 to 32)"),
@@ -54,12 +54,12 @@ class Config(unittest.TestCase):
                 ("queue = 3\nqueue = 4\n", "FILE:2: duplicate key queue", "line 1"),
                 ("confine = maybe\n", "FILE:1: ", 'confine "maybe"', "no yes"),
                 ("backend = simulator\n", "FILE:1: ", 'backend "simulator"', "sim unix:PATH"),
-                ("rig.frame_interval = 5 ms\nprofile = rig\n", "FILE:2: profile ",
-                 "before rig.frame_interval (line 1)"),
-                ("rig.lens_backlash = 5 counts\nrig.lenses = v1lc\n", "FILE:2: rig.lenses ",
-                 "before rig.lens_backlash (line 1)"),
+                ("[rig]\nwidth = 640 px\nrig.width = 640 px\n", 'FILE:3: unknown key "rig.rig.width"'),
+                ("rig.width = 640 px\n[rig]\nwidth = 640 px\n", "FILE:3: duplicate key rig.width", "line 1"),
+                ("[rigs]\nwidth = 640 px\n", 'FILE:2: unknown key "rigs.width"', '"rig.width"'),
+                ("[rig\n", "FILE:1: ", "key = value"),
                 ("i2c = none\n", "FILE:1: ", "profile rig", '"i2c"', "backend = linux"),
-                ("files = " + 300 * "x", "FILE:1: files: too long", "255"),
+                ("files = " + 300 * "x", "FILE:1: line too long", "196"),
                 # The longest path of a socket, less the four letters that it has until it listens.
                 ("socket = /" + 103 * "x", "FILE:1: socket: too long", "103"),
                 (600 * "x", "FILE:1: line too long"),
@@ -78,8 +78,6 @@ class Config(unittest.TestCase):
                  "-90 to 90 deg"),
                 ("rig.pan_min = left deg\n", "FILE:1: rig.pan_min = left deg: not a number",
                  "-90 to 90 deg"),
-                ("rig.pan_min = 1.1234567 deg\n", "FILE:1: rig.pan_min = 1.1234567 deg: not a number",
-                 "6 decimals"),
                 ("rig.width = 640.5 px\n", "FILE:1: rig.width = 640.5 px: not a multiple of 1 px"),
                 ("rig.servo_left_min = 700.03 us\n", "FILE:1: rig.servo_left_min = 700.03 us: ",
                  "multiple of 0.0625 us"),
@@ -123,8 +121,6 @@ class Config(unittest.TestCase):
         for text, *parts in (
                 ("rig.width_px = 99999\n", "FILE:1: rig.width_px = 99999: out of range"),
                 ("rig.width_px = 640 px\n", "FILE:1: rig.width_px = 640 px: not an integer"),
-                ("rig.width_px = 640\nprofile = rig\n", "FILE:2: profile ",
-                 "before rig.width (line 1)"),
                 ("rig.width_px = 640\nrig.width = 640 px\n", "FILE:2: duplicate key rig.width", "line 1"),
                 ("width_px = 640\n", 'FILE:1: unknown key "width_px"')):
             with self.subTest(text):
@@ -138,8 +134,7 @@ class Config(unittest.TestCase):
                 ("rig.pan_min = 10 deg\nrig.pan_max = 5 deg\n",
                  "FILE:1: rig.pan_min = 10 deg conflicts with rig.pan_max = 5 deg ", "-87.38185 to 4.99"),
                 ("\nrig.pan_max = -40 deg\n",
-                 "FILE:2: rig.pan_max = -40 deg conflicts with rig.pan_min = -30 deg ",
-                 "for rig.pan_min)"),
+                 "FILE:2: rig.pan_min = -30 deg conflicts with rig.pan_max = -40 deg "),
                 ("rig.lens_focus_speed_min = 0 counts/s\n",
                  "FILE:1: rig.lens_focus_speed_min = 0 counts/s conflicts with rig.lenses = v3lc ",
                  "1 to 100000 counts/s)"),
@@ -147,12 +142,11 @@ class Config(unittest.TestCase):
                  "FILE:1: rig.servo_right_min = 1875 us conflicts with rig.servo_right_centre = 1500 us "
                  "and rig.servos = yes ", "600 to 1499.9375 us)"),
                 ("profile = two-cameras\nrig.bridge = yes\n",
-                 "FILE:2: rig.bridge = yes conflicts with rig.bridge_address = 0x00 ",
-                 "0x2c for rig.bridge_address)"),
+                 "FILE:2: rig.bridge_address = 0x00 conflicts with rig.bridge = yes ", "0x2c)"),
                 ("profile = two-cameras\nrig.servos = yes\n",
                  "FILE:2: rig.servos = yes conflicts with rig.bridge = no ", "(expected no)"),
-                ("rig.bridge = no\n", "FILE:1: rig.bridge = no conflicts with rig.servos = yes ",
-                 "(expected no for rig.servos)"),
+                ("rig.bridge = no\n", "FILE:1: rig.servos = yes conflicts with rig.bridge = no ",
+                 "(expected no)"),
                 ("rig.width = 4000 px\n",
                  "FILE:1: rig.width = 4000 px conflicts with rig.bridge = yes ",
                  "an even number, 16 to 2048 px)"),
@@ -161,8 +155,8 @@ class Config(unittest.TestCase):
                 ("rig.servo_watchdog = 10 ms\n",
                  "FILE:1: rig.servo_watchdog = 10 ms conflicts with rig.bridge = yes ",
                  "400 to 1500 ms)"),
-                ("rig.sensor_address_left = 0x5e\n", "FILE:1: rig.sensor_address_left = 0x5e conflicts "
-                 "with rig.sensor_address_right = 0x5e ", "0x08 to 0x77"),
+                ("rig.sensor_address_left = 0x5e\n", "FILE:1: rig.sensor_address_right = 0x5e conflicts "
+                 "with rig.sensor_address_left = 0x5e ", "0x08 to 0x77"),
                 ("faults = i2c.*@z\n", "FILE:1: faults: ", '"i2c.*@z"'),
                 ("faults = i2c.read@1=io\n", "FILE:1: faults: ", '"i2c.read@1=io"', '"read"',
                  "transfer"),
@@ -181,24 +175,24 @@ class Config(unittest.TestCase):
                  'FILE:2: faults: no part "i2c"', "rig.bridge = no"),
                 ("console_baud = 12345\n", "FILE:1: console_baud = 12345: ", "115200"),
                 ("profile = two-cameras\nleft_camera = /dev/video0\nright_camera = /dev/video0\n",
-                 "FILE:3: right_camera = /dev/video0: already used by left_camera"),
+                 "FILE:3: left_camera and right_camera are both /dev/video0"),
                 ("left_camera = /dev/video1\nprofile = two-cameras\n",
-                 "FILE:1: left_camera = /dev/video1: already used by right_camera"),
-                ("reset_line = 4\nirq_line = 4\n", "FILE:2: irq_line = 4: already used by reset_line"),
+                 "FILE:1: left_camera and right_camera are both /dev/video1"),
+                ("reset_line = 4\nirq_line = 4\n", "FILE:2: reset_line and irq_line are both 4"),
                 ("irq_line = 4\ngpio_chip = none\n", "FILE:2: ", "GPIO line", '"gpio_chip"'),
                 ("profile = two-cameras\nrig.trigger = yes\n", "FILE:2: ", "rig.trigger = yes",
                  '"trigger_line"'),
                 ("rig.trigger = yes\ntrigger_line = 4\n",
                  "FILE:1: rig.trigger = yes conflicts with rig.bridge = yes ", "(expected no)"),
                 ("trigger_line = 4\nreset_line = 4\n",
-                 "FILE:1: trigger_line = 4: already used by reset_line"),
+                 "FILE:1: reset_line and trigger_line are both 4"),
                 ("profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\n"
                  "rig.trigger_pulse = 0.099 ms\n",
                  "FILE:4: rig.trigger_pulse = 0.099 ms conflicts with rig.trigger = yes ",
                  "0.1 to 1000 ms)"),
-                ("console = /dev/ttyS1\n", "FILE:1: console = /dev/ttyS1: already used by lens_uart"),
-                ("tcp_port = 0\n", "FILE:1: tcp_port = 0: out of range", "1 to 65535, or off)"),
-                ("irq_line = -1\n", "FILE:1: irq_line = -1: out of range", "0 to 1023, or none)"),
+                ("console = /dev/ttyS1\n", "FILE:1: lens_uart and console are both /dev/ttyS1"),
+                ("tcp_port = 0\n", "FILE:1: tcp_port = 0: out of range", "1 to 65535), or off"),
+                ("irq_line = -1\n", "FILE:1: irq_line = -1: out of range", "0 to 1023), or none"),
                 ("clients = 3\nsocket = none\n", "FILE:2: ", "socket, tcp_port or console"),
                 ("store = none\nrestore = yes\n", "FILE:2: restore = yes ", '"store"'),
                 ("backend = sim unix\n", "FILE:1: ", '"sim unix"', "sim unix:PATH")):
@@ -232,6 +226,12 @@ class Config(unittest.TestCase):
                      "profile = two-cameras\nrig.width = 1280 px\nrig.height = 720 px\n",
                      "backend = sim unix:/run/x.sock\nsocket = none\nconsole = stdio\nlog_level = debug",
                      "socket = none\ntcp_port = 1\n",
+                     # In any order, in sections, with other comments.
+                     "rig.width = 1280 px\nprofile = two-cameras\n",
+                     "rig.lens_backlash = 5 counts\nrig.lenses = v1lc\n",
+                     "profile = two-cameras ; two\n[rig] # of it\nwidth: 1280 px\n; end\n",
+                     "[rig]\npan_min = -3 deg\n",
+                     "clients = 3 # " + 600 * "x",
                      "reset_line = 0x11\ngpio_chip = /dev/gpiochip1\n",
                      "profile = two-cameras\nrig.trigger = yes\ntrigger_line = 4\n",
                      "\ufeffprofile = two-cameras\n", "\ufeff"):
@@ -272,9 +272,6 @@ class Config(unittest.TestCase):
     def test_a_command_line_follows_the_rules_of_a_file(self):
         for words, *parts in (
                 (("queue=3", "queue=3"), "duplicate key queue"),
-                (("rig.width=640px", "profile=rig"), "profile ", "before rig.width"),
-                (("rig.lens_backlash=5 counts", "rig.lenses=v1lc"), "rig.lenses ",
-                 "before rig.lens_backlash"),
                 (("files=",), "files: value missing"),
                 (("socket= ",), "socket: value missing"),
                 (("=3",), '"=3": key missing'),
@@ -302,11 +299,11 @@ class Config(unittest.TestCase):
         # A profile on the command line applies to the whole file.
         text = "right_camera = /dev/video0\n"
         self.assertEqual(self.check(text), (0, "FILE: good\n"))
-        self.refused(text, "FILE:1: right_camera = /dev/video0: already used by left_camera",
+        self.refused(text, "FILE:1: left_camera and right_camera are both /dev/video0",
                      words=("profile=two-cameras",))
         text = "i2c = none\n"
         self.assertEqual(self.check(text, "profile=two-cameras"), (0, "FILE: good\n"))
-        self.refused("reset_line = 4\n", "irq_line = 4: already used by reset_line",
+        self.refused("reset_line = 4\n", "reset_line and irq_line are both 4",
                      words=("irq_line=4",))
 
     def test_an_output_that_cannot_be_written(self):

@@ -157,8 +157,8 @@ class Cameras(CameraTest):
                                 "window": {"width": 640, "height": 480, "skip": 1},
                                 "left": {"exposure": 7000, "gain": 1.5}, "right": {}})
         self.assertEqual(self.text().split("\n", 1)[1],
-                         "vergence settings 2\nprofile two-cameras\nwindow 640 480 1\n"
-                         "left_exposure 7000 us\nleft_gain 1.5 x\n")
+                         "version = 3\nprofile = two-cameras\nwindow = 640 480 1\n"
+                         "[left]\nexposure = 7000 us\ngain = 1.5 x\n[right]\n")
         self.assertEqual(client.ask("settings"), [
             "profile: two-cameras", "window:", "  width: 640 px", "  height: 480 px", "  skip: 1",
             "left:", "  exposure: 7000 us", "  gain: 1.500", "right:", "OK"])
@@ -311,13 +311,15 @@ class OneLens(CameraTest):
         self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 80, delta=2)
         self.assertAlmostEqual(self.ok(client, "focus")["left"]["position"], 100, delta=2)
         # A position outside this lens's range, in a valid record.
-        text = self.text().split("\n", 1)[1].replace("left_zoom 80", "left_zoom 300")
+        text = self.text().split("\n", 1)[1].replace("zoom = 80", "zoom = 300")
         self.write(text)
         self.assertIn("left zoom 300", self.refused(client, "settings restore", "RANGE"))
-        self.write(text.replace("left_zoom 300", "left_zoom 80") + "right_iris 90 counts\n")
+        self.write(text.replace("zoom = 300", "zoom = 80") + "iris = 90 counts\n")
         self.assertIn("right iris", self.refused(client, "settings restore", "NOT_CONNECTED"))
-        self.write(text.replace("left_zoom 300", "left_zoom 080"))
+        self.write(text.replace("zoom = 300", "zoom = x"))
         self.assertIn("damaged", self.refused(client, "settings restore", "SYNTAX"))
+        self.write(text.replace("version = 3", "version = 4"))
+        self.assertIn("version 4", self.refused(client, "settings restore", "VERSION"))
         # A record of the first version, which had no units.
         self.write("vergence settings 1\nprofile two-cameras-lens\nwindow 640 480 1\n"
                    "left_exposure_us 7000\nleft_gain_q3 12\nleft_zoom 60\n")

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Profile files: a built-in profile survives printing and reading, each line changes its key, and
 // the names and integers of older versions mean the same.
-#include "daemon/settings/config_profile.h"
+#include "daemon/settings/config.h"
 
 #include <doctest/doctest.h>
 
@@ -10,7 +10,6 @@
 #include <string>
 
 #include "core/error.h"
-#include "daemon/settings/config.h"
 
 namespace {
 
@@ -42,8 +41,7 @@ std::string reported(const config &settings) {
 
 int parse(config &settings, const std::string &text) {
     message said{};
-    config_defaults(&settings);
-    return config_profile_parse(&settings, "x.profile", text.data(), text.size(), &said);
+    return config_parse(&settings, "x.profile", text.data(), text.size(), &said);
 }
 
 }  // namespace
@@ -161,19 +159,4 @@ TEST_CASE("names and integers of older versions mean the same") {
     CHECK(config_set(&settings, "pan_most_urad", "400001", &said) == ERROR_ARGUMENT);
     CHECK(config_set(&settings, "rig.pan_max", "400001", &said) == ERROR_SYNTAX);
     CHECK(settings.profile.pan_max_urad == 400001);
-}
-
-TEST_CASE("the profile stays what its file says, and what changes it can be taken off") {
-    config settings, other;
-    message said{};
-    REQUIRE(parse(settings, "like = two-cameras\nname = wide\nwidth = 1280 px\n") == ERROR_OK);
-    REQUIRE(config_set(&settings, "rig.width", "320 px", &said) == ERROR_OK);
-    config_defaults(&other);
-    config_take_profile(&other, &settings);
-    CHECK(other.profile.width_px == 1280);
-    CHECK(std::string(other.profile.name) == "wide");
-    CHECK(config_profile_is_file("a/b"));
-    CHECK(config_profile_is_file("b.profile"));
-    CHECK(!config_profile_is_file(".profile"));
-    CHECK(!config_profile_is_file("rig"));
 }
