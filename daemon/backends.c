@@ -17,7 +17,6 @@ static int open_sim(struct backends *self, const struct config *config, struct r
                            self->sim.connection.text);
     }
     self->has_sim = true;
-    self->time_passes = self->sim.connection.wall;
     *ports = sim_backend_ports(&self->sim);
     return 0;
 }
@@ -65,6 +64,7 @@ static int open_replay(struct backends *self, struct config *config, struct rig_
                        struct message *message) {
     int error = replay_open(&self->replay, AT_FDCWD, config->backend_address, NULL, message);
     self->has_replay = error == 0;
+    config->restore = false;  // a recording contains the commands that restored the settings
     // Pairs alone can be replayed for any profile of two cameras.
     const bool calls = error == 0 && self->replay.log != NULL;
     error = calls ? take_profile(config, message) : error;
@@ -149,7 +149,6 @@ int backends_open(struct backends *self, struct config *config, const struct hal
             break;
         case CONFIG_BACKEND_LINUX:
             backend_linux_open(&self->devices, config, log, ports);
-            self->time_passes = true;
             break;
     }
     if (error == 0) {

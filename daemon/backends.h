@@ -36,7 +36,6 @@ struct backends {
     struct fault_watchdog fault_watchdog;
     const struct hal_clock *faults_clock;  ///< NULL: the plan has no rule
 
-    bool time_passes;  ///< in real time, and not only by the rig's own waits
 };
 
 /// Opens the backends that the settings name; `*ports` are the rig's. For a replay the profile in

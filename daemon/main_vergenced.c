@@ -198,16 +198,8 @@ static void close_watchdog(struct program *self) {
     }
 }
 
-static bool idle_is_next(void *replay) {
-    return replay_idle_is_next(replay);
-}
-
-static bool cancel_is_next(void *replay) {
-    return replay_cancel_is_next(replay);
-}
-
-static void pair_was_taken(void *replay) {
-    replay_next_pair(replay);
+static void cancel_as_recorded(void *rig_worker) {
+    worker_cancel(rig_worker);
 }
 
 /// Limit for frames waiting for a slow disk. A command takes at most six of 6 MiB (a pair, a third
@@ -250,13 +242,9 @@ static void join_parts(struct program *self, const struct rig_ports *inner) {
     daemon->store = backends_store(backends, self->store_open ? &self->store.hal : NULL);
     daemon->watchdog =
         backends_watchdog(backends, self->watchdog_open ? &self->watchdog.hal : NULL);
-    daemon->time_passes = backends->time_passes;
-    if (backends->has_replay) {
-        daemon->idle_is_next = idle_is_next;
-        daemon->cancel_is_next = cancel_is_next;
-        daemon->pair_was_taken = pair_was_taken;
-        daemon->replay = &backends->replay;
-    }
+    backends->replay.rig = &daemon->rig;
+    backends->replay.cancel = cancel_as_recorded;
+    backends->replay.self = &daemon->rig_worker;
     for (int side = 0; side < RIG_SIDES; side++) {
         daemon->cameras[side] = backend_linux_camera(&backends->devices, side);
     }

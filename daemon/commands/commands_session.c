@@ -262,10 +262,6 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
     if (error != 0) {
         return error;
     }
-    struct daemon *daemon = daemon_of(call);
-    if (daemon->pair_was_taken != NULL) {
-        daemon->pair_was_taken(daemon->replay);
-    }
     const int mismatch = match_calibration(call, &pair);
     if (!session.recording) {
         error = mismatch;

@@ -208,8 +208,7 @@ static int run_settings(const struct command_call *call) {
 static int restore_cameras(const struct command_call *call) {
     struct daemon *daemon = daemon_of(call);
     struct saved_settings saved;
-    // A recording contains the commands that restored the settings, if any did.
-    if (!daemon->config.restore || daemon->store == NULL || daemon->idle_is_next != NULL) {
+    if (!daemon->config.restore || daemon->store == NULL) {
         return 0;
     }
     const int error = restore(call, false, &saved);

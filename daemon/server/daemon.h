@@ -37,16 +37,7 @@ struct daemon {
     struct record record;            ///< in front of the rig's ports; records on request
     struct disk_writer disk_writer;  ///< for the rig worker's thread only
     struct worker rig_worker, general_worker;
-    bool time_passes;     ///< the rig's clock runs in real time; if not, nothing is due meanwhile
     uint64_t started_us;  ///< monotonic
-
-    /// Replay: whether the rig idled at this point of the recording. NULL: no replay.
-    bool (*idle_is_next)(void *replay);
-    /// Replay: whether the running command was cancelled at this point. NULL: no replay.
-    bool (*cancel_is_next)(void *replay);
-    /// Replay of images: advances to the next pair. NULL: no replay of images.
-    void (*pair_was_taken)(void *replay);
-    void *replay;
 };
 
 /// The daemon, and the running job, of a call.

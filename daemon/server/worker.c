@@ -25,15 +25,9 @@ bool worker_should_stop(struct worker *self) {
 /// Called by the rig, which ends its command on true; the recording must contain that.
 static bool rig_should_stop(void *cookie) {
     struct worker *self = cookie;
-    struct daemon *daemon = self->daemon;
-    struct job *job = self->running;
-    if (job != NULL && daemon->cancel_is_next != NULL && daemon->cancel_is_next(daemon->replay)) {
-        atomic_store(&job->cancelled, true);
-    }
     const bool stop = worker_should_stop(self);
-    if (stop && job != NULL && !self->cancel_recorded) {
-        self->cancel_recorded = true;
-        record_cancel(&daemon->record);
+    if (stop && self->running != NULL) {
+        record_cancel(&self->daemon->record);
     }
     return stop;
 }
@@ -164,7 +158,6 @@ static void run(struct worker *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
-        self->cancel_recorded = false;
         error = record_run(&self->daemon->record, job->command, &call, job->line);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
@@ -187,11 +180,8 @@ static void run(struct worker *self, struct job *job) {
 /// Services the rig: between two jobs, and while one waits for the disk.
 static void look_after_rig(void *cookie) {
     struct worker *self = cookie;
-    if (!self->has_rig || !self->daemon->time_passes || self->daemon->rig.state != RIG_READY) {
-        return;
-    }
-    record_idle(&self->daemon->record);
-    const int error = rig_idle(&self->daemon->rig);
+    struct daemon *daemon = self->daemon;
+    const int error = self->has_rig ? record_idle(&daemon->record, &daemon->rig) : 0;
     if (error != 0) {
         report_outcome(self, "between commands", error, self->daemon->rig.last_error.text);
     }
@@ -201,14 +191,6 @@ static void idle(struct worker *self) {
     atomic_store(&self->alive_us, monotonic_now_us());
     look_after_rig(self);
     report_cut(self);
-}
-
-/// Replay has no real time: services the rig wherever the recording did.
-static void catch_up(const struct worker *self) {
-    struct daemon *daemon = self->daemon;
-    while (self->has_rig && daemon->idle_is_next != NULL && daemon->idle_is_next(daemon->replay)) {
-        rig_idle(&self->daemon->rig);
-    }
 }
 
 /// Waits for the next job; NULL after a while without one.
@@ -239,7 +221,7 @@ static void *work(void *cookie) {
             break;
         }
         if (job != NULL) {
-            catch_up(self);
+            look_after_rig(self);
             run(self, job);
             finish(self, job);
         }
@@ -300,6 +282,14 @@ void worker_stop(struct worker *self) {
     pthread_cond_destroy(&self->wakeup);
     pthread_mutex_destroy(&self->lock);
     reply_close(&self->reply);
+}
+
+void worker_cancel(struct worker *self) {
+    pthread_mutex_lock(&self->lock);
+    if (self->running != NULL) {
+        atomic_store(&self->running->cancelled, true);
+    }
+    pthread_mutex_unlock(&self->lock);
 }
 
 bool worker_submit(struct worker *self, struct job *job) {

@@ -28,7 +28,6 @@ struct worker {
     struct job *waiting[CONFIG_QUEUE_MAX];
     size_t first, count, capacity;
     struct job *running;            ///< owned by the thread; changed under the lock
-    bool cancel_recorded;           ///< the cancellation of `running` is recorded
     enum rig_state reported_state;  ///< last state that was logged
     bool cut_reported;              ///< a cut-off recording was logged
     atomic_bool stopping;
@@ -57,6 +56,9 @@ void worker_progress(struct worker *self, const char *what, uint32_t done, uint3
 
 /// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
 void worker_stop(struct worker *self);
+
+/// Cancels the running job, as its client would.
+void worker_cancel(struct worker *self);
 
 /// Queues a job whose state is JOB_WAITING. False: the queue is full.
 bool worker_submit(struct worker *self, struct job *job);

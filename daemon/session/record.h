@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Sits between an instrument and its backends and writes every call with its result, and the
-/// pixels of every frame, into a session: calls.log. daemon/backends/replay plays the calls back.
+/// Sits between an instrument and its backends and writes every call with its time and result, and
+/// the pixels of every frame, into a session: calls.log. daemon/backends/replay plays the calls
+/// back.
+///
+/// While it records, the instrument's clock shows the time of the last call, and another time only
+/// if RECORD_CLOCK_STEP_US have passed since: so a replay needs no record of each read.
 ///
 /// Recording never disturbs the instrument: if the disk is full, recording ends and `last_error`
 /// says why; calls continue. Like the rig, it is used by one thread at a time; another thread may
@@ -16,14 +20,17 @@
 #include "daemon/base/message.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/session_write.h"
-#include "daemon/session/trace.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { RECORD_BUFFER_BYTES = 1 << 16 };
+enum {
+    RECORD_BUFFER_BYTES = 1 << 16,
+    RECORD_HELD_BYTES = 512,
+    RECORD_CLOCK_STEP_US = 1000,
+};
 
 struct record_camera {
     struct record *record;
@@ -31,10 +38,27 @@ struct record_camera {
     int number;
 };
 
+/// The clock as the instrument sees it.
+struct record_time {
+    uint64_t us;
+    unsigned reads;  // since the last line of calls.log
+};
+
+/// A command or an idling. It is held back until its first call, as it may never make one.
+struct record_part {
+    bool held;
+    struct record_time begin;
+    char command[SESSION_TEXT_MAX + 1];  // "": idling
+    size_t bytes;
+    char lines[RECORD_HELD_BYTES];  // of calls.log
+};
+
 /// The caller owns it and must not move it while its ports are in use. It is large.
 struct record {
     struct rig_ports inner;
     struct hal_clock clock;
+    struct hal_clock_operations
+        clock_operations;  // `idle_is_due` only where the inner clock has it
     struct hal_i2c i2c;
     struct hal_i2c_operations i2c_operations;  // `lines` only where the inner bus has it
     struct hal_gpio gpio;
@@ -52,7 +76,9 @@ struct record {
     struct disk_writer_task memory_task;
     int log;  // descriptor of calls.log
     uint64_t calls;
-    char note[SESSION_TEXT_MAX + 1];  // the running command, until its first call; "": none
+    struct record_time time;
+    struct record_part part;
+    bool cancelled;  // the running command, and it is recorded
     size_t filled;
     char buffer[RECORD_BUFFER_BYTES];  // not yet passed to the disk writer
 
@@ -83,12 +109,11 @@ int record_run(struct record *self, const struct command *command, const struct 
 void record_command(struct record *self, const char *line);
 void record_command_end(struct record *self, int error);
 
-/// Marks the following calls as those of rig_idle, which no command asked for: call before each
-/// rig_idle. A replay sees this by replay_idle_is_next.
-void record_idle(struct record *self);
+/// Calls rig_idle and returns its result. The recording marks its calls as those of no command.
+int record_idle(struct record *self, struct rig *rig);
 
-/// Records that the rig's observer asked the command to stop here (its `should_stop` returned
-/// true): call once per command. A replay sees this by replay_cancel_is_next.
+/// Records that the rig's observer asks the command to stop (its `should_stop` returns true).
+/// Allowed more than once for a command.
 void record_cancel(struct record *self);
 
 /// Waits until everything recorded so far is on disk: call before a pair is written. Returns 0, or

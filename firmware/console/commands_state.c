@@ -230,7 +230,7 @@ int commands_state_wait(const struct command_call *call) {
                                    (uint32_t)((now_us - begin_us) / 1000),
                                    (uint32_t)(total_us / 1000));
         }
-        const int error = rig->state == RIG_READY ? rig_idle(rig) : 0;
+        const int error = rig_serve(rig);
         if (error != 0) {
             return error;
         }

@@ -48,12 +48,24 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
 
 // ---- idle
 
-int rig_idle(struct rig *self) {
+int rig_serve(struct rig *self) {
     if (self->state != RIG_READY) {
         return ERROR_OK;
     }
     const int error = rig_watchdog_feed(self);
     return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
+}
+
+int rig_idle(struct rig *self) {
+    const struct hal_clock *clock = self->ports.clock;
+    if (clock->operations->idle_is_due == NULL) {
+        return rig_serve(self);
+    }
+    int error = ERROR_OK;
+    while (error == ERROR_OK && clock->operations->idle_is_due(clock->self)) {
+        error = rig_serve(self);
+    }
+    return error;
 }
 
 // ---- check

@@ -35,6 +35,9 @@ int rig_bringup(struct rig *self);
 
 /// Call at least every 100 ms while no other call runs: feeds the bridge's watchdog, and detects a
 /// bridge that has restarted or gone (ERROR_RESTARTED, ERROR_I2C_NACK; the rig is then RIG_SAFE).
+int rig_serve(struct rig *self);
+
+/// The same between commands, when in virtual time the clock decides whether anything is due.
 int rig_idle(struct rig *self);
 
 /// Checks all parts without moving any, and updates `health`. Returns the first error.

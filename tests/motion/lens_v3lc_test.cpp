@@ -117,7 +117,7 @@ class Line {
     std::string half_;
     std::deque<std::pair<uint64_t, char>> coming_;
     hal_uart_operations uart_operations_{write, read, discard};
-    hal_clock_operations clock_operations_{clock_now_us, wait_until_us};
+    hal_clock_operations clock_operations_{clock_now_us, wait_until_us, nullptr};
     hal_uart uart_{&uart_operations_, this};
     hal_clock clock_{&clock_operations_, this};
 };

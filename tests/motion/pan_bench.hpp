@@ -101,7 +101,7 @@ class PanBench {
     }
 
     hal_i2c_operations bus_operations_{transfer, nullptr};
-    hal_clock_operations clock_operations_{now_us, wait_until_us};
+    hal_clock_operations clock_operations_{now_us, wait_until_us, nullptr};
     hal_i2c bus_{&bus_operations_, this};
     hal_clock clock_{&clock_operations_, this};
 };

@@ -27,7 +27,8 @@ struct random_backend {
         [](void *self, std::uint64_t time_us) {
             auto &now = static_cast<random_backend *>(self)->time;
             now = std::max(now, time_us);
-        }};
+        },
+        nullptr};
     hal_i2c_operations i2c_operations{
         [](void *self, const hal_i2c_message *messages, std::size_t count, std::uint64_t,
            std::size_t *begun) {
@@ -282,6 +283,7 @@ TEST_CASE("the same calls get the same answers, twice") {
         CHECK(!played.value->ended);
         // One call too many; time must continue.
         const hal_clock &clock = *played.value->ports.clock;
+        clock.operations->wait_until_us(clock.self, 0);
         const std::uint64_t now = clock.operations->now_us(clock.self);
         CHECK(clock.operations->now_us(clock.self) >= now + 1000000);
         CHECK(std::string(played.value->last_error.text).find("the recording ends here") !=
@@ -311,51 +313,69 @@ TEST_CASE("a different call ends the replay, and is named") {
     CHECK(played.value->last_error.text == last_error);
 }
 
-TEST_CASE("idling is replayed where it was recorded; unexpected idling ends the replay") {
+TEST_CASE("the clock, idling and cancellations are replayed where they were recorded") {
     const scratch folder;
     const std::string path = folder / "session";
     random_backend backend;
     auto recorder = std::make_unique<record>();
-    rig_ports ports{};
-    record_init(recorder.get(), &backend.ports, &ports);
+    auto instrument = std::make_unique<rig>();
     auto writer = new_writer();
     message last_error{};
-    record_idle(recorder.get());  // before the start: not recorded
+    rig_ports ports{};
+    record_init(recorder.get(), &backend.ports, &ports);
+    instrument->ports = ports;
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
                                  &last_error) == 0);
     REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
-    Random random(synthetic::test_seed() + 1);
-    std::vector<std::string> reported;
-    for (int i = 0; i < 30; i++) {
-        if (i % 3 == 0) {
-            record_idle(recorder.get());
+    const auto read = [](const rig_ports &of) {
+        return of.clock->operations->now_us(of.clock->self);
+    };
+    const auto wait = [](const rig_ports &of) {
+        of.clock->operations->wait_until_us(of.clock->self, 0);
+    };
+    std::vector<std::uint64_t> times;
+    record_command(recorder.get(), "one");
+    for (int i = 0; i < 3000; i++) {  // without a call it shows another time every millisecond
+        backend.time += upto(backend.chance, 9);
+        times.push_back(read(ports));
+        if (upto(backend.chance, 300) == 0) {
+            wait(ports);
         }
-        reported.push_back(report(ports, random));
     }
-    record_idle(recorder.get());
+    wait(ports);
+    record_cancel(recorder.get());
+    record_cancel(recorder.get());
+    record_command_end(recorder.get(), ERROR_CANCELLED);
+    const std::uint64_t before = recorder->calls;
+    backend.time += 5000;
+    record_command(recorder.get(), "without a call, and a failure: not recorded");
+    read(ports);
+    record_cancel(recorder.get());
+    record_command_end(recorder.get(), ERROR_CANCELLED);
+    CHECK(record_idle(recorder.get(), instrument.get()) == 0);  // without a call: not recorded
+    CHECK(recorder->calls == before);
     REQUIRE(record_stop(recorder.get(), &last_error) == 0);
     REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
-    for (const bool asks : {true, false}) {
-        player played(path);
-        REQUIRE(played.code == 0);
-        Random again(synthetic::test_seed() + 1);
-        for (int i = 0; i < 30 && !played.value->ended; i++) {
-            if (asks) {
-                CHECK(replay_idle_is_next(played.value.get()) == (i % 3 == 0));
-                CHECK(!replay_idle_is_next(played.value.get()));
-            }
-            CHECK((report(played.value->ports, again) == reported[std::size_t(i)]) == asks);
-        }
-        CHECK(played.value->ended != asks);
-        if (asks) {
-            CHECK(!replay_is_over(played.value.get()));
-            CHECK(replay_idle_is_next(played.value.get()));
-            CHECK(replay_is_over(played.value.get()));
-        } else {
-            CHECK(std::string(played.value->last_error.text).find("expected the call 'idle'") !=
-                  std::string::npos);
+
+    player played(path);
+    REQUIRE(played.code == 0);
+    int cancelled = 0;
+    played.value->cancel = [](void *self) { ++*static_cast<int *>(self); };
+    played.value->self = &cancelled;
+    random_backend again;
+    std::size_t at = 0;
+    for (int i = 0; i < 3000; i++) {
+        (void)upto(again.chance, 9);
+        REQUIRE(read(played.value->ports) == times[at++]);
+        if (upto(again.chance, 300) == 0) {
+            wait(played.value->ports);
         }
     }
+    CHECK(cancelled == 0);
+    wait(played.value->ports);
+    CHECK(cancelled == 1);
+    CHECK(replay_is_over(played.value.get()));
+    CHECK(!played.value->ended);
 }
 
 TEST_CASE("a truncated log replays up to its last CRC; a modified one is rejected") {
@@ -414,6 +434,8 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
     player played(path);
     REQUIRE(played.code == 0);
     const rig_ports &ports = played.value->ports;
+    auto instrument = std::make_unique<rig>();
+    played.value->rig = instrument.get();
     CHECK(ports.i2c == nullptr);
     REQUIRE(ports.camera[0] != ports.camera[1]);
     std::uint64_t end_us = 0;
@@ -448,7 +470,7 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             }
             camera.operations->give_back(camera.self, &frame);
         }
-        replay_next_pair(played.value.get());
+        instrument->pairs++;  // as after a capture
     }
     CHECK(replay_is_over(played.value.get()));
 }

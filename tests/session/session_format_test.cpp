@@ -233,7 +233,7 @@ TEST_CASE("lines are canonical: a line that would be printed differently is reje
          {"", "en", "end ", "command text=a b", "command text=%41", "command text=%2",
           "command text", "command text=%00", "calibration file=abcd", "calibration file=0000ABCD",
           "calibration file=100000000", "begin version=0 build=a profile= date=b",
-          "begin version=4 build=a profile= date=b",
+          "begin version=5 build=a profile= date=b",
           "registers at_us=00 part=a first=05 values=0000",
           "registers at_us=0 part=a first=05 values=0000,",
           "registers at_us=18446744073709551616 part=a first=05 values=0000", "pair number=1"}) {

@@ -333,7 +333,7 @@ std::ptrdiff_t open_files() {
 
 /// A recorder of an instrument that has only a clock, which never advances.
 struct still_recorder {
-    hal_clock_operations still = {no_time, no_wait};
+    hal_clock_operations still = {no_time, no_wait, nullptr};
     hal_clock clock = {&still, nullptr};
     rig_ports outer{};
     std::unique_ptr<record> recorder = std::make_unique<record>();

@@ -60,21 +60,21 @@ struct session_of_commands {
     std::vector<std::uint16_t> memory;
     owned_pair taken;
 
-    void run(const rig_ports &ports, session_writer *writer, record *recorder, replay *player) {
+    void run(const rig_ports &ports, session_writer *writer, record *recorder) {
         auto instrument = std::make_unique<rig>();
         rig_profile profile{};
         REQUIRE(rig_profile_named("rig", &profile) == 0);
         rig_init(instrument.get(), &profile, &ports, nullptr);
         codes.push_back(rig_bringup(instrument.get()));
         INFO(std::string(instrument->last_error.text));
-        idle(instrument.get(), recorder, player);
+        idle(instrument.get(), recorder);
         codes.push_back(rig_window(instrument.get(), 64, 48, 1));
         codes.push_back(rig_lens_move_to(instrument.get(), 3, LENS_ZOOM, 320));
         std::uint32_t applied_us = 0;
         codes.push_back(rig_exposure(instrument.get(), 3, 5000, &applied_us));
         codes.push_back(static_cast<int>(applied_us));
         for (int i = 0; i < 2; i++) {
-            idle(instrument.get(), recorder, player);
+            idle(instrument.get(), recorder);
             const pair_options options{i == 1};
             memory.assign(pair_values(instrument.get(), &options), 0);
             const int code = pair_capture(instrument.get(), &options, memory.data(), memory.size(),
@@ -93,15 +93,9 @@ struct session_of_commands {
     }
 
   private:
-    /// Between two commands: as often as recorded, or a few times.
-    static void idle(rig *instrument, record *recorder, replay *player) {
-        for (int i = 0; player == nullptr && i < 3; i++) {
-            record_idle(recorder);
-            CHECK(rig_idle(instrument) == 0);
-        }
-        while (player != nullptr && replay_idle_is_next(player)) {
-            CHECK(rig_idle(instrument) == 0);
-        }
+    static void idle(rig *instrument, record *recorder) {
+        CHECK((recorder != nullptr ? record_idle(recorder, instrument) : rig_idle(instrument)) ==
+              0);
     }
     /// Copies the pixels, so that they outlive the memory that the pair was taken into.
     void save() {
@@ -134,7 +128,7 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
         REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig", "now",
                                      &last_error) == 0);
         REQUIRE(record_start(recorder.get(), writer.get(), &last_error) == 0);
-        first.run(ports, writer.get(), recorder.get(), nullptr);
+        first.run(ports, writer.get(), recorder.get());
         CHECK(record_stop(recorder.get(), &last_error) == 0);
         CHECK(session_writer_end(writer.get(), &last_error) == 0);
         MESSAGE("recorded calls: ", recorder->calls);
@@ -147,7 +141,7 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
     const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &last_error);
     INFO(std::string(last_error.text));
     REQUIRE(opened == 0);
-    again.run(player->ports, nullptr, nullptr, player.get());
+    again.run(player->ports, nullptr, nullptr);
     CHECK(std::string(player->last_error.text) == "");
     CHECK(replay_is_over(player.get()));
     replay_close(player.get());

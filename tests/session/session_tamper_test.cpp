@@ -119,17 +119,27 @@ void tamper(Random &random, std::vector<std::string> *lines) {
 
 }  // namespace
 
-TEST_CASE("a recording of an earlier version can be read and replayed") {
+TEST_CASE("a recording of an earlier version is refused by its version") {
     const char *const source = std::getenv("SESSION");
     REQUIRE(source != nullptr);
     const scratch folder;
     const std::string copy = folder / "session";
     std::filesystem::copy(source, copy);
+    const std::string begin = "begin version=3 build=b1 profile=rig date=now";
+    char crc[16];
+    std::snprintf(crc, sizeof crc, " %08x\n", unsigned(crc_update(0, begin.data(), begin.size())));
+    folder.write("session/session.index", begin + crc);
     const play_observer observer{};
     play_outcome outcome{};
     message why{};
-    REQUIRE(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == 0);
-    CHECK(std::string(outcome.profile) == "rig");
+    CHECK(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == ERROR_MISSING);
+    std::string command = "command text=bringup";
+    const std::string whole = begin + crc + command;
+    std::snprintf(crc, sizeof crc, " %08x\n", unsigned(crc_update(0, whole.data(), whole.size())));
+    folder.write("session/session.index", whole + crc);
+    CHECK(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == ERROR_VERSION);
+    CHECK(std::string(why.text).find("version 3") != std::string::npos);
+    CHECK(std::string(why.text).find("build b1") != std::string::npos);
 }
 
 TEST_CASE("modified recordings are replayed to an end") {

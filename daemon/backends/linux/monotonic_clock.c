@@ -26,5 +26,5 @@ static void wait_until_us(void *self, uint64_t time_us) {
     monotonic_clock_wait_until_us(time_us);
 }
 
-static const struct hal_clock_operations operations = {now_us, wait_until_us};
+static const struct hal_clock_operations operations = {now_us, wait_until_us, NULL};
 const struct hal_clock monotonic_clock = {&operations, NULL};

@@ -46,8 +46,12 @@ static bool rig_should_stop(void *cookie) {
     const struct play_observer *observer = self->observer;
     self->cancelled =
         self->cancelled || (observer->should_stop != NULL && observer->should_stop(observer->self));
-    self->command_cancelled = self->command_cancelled || replay_cancel_is_next(&self->replay);
     return self->cancelled || self->command_cancelled;
+}
+
+static void cancel_command(void *cookie) {
+    struct play *self = cookie;
+    self->command_cancelled = true;
 }
 
 static void show_progress(void *cookie, const char *what, uint32_t done, uint32_t total) {
@@ -190,12 +194,6 @@ static void bring_rig(struct play *self) {
     self->up = true;
 }
 
-static void catch_up(struct play *self) {
-    while (replay_idle_is_next(&self->replay)) {
-        rig_idle(&self->rig);
-    }
-}
-
 static void run_command(struct play *self) {
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
@@ -207,7 +205,7 @@ static void run_command(struct play *self) {
     if (!self->up) {
         return;
     }
-    catch_up(self);
+    (void)rig_idle(&self->rig);
     why[0] = '\0';
     self->taken = false;
     self->command_cancelled = false;
@@ -319,6 +317,8 @@ static int open_all(struct play *self, int parent, const char *path, struct mess
                            "%s: contains no calls to replay (\"record start\" records them)", path);
     }
     self->calls = self->replay.calls;
+    self->replay.cancel = cancel_command;
+    self->replay.self = self;
     config_defaults(&self->config);
     self->config.backend = CONFIG_BACKEND_REPLAY;  // requires no devices
     error = replay_profile(parent, path, &self->config, message);
@@ -344,7 +344,7 @@ static int play_all(struct play *self, struct message *message) {
     }
     struct play_outcome *outcome = self->outcome;
     if (self->up && !self->replay.ended) {
-        catch_up(self);
+        (void)rig_idle(&self->rig);
         look_for_error(self);
     }
     if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {

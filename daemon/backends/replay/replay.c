@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/backends/replay/replay.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/backends/replay/replay_calls.h"
 
 static bool has_calls(const struct replay *self) {
     struct stat status;
@@ -28,8 +25,16 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
     if (code == 0 && profile != NULL) {
         memcpy(profile, begin->profile, SESSION_NAME_MAX + 1);
     }
+    if (code == 0 && has_calls(self) && begin->version != SESSION_VERSION) {
+        code =
+            message_set(message, ERROR_VERSION,
+                        "%s: recorded in version %d of the format, but this build replays version "
+                        "%d (record it again, or replay it with build %s)",
+                        path, begin->version, SESSION_VERSION, begin->build);
+    }
     free(begin);
     if (code != 0) {
+        replay_close(self);
         return code;
     }
     for (int i = 0; i < RIG_SIDES; i++) {
@@ -44,32 +49,15 @@ int replay_open(struct replay *self, int parent, const char *path, char *profile
     return code;
 }
 
-bool replay_idle_is_next(struct replay *self) {
-    return self->log != NULL && replay_calls_take_mark(self, trace_idle);
-}
-
-bool replay_cancel_is_next(struct replay *self) {
-    return self->log != NULL && replay_calls_take_mark(self, trace_cancel);
-}
-
 bool replay_is_over(const struct replay *self) {
-    if (self->log != NULL) {
-        return self->calls == 0;
-    }
-    return self->next_pair >= self->pair_count;
-}
-
-void replay_next_pair(struct replay *self) {
-    if (self->log == NULL && self->next_pair < self->pair_count) {
-        self->next_pair++;
-    }
+    return self->log != NULL ? self->calls == 0 : self->next_pair >= self->pair_count;
 }
 
 void replay_close(struct replay *self) {
     for (int i = 0; i < RIG_SIDES; i++) {
-        for (int place = 0; place < REPLAY_FRAMES_LENT; place++) {
-            free(self->camera_state[i].pixels[place]);
-            self->camera_state[i].pixels[place] = NULL;
+        for (int slot = 0; slot < REPLAY_FRAMES_LENT; slot++) {
+            free(self->camera_state[i].pixels[slot]);
+            self->camera_state[i].pixels[slot] = NULL;
         }
     }
     if (self->log != NULL) {
@@ -79,4 +67,57 @@ void replay_close(struct replay *self) {
     free(self->pairs);
     self->pairs = NULL;
     session_reader_close(&self->session);
+}
+
+int replay_lend(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
+                struct hal_camera_frame *frame) {
+    struct replay *self = camera->replay;
+    const size_t values = (size_t)session_frame_row_values(form) * form->height_px;
+    int slot = 0;
+    while (slot < REPLAY_FRAMES_LENT && camera->lent[slot]) {
+        slot++;
+    }
+    if (slot == REPLAY_FRAMES_LENT) {
+        return message_set(&self->last_error, ERROR_MEMORY, "%s: two frames are already lent",
+                           self->session.path);
+    }
+    const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->last_error);
+    if (fits != 0) {
+        return fits;
+    }
+    if (values > camera->values[slot]) {
+        uint16_t *more = realloc(camera->pixels[slot], values * sizeof *more);
+        if (more == NULL) {
+            return message_set(&self->last_error, ERROR_MEMORY, "%s: out of memory for a frame",
+                               self->session.path);
+        }
+        camera->pixels[slot] = more;
+        camera->values[slot] = values;
+    }
+    const int code = session_reader_frame(&self->session, form, crc32, camera->pixels[slot],
+                                          camera->values[slot], &self->last_error);
+    if (code != 0) {
+        return code;
+    }
+    camera->lent[slot] = true;
+    *frame = (struct hal_camera_frame){.data = camera->pixels[slot],
+                                       .width_px = form->width_px,
+                                       .height_px = form->height_px,
+                                       .stride = session_frame_row_values(form),
+                                       .bits = form->bits,
+                                       .layout = form->layout,
+                                       .sequence = form->sequence,
+                                       .begin_us = form->begin_us,
+                                       .end_us = form->end_us,
+                                       .token = camera->pixels[slot]};
+    return 0;
+}
+
+void replay_give_back(void *context, const struct hal_camera_frame *frame) {
+    struct replay_camera *camera = context;
+    for (int slot = 0; slot < REPLAY_FRAMES_LENT; slot++) {
+        if (camera->lent[slot] && camera->pixels[slot] == frame->token) {
+            camera->lent[slot] = false;
+        }
+    }
 }

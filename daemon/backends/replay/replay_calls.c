@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/backends/replay/replay_calls.h"
-
-#include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -10,11 +7,12 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/backends/replay/replay.h"
 
-enum { HEAD_LINES = 2 };
 #define WAIT_OVER_US 1000000u  // added by each clock read after the replay has ended
+#define READS_MAX 10000000u  // of the clock between two lines: a recording takes a new time before
 
-// ---- the log: valid lines, and the next line
+// ---- the log
 
 /// Reads the next line without its end. False: end of file, or a line that is too long.
 static bool next_line(struct replay *self) {
@@ -33,7 +31,7 @@ static bool is_check(const char *text) {
     return strncmp(text, TRACE_CHECK, strlen(TRACE_CHECK)) == 0;
 }
 
-/// Counts the lines up to the last matching check.
+/// Counts the lines up to the last matching check, and the calls among them.
 static int count_lines(struct replay *self, struct message *message) {
     uint32_t crc = 0, line = 0, calls = 0;
     while (next_line(self)) {
@@ -47,9 +45,8 @@ static int count_lines(struct replay *self, struct message *message) {
             }
             self->lines = line;
             self->calls = calls;
-        } else {
-            calls += line > HEAD_LINES;
         }
+        calls += strstr(self->text, TRACE_EQUALS) != NULL;
         crc = crc_update(crc, self->text, strlen(self->text));
         crc = crc_update(crc, "\n", 1);
     }
@@ -61,9 +58,9 @@ static int count_lines(struct replay *self, struct message *message) {
     return 0;
 }
 
-static void stop_playing(struct replay *self, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static void stop_playing(struct replay *self, const char *format, ...) {
+static void stop_playing(struct replay *self, uint32_t line, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static void stop_playing(struct replay *self, uint32_t line, const char *format, ...) {
     char why[MESSAGE_BYTES];
     va_list arguments;
     va_start(arguments, format);
@@ -71,55 +68,41 @@ static void stop_playing(struct replay *self, const char *format, ...) {
     va_end(arguments);
     self->ended = true;
     message_set(&self->last_error, 0, "%s/%s: line %u: %s", self->session.path, SESSION_CALLS_NAME,
-                self->line, why);
+                line, why);
 }
 
-/// Reads the next call into `text`, unless it is there already. False: there is no next call.
-static bool next_call(struct replay *self) {
-    while (!self->peeked && !self->ended && self->line < self->lines && next_line(self)) {
+/// Reads on to the next call, time or idling. A cancellation takes effect at once: the command that
+/// was cancelled is the one that made the call before it.
+static void read_ahead(struct replay *self) {
+    self->next = REPLAY_NOTHING;
+    while (self->next == REPLAY_NOTHING && self->line < self->lines && next_line(self)) {
         self->line++;
-        self->peeked = !is_check(self->text);
+        if (strcmp(self->text, TRACE_CANCEL) == 0) {
+            if (self->cancel != NULL) {
+                self->cancel(self->self);
+            }
+        } else if (strcmp(self->text, TRACE_IDLE) == 0) {
+            self->next = REPLAY_IDLE;
+        } else if (sscanf(self->text, "time %" SCNu64 " %u", &self->next_us, &self->next_reads) ==
+                   2) {
+            self->next = REPLAY_TIME;
+        } else if (!is_check(self->text)) {
+            self->next = REPLAY_CALL;
+        }
     }
-    return self->peeked && !self->ended;
 }
 
-bool replay_calls_take_mark(struct replay *self, void (*print)(char *text)) {
-    char mark[TRACE_LINE_MAX + 1];
-    print(mark);
-    const size_t length = strlen(mark);
-    if (!next_call(self) || strncmp(self->text, mark, length) != 0 ||
-        strncmp(self->text + length, TRACE_EQUALS, strlen(TRACE_EQUALS)) != 0) {
-        return false;
+/// A manipulated recording must not make time run backwards, nor to its end.
+static void advance(struct replay *self, uint64_t now_us) {
+    if (now_us > self->now_us && now_us <= INT64_MAX) {
+        self->now_us = now_us;
     }
-    self->peeked = false;
-    self->calls--;
-    self->made++;
-    return true;
+    self->reads = 0;
 }
 
-/// The recorded answer to a call; NULL if the replay has ended or ends now.
-static const char *answer_to(struct replay *self, const char *asked) {
-    if (next_call(self)) {
-        self->peeked = false;
-        char *equals = strstr(self->text, TRACE_EQUALS);
-        if (equals == NULL) {
-            stop_playing(self, "not a call");
-            return NULL;
-        }
-        *equals = '\0';
-        if (strcmp(self->text, asked) != 0) {
-            stop_playing(self, "expected the call '%.300s', got '%.300s'", self->text, asked);
-            return NULL;
-        }
-        self->calls--;
-        self->made++;
-        return equals + strlen(TRACE_EQUALS);
-    }
-    if (!self->ended) {
-        self->ran_out = true;
-        stop_playing(self, "the recording ends here, got '%.300s'", asked);
-    }
-    return NULL;
+static int wrong_answer(struct replay *self) {
+    stop_playing(self, self->answer_line, "invalid answer to '%.300s'", self->answered);
+    return ERROR_IO;
 }
 
 /// Parses a number and a following blank at the front of an answer.
@@ -131,21 +114,57 @@ static bool take_number(const char **text, int64_t *value) {
     return taken;
 }
 
-/// The same for a time in microseconds; limited so that a sum of two fits.
-static bool take_time(const char **text, int64_t *time_us) {
-    errno = 0;
-    return take_number(text, time_us) && errno == 0 && *time_us >= 0;
+/// Takes the recorded answer to a call, after its time: `self->answered` is the call then. NULL if
+/// the replay has ended or ends now.
+static const char *answer_to(struct replay *self, const char *asked) {
+    static const char *const others[] = {
+        [REPLAY_TIME] = "the clock to be read", [REPLAY_IDLE] = "idling"};
+    if (self->ended) {
+        return NULL;
+    }
+    if (self->next == REPLAY_NOTHING) {
+        self->ran_out = true;
+        stop_playing(self, self->line, "the recording ends here, got '%.300s'", asked);
+        return NULL;
+    }
+    if (self->next != REPLAY_CALL) {
+        stop_playing(self, self->line, "expected %s, got '%.300s'", others[self->next], asked);
+        return NULL;
+    }
+    char *call;
+    const uint64_t now_us = strtoull(self->text, &call, 10);
+    char *const equals = strstr(call, TRACE_EQUALS);
+    if (equals == NULL || *call != ' ') {
+        stop_playing(self, self->line, "not a call");
+        return NULL;
+    }
+    *equals = '\0';
+    if (strcmp(call + 1, asked) != 0) {
+        stop_playing(self, self->line, "expected the call '%.300s', got '%.300s'", call + 1, asked);
+        return NULL;
+    }
+    const size_t answer_at = (size_t)(equals - call - 1) + strlen(TRACE_EQUALS);
+    memcpy(self->answered, call + 1, sizeof self->text - (size_t)(call + 1 - self->text));
+    self->answer_line = self->line;
+    self->calls--;
+    self->made++;
+    advance(self, now_us);
+    read_ahead(self);
+    return self->answered + answer_at;
 }
 
-static int wrong_answer(struct replay *self) {
-    stop_playing(self, "invalid answer to '%.300s'", self->text);
-    return ERROR_IO;
-}
-
-/// Parses the result code of a call; the remaining answer is in `*rest`.
-static int code_of(struct replay *self, const char *asked, const char **rest) {
-    *rest = answer_to(self, asked);
+/// Makes a call, named as by printf: returns its recorded result code; the rest of the answer is in
+/// `*rest`. ERROR_IO if the replay has ended.
+static int ask(struct replay *self, const char **rest, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+static int ask(struct replay *self, const char **rest, const char *format, ...) {
+    char asked[TRACE_LINE_MAX + 1];
     int64_t code;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(asked, sizeof asked, format, arguments);
+    va_end(arguments);
+    *rest = answer_to(self, asked);
     if (*rest == NULL) {
         return ERROR_IO;
     }
@@ -153,49 +172,61 @@ static int code_of(struct replay *self, const char *asked, const char **rest) {
                                                                      : wrong_answer(self);
 }
 
-static int answer_code(struct replay *self, const char *asked) {
-    const char *rest;
-    return code_of(self, asked, &rest);
+/// The same for a call whose answer is one number, `min` to INT64_MAX, besides its code.
+static int ask_number(struct replay *self, int code, const char *rest, int64_t min,
+                      int64_t *value) {
+    if (code != 0) {
+        return code;
+    }
+    return take_number(&rest, value) && *value >= min && *value < INT64_MAX ? 0
+                                                                            : wrong_answer(self);
 }
 
 // ---- clock
 
 static uint64_t clock_now_us(void *context) {
     struct replay *self = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_clock_now(asked);
-    const char *answer = answer_to(self, asked);
-    int64_t reported_us = 0;
-    if (answer != NULL && !take_time(&answer, &reported_us)) {
-        wrong_answer(self);
+    if (self->ended) {
+        return self->now_us += WAIT_OVER_US;
     }
-    if (!self->ended) {
-        // A manipulated recording must not make time run backwards.
-        self->now_us = (uint64_t)reported_us > self->now_us ? (uint64_t)reported_us : self->now_us;
-    } else {
-        self->now_us += WAIT_OVER_US;
+    self->reads++;
+    if (self->next == REPLAY_TIME && self->reads == self->next_reads) {
+        advance(self, self->next_us);
+        read_ahead(self);
+    } else if (self->reads == READS_MAX) {
+        stop_playing(self, self->line, "expected a call, got %u reads of the clock", READS_MAX);
     }
     return self->now_us;
 }
 
 static void clock_wait_until_us(void *context, uint64_t time_us) {
-    char asked[TRACE_LINE_MAX + 1];
-    trace_clock_wait(asked, time_us);
-    answer_to(context, asked);
+    const char *rest;
+    (void)ask(context, &rest, TRACE_CLOCK_WAIT, time_us);
 }
 
-static const struct hal_clock_operations clock_operations = {clock_now_us, clock_wait_until_us};
+static bool clock_idle_is_due(void *context) {
+    struct replay *self = context;
+    if (self->ended || self->next != REPLAY_IDLE) {
+        return false;
+    }
+    self->reads = 0;
+    read_ahead(self);
+    return true;
+}
+
+static const struct hal_clock_operations clock_operations = {clock_now_us, clock_wait_until_us,
+                                                             clock_idle_is_due};
 
 // ---- I2C
 
 static int i2c_transfer(void *context, const struct hal_i2c_message *messages, size_t count,
                         uint64_t deadline_us, size_t *begun) {
     struct replay *self = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_i2c_transfer(asked, messages, count, deadline_us);
+    char sent[TRACE_LINE_MAX + 1];
     const char *rest;
-    const int code = code_of(self, asked, &rest);
     int64_t clocked = 0;
+    trace_i2c(sent, messages, count);
+    const int code = ask(self, &rest, TRACE_I2C_TRANSFER, deadline_us, sent);
     *begun = 0;
     if (self->ended) {
         return code;
@@ -216,18 +247,10 @@ static int i2c_transfer(void *context, const struct hal_i2c_message *messages, s
 }
 
 static int i2c_lines(void *context, unsigned pulled, unsigned *high) {
-    struct replay *self = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_i2c_lines(asked, pulled);
     const char *rest;
-    const int code = code_of(self, asked, &rest);
     int64_t lines;
-    if (self->ended) {
-        return code;
-    }
-    if (!take_number(&rest, &lines)) {
-        return wrong_answer(self);
-    }
+    const int asked = ask(context, &rest, TRACE_I2C_LINES, pulled);
+    const int code = ask_number(context, asked, rest, 0, &lines);
     *high = code == 0 ? (unsigned)lines : *high;
     return code;
 }
@@ -239,9 +262,10 @@ static int uart_write(void *context, const void *data, size_t bytes, uint64_t de
     int code = 0;
     while (code == 0 && bytes > 0) {  // in the pieces that the recorder writes
         const size_t some = bytes < TRACE_BYTES_MAX ? bytes : TRACE_BYTES_MAX;
-        char asked[TRACE_LINE_MAX + 1];
-        trace_uart_write(asked, at, some, deadline_us);
-        code = answer_code(context, asked);
+        char sent[TRACE_LINE_MAX + 1];
+        const char *rest;
+        trace_put_bytes(sent, at, some);
+        code = ask(context, &rest, TRACE_UART_WRITE, deadline_us, sent);
         at += some;
         bytes -= some;
     }
@@ -250,27 +274,23 @@ static int uart_write(void *context, const void *data, size_t bytes, uint64_t de
 
 static int uart_read(void *context, void *data, size_t capacity, uint64_t deadline_us,
                      size_t *bytes) {
-    struct replay *self = context;
     const size_t some = capacity < TRACE_BYTES_MAX ? capacity : TRACE_BYTES_MAX;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_uart_read(asked, some, deadline_us);
     const char *rest;
-    const int code = code_of(self, asked, &rest);
+    const int code = ask(context, &rest, TRACE_UART_READ, deadline_us, some);
     if (code != 0) {
         return code;
     }
     const long came = trace_take_bytes(&rest, data, some);
     if (came <= 0) {
-        return wrong_answer(self);
+        return wrong_answer(context);
     }
     *bytes = (size_t)came;
     return 0;
 }
 
 static int uart_discard(void *context) {
-    char asked[TRACE_LINE_MAX + 1];
-    trace_uart_discard(asked);
-    return answer_code(context, asked);
+    const char *rest;
+    return ask(context, &rest, TRACE_UART_DISCARD);
 }
 
 static const struct hal_uart_operations uart_operations = {uart_write, uart_read, uart_discard};
@@ -278,26 +298,17 @@ static const struct hal_uart_operations uart_operations = {uart_write, uart_read
 // ---- lines
 
 static int gpio_set(void *context, enum hal_gpio_line line, bool active) {
-    char asked[TRACE_LINE_MAX + 1];
-    trace_gpio_set(asked, line, active);
-    return answer_code(context, asked);
+    const char *rest;
+    return ask(context, &rest, TRACE_GPIO_SET, (int)line, active);
 }
 
 static int gpio_get(void *context, enum hal_gpio_line line, bool *active) {
-    struct replay *self = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_gpio_get(asked, line);
     const char *rest;
-    const int code = code_of(self, asked, &rest);
     int64_t level;
-    if (code != 0) {
-        return code;
-    }
-    if (!take_number(&rest, &level)) {
-        return wrong_answer(self);
-    }
-    *active = level != 0;
-    return 0;
+    const int asked = ask(context, &rest, TRACE_GPIO_GET, (int)line);
+    const int code = ask_number(context, asked, rest, 0, &level);
+    *active = code == 0 ? level != 0 : *active;
+    return code;
 }
 
 static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get};
@@ -306,80 +317,62 @@ static const struct hal_gpio_operations gpio_operations = {gpio_set, gpio_get};
 
 static int camera_start(void *context, const struct hal_camera_format *format) {
     const struct replay_camera *camera = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_start(asked, camera->number, format);
-    return answer_code(camera->replay, asked);
+    const char *rest;
+    return ask(camera->replay, &rest, TRACE_CAMERA_START, camera->number, format->width_px,
+               format->height_px);
 }
 
 static int camera_stop(void *context) {
     const struct replay_camera *camera = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_stop(asked, camera->number);
-    return answer_code(camera->replay, asked);
+    const char *rest;
+    return ask(camera->replay, &rest, TRACE_CAMERA_STOP, camera->number);
 }
 
 static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_us,
                        struct hal_camera_frame *frame) {
     struct replay_camera *camera = context;
     struct replay *self = camera->replay;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_take(asked, camera->number, not_before_us, deadline_us);
     const char *rest;
-    int code = code_of(self, asked, &rest);
+    int code = ask(self, &rest, TRACE_CAMERA_TAKE, camera->number, not_before_us, deadline_us);
     if (code != 0) {
         return code;
     }
     struct pair_frame form = {0};
-    uint32_t crc32, sequence, faults;
+    uint32_t crc32, faults;
     unsigned bits, layout;
     const int fields = sscanf(rest,
                               "%8" SCNx32 " %" SCNu16 "x%" SCNu16 " %u %u %" SCNu32 " %" SCNu32
                               " %" SCNu64 " %" SCNu64,
-                              &crc32, &form.width_px, &form.height_px, &bits, &layout, &sequence,
-                              &faults, &form.begin_us, &form.end_us);
+                              &crc32, &form.width_px, &form.height_px, &bits, &layout,
+                              &form.sequence, &faults, &form.begin_us, &form.end_us);
     if (fields != 9 || bits < 8 || bits > 16 || layout > HAL_CAMERA_BAYER_GRBG ||
         form.width_px == 0 || form.height_px == 0) {
         return wrong_answer(self);
     }
     form.bits = (uint8_t)bits;
     form.layout = (enum hal_camera_layout)layout;
-    form.sequence = sequence;
-    code = replay_camera_lend(camera, &form, crc32, frame);
+    code = replay_lend(camera, &form, crc32, frame);
     self->ended |= code != 0;
     frame->faults = faults;
     return code;
 }
 
-static void camera_give_back(void *context, const struct hal_camera_frame *frame) {
-    struct replay_camera *camera = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_give_back(asked, camera->number, frame->sequence);
-    answer_to(camera->replay, asked);
-    replay_camera_take_back(camera, frame);
-}
-
 static int camera_control(void *context, enum hal_camera_control control, int32_t value,
                           int32_t *applied) {
     const struct replay_camera *camera = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_control(asked, camera->number, control, value);
     const char *rest;
-    const int code = code_of(camera->replay, asked, &rest);
-    int64_t value_applied;
-    if (code != 0) {
-        return code;
-    }
-    if (!take_number(&rest, &value_applied)) {
-        return wrong_answer(camera->replay);
-    }
-    *applied = (int32_t)value_applied;
-    return 0;
+    int64_t as_applied;
+    const int asked =
+        ask(camera->replay, &rest, TRACE_CAMERA_CONTROL, camera->number, (int)control, value);
+    const int code = ask_number(camera->replay, asked, rest, INT32_MIN, &as_applied);
+    *applied = code == 0 ? (int32_t)as_applied : *applied;
+    return code;
 }
 
 static void camera_counts(void *context, struct hal_camera_counts *counts) {
     const struct replay_camera *camera = context;
-    char asked[TRACE_LINE_MAX + 1];
-    trace_camera_counts(asked, camera->number);
+    char asked[32];
+    snprintf(asked, sizeof asked, TRACE_CAMERA_COUNTS, camera->number);
     const char *answer = answer_to(camera->replay, asked);
     memset(counts, 0, sizeof *counts);
     if (answer != NULL &&
@@ -396,22 +389,23 @@ static void set_camera(struct replay *self, int number, bool has_control) {
         (struct hal_camera_operations){camera_start,
                                        camera_stop,
                                        camera_take,
-                                       camera_give_back,
+                                       replay_give_back,
                                        has_control ? camera_control : NULL,
                                        camera_counts};
     self->ports.camera[number] = &self->camera[number];
 }
 
+/// Sets the ports that existed.
 static int set_ports(struct replay *self, struct message *message) {
-    int i2c, lines, gpio, uart, cameras, left_control, right_control;
+    int i2c, lines, gpio, uart, cameras, controls[RIG_SIDES];
     const bool known = next_line(self) && strcmp(self->text, TRACE_FIRST_LINE) == 0;
-    self->line = HEAD_LINES;
     if (!known || !next_line(self) ||
         sscanf(self->text, "ports i2c=%d lines=%d gpio=%d uart=%d cameras=%d controls=%1d%1d", &i2c,
-               &lines, &gpio, &uart, &cameras, &left_control, &right_control) != 7) {
-        return message_set(message, ERROR_VERSION, "%s/%s: unsupported version", self->session.path,
-                           SESSION_CALLS_NAME);
+               &lines, &gpio, &uart, &cameras, &controls[RIG_LEFT], &controls[RIG_RIGHT]) != 7) {
+        return message_set(message, ERROR_SYNTAX, "%s/%s: does not begin with the ports",
+                           self->session.path, SESSION_CALLS_NAME);
     }
+    self->line = 2;
     self->clock = (struct hal_clock){&clock_operations, self};
     self->ports.clock = &self->clock;
     self->i2c_operations = (struct hal_i2c_operations){i2c_transfer, lines != 0 ? i2c_lines : NULL};
@@ -422,12 +416,13 @@ static int set_ports(struct replay *self, struct message *message) {
     self->ports.gpio = gpio != 0 ? &self->gpio : NULL;
     self->ports.lens_uart = uart != 0 ? &self->uart : NULL;
     if (cameras >= 1) {
-        set_camera(self, RIG_LEFT, left_control != 0);
+        set_camera(self, RIG_LEFT, controls[RIG_LEFT] != 0);
         self->ports.camera[RIG_RIGHT] = self->ports.camera[RIG_LEFT];
     }
     if (cameras == 2) {
-        set_camera(self, RIG_RIGHT, right_control != 0);
+        set_camera(self, RIG_RIGHT, controls[RIG_RIGHT] != 0);
     }
+    read_ahead(self);
     return 0;
 }
 

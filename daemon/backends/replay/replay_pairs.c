@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
-#include "daemon/backends/replay/replay_calls.h"
+#include "daemon/backends/replay/replay.h"
 
 static uint64_t later(uint64_t a, uint64_t b) {
     return a > b ? a : b;
@@ -21,7 +21,12 @@ static void wait_until_us(void *context, uint64_t time_us) {
     self->now_us = later(self->now_us, time_us);
 }
 
-static const struct hal_clock_operations clock_operations = {now_us, wait_until_us};
+static bool idle_is_due(void *context) {
+    (void)context;
+    return false;
+}
+
+static const struct hal_clock_operations clock_operations = {now_us, wait_until_us, idle_is_due};
 
 static int start(void *context, const struct hal_camera_format *format) {
     const struct replay_camera *camera = context;
@@ -52,10 +57,20 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
     return begin_us >= not_before_us && begin_us >= camera->end_us ? begin_us : min_us;
 }
 
+/// Shows the next pair if the rig has captured one.
+static void look_at_rig(struct replay *self) {
+    const uint32_t pairs = self->rig != NULL ? self->rig->pairs : 0;
+    if (pairs > self->pairs_of_rig && self->next_pair < self->pair_count) {
+        self->next_pair++;
+    }
+    self->pairs_of_rig = pairs;
+}
+
 static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     struct replay_camera *camera = context;
     struct replay *self = camera->replay;
+    look_at_rig(self);
     if (self->next_pair >= self->pair_count) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;
@@ -72,7 +87,7 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
         camera->counts.timeouts++;
         return ERROR_TIMEOUT;
     }
-    const int code = replay_camera_lend(camera, form, event->frame_crc[camera->number], frame);
+    const int code = replay_lend(camera, form, event->frame_crc[camera->number], frame);
     if (code != 0) {
         return code;
     }
@@ -83,10 +98,6 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     camera->of_pair = self->next_pair + 1;
     camera->counts.frames++;
     return 0;
-}
-
-static void give_back(void *context, const struct hal_camera_frame *frame) {
-    replay_camera_take_back(context, frame);
 }
 
 /// Frames have the recorded settings, whatever is requested.
@@ -105,8 +116,8 @@ static void counts(void *context, struct hal_camera_counts *result) {
     *result = ((const struct replay_camera *)context)->counts;
 }
 
-static const struct hal_camera_operations camera_operations = {start,     stop,    take,
-                                                               give_back, control, counts};
+static const struct hal_camera_operations camera_operations = {
+    start, stop, take, replay_give_back, control, counts};
 
 static int add_pair(struct replay *self, const struct session_event *event,
                     struct message *message) {

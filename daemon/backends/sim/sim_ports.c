@@ -23,9 +23,17 @@ static void wait_until_us(void *self, uint64_t time_us) {
     }
 }
 
+/// In virtual time nothing becomes due between commands, so that the same commands make the same
+/// calls.
+static bool never(void *self) {
+    (void)self;
+    return false;
+}
+
 struct hal_clock sim_clock_hal(struct sim_connection *connection) {
-    static const struct hal_clock_operations operations = {now_us, wait_until_us};
-    return (struct hal_clock){&operations, connection};
+    static const struct hal_clock_operations wall = {now_us, wait_until_us, NULL};
+    static const struct hal_clock_operations virtual_time = {now_us, wait_until_us, never};
+    return (struct hal_clock){connection->wall ? &wall : &virtual_time, connection};
 }
 
 // ---- I2C

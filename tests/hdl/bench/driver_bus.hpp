@@ -71,7 +71,7 @@ class DriverBus {
     Bridge &bridge_;
     I2cTiming timing_;
     hal_i2c_operations operations_{transfer, lines};
-    hal_clock_operations clock_operations_{now_us, wait_until_us};
+    hal_clock_operations clock_operations_{now_us, wait_until_us, nullptr};
     hal_i2c bus_;
     hal_clock clock_;
     unsigned own_ = 0, others_ = 0;  // lines pulled

@@ -150,7 +150,7 @@ void Camera::give_back(void *self, const hal_camera_frame *) {
     static_cast<Camera *>(self)->lent--;
 }
 
-constexpr hal_clock_operations kClock = {World::now, World::wait};
+constexpr hal_clock_operations kClock = {World::now, World::wait, nullptr};
 constexpr hal_gpio_operations kGpio = {World::set, nullptr};
 constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
                                            Camera::give_back, nullptr,      nullptr};

@@ -122,7 +122,7 @@ int control(void *, hal_camera_control, int32_t, int32_t *applied) {
     return ERROR_OK;
 }
 
-constexpr hal_clock_operations kClock = {Clock::now, Clock::wait};
+constexpr hal_clock_operations kClock = {Clock::now, Clock::wait, nullptr};
 constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
                                            Camera::give_back, nullptr,      nullptr};
 constexpr hal_camera_operations kControlled = {Camera::start,     Camera::stop, Camera::take,
