@@ -9,6 +9,8 @@
 #include <ostream>
 #include <sstream>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
@@ -87,6 +89,7 @@ class reader {
     }
 
     bool finish() {
+        INVARIANT(lines_of_image_ <= board_.corner_count());
         if (lines_of_image_ > 1 && lines_of_image_ != board_.corner_count()) {
             return fail("'" + views_.back().filename + "' has " + std::to_string(lines_of_image_) +
                         " corners, the board has " + std::to_string(board_.corner_count()));
@@ -170,6 +173,7 @@ class reader {
 
     /// Standard deviation for a value of the fourth column.
     double sigma_of(double size) const {
+        INVARIANT(is_plausible(sigma_px_) && (size > 0 || !weights_));
         return sigma_px_ * (weights_ ? 1 / size : std::exp2(std::min(size, highest_level)));
     }
 
@@ -219,6 +223,7 @@ bool corner_cache_write(std::ostream &out, const board &board,
     std::ostringstream text;
     text.imbue(std::locale::classic());
     const double sigma_px = min_sigma_px(views);
+    INVARIANT(sigma_px > 0);
     text.precision(9);
     text << sigma_comment << ' ' << sigma_px << " px\n"
          << "# filename x y level\n"

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
@@ -50,6 +52,7 @@ void distortion_slope(const lens_frame &frame, const lens_state &lens, const ide
 }  // namespace
 
 lens_frame make_lens_frame(int width_px, int height_px) {
+    INVARIANT(width_px >= 1 && height_px >= 1);
     lens_frame frame;
     frame.width_px = width_px;
     frame.height_px = height_px;
@@ -60,6 +63,7 @@ lens_frame make_lens_frame(int width_px, int height_px) {
 }
 
 lens lens_from_state(const lens_frame &frame, const lens_state &state) {
+    INVARIANT(frame.radius_px > 0);
     const auto &q = state.value;
     lens result = {};
     result.width_px = frame.width_px;
@@ -79,6 +83,7 @@ lens lens_from_state(const lens_frame &frame, const lens_state &state) {
 }
 
 lens_state state_from_lens(const lens_frame &frame, const lens &lens) {
+    INVARIANT(frame.radius_px > 0 && lens.fx_px > 0 && lens.fy_px > 0);
     lens_state state;
     auto &q = state.value;
     const double radius = frame.radius_px / lens.fx_px;
@@ -172,6 +177,7 @@ int lens_model::count() const {
 }
 
 const char *lens_model_name(lens_model model) {
+    INVARIANT(model.distortion >= lens_model::NONE && model.distortion < lens_model::KINDS);
     static const char *const names[2][lens_model::KINDS] = {
         {"no distortion, free fy", "k1, free fy", "k1 k2, free fy", "k1 k2 p1 p2, free fy",
          "k1 k2 p1 p2 k3, free fy"},

@@ -6,33 +6,42 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 matrix product(const matrix &A, const matrix &B) {
+    INVARIANT(A.cols() == B.rows());
     return A * B;
 }
 
 matrix carried(const matrix &A, const matrix &B) {
+    INVARIANT(B.rows() == B.cols());
     return product(product(A, B), A.transpose());
 }
 
 vector solve_symmetric(const matrix &A, const vector &b) {
+    INVARIANT(A.rows() == A.cols() && A.rows() == b.size());
     return A.ldlt().solve(b);
 }
 
 matrix inverse_symmetric(const matrix &A) {
+    INVARIANT(A.rows() == A.cols());
     return A.ldlt().solve(matrix::Identity(A.rows(), A.cols()));
 }
 
 vector solve_square(const matrix &A, const vector &b) {
+    INVARIANT(A.rows() == A.cols() && A.rows() == b.size());
     return A.partialPivLu().solve(b);
 }
 
 matrix inverse_square(const matrix &A) {
+    INVARIANT(A.rows() == A.cols());
     return A.partialPivLu().inverse();
 }
 
 eigen_system decompose_symmetric(const matrix &A) {
+    INVARIANT(A.rows() == A.cols() && A.rows() > 0);
     const Eigen::SelfAdjointEigenSolver<matrix> solver(A);
     return {solver.eigenvalues(), solver.eigenvectors()};
 }

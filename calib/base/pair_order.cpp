@@ -6,6 +6,7 @@
 #include <complex>
 
 #include "calib/base/linear.hpp"
+#include "core/invariant.h"
 
 namespace calib {
 
@@ -64,6 +65,7 @@ vector3 homogeneous(const Eigen::Vector2d &point) {
 
 // Normalises points to mean 0 and mean distance sqrt 2 (Hartley, 1997).
 matrix3 normalizing(const std::vector<const match *> &all, bool left) {
+    INVARIANT(!all.empty());
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const match *m : all) {
         mean += left ? m->left : m->right;
@@ -107,6 +109,7 @@ matrix3 fundamental_of(const std::vector<pair_views> &pairs, const pair_views *l
 
 // Root mean square of the Sampson distance, in pixels.
 double misfit_px(const matrix3 &F, const std::vector<match> &matches) {
+    INVARIANT(!matches.empty());
     double sum = 0;
     for (const match &m : matches) {
         const vector3 l = homogeneous(m.left), r = homogeneous(m.right);
@@ -124,6 +127,7 @@ double angle_between(double a_rad, double b_rad) {
 
 // The rotation of the right image's rows when its view is numbered by option `option`.
 double turn_of(const pair_views &pair, size_t option) {
+    INVARIANT(option < pair.by_option.size());
     const double options = static_cast<double>(pair.by_option.size());
     return pair.turn_rad + 2 * pi * static_cast<double>(option) / options;
 }
@@ -147,6 +151,7 @@ struct fit {
 fit fit_of(const matrix3 &F, const pair_views &pair) {
     size_t best = 0;
     std::vector<double> misfits;
+    INVARIANT(!pair.by_option.empty());
     for (size_t option = 0; option < pair.by_option.size(); option++) {
         misfits.push_back(misfit_px(F, pair.by_option[option]));
         best = misfits[option] < misfits[best] ? option : best;

@@ -3,11 +3,14 @@
 
 #include <cmath>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
 
 double trace_of_product(const matrix &A, const matrix &B) {
+    INVARIANT(A.cols() == B.rows() && A.rows() == B.cols());
     double sum = 0;
     for (long column = 0; column < A.cols(); column++) {
         for (long row = 0; row < A.rows(); row++) {
@@ -21,6 +24,7 @@ double trace_of_product(const matrix &A, const matrix &B) {
 
 board_scatter scatter_of(const std::vector<board_equations> &boards,
                          const std::vector<int> &parameters, double sigma0) {
+    INVARIANT(!parameters.empty() && !(sigma0 < 0));
     const long count = long(parameters.size());
     const double variance = sigma0 * sigma0;
     matrix all = matrix::Zero(count, count);

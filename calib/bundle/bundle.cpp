@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
 namespace calib {
@@ -14,10 +15,12 @@ int bundle_view::used_count() const {
 }
 
 bool bundle::used(size_t capture) const {
+    INVARIANT(capture < captures.size());
     return captures[capture][LEFT].used || captures[capture][RIGHT].used;
 }
 
 std::vector<board_point> make_board_points(const board &board, double half_mm[2]) {
+    INVARIANT(board.columns >= 2 && board.rows >= 2 && board.square_mm > 0);
     half_mm[0] = 0.5 * (board.columns - 1) * board.square_mm;
     half_mm[1] = 0.5 * (board.rows - 1) * board.square_mm;
     std::vector<board_point> points;
@@ -35,10 +38,12 @@ std::vector<board_point> make_board_points(const board &board, double half_mm[2]
                               {stretch_mm * x, -stretch_mm * y}});
         }
     }
+    INVARIANT(points.size() == size_t(board.corner_count()));
     return points;
 }
 
 bundle single_camera(const bundle &data, int camera) {
+    INVARIANT(camera >= 0 && camera < data.cameras);
     bundle result;
     result.cameras = 1;
     result.frame[LEFT] = data.frame[camera];
@@ -53,6 +58,7 @@ bundle single_camera(const bundle &data, int camera) {
 }
 
 double print_stretch(const bundle &data, const bundle_state &state) {
+    INVARIANT(data.half_mm[0] > 0 && data.half_mm[1] > 0);
     return std::fabs(state.warp_mm[board_model::STRETCH]) / data.half_mm[0];
 }
 
@@ -79,6 +85,8 @@ void turn_rows(const double by_point[3], const double arm[3], double by_turn[3])
 bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corner,
                       const lens_state &lens, const rigid &T_left_board, const rigid &T_right_left,
                       const double warp_mm[WARP_PARAMETERS], corner_rows *rows) {
+    INVARIANT(camera >= 0 && camera < data.cameras);
+    INVARIANT(corner.index >= 0 && size_t(corner.index) < data.points.size());
     const board_point &drawn = data.points[size_t(corner.index)];
     double on_board[3], arm[3], in_left[3], in_camera[3], arm_right[3] = {0, 0, 0};
     warped(drawn, warp_mm, on_board);
@@ -129,6 +137,8 @@ bool make_corner_rows(const bundle &data, int camera, const bundle_corner &corne
 
 bool corner_residual(const bundle &data, int camera, const bundle_corner &corner,
                      const bundle_state &state, const rigid &T_left_board, double residual_px[2]) {
+    INVARIANT(camera >= 0 && camera < data.cameras);
+    INVARIANT(corner.index >= 0 && size_t(corner.index) < data.points.size());
     double on_board[3], in_left[3], in_right[3], pixel[2];
     warped(data.points[size_t(corner.index)], state.warp_mm, on_board);
     apply(T_left_board, on_board, in_left);
@@ -145,6 +155,7 @@ bool corner_residual(const bundle &data, int camera, const bundle_corner &corner
 }
 
 rigid moved_board(const rigid &T_left_board, const double increment[POSE_PARAMETERS]) {
+    INVARIANT(T_left_board.t_mm[2] > 0);
     rigid result = turned(T_left_board, increment);
     const double *t = T_left_board.t_mm;
     const double z = t[2] * std::exp(increment[5]);

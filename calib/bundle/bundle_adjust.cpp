@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "calib/bundle/bundle.hpp"
+#include "core/invariant.h"
 
 namespace calib {
 
@@ -58,6 +59,7 @@ class view_cost final : public ceres::CostFunction {
           T_right_left_(base.T_right_left),
           loss_scale_(loss_scale) {
         set_num_residuals(2 * view_.used_count());
+        INVARIANT(loss_scale >= 0 && capture < base.T_left_board.size());
         *mutable_parameter_block_sizes() = {LENS_PARAMETERS, POSE_PARAMETERS, WARP_PARAMETERS};
         if (camera == RIGHT) {
             mutable_parameter_block_sizes()->push_back(POSE_PARAMETERS);
@@ -88,6 +90,7 @@ class view_cost final : public ceres::CostFunction {
             store(rows, corner.sigma_px, factors, row, residuals, jacobians);
             row += 2;
         }
+        INVARIANT(row == num_residuals());
         return true;
     }
 
@@ -99,6 +102,7 @@ class view_cost final : public ceres::CostFunction {
 
     void store(const corner_rows &rows, double sigma_px, const turn_factors &factors, int row,
                double *residuals, double **jacobians) const {
+        INVARIANT(sigma_px > 0 && row + 1 < num_residuals());
         const double weight = 1 / sigma_px;
         double residual[2] = {weight * rows.residual_px[0], weight * rows.residual_px[1]};
         const corner_loss loss(residual, loss_scale_);
@@ -172,6 +176,7 @@ void hold(const std::array<bool, Parameters> &free, double *block, ceres::Proble
 int describe(const bundle &data, const bundle_options &options, const bundle_state &base,
              blocks *moving, ceres::Problem *problem, ceres::ParameterBlockOrdering *ordering) {
     bool sees[CAMERAS] = {false, false};
+    INVARIANT(moving->board.size() == data.captures.size());
     for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < data.cameras; camera++) {
             if (!data.captures[i][size_t(camera)].used) {
@@ -207,6 +212,9 @@ int describe(const bundle &data, const bundle_options &options, const bundle_sta
 }  // namespace
 
 bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_state *state) {
+    INVARIANT(data.cameras == 1 || data.cameras == CAMERAS);
+    INVARIANT(state->T_left_board.size() == data.captures.size());
+    INVARIANT(options.max_iterations > 0 && options.tolerance > 0);
     blocks moving;
     moving.lens[LEFT] = state->lens[LEFT];
     moving.lens[RIGHT] = state->lens[RIGHT];
@@ -233,6 +241,9 @@ bundle_summary adjust(const bundle &data, const bundle_options &options, bundle_
     state->lens[LEFT] = moving.lens[LEFT];
     state->lens[RIGHT] = moving.lens[RIGHT];
     std::copy_n(moving.warp_mm, int(WARP_PARAMETERS), state->warp_mm);
+    for (const lens_state &lens : state->lens) {  // the solver takes no step that is not finite
+        INVARIANT(std::isfinite(lens.value[LOG_FOCAL]));
+    }
     state->T_right_left = moved_rig(state->T_right_left, moving.rig);
     orthonormalise(state->T_right_left.R);
     for (size_t i = 0; i < data.captures.size(); i++) {

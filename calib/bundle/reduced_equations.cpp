@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
@@ -13,6 +15,7 @@ using board_rows = double[2][POSE_PARAMETERS];
 
 void spread(const corner_rows &rows, int camera, double weight, shared_rows *shared,
             board_rows *board) {
+    INVARIANT(camera >= 0 && camera < CAMERAS && weight > 0);
     for (int axis = 0; axis < 2; axis++) {
         double *by_shared = (*shared)[axis];
         std::fill_n(by_shared, int(SHARED), 0.0);
@@ -63,6 +66,7 @@ matrix frame_by_board(const rigid &T_left_board) {
 }  // namespace
 
 board_equations eliminate_board(const bundle &data, const bundle_state &state, size_t capture) {
+    INVARIANT(data.used(capture) && state.T_left_board.size() == data.captures.size());
     board_equations result;
     matrix board = matrix::Zero(POSE_PARAMETERS, POSE_PARAMETERS);
     matrix mixed = matrix::Zero(SHARED, POSE_PARAMETERS);
@@ -116,10 +120,12 @@ std::vector<int> free_places(const bundle &data, const bundle_options &options) 
             parameters.push_back(WARP_AT + i);
         }
     }
+    INVARIANT(!parameters.empty() && parameters.back() < SHARED);
     return parameters;
 }
 
 matrix picked(const matrix &shared, const std::vector<int> &parameters) {
+    INVARIANT(shared.rows() == SHARED && shared.cols() == SHARED);
     const long count = long(parameters.size());
     matrix result(count, count);
     for (long row = 0; row < count; row++) {
@@ -131,6 +137,7 @@ matrix picked(const matrix &shared, const std::vector<int> &parameters) {
 }
 
 matrix inverse_of(const matrix &A, bool *singular) {
+    INVARIANT(A.rows() == A.cols() && A.rows() > 0);
     const vector scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const matrix scaled = scale.asDiagonal() * A * scale.asDiagonal();
     const eigen_system eigen = decompose_symmetric(scaled);

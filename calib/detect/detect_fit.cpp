@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/base/linear.hpp"
+#include "core/invariant.h"
 
 namespace calib::detect {
 
@@ -169,6 +170,7 @@ bool plausible(const vector &p, const corner_guess &guess) {
 // Levenberg's method; false when it leaves the plausible range.
 bool solve(const window &from, const corner_guess &guess, vector *p, normal_equations *sums) {
     double damping = 1e-3, last_step_px = HUGE_VAL;
+    INVARIANT(!from.pixels.empty() && (*p)[BLUR] > 0);
     *sums = sum_up(from, guess, *p);
     for (int round = 0; round < max_rounds; round++) {
         matrix damped = sums->A.selfadjointView<Eigen::Upper>();
@@ -227,6 +229,7 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     fit.x = guess.x + p[X];
     fit.y = guess.y + p[Y];
     fit.sigma_px = std::hypot(std::max(residual, min_noise) * std::sqrt(shape), min_sigma_px);
+    INVARIANT(fit.sigma_px > 0);
     fit.blur_px = p[BLUR];
     fit.contrast = 2 * half_contrast;
     return fit;

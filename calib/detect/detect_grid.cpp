@@ -7,6 +7,7 @@
 
 #include "calib/detect/detect_grow.hpp"
 #include "calib/detect/detect_links.hpp"
+#include "core/invariant.h"
 
 namespace calib::detect {
 
@@ -40,6 +41,8 @@ loose_grid connected(const std::vector<saddle> &saddles, const std::vector<saddl
                      size_t seed, std::vector<bool> *taken) {
     loose_grid cells;
     std::deque<std::pair<size_t, place>> open;
+    INVARIANT(seed < saddles.size() && links.size() == saddles.size());
+    INVARIANT(taken->size() == saddles.size());
     const auto put = [&](size_t index, const place &where, int turn) {
         (*taken)[index] = true;
         cells[where] = node{true, saddles[index], turn};
@@ -84,6 +87,7 @@ grid dense(const loose_grid &cells) {
     for (const auto &[where, cell] : cells) {
         made.at(where.column - min.column, where.row - min.row) = cell;
     }
+    INVARIANT(made.found_count() == static_cast<int>(cells.size()));
     return made;
 }
 
@@ -121,6 +125,7 @@ int grid::found_count() const {
 }
 
 bool grid::light_square(int column, int row) const {
+    INVARIANT(nodes.size() == static_cast<size_t>(columns * rows));
     for (int r = 0; r < rows; r++) {
         for (int c = 0; c < columns; c++) {
             if (at(c, r).found) {
@@ -134,6 +139,7 @@ bool grid::light_square(int column, int row) const {
 }
 
 grid grid::turned(int quarters) const {
+    INVARIANT(quarters >= 0 && nodes.size() == static_cast<size_t>(columns * rows));
     grid made = *this;
     for (int turn = 0; turn < quarters; turn++) {
         grid next;
@@ -155,6 +161,8 @@ grid grid::turned(int quarters) const {
 
 std::vector<grid> grids_of(const plane &level, const std::vector<saddle> &saddles,
                            const grid_limits &limits) {
+    INVARIANT(level.pixels.size() ==
+              static_cast<size_t>(level.width) * static_cast<size_t>(level.height));
     const std::vector<saddle_links> links = links_of(level, saddles, limits.nearest_px);
     std::vector<bool> taken(saddles.size(), false);
     std::vector<loose_grid> pieces;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "calib/detect/detect_links.hpp"
+#include "core/invariant.h"
 
 namespace calib::detect {
 
@@ -134,6 +135,7 @@ std::map<int, int> line_counts(const loose_grid &cells, bool by_row) {
 }
 
 bool trim_line(loose_grid *cells, bool by_row) {
+    INVARIANT(!cells->empty());
     const std::map<int, int> own = line_counts(*cells, by_row);
     const std::map<int, int> other = line_counts(*cells, !by_row);
     const int span = other.rbegin()->first - other.begin()->first + 1;
@@ -168,6 +170,7 @@ bool drop_loose_ends(loose_grid *cells) {
 void grow(const plane &level, size_t enough, int *tries, loose_grid *cells) {
     // A failed place is tried again only when its neighbourhood has changed.
     std::map<place, size_t> tried;
+    INVARIANT(*tries >= 0);
     bool changed = true;
     while (changed) {
         changed = false;
@@ -194,6 +197,7 @@ void grow(const plane &level, size_t enough, int *tries, loose_grid *cells) {
                 continue;
             }
             --*tries;
+            INVARIANT(*tries >= 0 && cells->count(where) == 0);
             const std::optional<node> found = node_near(level, *cells, where, *about);
             if (found) {
                 (*cells)[where] = *found;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/invariant.h"
+
 namespace calib::detect {
 
 namespace {
@@ -49,6 +51,7 @@ class cell_index {
   private:
     static int cell_of(double px) { return static_cast<int>(px) / cell_px; }
     size_t at(int column, int row) const {
+        INVARIANT(column >= 0 && column < columns_ && row >= 0 && row < rows_);
         return static_cast<size_t>(row) * static_cast<size_t>(columns_) +
                static_cast<size_t>(column);
     }
@@ -67,6 +70,7 @@ std::array<std::vector<neighbour>, 4> neighbours_of(const std::vector<saddle> &s
                                                     double nearest_px) {
     std::array<std::vector<neighbour>, 4> by_ray;
     const saddle &from = saddles[index];
+    INVARIANT(index < saddles.size());
     cells.near(from, [&](int other) {
         const saddle &to = saddles[static_cast<size_t>(other)];
         const double dx = to.x - from.x, dy = to.y - from.y;
@@ -145,6 +149,7 @@ std::vector<saddle_links> links_of(const plane &level, const std::vector<saddle>
         }
     }
     const std::vector<saddle_links> wishes = links;
+    INVARIANT(wishes.size() == saddles.size());
     for (size_t i = 0; i < links.size(); i++) {
         for (size_t ray = 0; ray < 4; ray++) {
             link &own = links[i][ray];

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "core/invariant.h"
+
 namespace calib::detect {
 
 namespace {
@@ -10,6 +12,7 @@ namespace {
 constexpr int shortest_side_px = 32;
 
 plane scaled_copy(const image_u8 &image) {
+    INVARIANT(image.width > 0 && image.height > 0);
     plane made;
     made.width = image.width;
     made.height = image.height;
@@ -23,6 +26,8 @@ plane scaled_copy(const image_u8 &image) {
 }
 
 plane halved(const plane &from) {
+    INVARIANT(from.pixels.size() ==
+              static_cast<size_t>(from.width) * static_cast<size_t>(from.height));
     plane made;
     made.width = from.width / 2;
     made.height = from.height / 2;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/detect/detect_response.hpp"
+#include "core/invariant.h"
 
 namespace calib::detect {
 
@@ -97,6 +98,7 @@ std::vector<saddle> apart(const plane &level, const std::vector<saddle> &all, si
     for (const saddle &next : all) {
         const int column = static_cast<int>(next.x) / cell_px + 1;
         const int row = static_cast<int>(next.y) / cell_px + 1;
+        INVARIANT(column >= 1 && column < columns - 1 && row >= 1);
         bool alone = true;
         for (int v = row - 1; v <= row + 1; v++) {
             for (int u = column - 1; u <= column + 1; u++) {

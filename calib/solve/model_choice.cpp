@@ -44,6 +44,7 @@ bundle_options options_for(const model_candidate &candidate) {
 
 void score_held_out(const bundle &data, size_t capture, const bundle_state &state, size_t position,
                     contender *result) {
+    INVARIANT(position < result->cost.size() && capture < data.captures.size());
     rigid pose = state.T_left_board[capture];
     if (fit_pose(data, data.captures[capture], state, 0, &pose) < 0) {
         pose = result->state.T_left_board[capture];
@@ -69,6 +70,7 @@ void score_held_out(const bundle &data, size_t capture, const bundle_state &stat
 }
 
 void run_fold(const bundle &data, const std::vector<size_t> &used, size_t fold, contender *result) {
+    INVARIANT(fold < FOLDS && result->cost.size() == used.size());
     bundle taught = data;
     for (size_t k = fold; k < used.size(); k += FOLDS) {
         for (bundle_view &view : taught.captures[used[k]]) {
@@ -109,6 +111,7 @@ void contend(const bundle &data, int threads, const std::function<void()> &betwe
 }
 
 double mean_of(const std::vector<double> &values) {
+    INVARIANT(!values.empty());
     double sum = 0;
     for (const double value : values) {
         sum += value;
@@ -122,6 +125,7 @@ struct difference {
 };
 
 difference compare(const contender &one, const contender &other) {
+    INVARIANT(one.cost.size() == other.cost.size());
     std::vector<double> differences(one.cost.size());
     for (size_t k = 0; k < differences.size(); k++) {
         differences[k] = one.cost[k] - other.cost[k];
@@ -169,6 +173,7 @@ bool is_contradicted(const bundle &data, const contender &simpler, const contend
 // more than chance. Error bars ignore a distortion that is left out although it exists, while a
 // distortion estimated needlessly inflates them only where nothing is known.
 size_t find_best(const std::vector<contender> &contenders, size_t default_index) {
+    INVARIANT(default_index < contenders.size());
     size_t best = default_index;
     for (size_t k = 0; k < contenders.size(); k++) {
         if (!contenders[k].possible) {
@@ -191,6 +196,7 @@ size_t elect(const bundle &data, const std::vector<contender> &contenders, size_
     }
     const size_t best = find_best(contenders, default_index);
     const size_t simplest = std::min(best, default_index);
+    INVARIANT(simplest <= best && best < contenders.size());
     size_t chosen = best;
     for (size_t k = contenders.size(); k-- > 0;) {
         const difference to_best = compare(contenders[k], contenders[best]);
@@ -227,6 +233,7 @@ model_candidate basic_model() {
 model_choice choose_model(const bundle &data, const bundle_state &state,
                           std::optional<lens_model::kind> distortion, int threads,
                           const std::function<void()> &between) {
+    INVARIANT(state.T_left_board.size() == data.captures.size());
     model_choice result;
     const auto shape_of = [&](bool square_pixels, board_model target) {
         return model_candidate{{distortion.value_or(lens_model::K1_K2_P1_P2), square_pixels},

@@ -36,6 +36,7 @@ double scale_of(const std::vector<measured> &all, double floor_px) {
     for (const measured &one : all) {
         lengths.push_back(one.length_px / std::hypot(one.given_px, floor_px));
     }
+    INVARIANT(!lengths.empty() && floor_px >= 0);
     const auto middle = lengths.begin() + long(lengths.size() / 2);
     std::nth_element(lengths.begin(), middle, lengths.end());
     return *middle / std::sqrt(2 * std::log(2.0));
@@ -76,6 +77,7 @@ void noise_floor::update(const bundle_state &state, double freedom_share, bundle
         }
     }
     floor_px_ = max;
+    INVARIANT(floor_px_ >= 0 && min <= max);
     place = 0;
     for_all_corners(*data, [&](size_t, int, bundle_corner &corner) {
         corner.sigma_px = std::hypot(given_px_[place++], floor_px_);

@@ -92,6 +92,7 @@ class view_assessor {
 
   private:
     void measure(const bundle_view &view, int camera, explanation *result) const {
+        INVARIANT(result->cost >= 0 && scale_ > 0 && limit_ > 0);
         std::vector<double> &off = result->off[camera];
         for (const bundle_corner &corner : view.corners) {
             double residual[2];
@@ -102,6 +103,7 @@ class view_assessor {
         std::vector<double> sorted = off;
         // A view may be somewhat noisier than the others without being wrong.
         const double own = median_of(&sorted) / MEDIAN_RADIUS;
+        INVARIANT(off.size() == view.corners.size() && own >= 0);
         result->limit[camera] = limit_ * std::clamp(own, scale_, NOISIER * scale_);
         result->noise[camera] = own * median_sigma(view) < MIN_LIMIT_PX ? 1 : own / scale_;
         size_t right = 0;
@@ -125,6 +127,7 @@ class view_assessor {
 
 // Applies an explanation to one camera's view.
 void accept(const explanation &given, int camera, bundle_view *view) {
+    INVARIANT(given.cost >= 0 && given.off[camera].size() == view->corners.size());
     view->used = true;
     for (size_t i = 0; i < view->corners.size(); i++) {
         bundle_corner &corner = view->corners[i];
@@ -135,6 +138,7 @@ void accept(const explanation &given, int camera, bundle_view *view) {
 void renumber_turned(const bundle &data, bundle_view *view) {
     for (bundle_corner &corner : view->corners) {
         corner.index = int(data.points.size()) - 1 - corner.index;
+        INVARIANT(corner.index >= 0);
     }
     std::reverse(view->corners.begin(), view->corners.end());
 }
@@ -143,6 +147,7 @@ std::string garbage_reason(const bundle_view &view, const explanation &alone, in
     if (alone.off[camera].empty()) {
         return "no board position in front of the camera explains its corners";
     }
+    INVARIANT(alone.off[camera].size() == view.corners.size());
     size_t wrong = 0;
     for (size_t i = 0; i < alone.off[camera].size(); i++) {
         wrong +=
@@ -173,6 +178,7 @@ struct trial {
     bool has(int camera) const { return record(camera).assessed; }
 
     explanation alone(int camera) const {
+        INVARIANT(has(camera) && !views()[size_t(camera)].empty());
         std::vector<rigid> starts = assess.starts_of(camera, record(camera).seen);
         if (data->used(capture)) {
             starts.insert(starts.begin(), state->T_left_board[capture]);
@@ -197,6 +203,7 @@ struct trial {
     }
 
     bool both(const std::vector<rigid> &starts, const std::string &reason) const {
+        INVARIANT(!starts.empty() && has(LEFT) && has(RIGHT));
         const explanation given = assess.explain(views(), true, true, starts);
         if (given.cost < 0 || !given.right[LEFT] || !given.right[RIGHT]) {
             return false;
@@ -311,6 +318,8 @@ double blunder_limit(size_t count) {
 
 bool assess(bundle *data, bundle_state *state, const board &target, double scale,
             view_records *records) {
+    INVARIANT(records->size() == data->captures.size());
+    INVARIANT(state->T_left_board.size() == data->captures.size());
     size_t count = 0;
     for (const auto &capture : data->captures) {
         count += capture[LEFT].corners.size() + capture[RIGHT].corners.size();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/base/linear.hpp"
+#include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
 namespace calib {
@@ -53,6 +54,7 @@ normalisation normalise(const std::vector<match> &matches, GetX get_x, GetY get_
 }
 
 matrix3 weighted_dlt(const std::vector<match> &matches) {
+    INVARIANT(matches.size() >= 4);
     const normalisation board = normalise(
         matches, [](const match &m) { return m.x_mm; }, [](const match &m) { return m.y_mm; });
     const normalisation image = normalise(
@@ -82,11 +84,13 @@ double distance_px(const matrix3 &H, const match &one) {
 }
 
 double median(std::vector<double> values) {
+    INVARIANT(!values.empty());
     std::nth_element(values.begin(), values.begin() + long(values.size() / 2), values.end());
     return values[values.size() / 2];
 }
 
 double extent_px(const std::vector<match> &matches) {
+    INVARIANT(!matches.empty());
     double x = 0, y = 0, square = 0;
     for (const match &one : matches) {
         x += one.x_px / double(matches.size());
@@ -151,6 +155,7 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
 
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board) {
+    INVARIANT(focal_px > 0);
     const Eigen::Map<const row_major3> H(seen.H);
     matrix3 M = H;
     M.row(0) -= centre_x_px * H.row(2);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "calib/solve/seed.hpp"
+#include "core/invariant.h"
 
 namespace calib {
 
@@ -40,6 +41,7 @@ bundle substitutes(const lens_frame &frame, const std::vector<homography> &seen)
 double misfit_at(const bundle &data, const std::vector<homography> &seen, double focal_px) {
     bundle_state state;
     state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
+    INVARIANT(focal_px > 0 && data.captures.size() == seen.size());
     double sum = 0;
     for (size_t i = 0; i < seen.size(); i++) {
         rigid pose;
@@ -64,6 +66,7 @@ double median_off_px(const bundle &alone, const bundle_state &state, const bundl
             corner_residual(alone, LEFT, view.corners[i], state, T_camera_board, residual);
         off.push_back(seen ? std::hypot(residual[0], residual[1]) : 1e9);
     }
+    INVARIANT(!off.empty());
     std::nth_element(off.begin(), off.begin() + long(off.size() / 2), off.end());
     return off[off.size() / 2];
 }
@@ -106,6 +109,8 @@ std::vector<double> vote_rig(const bundle &data, const lens_state &right,
     bundle_state state;
     state.lens[LEFT] = right;
     std::vector<double> best(pairs.size(), 1e9);
+    INVARIANT(!pairs.empty());
+    INVARIANT(T_camera_board[LEFT].size() == T_camera_board[RIGHT].size());
     double best_middle = INFINITY;
     for (const size_t candidate : pairs) {
         const rigid T = T_camera_board[RIGHT][candidate] * inverse(T_camera_board[LEFT][candidate]);

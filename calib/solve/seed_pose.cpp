@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/base/linear.hpp"
+#include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
 namespace calib {
@@ -44,6 +45,7 @@ bool squared_residuals(const lens_view &of, const rigid &T_left_board,
 }
 
 double mean_loss(const std::vector<double> &squares, double scale) {
+    INVARIANT(!squares.empty() && scale >= 0);
     double sum = 0;
     for (const double square : squares) {
         sum += scale > 0 ? scale * scale * std::log1p(square / (scale * scale)) : square;
@@ -52,6 +54,7 @@ double mean_loss(const std::vector<double> &squares, double scale) {
 }
 
 double median_length(std::vector<double> squares) {
+    INVARIANT(!squares.empty());
     std::nth_element(squares.begin(), squares.begin() + long(squares.size() / 2), squares.end());
     return std::sqrt(squares[squares.size() / 2]);
 }
@@ -86,6 +89,7 @@ void normal_equations(const lens_view &of, const rigid &T_left_board, double sca
 bool improve_pose(const lens_view &of, double scale, rigid *pose, std::vector<double> *squares,
                   double *damping) {
     const double cost = mean_loss(*squares, scale);
+    INVARIANT(*damping > 0 && pose->t_mm[2] > 0);
     matrix6 A = matrix6::Zero();
     vector6 b = vector6::Zero();
     normal_equations(of, *pose, scale, &A, &b);
@@ -142,6 +146,7 @@ rigid second_pose(const rigid &T_camera_board) {
     // changes, too.
     const double *t = T_camera_board.t_mm;
     const double length = geometry_norm(t);
+    INVARIANT(length > 0);
     const double s[3] = {t[0] / length, t[1] / length, t[2] / length};
     double along[3];  // s . each axis of the board
     geometry_rotate_back(T_camera_board.R, s, along);

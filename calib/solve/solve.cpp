@@ -15,6 +15,7 @@
 #include "calib/solve/solve_start.hpp"
 #include "calib/solve/solve_verdict.hpp"
 #include "calib/solve/uncertainty.hpp"
+#include "core/invariant.h"
 
 namespace calib {
 
@@ -52,6 +53,7 @@ bundle_options cleaning_options(const bundle &data) {
 
 // The share of the residuals that a fit leaves.
 double freedom_share(const bundle &data, const bundle_options &options) {
+    INVARIANT(data.cameras == 1 || data.cameras == CAMERAS);
     double residuals = 0, parameters = 0;
     for (const bool one : options.free_lens) {
         parameters += one ? data.cameras : 0;
@@ -67,6 +69,7 @@ double freedom_share(const bundle &data, const bundle_options &options) {
 
 // Robust scale, corrected for what the fit absorbed from the residuals.
 double noise_scale(const bundle &data, const bundle_state &state, const bundle_options &options) {
+    INVARIANT(state.T_left_board.size() == data.captures.size());
     return robust_scale(data, state) / std::sqrt(freedom_share(data, options));
 }
 
@@ -80,11 +83,13 @@ class solver {
 
     solution run() {
         records_ = inspect_views(&data());
+        INVARIANT(records_.size() == data().captures.size());
         show_stage("initial solution");
         const std::string failure = begin(1, 1, &data(), &state_);
         if (!failure.empty()) {
             return failed(failure);
         }
+        INVARIANT(state_.T_left_board.size() == data().captures.size());
         clean();
         const int fewest = fewest_views(data());
         if (fewest < 3) {
@@ -133,6 +138,7 @@ class solver {
             bundle_options options = cleaning_options(data());
             floor_.update(state_, freedom_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
+            INVARIANT(scale > 0);
             const bool changed = assess(&data(), &state_, seen_.target, scale, &records_);
             options.loss_scale = LOSS * scale;
             options.tolerance = ROUGH_TOLERANCE;
@@ -156,6 +162,7 @@ class solver {
             chosen_ = choice.chosen;
             state_ = choice.state;
             scores_ = choice.scores;
+            INVARIANT(!scores_.empty() && state_.T_left_board.size() == data().captures.size());
             held_out_rms_px_ = choice.held_out_rms_px;
             return;
         }
@@ -185,6 +192,7 @@ class solver {
         const error_model errors(data(), final_options(), state_);
         bundle copy = data();
         bundle_state other = state_;
+        INVARIANT(other.T_left_board.size() == copy.captures.size());
         start_test result;
         result.done = true;
         if (!begin(1.35, 0.75, &copy, &other).empty()) {
@@ -217,6 +225,7 @@ class solver {
     error_model widened(const error_model &errors, double rms_px, fit_test *fit) {
         error_model result = errors;
         fit->scatter_ratio = errors.scatter_ratio();
+        INVARIANT(fit->scatter_ratio >= 1 && fit->widened >= 1);
         fit->scatter_z = errors.scatter_z();
         fit->scattered = errors.scatter_z() > SCATTERED_Z && rms_px > MIN_SCATTER_PX;
         if (fit->scattered) {
@@ -241,6 +250,7 @@ class solver {
         result.held_out_rms_px = held_out_rms_px_;
         result.fit = test_fit(data(), state_, errors.sigma0());
         result.fit.sigma_ratio = floor_.ratio();
+        INVARIANT(floor_.px() >= 0 && floor_.ratio() >= 0);
         result.fit.floor_px = floor_.px();
         const error_model honest = widened(errors, result.rms_px, &result.fit);
         describe_errors(data(), state_, honest, &result);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
@@ -49,6 +51,7 @@ pattern find_pattern(const std::vector<cell> &cells) {
 
 fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) {
     std::vector<cell> image[CAMERAS], target(data.points.size());
+    INVARIANT(!(sigma0 < 0) && state.T_left_board.size() == data.captures.size());
     double sigma2_px2 = 0;
     long count = 0;
     for (int camera = 0; camera < data.cameras; camera++) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 namespace {
@@ -95,6 +97,7 @@ ordered_bundle order_observations(const observations &seen) {
     });
     bundle &data = result.data;
     data.cameras = seen.cameras;
+    INVARIANT(data.cameras == 1 || data.cameras == CAMERAS);
     data.points = make_board_points(seen.target, data.half_mm);
     for (int camera = 0; camera < seen.cameras; camera++) {
         data.frame[camera] =
@@ -112,6 +115,7 @@ ordered_bundle order_observations(const observations &seen) {
             }
         }
     }
+    INVARIANT(data.captures.size() == seen.captures.size());
     return result;
 }
 

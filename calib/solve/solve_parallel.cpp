@@ -7,11 +7,14 @@
 #include <thread>
 #include <vector>
 
+#include "core/invariant.h"
+
 namespace calib {
 
 void parallel_pieces(int threads, int count, const std::function<void(int)> &piece,
                      const std::function<void()> &between) {
     std::atomic<int> next{0};
+    INVARIANT(count >= 0);
     const auto work = [&](const std::function<void()> &before) {
         for (int index = next++; index < count; index = next++) {
             if (before) {

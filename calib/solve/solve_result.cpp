@@ -45,6 +45,7 @@ void describe_view(const bundle &data, const bundle_state &state, size_t ordered
                    int camera, solution *result) {
     const bundle_view &view = data.captures[ordered][size_t(camera)];
     view_summary &summary = result->views[caller][size_t(camera)];
+    INVARIANT(caller < result->views.size() && ordered < data.captures.size());
     summary.used = view.used;
     double squares = 0;
     for (const bundle_corner &corner : view.corners) {
@@ -90,6 +91,8 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
     const bundle &data = ordered.data;
     solution result;
     const size_t count = seen.captures.size();
+    INVARIANT(ordered.caller.size() == count && data.captures.size() == count);
+    INVARIANT(records.size() == count);
     result.T_left_board.resize(count);
     result.board_known.assign(count, false);
     result.views.resize(count);
@@ -125,6 +128,7 @@ solution describe(const observations &seen, const ordered_bundle &ordered,
 void describe_errors(const bundle &data, const bundle_state &state, const error_model &errors,
                      solution *result) {
     result->sigma0 = errors.sigma0();
+    INVARIANT(!(result->sigma0 < 0));
     solution_sigmas &sigma = result->sigma;
     for (int camera = 0; camera < data.cameras; camera++) {
         const size_t place = size_t(camera);

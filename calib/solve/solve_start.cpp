@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/solve/solve_parallel.hpp"
+#include "core/invariant.h"
 
 namespace calib {
 
@@ -16,6 +17,7 @@ const int ROUNDS = 3;
 
 // Sum of the distances, which ranks starts regardless of their losses.
 double total_distance(const bundle &data, const bundle_state &state) {
+    INVARIANT(state.T_left_board.size() == data.captures.size());
     double sum = 0;
     for (size_t i = 0; i < data.captures.size(); i++) {
         for (int camera = 0; camera < data.cameras; camera++) {
@@ -41,6 +43,7 @@ struct single_start {
 };
 
 single_start prepare(const bundle &data, const view_records &records, int camera) {
+    INVARIANT(records.size() == data.captures.size());
     single_start result;
     result.data = single_camera(data, camera);
     for (size_t i = 0; i < data.captures.size(); i++) {
@@ -54,6 +57,7 @@ single_start prepare(const bundle &data, const view_records &records, int camera
 
 // One camera from one focal length. Views whose homography implies no pose are set aside.
 bundle_state start_single(single_start from, double focal_px, const bundle_options &robust) {
+    INVARIANT(focal_px > 0 && from.seen.size() == from.captures.size());
     bundle_state state;
     state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
     state.T_left_board.resize(from.data.captures.size());
@@ -95,6 +99,7 @@ bool join(bundle *data, const bundle_state (&single)[CAMERAS], bundle_state *sta
                                                single[RIGHT].T_left_board};
     const std::vector<double> off =
         vote_rig(*data, single[RIGHT].lens[LEFT], poses, pairs, &state->T_right_left);
+    INVARIANT(off.size() == pairs.size());
     std::vector<double> sorted = off;
     std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
     const double suspect_px = 5 * sorted[sorted.size() / 2] + 3;
@@ -155,6 +160,7 @@ std::string start_singles(const bundle &data, const view_records &records,
     });
     for (int camera = 0; camera < data.cameras; camera++) {
         double min = INFINITY;
+        INVARIANT(!focal_px[camera].empty());
         for (const attempt &one : attempts) {
             if (one.camera == camera && (one.distance < min || min == INFINITY)) {
                 min = one.distance;
@@ -168,6 +174,7 @@ std::string start_singles(const bundle &data, const view_records &records,
 }  // namespace
 
 void adjust_robustly(const bundle &data, bundle_options options, bundle_state *state) {
+    INVARIANT(state->T_left_board.size() == data.captures.size());
     options.tolerance = ROUGH_TOLERANCE;
     for (int round = 0; round < ROUNDS; round++) {
         options.loss_scale = LOSS * robust_scale(data, *state);

@@ -30,6 +30,7 @@ void add(const board_equations &board, board_equations *sum) {
 
 // How the shared parameters and the boards' frame depend on those of `parameters`.
 matrix follow_of(const board_equations &sum, const std::vector<int> &parameters, long board_count) {
+    INVARIANT(board_count > 0 && !parameters.empty());
     matrix follow = matrix::Zero(SIZE, long(parameters.size()));
     for (long column = 0; column < follow.cols(); column++) {
         follow(parameters[size_t(column)], column) = 1;
@@ -93,6 +94,8 @@ error_model::error_model(const bundle &data, const bundle_options &options,
       frame_{data.frame[LEFT], data.frame[RIGHT]},
       cameras_(data.cameras),
       covariance_(size_t(SIZE * SIZE), 0.0) {
+    INVARIANT(cameras_ == 1 || cameras_ == CAMERAS);
+    INVARIANT(state.T_left_board.size() == data.captures.size());
     std::vector<board_equations> boards;
     board_equations sum;
     for (size_t i = 0; i < data.captures.size(); i++) {
@@ -120,6 +123,7 @@ error_model::error_model(const bundle &data, const bundle_options &options,
         const board_scatter scatter = scatter_of(boards, parameters, sigma0_);
         scatter_z_ = scatter.z;
         scatter_ratio_ = std::max(1.0, scatter.ratio);
+        INVARIANT(scatter.covariance.rows() == count && scatter.covariance.cols() == count);
         const matrix seen = carried(follow, scatter.covariance) + doubt;
         scattered_.assign(seen.data(), seen.data() + SIZE * SIZE);
     }
@@ -140,6 +144,7 @@ void error_model::widen(double factor) {
 }
 
 void error_model::doubt_scale(double share) {
+    INVARIANT(share >= 0);
     const double *t = state_.T_right_left.t_mm;
     for (size_t i = 0; i < 3; i++) {
         for (size_t k = 0; k < 3; k++) {
@@ -166,18 +171,22 @@ double error_model::variance(const std::vector<double> &row) const {
 }
 
 double error_model::lens_sigma(int camera, int parameter) const {
+    INVARIANT(camera >= 0 && camera < cameras_);
+    INVARIANT(parameter >= 0 && parameter < LENS_PARAMETERS);
     std::vector<double> row(SIZE, 0.0);
     row[size_t(LENS_AT + camera * LENS_PARAMETERS + parameter)] = 1;
     return std::sqrt(variance(row));
 }
 
 double error_model::rig_sigma(int parameter) const {
+    INVARIANT(cameras_ == CAMERAS && parameter >= 0 && parameter < POSE_PARAMETERS);
     std::vector<double> row(SIZE, 0.0);
     row[size_t(RIG_AT + parameter)] = 1;
     return std::sqrt(variance(row));
 }
 
 double error_model::baseline_sigma_mm() const {
+    INVARIANT(cameras_ == CAMERAS);
     const double *t = state_.T_right_left.t_mm;
     const double length = geometry_norm(t);
     std::vector<double> row(SIZE, 0.0);
