@@ -30,7 +30,7 @@ GUARDS = {
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),
     "hdl/synthesis_test": ("fpga/rtl", "fpga/boards", "fpga/synthesis.json", "fpga/tools"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),
-    "simrig/world_(blur|files|texture)_test": ("tools/simrig",),
+    "simrig/world_(blur|files)_test": ("tools/simrig",),
 }
 
 

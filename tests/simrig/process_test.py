@@ -4,13 +4,12 @@ import os
 import select
 import socket
 import struct
-import subprocess
 import time
 import unittest
 
 from simrig_client import (BOARD, BRIDGE, CONTROLLER, DEADLINE, LEFT, NACK_ADDRESS, NO_FRAME_ARMED,
                            NOT_ALLOWED, OK, RIGHT, Bench, FRAME_CANCEL, FRAME_WAIT, GPIO_SET,
-                           SERIAL_READ, SERIAL_WRITE, SIMRIG, TRUTH, WAKE_FRAME, WAKE_GPIO,
+                           SERIAL_READ, SERIAL_WRITE, TRUTH, WAKE_FRAME, WAKE_GPIO,
                            WAKE_SERIAL, Refused)
 from waiting import wait_until
 
@@ -130,20 +129,6 @@ class VirtualTime(Bench):
         board.arm(64, 40)
         self.assertEqual(board.frame()[5] & 4, 4)
 
-    def test_frames_are_whole_whenever_they_are_armed(self):
-        """Also within a frame that is not watched."""
-        board = self.board
-        board.bring_up()
-        for pause_us in (0, 100, 200, 300, 350, 400, 450, 500, 1000, 10000):
-            board.advance(pause_us)
-            board.arm(64, 48)
-            frame = board.frame()
-            self.assertEqual(frame[5], 0, pause_us)
-            pixels = struct.unpack("<3072H", frame[6])
-            self.assertGreater(min(pixels), 20, pause_us)
-            # 48 rows of 511 clocks, the fewest there are, at 48 MHz; the last one ends earlier.
-            self.assertIn(frame[1] - frame[0], range(500, 512))
-
     def test_waiting_for_frames(self):
         board = self.board
         self.assert_rejection(NO_FRAME_ARMED, board.frame)
@@ -220,19 +205,6 @@ class EveryClock(Bench):
         self.assertAlmostEqual(period_10us * 10, period_us, delta=0.02 * period_us + 10)
         self.assertAlmostEqual(clock_khz, 48000, delta=500)
 
-    def test_without_it_those_that_are_armed(self):
-        self.assertEqual(self.measured()[0], 0)
-
-    def test_a_log_holds_it(self):
-        log = self.folder / "run.log"
-        running = self.start("--every-clock", "--log", log)
-        board = running.client()
-        board.bring_up()
-        self.assertGreater(board.read(BRIDGE, 0x30), 0)
-        self.assertEqual(running.stop(), 0)
-        done = self.run_simrig("--replay", log)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-
 
 class WallTime(Bench):
     def test_time_is_the_clock_s(self):
@@ -283,22 +255,6 @@ class Tcp(Bench):
         self.assertRegex(running.where, r"^tcp:127\.0\.0\.1:\d+$")
         self.assertEqual(running.client().advance(1000)[1], 0)
         self.assertEqual(running.stop(), 0)
-
-
-class SlowMachine(Bench):
-    def test_who_sees_the_socket_can_connect(self):
-        path = self.folder / "s.sock"
-        environment = {**os.environ, "LD_PRELOAD": os.environ["SLOW_LISTEN_LIBRARY"],
-                       "ASAN_OPTIONS": "verify_asan_link_order=0"}
-        process = subprocess.Popen(
-            [SIMRIG, "--scene", self.scene, "--listen", f"unix:{path}"],
-            stdout=subprocess.DEVNULL, env=environment)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        wait_until(path.exists)
-        with socket.socket(socket.AF_UNIX) as client:
-            client.connect(str(path))
-        self.assertEqual([name for name in os.listdir(self.folder) if "sock" in name], ["s.sock"])
 
 
 if __name__ == "__main__":

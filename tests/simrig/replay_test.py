@@ -7,10 +7,8 @@ import unittest
 import cv2
 import numpy
 
-from simrig_client import (ADVANCE, BRIDGE, CONTROLLER, DEADLINE, FAILED, FRAME_WAIT, LEFT,
-                           NACK_ADDRESS, OK, RIGHT, SCENE, SERIAL_READ, SERIAL_WRITE, STUCK, TRUTH,
-                           Bench, Refused)
-from waiting import wait_until
+from simrig_client import (BRIDGE, CONTROLLER, DEADLINE, FAILED, LEFT, NACK_ADDRESS, OK, RIGHT,
+                           SCENE, SERIAL_READ, SERIAL_WRITE, STUCK, TRUTH, Bench, Refused)
 
 
 def take(board, columns=64, rows=48):
@@ -140,19 +138,6 @@ class Control(Bench):
         board.control("fault serial ok")
         self.assertEqual(len(ask_lens(board)), len(good))
 
-    def test_a_jammed_servo(self):
-        board = self.board
-        board.advance(200)
-        board.control("fault servo left jam")
-        for index, value in ((0x0E, 5000), (0x10, 1600 * 16), (0x18, 1600 * 16), (0x08, 3)):
-            self.assertEqual(board.write(BRIDGE, index, value), OK)
-        board.advance(400000)
-        status = board.control("status")
-        angles = [float(line.split("pan_deg: ")[1].split(",")[0])
-                  for line in status.splitlines() if "pan_deg" in line]
-        self.assertLess(abs(angles[0]), 1)
-        self.assertAlmostEqual(angles[1], 100 / 10.3 - 0.7, delta=1.5)
-
 
 class Replay(Bench):
     def story(self, running):
@@ -195,57 +180,6 @@ class Replay(Bench):
         (self.folder / "changed.log").write_bytes(changed)
         self.assert_refused(self.run_simrig("--replay", self.folder / "changed.log"), 1, "entry ",
                             "not answered as")
-
-    def test_what_was_abandoned_is_replayed_too(self):
-        """A client leaves during an advance, while another one sends requests; then during a frame."""
-        log = self.folder / "run.log"
-        running = self.start("--log", log)
-        board, control = running.client(), running.client(CONTROLLER)
-        board.bring_up()
-        begin = control.time_us()
-        control.send(ADVANCE, struct.pack("<QI", begin + 80000 * 10 ** 6, 0))
-        wait_until(lambda: board.time_us() > begin + 20000)
-        board.ask(SERIAL_WRITE, b"1Z310\n")
-        board.control("fault serial garbage 0.1")
-        control.close()
-        control = None
-        board.arm(64, 48)
-        while control is None:  # until simrig has noticed
-            try:
-                pixels = board.frame()[6]
-                control = running.client(CONTROLLER)
-            except Refused:
-                pass
-        board.arm(64, 49)
-        board.send(FRAME_WAIT, struct.pack("<Q", control.time_us() + 10 ** 9))
-        board.close()
-        after = running.client(CONTROLLER)
-        text = after.control("status")
-        self.assertEqual(running.stop(), 0)
-        self.assertTrue(pixels and text)
-        self.replay(log)
-
-    def test_begin_from_a_log(self):
-        log = self.folder / "run.log"
-        running = self.start("--log", log)
-        board, _, _ = self.story(running)
-        middle_us = board.time_us()
-        board.advance(50000)
-        last = take(board)[6]
-        running.stop()
-        # To its end, and on from there as the first run would have continued.
-        second = self.start("--from", log, "--log", self.folder / "second.log")
-        board = second.client()
-        board.ask(SERIAL_READ)
-        self.assertGreater(board.time_us(), middle_us + 50000)
-        second.stop()
-        self.replay(self.folder / "second.log")
-        # Up to the middle, and then the same requests: the same image.
-        third = self.start("--from", log, "--until", middle_us * 1e-6)
-        board = third.client()
-        self.assertEqual(board.time_us(), middle_us)
-        board.advance(50000)
-        self.assertEqual(take(board)[6], last)
 
     def test_snapshots(self):
         log = self.folder / "run.log"

@@ -266,16 +266,3 @@ class Bench(unittest.TestCase):
 
     def assert_closed(self, client):
         self.assertRaises(Gone, client.exactly, 1)
-
-
-def cpu_s(process_id):
-    """CPU seconds of a running process."""
-    with open(f"/proc/{process_id}/stat", encoding="ascii") as file:
-        fields = file.read().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def children_cpu_s():
-    """CPU seconds of all processes that have been waited for."""
-    times = os.times()
-    return times.children_user + times.children_system

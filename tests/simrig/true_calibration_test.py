@@ -121,16 +121,6 @@ class TrueCalibration(unittest.TestCase):
         self.assertGreater(smooth.sum(), 3000)
         self.assertGreater((off_mm < 0.01).mean(), 0.8)
 
-    def test_a_thinned_frame_is_a_smaller_one(self):
-        render(self.folder, "plane", "--skip", 2, "--bin", 2)
-        cameras, _, _ = self.convert()
-        left = compare.Camera(self.folder, "left")
-        self.assertEqual(left.depth_mm.shape, (768, 1024))
-        self.assertAlmostEqual(cameras["left"][0][0, 0] * 2, left.focal_px, places=6)
-        # Output pixel j is the mean of two 2 apart from array pixel 4 (j / 2) + j % 2 on.
-        on_array = left.centre_px[0]
-        self.assertAlmostEqual(cameras["left"][0][0, 2], (on_array - 0.5) / 2, places=6)
-
     def test_what_is_refused(self):
         render(self.folder, "plane", "--window", "0,0,64,48")
         good = (self.folder / "left.yaml").read_text()
@@ -177,28 +167,6 @@ class Compare(unittest.TestCase):
         self.assertGreater(reported["measured_percent"], 90)
         self.assertLess(reported["median_error_px"], 0.25)
         self.assertLess(reported["wrong_percent"], 3)
-
-    def test_pixels_are_the_camera_s(self):
-        """Of a result of half the size half a pixel is a whole one."""
-        half = self.folder / "half"
-        done = run(VERGENCE, "reconstruct", self.folder / "left.pgm", self.folder / "right.pgm",
-                   "--bayer", "grbg", "--calibration", self.folder, "--depth", "1600:2400",
-                   "--scale", "0.5", "--out", half, "--quiet")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        truth = self.folder / "half-truth"
-        for shift_px, wrong, wrong_result in ((0.4, 0, 0), (0.6, 100, 0), (1.1, 100, 100)):
-            done = run(SIMRIG / "compare", half, self.folder, "--json", "--out", truth)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            true = cv2.imread(str(truth / "truth.pfm"), cv2.IMREAD_UNCHANGED)
-            cv2.imwrite(str(half / "disparity.pfm"), true + numpy.float32(shift_px))
-            seen = json.loads(run(SIMRIG / "compare", half, self.folder, "--json", "--object",
-                                  "cylinder").stdout)["seen"]
-            self.assertAlmostEqual(seen["median_error_px"], 2 * shift_px, delta=0.05)
-            self.assertEqual((seen["wrong_percent"], seen["wrong_result_percent"]),
-                             (wrong, wrong_result))
-        # The same depth per camera pixel for any size of the result.
-        whole = self.reported("--object", "cylinder")["seen"]
-        self.assertAlmostEqual(seen["mm_per_px"], whole["mm_per_px"], delta=0.05)
 
     def test_the_truth_itself_and_known_errors(self):
         before = (self.result / "disparity.pfm").read_bytes()

@@ -81,13 +81,16 @@ TEST_CASE("neither strides nor what lies between the rows matter") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Pair pair = small_pair(61, 40, seed);
-    const match_options options = match_default_options(0, 24);
-    const Matched dense = run_match(pair, options);
-    REQUIRE(dense.status == ERROR_OK);
-    for (const int extra : {1, 3, 64, 1000}) {
-        MatchSetting setting;
-        setting.stride_extra = extra;
-        CHECK(same_answer(run_match(pair, options, setting), dense));
+    match_options options = match_default_options(0, 24);
+    for (const match_preset preset : {MATCH_PRESET_STANDARD, MATCH_PRESET_PAPER}) {
+        options.preset = preset;
+        const Matched dense = run_match(pair, options);
+        REQUIRE(dense.status == ERROR_OK);
+        for (const int extra : {1, 3, 64, 1000}) {
+            MatchSetting setting;
+            setting.stride_extra = extra;
+            CHECK(same_answer(run_match(pair, options, setting), dense));
+        }
     }
 }
 
@@ -241,7 +244,8 @@ TEST_CASE("random shapes and extreme pixels") {
                 }
             }
         }
-        const match_options options = match_default_options(first, count);
+        match_options options = match_default_options(first, count);
+        options.preset = round % 4 == 3 ? MATCH_PRESET_PAPER : MATCH_PRESET_STANDARD;
         MatchSetting setting;
         const Threads pool(1 + round % 3, seed);
         setting.parallel = pool.parallel();
