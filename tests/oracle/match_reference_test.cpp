@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matcher compared bit by bit with the slow one of match_reference.hpp, at every processor
-// level: the dynamic programming on random costs, then everything from grey images to reasons.
+// level: from random costs, and from grey images, to reasons.
 #include "match_reference.hpp"
 
 #include <doctest/doctest.h>
@@ -14,7 +14,6 @@
 
 #include "core/arena.h"
 #include "core/error.h"
-#include "match_paths.h"
 #include "match_probed.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
@@ -37,15 +36,14 @@ namespace {
 struct Level {
     std::string name;
     const match_kernels *kernels;
-    const match_paths *paths;
 };
 
 // Those supported by this processor.
 std::vector<Level> levels() {
-    std::vector<Level> all = {{"plain", nullptr, &match_paths_plain}};
+    std::vector<Level> all = {{"plain", nullptr}};
 #if defined(__x86_64__)
-    all.push_back({"sse41", nullptr, &match_paths_sse41});
-    all.push_back({"avx2", nullptr, &match_paths_avx2});
+    all.push_back({"sse41", nullptr});
+    all.push_back({"avx2", nullptr});
 #endif
     std::vector<Level> present;
     for (Level level : all) {
@@ -273,84 +271,7 @@ Volume random_costs(Generator &generator, int width, int height, int lanes) {
     return costs;
 }
 
-// One path of a volume for the kernels' step, and its result.
-struct PathBytes {
-    std::vector<uint8_t> costs, large, path_costs;
-};
-
-void check_paths(const Level &level, const std::vector<PathBytes> &given, int small, int lanes) {
-    std::vector<PathBytes> paths = given;
-    std::vector<const uint8_t *> costs, large;
-    std::vector<uint8_t *> path_costs;
-    for (PathBytes &path : paths) {
-        path.path_costs.resize(path.costs.size());
-        costs.push_back(path.costs.data());
-        large.push_back(path.large.data());
-        path_costs.push_back(path.path_costs.data());
-    }
-    const int pixels = static_cast<int>(paths[0].large.size());
-    level.paths->pass(costs.data(), large.data(), static_cast<uint8_t>(small), pixels, lanes,
-                      path_costs.data());
-    int differing = 0;
-    for (const PathBytes &path : paths) {
-        std::vector<Lanes> pixel_costs;
-        for (auto at = path.costs.begin(); at != path.costs.end(); at += lanes) {
-            pixel_costs.emplace_back(at, at + lanes);
-        }
-        const std::vector<Lanes> expected = reference::path_costs(
-            pixel_costs, small, std::vector<double>(path.large.begin(), path.large.end()));
-        auto path_cost = path.path_costs.begin();
-        for (const Lanes &pixel : expected) {
-            const Lanes by_lane = reference::normalised(pixel);
-            differing += !std::equal(by_lane.begin(), by_lane.end(), path_cost);
-            path_cost += lanes;
-        }
-    }
-    CHECK(differing == 0);
-}
-
-// `n` pixels from `from` on, `step` apart.
-PathBytes path_through(const Volume &costs, const Grid<int> &large, Place from, Place step, int n) {
-    PathBytes path;
-    for (int i = 0; i < n; i++, from.x += step.x, from.y += step.y) {
-        const Lanes &lanes = costs.at(from.x, from.y);
-        path.costs.insert(path.costs.end(), lanes.begin(), lanes.end());
-        path.large.push_back(static_cast<uint8_t>(large.at(from.x, from.y)));
-    }
-    return path;
-}
-
 }  // namespace
-
-TEST_CASE("messages along rows and columns are those of the recursion, on random costs") {
-    Generator generator;
-    for (const Level &level : levels()) {
-        CAPTURE(level.name);
-        const int members = level.paths->members;
-        for (int lanes = 16; lanes <= 128; lanes += 16) {
-            CAPTURE(lanes);
-            const int width = generator.between(members, 40);
-            const int height = generator.between(members, 40);
-            const int small = generator.between(1, 60);
-            const Volume costs = random_costs(generator, width, height, lanes);
-            Grid<int> large(width, height);
-            for (int &penalty : large.cells) {
-                penalty = generator.between(0, UINT8_MAX - kCostMax);
-            }
-            std::vector<PathBytes> right, left, down;
-            for (int m = 0; m < members; m++) {
-                const int y = generator.between(0, height - 1);
-                const int x = generator.between(0, width - 1);
-                right.push_back(path_through(costs, large, {0, y}, {1, 0}, width));
-                left.push_back(path_through(costs, large, {width - 1, y}, {-1, 0}, width));
-                down.push_back(path_through(costs, large, {x, 0}, {0, 1}, height));
-            }
-            check_paths(level, right, small, lanes);
-            check_paths(level, left, small, lanes);
-            check_paths(level, down, small, lanes);
-        }
-    }
-}
 
 TEST_CASE("averages, paths and winners are the reference's on random costs") {
     Generator generator;

@@ -14,7 +14,6 @@
 #include "core/math.h"
 #include "digest_match.h"
 #include "digest_numbers.h"
-#include "digest_vectors.h"
 #include "stereo/geometry/calibration.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/lens.h"
@@ -314,7 +313,6 @@ static const struct {
     {"rectify", digest_rectify},
     {"triangulate", digest_triangulate},
     {"mesh", digest_mesh},
-    {"vectors", digest_vectors},
     {"match", digest_match},
     {"paper", digest_paper},
     {"refine", digest_refine},

@@ -171,42 +171,6 @@ TEST_CASE("no triangle bridges a step") {
     CHECK(bridges == 0);
 }
 
-TEST_CASE("normals have unit length, look at the camera and follow the surfaces") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Verged setup = make_verged(seed, 0.5);
-    const VergedRun done = run_verged(setup);
-    REQUIRE(done.status == ERROR_OK);
-    const Vector wall = setup.scene.surfaces[0].normal;
-    Vector mean;
-    int wrong = 0;
-    double ball_cosine = 0;
-    int ball_points = 0;
-    for (uint32_t i = 0; i < done.result.vertex_count; i++) {
-        const int16_t *q14 = done.result.normals_q14[i];
-        const Vector normal{q14[0] / 16384.0, q14[1] / 16384.0, q14[2] / 16384.0};
-        const Vector point = position(done.result.points[i]);
-        wrong += std::abs(norm(normal) - 1) > 0.001;
-        const Truth truth = truth_of_point(setup, point);
-        if (truth.near_edge) {
-            continue;
-        }
-        if (truth.surface == 0) {
-            mean = mean + normal;
-        }
-        if (truth.surface == 1) {
-            const Vector out = point - setup.scene.surfaces[1].centre;
-            ball_cosine += dot(out, normal) / norm(out);
-            ball_points++;
-        }
-    }
-    CHECK(wrong == 0);
-    // The plane is normal . p = 1: its normal points away from the camera.
-    CHECK(-dot(mean, wall) / (norm(mean) * norm(wall)) > std::cos(0.03));
-    // One cell is 2 mm wide and its depth has about the same accuracy, so single normals are noisy.
-    CHECK(ball_cosine / ball_points > 0.5);
-}
-
 TEST_CASE("counts add up") {
     const Verged setup = make_verged(5);
     const VergedRun done = run_verged(setup);
@@ -270,20 +234,6 @@ TEST_CASE("colour and mosaic of a grey scene give the grey scene's surface") {
         REQUIRE(errors_mm.size() > 20000);
         CHECK(quantile(errors_mm, 0.5) < 2);
     }
-}
-
-TEST_CASE("without refinement and with keep_all there is a surface as well") {
-    const Verged setup = make_verged(8);
-    VergedSetting setting;
-    setting.options.refine = false;
-    const VergedRun coarse = run_verged(setup, setting);
-    CHECK(coarse.status == ERROR_OK);
-    CHECK(coarse.result.vertex_count > 10000);
-    CHECK(coarse.result.points[0].sigma_um > 0);
-    setting.options.keep_all = true;
-    const VergedRun all = run_verged(setup, setting);
-    CHECK(all.status == ERROR_OK);
-    CHECK(all.result.vertex_count > coarse.result.vertex_count);
 }
 
 TEST_CASE("smaller scale and a region give smaller results that still fit the scene") {

@@ -179,39 +179,6 @@ TEST_CASE("the shared field of view fills the image at the raw resolution") {
     CHECK(min_filled > 0.6);
 }
 
-TEST_CASE("interpolated coordinates keep to 0.003 px of exact ones") {
-    Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
-    double max_px = 0;
-    for (int i = 0; i < 200; i++) {
-        const calibration rig = random_rig::make(random, 2048, 1536);
-        rectify_plan plan;
-        REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
-        for (rectify_side side : {RECTIFY_LEFT, RECTIFY_RIGHT}) {
-            const Table table(plan, rig, side);
-            std::vector<int32_t> x(static_cast<size_t>(plan.width_px)), y(x);
-            for (int k = 0; k < 12; k++) {
-                const int row = k == 0   ? 0
-                                : k == 1 ? plan.height_px - 1
-                                         : static_cast<int>(uniform(random, 0, plan.height_px));
-                rectify_row_coordinates(&table.table, row, x.data(), y.data());
-                for (int column = k % 5; column < plan.width_px; column += 5) {
-                    double raw_px[2];
-                    REQUIRE(exact_raw(plan, rig, side, column, row, raw_px));
-                    if (raw_px[0] < 0 || raw_px[1] < 0 || raw_px[0] > 2047 || raw_px[1] > 1535) {
-                        continue;
-                    }
-                    max_px = std::max(
-                        {max_px, std::fabs(x[static_cast<size_t>(column)] / 65536.0 - raw_px[0]),
-                         std::fabs(y[static_cast<size_t>(column)] / 65536.0 - raw_px[1])});
-                }
-            }
-        }
-    }
-    MESSAGE("worst error of a coordinate: " << max_px << " px");
-    CHECK(max_px < 0.003);
-}
-
 namespace {
 
 // Double-precision bilinear interpolation at the table's own coordinates.
@@ -276,39 +243,6 @@ void check_row(const std::vector<Pixel> &raw, const rectify_table &table, int y_
 }
 
 }  // namespace
-
-TEST_CASE("pixels are within one grey level of exact bilinear interpolation") {
-    Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
-    const int width = 160, height = 120;
-    const size_t count = static_cast<size_t>(width * height);
-    for (int i = 0; i < 60; i++) {
-        const calibration rig = random_rig::make(random, width, height);
-        rectify_options options = as_it_is;
-        options.scale = i % 3 == 0 ? 1 : i % 3 == 1 ? 0.7 : 1.8;
-        rectify_plan plan;
-        REQUIRE(make(rig, options, &plan) == ERROR_OK);
-        const Table table(plan, rig, i % 2 == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT);
-        const size_t columns = static_cast<size_t>(plan.width_px);
-        auto u8 = noise<uint8_t>(random, count, 8), rgb = noise<uint8_t>(random, 3 * count, 8);
-        auto u16 = noise<uint16_t>(random, count, 8 + i % 9);
-        const image_u8 grey = {u8.data(), width, height, width};
-        const image_u16 deep = {u16.data(), width, height, width};
-        const image_rgb8 colour = {rgb.data(), width, height, 3 * width};
-        std::vector<int32_t> work(2 * columns), x(columns), y(columns);
-        std::vector<uint8_t> row8(columns, 99), row_rgb(3 * columns, 99);
-        std::vector<uint16_t> row16(columns, 99);
-        for (int row = 0; row < plan.height_px; row++) {
-            rectify_row_coordinates(&table.table, row, x.data(), y.data());
-            rectify_span span = rectify_row_u8(&table.table, &grey, row, row8.data(), work.data());
-            check_row(u8, table.table, row, 1, row8, span, x, y);
-            span = rectify_row_u16(&table.table, &deep, row, row16.data(), work.data());
-            check_row(u16, table.table, row, 1, row16, span, x, y);
-            span = rectify_row_rgb8(&table.table, &colour, row, row_rgb.data(), work.data());
-            check_row(rgb, table.table, row, 3, row_rgb, span, x, y);
-        }
-    }
-}
 
 TEST_CASE("a row that leaves the image and comes back keeps its longest run") {
     // Columns 0..9 inside, 10..12 above the image, 13..39 inside: made by hand.

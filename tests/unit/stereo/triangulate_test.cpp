@@ -47,23 +47,6 @@ rectify_plan random_plan(Random &random) {
     return plan;
 }
 
-triangulate_vertical random_vertical(Random &random) {
-    return {uniform(random, -1, 1),
-            uniform(random, -1e-3, 1e-3),
-            uniform(random, -1e-3, 1e-3),
-            uniform(random, 0, 0.5),
-            0,
-            0,
-            0,
-            0,
-            100};
-}
-
-double residual_px(const rectify_plan &plan, const triangulate_vertical &vertical, int x, int y) {
-    return vertical.offset_px + vertical.slope_x * (x - 0.5 * plan.width_px) +
-           vertical.slope_y * (y - 0.5 * plan.height_px);
-}
-
 // Mid-point of both rays in double precision, left camera's frame.
 bool slow_midpoint(const rectify_plan &plan, double x, double y, double disparity_px,
                    double vertical_px, geometry_midpoint *result) {
@@ -86,10 +69,6 @@ triangulate_plan made(const rectify_plan &plan, const triangulate_vertical *vert
     return result;
 }
 
-double distance_um(const triangulate_point &point, const double mm[3]) {
-    return std::hypot(point.x_um - 1e3 * mm[0], point.y_um - 1e3 * mm[1], point.z_um - 1e3 * mm[2]);
-}
-
 }  // namespace
 
 TEST_CASE("a point worked out by hand") {
@@ -104,139 +83,6 @@ TEST_CASE("a point worked out by hand") {
     CHECK(point.miss_um == 0);
     // A quarter of a pixel is 1 % of the depth, along a ray of sqrt(1 + 0.04 + 0.01).
     CHECK(point.sigma_um == doctest::Approx(20000 * std::sqrt(1.05)).epsilon(1e-3));
-}
-
-TEST_CASE("fixed point agrees with double precision over all rigs") {
-    Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
-    double max = 0, max_miss = 0;
-    int points = 0;
-    for (int i = 0; i < 2000; i++) {
-        const rectify_plan plan = random_plan(random);
-        const triangulate_vertical vertical = random_vertical(random);
-        const bool has_vertical = i % 2 == 0;
-        const triangulate_plan fixed = made(plan, has_vertical ? &vertical : nullptr);
-        for (int k = 0; k < 100; k++) {
-            const int x = static_cast<int>(uniform(random, 0, plan.width_px));
-            const int y = static_cast<int>(uniform(random, 0, plan.height_px));
-            const double parallax_px =
-                uniform(random, 2, 3000) * std::pow(10, uniform(random, -1, 0));
-            const int32_t disparity_q8 = static_cast<int32_t>(
-                std::lround(256 * (parallax_px + plan.cx_left_px - plan.cx_right_px)));
-            triangulate_point point;
-            if (!triangulate_match(&fixed, x, y, disparity_q8, 20, &point)) {
-                continue;
-            }
-            points++;
-            geometry_midpoint truth;
-            const double vertical_px = has_vertical ? residual_px(plan, vertical, x, y) : 0;
-            REQUIRE(slow_midpoint(plan, x, y, disparity_q8 / 256.0, vertical_px, &truth));
-            // One micrometre of rounding; the distance of the principal points is kept to 2^-17 px;
-            // the rest to about 2^-26 of the plain distance.
-            const double parallax = disparity_q8 / 256.0 - plan.cx_left_px + plan.cx_right_px;
-            const double plain_um = 1e3 * plan.f_px * plan.baseline_mm / parallax;
-            const double wide =
-                1 + std::hypot((x - plan.cx_left_px) / plan.f_px, (y - plan.cy_px) / plan.fy_px);
-            const double bound_um = 1.5 + plain_um * wide * (1e-7 + 1.6e-5 * wide / parallax);
-            max = std::max(max, distance_um(point, truth.point_mm) / bound_um);
-            const double miss_um = 1e3 * truth.miss_mm;
-            max_miss =
-                std::max(max_miss, std::fabs(point.miss_um - miss_um) / (1.5 + 3e-5 * miss_um));
-        }
-    }
-    MESSAGE(points << " points, worst " << max << " of the bound, miss " << max_miss);
-    CHECK(points > 150000);
-    CHECK(max <= 1);
-    CHECK(max_miss <= 1);
-}
-
-// The rays through the raw pixels, using the coordinates of rectification.
-TEST_CASE("points agree with the rays of the raw pixels") {
-    Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
-    double max_px = 0;
-    for (int i = 0; i < 100; i++) {
-        const calibration rig = random_rig::make(random);
-        const rectify_options options = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
-        rectify_plan plan;
-        REQUIRE(rectify_plan_make(&rig, &options, &plan) == ERROR_OK);
-        std::vector<unsigned char> memory(2 * rectify_table_need_bytes(&plan));
-        arena working;
-        arena_init(&working, memory.data(), memory.size());
-        rectify_table left, right;
-        REQUIRE(rectify_table_make(&plan, &rig, RECTIFY_LEFT, &working, &left) == ERROR_OK);
-        REQUIRE(rectify_table_make(&plan, &rig, RECTIFY_RIGHT, &working, &right) == ERROR_OK);
-        const triangulate_plan fixed = made(plan, nullptr);
-        double R_right_left[9], centre_mm[3];
-        geometry_rotation_from_vector(rig.rotation_right_left_rad, R_right_left);
-        geometry_rotate_back(R_right_left, rig.translation_right_left_mm, centre_mm);
-        for (double &c : centre_mm) {
-            c = -c;
-        }
-        std::vector<int32_t> coordinate(4 * static_cast<size_t>(plan.width_px));
-        int32_t *lx = coordinate.data();
-        int32_t *ly = lx + plan.width_px, *rx = ly + plan.width_px, *ry = rx + plan.width_px;
-        for (int k = 0; k < 60; k++) {
-            const int y = static_cast<int>(uniform(random, 0, plan.height_px));
-            const int x = static_cast<int>(uniform(random, 0, plan.width_px));
-            const int d =
-                plan.disparity_min + static_cast<int>(uniform(random, 0, plan.disparity_count));
-            triangulate_point point;
-            if (x - d < 0 || x - d >= plan.width_px ||
-                !triangulate_match(&fixed, x, y, 256 * d, 1, &point)) {
-                continue;
-            }
-            rectify_row_coordinates(&left, y, lx, ly);
-            rectify_row_coordinates(&right, y, rx, ry);
-            const double left_px[2] = {lx[x] / 65536.0, ly[x] / 65536.0};
-            const double right_px[2] = {rx[x - d] / 65536.0, ry[x - d] / 65536.0};
-            double ray_left[3], ray_right[3], right_in_left[3];
-            if (left_px[0] < 0 || left_px[0] > rig.left.width_px || left_px[1] < 0 ||
-                left_px[1] > rig.left.height_px || right_px[0] < 0 ||
-                right_px[0] > rig.right.width_px || right_px[1] < 0 ||
-                right_px[1] > rig.right.height_px) {
-                continue;
-            }
-            REQUIRE(lens_ray(&rig.left, left_px, ray_left));
-            REQUIRE(lens_ray(&rig.right, right_px, ray_right));
-            geometry_rotate_back(R_right_left, ray_right, right_in_left);
-            const double origin[3] = {};
-            geometry_midpoint truth;
-            REQUIRE(geometry_rays_midpoint(origin, ray_left, centre_mm, right_in_left, &truth));
-            // The distance as an error of the disparity, in pixels.
-            const double depth_mm = geometry_norm(truth.point_mm);
-            const double mm_per_px = depth_mm * depth_mm / (plan.f_px * plan.baseline_mm);
-            max_px = std::max(max_px, (distance_um(point, truth.point_mm) - 2) * 1e-3 / mm_per_px);
-        }
-    }
-    MESSAGE("worst distance: that of " << max_px << " px of disparity");
-    CHECK(max_px < 0.005);
-    CHECK(max_px > 0);
-}
-
-TEST_CASE("a larger disparity is nearer") {
-    Random random(synthetic::test_seed());
-    INFO("seed " << synthetic::test_seed());
-    for (int i = 0; i < 50; i++) {
-        const rectify_plan plan = random_plan(random);
-        const triangulate_plan fixed = made(plan, nullptr);
-        const int x = static_cast<int>(uniform(random, 0, plan.width_px));
-        const int y = static_cast<int>(uniform(random, 0, plan.height_px));
-        const int32_t none_q8 =
-            static_cast<int32_t>(std::floor(256 * (plan.cx_left_px - plan.cx_right_px)));
-        double last_um = std::numeric_limits<double>::infinity();
-        for (int32_t step = 1; step < 400000; step += 1 + step / 50) {
-            triangulate_point point;
-            if (!triangulate_match(&fixed, x, y, none_q8 + step, 10, &point)) {
-                REQUIRE(std::isinf(last_um));  // only beyond the far end
-                continue;
-            }
-            const double range_um = std::hypot(point.x_um, point.y_um, point.z_um);
-            REQUIRE(range_um <= last_um + 2);
-            last_um = range_um;
-        }
-        CHECK(last_um < 1e9);
-    }
 }
 
 TEST_CASE("sigma is what the point moves when the disparity does") {
