@@ -5,16 +5,10 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "daemon/session/session.h"
 
 #define NO_POSITION "none"
-
-static const char *const kind_names[SESSION_EVENT_KINDS] = {
-    "begin", "instrument", "calibration", "setting", "command", "registers", "pair", "end",
-};
-static const char *const layout_names[] = {"grey", "rgb", "grbg"};
-enum { LAYOUTS = sizeof layout_names / sizeof layout_names[0] };
-static const char *const side_names[RIG_SIDES] = {"left", "right"};
 
 void session_frame_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]) {
     snprintf(name, SESSION_NAME_MAX + 1, "frame-%08" PRIx32 ".pnm", crc32);
@@ -38,423 +32,339 @@ unsigned session_frame_value_bytes(const struct pair_frame *frame) {
     return frame->bits <= 8 ? 1 : 2;
 }
 
-// ---- printing
+// ---- the fields of each event
 
-/// A line being printed; `length` is negative once something did not fit.
+enum field_type {
+    TEXT,      // of `bytes` - 1 at most
+    NUMBER,    // `min` .. `max`
+    SIGNED,    // -`max` .. `max`
+    POSITION,  // the same; INT32_MIN: none
+    HEX,       // `min` digits at least
+    CHOICE,    // one of `choices`, `max` is the last
+    FRAME,     // the fields of a frame, with `key` before each key
+    VALUES,    // of registers
+};
+
+/// One value of a line: a member of an event, or of a frame.
+struct field {
+    const char *key;  // NULL: a further value of the last key, after `separator`
+    const char *separator;
+    enum field_type type;
+    size_t offset, bytes;
+    uint64_t min, max;
+    const char *const *choices;
+    size_t present;  // member that is 0 if the key is not there; 0: it always is
+};
+
+#define OF(of, member) offsetof(struct of, member), sizeof(((struct of *)0)->member)
+#define EVENT(key, type, member, min, max) \
+    { key, NULL, type, OF(session_event, member), min, max, NULL, 0 }
+#define KEY(key, type, member, min, max) \
+    { key, NULL, type, OF(pair_frame, member), min, max, NULL, 0 }
+#define NEXT(separator, type, member, min, max) \
+    { NULL, separator, type, OF(pair_frame, member), min, max, NULL, 0 }
+#define U32(key, member) EVENT(key, NUMBER, member, 0, UINT32_MAX)
+#define SERVO(key, side)                                                                        \
+    EVENT(key, NUMBER, instrument.servo_centre_q4[side], 0, UINT16_MAX), {                      \
+        NULL, ",", NUMBER, OF(session_event, instrument.servo_q4_per_rad[side]), 0, UINT32_MAX, \
+            NULL, 0                                                                             \
+    }
+#define AXES(key, member)                                      \
+    KEY(key, NUMBER, member.pan_q4, 0, UINT16_MAX),            \
+        NEXT(",", POSITION, member.position[0], 0, INT32_MAX), \
+        NEXT(",", POSITION, member.position[1], 0, INT32_MAX), \
+        NEXT(",", POSITION, member.position[2], 0, INT32_MAX)
+
+static const char *const layouts[] = {"grey", "rgb", "grbg"};
+static const char *const answers[] = {"no", "yes"};
+
+static const struct field frame_fields[] = {
+    KEY("size", NUMBER, width_px, 1, UINT16_MAX),
+    NEXT("x", NUMBER, height_px, 1, UINT16_MAX),
+    KEY("bits", NUMBER, bits, 8, 16),
+    {"layout", NULL, CHOICE, OF(pair_frame, layout), 0, 2, layouts, 0},
+    KEY("sequence", NUMBER, sequence, 0, UINT32_MAX),
+    KEY("begin_us", NUMBER, begin_us, 0, UINT64_MAX),
+    KEY("end_us", NUMBER, end_us, 0, UINT64_MAX),
+    KEY("exposure_us", NUMBER, exposure_us, 0, UINT32_MAX),
+    KEY("gain_q3", NUMBER, gain_q3, 0, UINT16_MAX),
+    AXES("before", before),
+    AXES("after", after),
+    // Cameras with ports of their own have no window, and version 1 has no statistics.
+    {"window", NULL, NUMBER, OF(pair_frame, window.column_px), 0, UINT16_MAX, NULL,
+     offsetof(struct pair_frame, window.skip)},
+    NEXT(",", NUMBER, window.row_px, 0, UINT16_MAX),
+    NEXT(",", NUMBER, window.skip, 1, UINT8_MAX),
+    {"picture", NULL, NUMBER, OF(pair_frame, picture.brightness_permille), 0, 1000, NULL,
+     offsetof(struct pair_frame, has_picture)},
+    NEXT(",", NUMBER, picture.saturated_permille, 0, 1000),
+    NEXT(",", NUMBER, picture.black_permille, 0, 1000),
+    NEXT(",", NUMBER, picture.sharpness_permille, 0, 1000),
+    {.key = NULL}};
+
+static const struct field begin_fields[] = {EVENT("version", NUMBER, version, 1, SESSION_VERSION),
+                                            EVENT("build", TEXT, build, 0, 0),
+                                            EVENT("profile", TEXT, profile, 0, 0),
+                                            EVENT("date", TEXT, date, 0, 0),
+                                            {.key = NULL}};
+
+static const struct field instrument_fields[] = {
+    EVENT("left_camera", TEXT, instrument.camera[RIG_LEFT], 0, 0),
+    EVENT("right_camera", TEXT, instrument.camera[RIG_RIGHT], 0, 0),
+    SERVO("left_servo", RIG_LEFT),
+    SERVO("right_servo", RIG_RIGHT),
+    U32("pan_repeatability_urad", instrument.pan_repeatability_urad),
+    U32("lens_repeatability_counts", instrument.lens_repeatability_counts),
+    U32("lens_zoom_ppm", instrument.lens_zoom_ppm),
+    {.key = NULL}};
+
+static const struct field calibration_fields[] = {
+    EVENT("file", HEX, crc32, SESSION_CRC_DIGITS, UINT32_MAX), {.key = NULL}};
+
+static const struct field text_fields[] = {EVENT("text", TEXT, text, 0, 0), {.key = NULL}};
+
+static const struct field registers_fields[] = {EVENT("at_us", NUMBER, at_us, 0, UINT64_MAX),
+                                                EVENT("part", TEXT, part, 0, 0),
+                                                EVENT("first", HEX, first, 2, UINT16_MAX),
+                                                EVENT("values", VALUES, values, 0, 0),
+                                                {.key = NULL}};
+
+static const struct field pair_fields[] = {
+    U32("number", pair.number),
+    EVENT("skew_us", SIGNED, pair.skew_us, 0, INT64_MAX),
+    {"checked", NULL, CHOICE, OF(session_event, pair.checked), 0, 1, answers, 0},
+    U32("change_permille", pair.change_permille),
+    EVENT("left_frame", HEX, frame_crc[RIG_LEFT], SESSION_CRC_DIGITS, UINT32_MAX),
+    EVENT("left_", FRAME, pair.frame[RIG_LEFT], 0, 0),
+    EVENT("right_frame", HEX, frame_crc[RIG_RIGHT], SESSION_CRC_DIGITS, UINT32_MAX),
+    EVENT("right_", FRAME, pair.frame[RIG_RIGHT], 0, 0),
+    {.key = NULL}};
+
+static const struct field end_fields[] = {{.key = NULL}};
+
+static const struct {
+    const char *name;
+    const struct field *fields;
+} kinds[SESSION_EVENT_KINDS] = {
+    [SESSION_BEGIN] = {"begin", begin_fields},
+    [SESSION_INSTRUMENT] = {"instrument", instrument_fields},
+    [SESSION_CALIBRATION] = {"calibration", calibration_fields},
+    [SESSION_SETTING] = {"setting", text_fields},
+    [SESSION_COMMAND] = {"command", text_fields},
+    [SESSION_REGISTERS] = {"registers", registers_fields},
+    [SESSION_PAIR] = {"pair", pair_fields},
+    [SESSION_END] = {"end", end_fields},
+};
+
+// ---- a line, printed or parsed by the same functions. Texts that would be printed differently are
+// found by printing the parsed event again.
+
 struct line {
-    char *text;
-    int length;
+    bool parses;
+    bool wrong;            // something did not fit, or did not match
+    char *text;            // printed so far
+    const char *at, *end;  // still to be parsed
 };
 
 static void put(struct line *line, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void put(struct line *line, const char *format, ...) {
-    if (line->length < 0) {
-        return;
-    }
-    const size_t room = (size_t)(SESSION_LINE_MAX + 1 - line->length);
+    const size_t length = strlen(line->text), room = SESSION_LINE_MAX + 1 - length;
     va_list arguments;
     va_start(arguments, format);
-    const int length = vsnprintf(line->text + line->length, room, format, arguments);
+    const int more = vsnprintf(line->text + length, room, format, arguments);
     va_end(arguments);
-    line->length = length >= 0 && (size_t)length < room ? line->length + length : -1;
+    line->wrong |= more < 0 || (size_t)more >= room;
 }
 
-/// Prints a text as one word: blanks, '%' and anything but printable ASCII as %XX.
-static void put_text(struct line *line, const char *key, const char *text) {
-    put(line, " %s=", key);
-    for (const char *c = text; *c != '\0'; c++) {
-        const unsigned char byte = (unsigned char)*c;
-        if (byte > ' ' && byte < 0x7f && byte != '%') {
-            put(line, "%c", byte);
-        } else {
-            put(line, "%%%02x", byte);
-        }
-    }
-}
-
-static void put_axes(struct line *line, const char *side, const char *when,
-                     const struct pair_axes *axes) {
-    put(line, " %s_%s=%" PRIu16, side, when, axes->pan_q4);
-    for (int axis = 0; axis < LENS_AXES; axis++) {
-        if (axes->position[axis] == INT32_MIN) {
-            put(line, "," NO_POSITION);
-        } else {
-            put(line, ",%" PRId32, axes->position[axis]);
-        }
-    }
-}
-
-static int put_frame(struct line *line, const char *side, const struct pair_frame *frame,
-                     uint32_t crc32) {
-    if (frame->width_px == 0 || frame->height_px == 0 || frame->bits < 8 || frame->bits > 16 ||
-        (unsigned)frame->layout >= LAYOUTS) {
-        return ERROR_RANGE;
-    }
-    put(line, " %s_frame=%08" PRIx32, side, crc32);
-    put(line, " %s_size=%dx%d", side, frame->width_px, frame->height_px);
-    put(line, " %s_bits=%d", side, frame->bits);
-    put(line, " %s_layout=%s", side, layout_names[frame->layout]);
-    put(line, " %s_sequence=%" PRIu32, side, frame->sequence);
-    put(line, " %s_begin_us=%" PRIu64, side, frame->begin_us);
-    put(line, " %s_end_us=%" PRIu64, side, frame->end_us);
-    put(line, " %s_exposure_us=%" PRIu32, side, frame->exposure_us);
-    put(line, " %s_gain_q3=%" PRIu16, side, frame->gain_q3);
-    put_axes(line, side, "before", &frame->before);
-    put_axes(line, side, "after", &frame->after);
-    if (frame->window.skip != 0) {
-        put(line, " %s_window=%" PRIu16 ",%" PRIu16 ",%d", side, frame->window.column_px,
-            frame->window.row_px, frame->window.skip);
-    }
-    if (frame->has_picture) {
-        const struct picture_stats *picture = &frame->picture;
-        put(line, " %s_picture=%d,%d,%d,%d", side, picture->brightness_permille,
-            picture->saturated_permille, picture->black_permille, picture->sharpness_permille);
-    }
-    return 0;
-}
-
-static int put_pair(struct line *line, const struct session_event *event) {
-    const struct pair *pair = &event->pair;
-    put(line, " number=%" PRIu32, pair->number);
-    put(line, " skew_us=%" PRId64, pair->skew_us);
-    put(line, " checked=%s", pair->checked ? "yes" : "no");
-    put(line, " change_permille=%" PRIu32, pair->change_permille);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        const int code =
-            put_frame(line, side_names[side], &pair->frame[side], event->frame_crc[side]);
-        if (code != 0) {
-            return code;
-        }
-    }
-    return 0;
-}
-
-static int put_registers(struct line *line, const struct session_event *event) {
-    if (event->count == 0 || event->count > SESSION_REGISTERS_MAX) {
-        return ERROR_RANGE;
-    }
-    put(line, " at_us=%" PRIu64, event->at_us);
-    put_text(line, "part", event->part);
-    put(line, " first=%02" PRIx16, event->first);
-    put(line, " values=");
-    for (int i = 0; i < event->count; i++) {
-        put(line, "%s%04" PRIx16, i > 0 ? "," : "", event->values[i]);
-    }
-    return 0;
-}
-
-static void put_instrument(struct line *line, const struct session_instrument *instrument) {
-    put_text(line, "left_camera", instrument->camera[RIG_LEFT]);
-    put_text(line, "right_camera", instrument->camera[RIG_RIGHT]);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        put(line, " %s_servo=%" PRIu16 ",%" PRIu32, side_names[side],
-            instrument->servo_centre_q4[side], instrument->servo_q4_per_rad[side]);
-    }
-    put(line, " pan_repeatability_urad=%" PRIu32, instrument->pan_repeatability_urad);
-    put(line, " lens_repeatability_counts=%" PRIu32, instrument->lens_repeatability_counts);
-    put(line, " lens_zoom_ppm=%" PRIu32, instrument->lens_zoom_ppm);
-}
-
-static int put_begin(struct line *line, const struct session_event *event) {
-    put(line, " version=%d", event->version);
-    put_text(line, "build", event->build);
-    put_text(line, "profile", event->profile);
-    put_text(line, "date", event->date);
-    return event->version >= 1 && event->version <= SESSION_VERSION ? 0 : ERROR_RANGE;
-}
-
-/// Length of a finished line, or ERROR_RANGE if something did not fit.
-static int length_of(const struct line *line) {
-    return line->length < 0 ? ERROR_RANGE : line->length;
-}
-
-int session_event_print(const struct session_event *event, char text[SESSION_LINE_MAX + 1]) {
-    if ((unsigned)event->kind >= SESSION_EVENT_KINDS) {
-        return ERROR_RANGE;
-    }
-    struct line line = {text, 0};
-    put(&line, "%s", kind_names[event->kind]);
-    int code = 0;
-    switch (event->kind) {
-        case SESSION_BEGIN:
-            code = put_begin(&line, event);
-            break;
-        case SESSION_INSTRUMENT:
-            put_instrument(&line, &event->instrument);
-            break;
-        case SESSION_CALIBRATION:
-            put(&line, " file=%08" PRIx32, event->crc32);
-            break;
-        case SESSION_SETTING:
-        case SESSION_COMMAND:
-            put_text(&line, "text", event->text);
-            break;
-        case SESSION_REGISTERS:
-            code = put_registers(&line, event);
-            break;
-        case SESSION_PAIR:
-            code = put_pair(&line, event);
-            break;
-        case SESSION_END:
-        case SESSION_EVENT_KINDS:
-            break;
-    }
-    return code != 0 ? code : length_of(&line);
-}
-
-// ---- parsing: words in a fixed order; anything not canonical is found by printing it again
-
-/// The rest of a line; `wrong` once something did not match.
-struct cursor {
-    const char *at, *end;
-    bool wrong;
-};
-
-static bool expect(struct cursor *cursor, const char *word) {
+/// Moves behind `word` if it comes next.
+static bool take(struct line *line, const char *word) {
     const size_t length = strlen(word);
-    if (cursor->wrong || (size_t)(cursor->end - cursor->at) < length ||
-        memcmp(cursor->at, word, length) != 0) {
-        cursor->wrong = true;
-        return false;
-    }
-    cursor->at += length;
-    return true;
-}
-
-static bool expect_key(struct cursor *cursor, const char *side, const char *key) {
-    return expect(cursor, " ") &&
-           (*side == '\0' || (expect(cursor, side) && expect(cursor, "_"))) &&
-           expect(cursor, key) && expect(cursor, "=");
+    const bool there = !line->wrong && (size_t)(line->end - line->at) >= length &&
+                       memcmp(line->at, word, length) == 0;
+    line->at += there ? length : 0;
+    return there;
 }
 
 static int digit_of(char c) {
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : 16;
 }
 
-static uint64_t take_number(struct cursor *cursor, unsigned base, uint64_t max) {
+static uint64_t take_number(struct line *line, unsigned base, uint64_t max) {
     uint64_t value = 0;
-    const char *const begin = cursor->at;
-    while (!cursor->wrong && cursor->at < cursor->end) {
-        const unsigned digit = (unsigned)digit_of(*cursor->at);
-        if (digit >= base) {
-            break;
-        }
-        if (value > (max - digit) / base) {
-            cursor->wrong = true;
-            break;
-        }
+    const char *const begin = line->at;
+    while (!line->wrong && line->at < line->end && digit_of(*line->at) < (int)base) {
+        const unsigned digit = (unsigned)digit_of(*line->at++);
+        line->wrong = digit > max || value > (max - digit) / base;
         value = value * base + digit;
-        cursor->at++;
     }
-    cursor->wrong |= cursor->at == begin;
-    return cursor->wrong ? 0 : value;
+    line->wrong |= line->at == begin;
+    return value;
 }
 
-static int64_t take_signed(struct cursor *cursor, int64_t max) {
-    if (!cursor->wrong && cursor->at < cursor->end && *cursor->at == '-') {
-        cursor->at++;
-        return -(int64_t)take_number(cursor, 10, (uint64_t)max);
+/// A text is one word: blanks, '%' and anything but printable ASCII are %XX.
+static void walk_text(struct line *line, char *text, size_t bytes) {
+    for (; !line->parses && *text != '\0'; text++) {
+        const unsigned char byte = (unsigned char)*text;
+        put(line, byte > ' ' && byte < 0x7f && byte != '%' ? "%c" : "%%%02x", byte);
     }
-    return (int64_t)take_number(cursor, 10, (uint64_t)max);
-}
-
-static uint64_t take_key(struct cursor *cursor, const char *side, const char *key, unsigned base,
-                         uint64_t max) {
-    return expect_key(cursor, side, key) ? take_number(cursor, base, max) : 0;
-}
-
-static void take_text(struct cursor *cursor, const char *key, char *text, size_t max) {
-    size_t length = 0;
-    if (!expect_key(cursor, "", key)) {
-        return;
-    }
-    while (cursor->at < cursor->end && *cursor->at != ' ') {
-        int byte = (unsigned char)*cursor->at++;
-        if (byte == '%') {
-            if (cursor->end - cursor->at < 2) {
-                cursor->wrong = true;
-                return;
-            }
-            byte = digit_of(cursor->at[0]) * 16 + digit_of(cursor->at[1]);
-            cursor->at += 2;
+    for (size_t length = 0; line->parses && line->at < line->end && *line->at != ' '; length++) {
+        int byte = (unsigned char)*line->at++;
+        if (byte == '%' && line->end - line->at >= 2) {
+            byte = digit_of(line->at[0]) * 16 + digit_of(line->at[1]);
+            line->at += 2;
         }
-        if (byte <= 0 || byte > 255 || length == max) {
-            cursor->wrong = true;
+        if (byte <= 0 || byte > 255 || length == bytes - 1) {
+            line->wrong = true;
             return;
         }
-        text[length++] = (char)byte;
+        text[length] = (char)byte;
     }
-    text[length] = '\0';
 }
 
-static int take_choice(struct cursor *cursor, const char *const *names, int count) {
-    const char *end = cursor->at;
-    while (end < cursor->end && *end != ' ') {
-        end++;
+static void walk_values(struct line *line, struct session_event *event) {
+    if (line->parses) {
+        do {
+            event->values[event->count++] = (uint16_t)take_number(line, 16, UINT16_MAX);
+        } while (event->count < SESSION_REGISTERS_MAX && take(line, ","));
+        return;
     }
-    const size_t length = (size_t)(end - cursor->at);
-    for (int i = 0; !cursor->wrong && i < count; i++) {
-        if (strlen(names[i]) == length && memcmp(names[i], cursor->at, length) == 0) {
-            cursor->at = end;
+    line->wrong |= event->count == 0 || event->count > SESSION_REGISTERS_MAX;
+    for (int i = 0; i < event->count && !line->wrong; i++) {
+        put(line, "%s%04" PRIx16, i > 0 ? "," : "", event->values[i]);
+    }
+}
+
+static bool has_sign(const struct field *field) {
+    return field->type == SIGNED || field->type == POSITION;
+}
+
+static void put_number(struct line *line, const struct field *field, uint64_t value) {
+    const bool bounded = field->type == NUMBER || field->type == CHOICE;
+    if (bounded && (value < field->min || value > field->max)) {
+        line->wrong = true;
+    } else if (field->type == CHOICE) {
+        put(line, "%s", field->choices[value]);
+    } else if (field->type == HEX) {
+        put(line, "%0*" PRIx64, (int)field->min, value);
+    } else if (field->type == POSITION && (int64_t)value == INT32_MIN) {
+        put(line, NO_POSITION);
+    } else if (has_sign(field)) {
+        put(line, "%" PRId64, (int64_t)value);
+    } else {
+        put(line, "%" PRIu64, value);
+    }
+}
+
+static uint64_t parse_number(struct line *line, const struct field *field) {
+    for (uint64_t i = 0; field->type == CHOICE && i <= field->max; i++) {
+        if (take(line, field->choices[i])) {
             return i;
         }
     }
-    cursor->wrong = true;
-    return 0;
+    if (field->type == POSITION && take(line, NO_POSITION)) {
+        return (uint64_t)INT32_MIN;
+    }
+    const bool negative = has_sign(field) && take(line, "-");
+    const uint64_t value = take_number(line, field->type == HEX ? 16 : 10, field->max);
+    return negative ? -value : value;
 }
 
-static void take_axes(struct cursor *cursor, const char *side, const char *when,
-                      struct pair_axes *axes) {
-    axes->pan_q4 = (uint16_t)take_key(cursor, side, when, 10, UINT16_MAX);
-    for (int axis = 0; axis < LENS_AXES; axis++) {
-        expect(cursor, ",");
-        if (!cursor->wrong && cursor->at < cursor->end && *cursor->at == 'n') {
-            expect(cursor, NO_POSITION);
-            axes->position[axis] = INT32_MIN;
+static uint64_t load(const struct field *field, const char *at) {
+    const uint16_t *const u16 = (const void *)at;
+    const uint32_t *const u32 = (const void *)at;
+    const uint64_t *const u64 = (const void *)at;
+    INVARIANT(field->bytes == 1 || field->bytes == 2 || field->bytes == 4 || field->bytes == 8);
+    return field->bytes == 1   ? (uint8_t)*at
+           : field->bytes == 2 ? *u16
+           : field->bytes == 8 ? *u64
+           : has_sign(field)   ? (uint64_t)(int32_t)*u32
+                               : *u32;
+}
+
+static void store(const struct field *field, char *at, uint64_t value) {
+    const uint8_t u8 = (uint8_t)value;
+    const uint16_t u16 = (uint16_t)value;
+    const uint32_t u32 = (uint32_t)value;
+    memcpy(at,
+           field->bytes == 1   ? (const void *)&u8
+           : field->bytes == 2 ? (const void *)&u16
+           : field->bytes == 4 ? (const void *)&u32
+                               : (const void *)&value,
+           field->bytes);
+}
+
+static void walk_value(struct line *line, const struct field *field, char *base) {
+    char *const member = base + field->offset;
+    if (field->type == TEXT) {
+        walk_text(line, member, field->bytes);
+    } else if (field->type == VALUES) {
+        walk_values(line, (struct session_event *)(void *)base);
+    } else if (line->parses) {
+        store(field, member, parse_number(line, field));
+    } else {
+        put_number(line, field, load(field, member));
+    }
+}
+
+static void walk(struct line *line, const struct field *field, const char *prefix, char *base) {
+    bool present = true;
+    for (; (field->key != NULL || field->separator != NULL) && !line->wrong; field++) {
+        if (field->type == FRAME) {
+            walk(line, frame_fields, field->key, base + field->offset);
+            continue;
+        }
+        char before[SESSION_NAME_MAX];
+        const bool optional = field->present != 0;
+        if (field->key != NULL) {
+            snprintf(before, sizeof before, " %s%s=", prefix, field->key);
+            present = !optional || line->parses || base[field->present] != 0;
         } else {
-            axes->position[axis] = (int32_t)take_signed(cursor, INT32_MAX);
+            snprintf(before, sizeof before, "%s", field->separator);
+        }
+        if (present && line->parses) {
+            present = take(line, before);
+            line->wrong |= !present && !optional;
+        } else if (present) {
+            put(line, "%s", before);
+        }
+        if (present && optional && line->parses) {
+            base[field->present] = 1;
+        }
+        if (present) {
+            walk_value(line, field, base);
         }
     }
 }
 
-/// Whether this key comes next, for optional keys of a frame.
-static bool has_key(const struct cursor *cursor, const char *side, const char *key) {
-    struct cursor ahead = *cursor;
-    return expect_key(&ahead, side, key);
-}
-
-/// Only if it was known; sessions of cameras with separate ports have no window.
-static void take_window(struct cursor *cursor, const char *side, struct pair_window *window) {
-    if (!has_key(cursor, side, "window")) {
-        return;
+int session_event_print(const struct session_event *event, char text[SESSION_LINE_MAX + 1]) {
+    if ((unsigned)event->kind >= SESSION_EVENT_KINDS) {
+        return ERROR_RANGE;
     }
-    window->column_px = (uint16_t)take_key(cursor, side, "window", 10, UINT16_MAX);
-    expect(cursor, ",");
-    window->row_px = (uint16_t)take_number(cursor, 10, UINT16_MAX);
-    expect(cursor, ",");
-    window->skip = (uint8_t)take_number(cursor, 10, UINT8_MAX);
-}
-
-/// Absent in sessions of version 1.
-static void take_picture(struct cursor *cursor, const char *side, struct pair_frame *frame) {
-    uint16_t *const shares[] = {&frame->picture.brightness_permille,
-                                &frame->picture.saturated_permille, &frame->picture.black_permille,
-                                &frame->picture.sharpness_permille};
-    frame->has_picture = has_key(cursor, side, "picture") && expect_key(cursor, side, "picture");
-    for (size_t i = 0; frame->has_picture && i < sizeof shares / sizeof shares[0]; i++) {
-        if (i > 0) {
-            expect(cursor, ",");
-        }
-        *shares[i] = (uint16_t)take_number(cursor, 10, PICTURE_STATS_MAX_PERMILLE);
-    }
-}
-
-static void take_frame(struct cursor *cursor, const char *side, struct pair_frame *frame,
-                       uint32_t *crc32) {
-    *crc32 = (uint32_t)take_key(cursor, side, "frame", 16, UINT32_MAX);
-    frame->width_px = (uint16_t)take_key(cursor, side, "size", 10, UINT16_MAX);
-    expect(cursor, "x");
-    frame->height_px = (uint16_t)take_number(cursor, 10, UINT16_MAX);
-    frame->bits = (uint8_t)take_key(cursor, side, "bits", 10, UINT8_MAX);
-    expect_key(cursor, side, "layout");
-    frame->layout = (enum hal_camera_layout)take_choice(cursor, layout_names, LAYOUTS);
-    frame->sequence = (uint32_t)take_key(cursor, side, "sequence", 10, UINT32_MAX);
-    frame->begin_us = take_key(cursor, side, "begin_us", 10, UINT64_MAX);
-    frame->end_us = take_key(cursor, side, "end_us", 10, UINT64_MAX);
-    frame->exposure_us = (uint32_t)take_key(cursor, side, "exposure_us", 10, UINT32_MAX);
-    frame->gain_q3 = (uint16_t)take_key(cursor, side, "gain_q3", 10, UINT16_MAX);
-    take_axes(cursor, side, "before", &frame->before);
-    take_axes(cursor, side, "after", &frame->after);
-    take_window(cursor, side, &frame->window);
-    take_picture(cursor, side, frame);
-    frame->stride = session_frame_row_values(frame);
-}
-
-static void take_pair(struct cursor *cursor, struct session_event *event) {
-    static const char *const answers[] = {"no", "yes"};
-    struct pair *pair = &event->pair;
-    pair->number = (uint32_t)take_key(cursor, "", "number", 10, UINT32_MAX);
-    expect_key(cursor, "", "skew_us");
-    pair->skew_us = take_signed(cursor, INT64_MAX);
-    expect_key(cursor, "", "checked");
-    pair->checked = take_choice(cursor, answers, 2) == 1;
-    pair->change_permille = (uint32_t)take_key(cursor, "", "change_permille", 10, UINT32_MAX);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        take_frame(cursor, side_names[side], &pair->frame[side], &event->frame_crc[side]);
-    }
-}
-
-static void take_registers(struct cursor *cursor, struct session_event *event) {
-    event->at_us = take_key(cursor, "", "at_us", 10, UINT64_MAX);
-    take_text(cursor, "part", event->part, SESSION_NAME_MAX);
-    event->first = (uint16_t)take_key(cursor, "", "first", 16, UINT16_MAX);
-    event->values[0] = (uint16_t)take_key(cursor, "", "values", 16, UINT16_MAX);
-    event->count = 1;
-    while (!cursor->wrong && cursor->at < cursor->end && expect(cursor, ",")) {
-        if (event->count == SESSION_REGISTERS_MAX) {
-            cursor->wrong = true;
-            return;
-        }
-        event->values[event->count++] = (uint16_t)take_number(cursor, 16, UINT16_MAX);
-    }
-}
-
-static void take_instrument(struct cursor *cursor, struct session_instrument *instrument) {
-    take_text(cursor, "left_camera", instrument->camera[RIG_LEFT], SESSION_NAME_MAX);
-    take_text(cursor, "right_camera", instrument->camera[RIG_RIGHT], SESSION_NAME_MAX);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        instrument->servo_centre_q4[side] =
-            (uint16_t)take_key(cursor, side_names[side], "servo", 10, UINT16_MAX);
-        expect(cursor, ",");
-        instrument->servo_q4_per_rad[side] = (uint32_t)take_number(cursor, 10, UINT32_MAX);
-    }
-    instrument->pan_repeatability_urad =
-        (uint32_t)take_key(cursor, "", "pan_repeatability_urad", 10, UINT32_MAX);
-    instrument->lens_repeatability_counts =
-        (uint32_t)take_key(cursor, "", "lens_repeatability_counts", 10, UINT32_MAX);
-    instrument->lens_zoom_ppm = (uint32_t)take_key(cursor, "", "lens_zoom_ppm", 10, UINT32_MAX);
-}
-
-static void take_event(struct cursor *cursor, struct session_event *event) {
-    event->kind = (enum session_event_kind)take_choice(cursor, kind_names, SESSION_EVENT_KINDS);
-    switch (event->kind) {
-        case SESSION_BEGIN:
-            event->version = (uint8_t)take_key(cursor, "", "version", 10, SESSION_VERSION);
-            take_text(cursor, "build", event->build, SESSION_NAME_MAX);
-            take_text(cursor, "profile", event->profile, SESSION_NAME_MAX);
-            take_text(cursor, "date", event->date, SESSION_NAME_MAX);
-            break;
-        case SESSION_INSTRUMENT:
-            take_instrument(cursor, &event->instrument);
-            break;
-        case SESSION_CALIBRATION:
-            event->crc32 = (uint32_t)take_key(cursor, "", "file", 16, UINT32_MAX);
-            break;
-        case SESSION_SETTING:
-        case SESSION_COMMAND:
-            take_text(cursor, "text", event->text, SESSION_TEXT_MAX);
-            break;
-        case SESSION_REGISTERS:
-            take_registers(cursor, event);
-            break;
-        case SESSION_PAIR:
-            take_pair(cursor, event);
-            break;
-        case SESSION_END:
-        case SESSION_EVENT_KINDS:
-            break;
-    }
+    struct session_event copy = *event;
+    struct line line = {.text = text};
+    text[0] = '\0';
+    put(&line, "%s", kinds[event->kind].name);
+    walk(&line, kinds[event->kind].fields, "", (char *)&copy);
+    return line.wrong ? ERROR_RANGE : (int)strlen(text);
 }
 
 int session_event_parse(const char *text, size_t length, struct session_event *event) {
+    struct line line = {.parses = true, .at = text, .end = text + length};
     memset(event, 0, sizeof *event);
-    struct cursor cursor = {text, text + length, false};
-    take_event(&cursor, event);
-    if (cursor.wrong || cursor.at != cursor.end) {
+    size_t kind = 0;
+    while (kind < SESSION_EVENT_KINDS && !take(&line, kinds[kind].name)) {
+        kind++;
+    }
+    if (kind == SESSION_EVENT_KINDS) {
         return ERROR_SYNTAX;
     }
+    event->kind = (enum session_event_kind)kind;
+    walk(&line, kinds[kind].fields, "", (char *)event);
+    for (int side = 0; kind == SESSION_PAIR && side < RIG_SIDES; side++) {
+        event->pair.frame[side].stride = session_frame_row_values(&event->pair.frame[side]);
+    }
     char again[SESSION_LINE_MAX + 1];
-    const int printed = session_event_print(event, again);
+    const int printed = line.wrong ? ERROR_SYNTAX : session_event_print(event, again);
     const bool same = printed >= 0 && (size_t)printed == length && memcmp(again, text, length) == 0;
     return same ? 0 : ERROR_SYNTAX;
 }
