@@ -8,8 +8,6 @@
 #include "core/invariant.h"
 #include "daemon/backends/linux/monotonic_clock.h"
 
-enum { LENS_BITS_PER_S = 9600 };
-
 // ---- opening each device: 0 if it is open now, else an error with a message
 
 static int open_i2c(struct backend_linux *self, struct message *message) {
@@ -25,7 +23,8 @@ static int open_uart(struct backend_linux *self, struct message *message) {
         return ERROR_OK;
     }
     termios_uart_close(&self->uart);
-    return termios_uart_open(&self->uart, self->config->lens_uart, LENS_BITS_PER_S, message);
+    return termios_uart_open(&self->uart, self->config->lens_uart,
+                             self->config->profile.lens.bits_per_s, message);
 }
 
 static int open_gpio(struct backend_linux *self, struct message *message) {
@@ -103,15 +102,15 @@ static const char *refused(struct backend_linux *self, enum backend_linux_device
 }
 
 /// The device that a part of the rig depends on. Both sensors of a bridge share the left camera's.
-static enum backend_linux_device device_of(enum rig_part part, bool bridge) {
+static enum backend_linux_device device_of(enum rig_part part, const struct rig_profile *profile) {
     switch (part) {
         case RIG_PART_LEFT_CAMERA:
             return BACKEND_LINUX_LEFT_CAMERA;
         case RIG_PART_RIGHT_CAMERA:
-            return bridge ? BACKEND_LINUX_LEFT_CAMERA : BACKEND_LINUX_RIGHT_CAMERA;
+            return profile->bridge ? BACKEND_LINUX_LEFT_CAMERA : BACKEND_LINUX_RIGHT_CAMERA;
         case RIG_PART_LEFT_LENS:
         case RIG_PART_RIGHT_LENS:
-            return BACKEND_LINUX_LENS_UART;
+            return rig_needs_lens_uart(profile) ? BACKEND_LINUX_LENS_UART : BACKEND_LINUX_I2C;
         case RIG_PART_RESET_LINE:
         case RIG_PART_IRQ_LINE:
         case RIG_PART_TRIGGER_LINE:
@@ -123,9 +122,9 @@ static enum backend_linux_device device_of(enum rig_part part, bool bridge) {
 
 static const char *missing(void *opaque, enum rig_part part) {
     struct backend_linux *self = opaque;
-    const enum backend_linux_device device = device_of(part, self->config->profile.bridge);
+    const enum backend_linux_device device = device_of(part, &self->config->profile);
     const char *text = self->missing[device].text;
-    if (text[0] == '\0' && device == BACKEND_LINUX_LENS_UART) {
+    if (text[0] == '\0' && (part == RIG_PART_LEFT_LENS || part == RIG_PART_RIGHT_LENS)) {
         // A GPIO line may switch the controller's power.
         text = self->missing[BACKEND_LINUX_GPIO].text;
     }
@@ -185,10 +184,10 @@ void backend_linux_open(struct backend_linux *self, const struct config *config,
     *self = (struct backend_linux){
         .config = config,
         .devices = {.open = open_all, .missing = missing, .identity = identity, .self = self}};
-    self->needed[BACKEND_LINUX_I2C] = profile->bridge;
+    self->needed[BACKEND_LINUX_I2C] = rig_needs_i2c(profile);
     self->needed[BACKEND_LINUX_LEFT_CAMERA] = true;
     self->needed[BACKEND_LINUX_RIGHT_CAMERA] = !profile->bridge;
-    self->needed[BACKEND_LINUX_LENS_UART] = profile->lenses != RIG_LENSES_FIXED;
+    self->needed[BACKEND_LINUX_LENS_UART] = rig_needs_lens_uart(profile);
     self->needed[BACKEND_LINUX_GPIO] = find_places(self);
     i2c_dev_init(&self->i2c);
     termios_uart_init(&self->uart);
@@ -198,10 +197,10 @@ void backend_linux_open(struct backend_linux *self, const struct config *config,
         self->camera[side].triggered = profile->trigger;
     }
     ports->clock = &monotonic_clock;
-    ports->i2c = profile->bridge ? &self->i2c.hal : NULL;
+    ports->i2c = rig_needs_i2c(profile) ? &self->i2c.hal : NULL;
     ports->camera[RIG_LEFT] = &self->camera[RIG_LEFT].hal;
     ports->camera[RIG_RIGHT] = &self->camera[profile->bridge ? RIG_LEFT : RIG_RIGHT].hal;
-    ports->lens_uart = profile->lenses != RIG_LENSES_FIXED ? &self->uart.hal : NULL;
+    ports->lens_uart = rig_needs_lens_uart(profile) ? &self->uart.hal : NULL;
     ports->gpio = self->needed[BACKEND_LINUX_GPIO] ? &self->lines.hal : NULL;
     ports->devices = &self->devices;
     open_all(self);

@@ -48,6 +48,7 @@ struct arguments {
     const char *check;
     bool help_config;
     const char *help_profile;
+    bool help_lenses;
     bool version;
 };
 
@@ -74,6 +75,10 @@ static const struct option options[] = {
      .offset = offsetof(struct arguments, help_profile),
      .value_name = "NAME",
      .help = "Print a built-in profile with explanations, as a file to start from."},
+    {.name = "help-lenses",
+     .kind = OPTION_FLAG,
+     .offset = offsetof(struct arguments, help_lenses),
+     .help = "Print the lens controllers that a profile's \"lenses\" may name."},
     {.name = "version",
      .kind = OPTION_FLAG,
      .offset = offsetof(struct arguments, version),
@@ -344,6 +349,7 @@ static int serve(struct program *self) {
 static int print_page(const struct arguments *arguments, const char *const *settings, int count) {
     const char *option = arguments->help_config            ? "--help-config"
                          : arguments->help_profile != NULL ? "--help-profile"
+                         : arguments->help_lenses          ? "--help-lenses"
                          : arguments->version              ? "--version"
                                                            : NULL;
     if (option == NULL) {
@@ -355,6 +361,10 @@ static int print_page(const struct arguments *arguments, const char *const *sett
     }
     if (arguments->help_config) {
         config_help_print(stdout);
+        return CLIENT_OK;
+    }
+    if (arguments->help_lenses) {
+        config_lenses_print(stdout);
         return CLIENT_OK;
     }
     struct message message;

@@ -204,7 +204,7 @@ static int read_lenses(const struct command_call *call) {
     int error = 0;
     for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
         int32_t positions[LENS_AXES];
-        if (call->rig->camera[side].lens.drive.operations != NULL &&
+        if (call->rig->camera[side].lens.drive.controller != NULL &&
             !record_is_under_way(&daemon_of(call)->record)) {
             error = rig_lens_read(call->rig, side, positions);
         }

@@ -46,8 +46,8 @@ bool calibration_match_is_apart(const struct session_instrument *instrument, int
 struct session_instrument calibration_match_instrument(const struct rig_profile *profile) {
     struct session_instrument instrument = {
         .pan_repeatability_urad = profile->pan_repeatability_urad,
-        .lens_repeatability_counts = (uint32_t)profile->lens_repeatability_counts,
-        .lens_zoom_ppm = (uint32_t)profile->lens_zoom_ppm,
+        .lens_repeatability_counts = (uint32_t)profile->lens.repeatability_counts,
+        .lens_zoom_ppm = (uint32_t)profile->lens.zoom_ppm,
     };
     for (int side = 0; side < RIG_SIDES && profile->servos; side++) {
         instrument.servo_centre_q4[side] = profile->servo[side].centre_q4;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "device/lens_drive.h"
+#include "device/lens_driver.h"
 
 static const double q3 = 8, q4 = 16, permille_a_percent = 10;
 static const char *const sides[RIG_SIDES] = {"left", "right"};

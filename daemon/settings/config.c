@@ -79,11 +79,13 @@ static void store(struct config *config, const struct config_key *key, int64_t n
     const uint16_t two = (uint16_t)number;
     const uint32_t four = (uint32_t)number;
     INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
-    memcpy(at,
-           key->bytes == 1   ? (const void *)&one
-           : key->bytes == 2 ? (const void *)&two
-                             : &four,
-           key->bytes);
+    for (int i = 0; i < (key->repeat != 0 ? LENS_AXES : 1); i++, at += key->repeat) {
+        memcpy(at,
+               key->bytes == 1   ? (const void *)&one
+               : key->bytes == 2 ? (const void *)&two
+                                 : &four,
+               key->bytes);
+    }
 }
 
 int64_t config_key_min(const struct config_key *key) {
@@ -185,6 +187,21 @@ static int set_name(struct config *config, const struct config_key *key, const c
     return 0;
 }
 
+static int set_lenses(struct config *config, const char *called, const char *value,
+                      struct message *message) {
+    if (rig_profile_set_lenses(&config->profile, value) == 0) {
+        return 0;
+    }
+    char names[MESSAGE_BYTES] = RIG_LENSES_FIXED;
+    size_t count = 0;
+    const struct lens_driver *drivers = lens_drivers(&count);
+    for (size_t i = 0, used = strlen(names); i < count && used < sizeof names; i++) {
+        used += (size_t)snprintf(names + used, sizeof names - used, " %s", drivers[i].name);
+    }
+    return message_set(message, ERROR_ARGUMENT, "unknown %s \"%s\" (expected one of: %s)", called,
+                       value, names);
+}
+
 int config_key_set(struct config *config, const struct config_key *key, const char *called,
                    const char *value, bool old, struct message *message) {
     int error = 0;
@@ -206,12 +223,9 @@ int config_key_set(struct config *config, const struct config_key *key, const ch
         case CONFIG_TEXT:
             return set_text(config, key, value, message);
         case CONFIG_LENSES:
+            return set_lenses(config, called, value, message);
         case CONFIG_CHOICE:
-            error = set_choice(config, key, called, value, message);
-            if (error == 0 && key->kind == CONFIG_LENSES) {
-                rig_profile_set_lenses(&config->profile, config->profile.lenses);
-            }
-            return error;
+            return set_choice(config, key, called, value, message);
         case CONFIG_NUMBER:
             break;
     }
@@ -282,6 +296,10 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
             snprintf(text, bytes, "%s", place[0] != '\0' ? place : key->none);
             break;
         case CONFIG_LENSES:
+            snprintf(text, bytes, "%s",
+                     config->profile.lens_driver != NULL ? config->profile.lens_driver->name
+                                                         : RIG_LENSES_FIXED);
+            break;
         case CONFIG_CHOICE:
             command_words_choice_at(key->choices, (int)(load(config, key) - key->min), word);
             snprintf(text, bytes, "%s", word);

@@ -114,6 +114,9 @@ void config_help_print(FILE *file);
 /// name.
 int config_profile_print(FILE *file, const char *name, struct message *message);
 
+/// Prints the values of the key `lenses`: each lens controller with its port and its ranges.
+void config_lenses_print(FILE *file);
+
 #ifdef __cplusplus
 }
 #endif

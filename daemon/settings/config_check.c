@@ -170,10 +170,10 @@ static int check_devices(const struct check *self) {
     const bool power = config->lens_power_line != CONFIG_NO_LINE;
     const bool trigger = config->trigger_line != CONFIG_NO_LINE;
     const struct place devices[] = {
-        {profile->bridge, "i2c", BY_PROFILE},
+        {rig_needs_i2c(profile), "i2c", BY_PROFILE},
         {true, "left_camera", BY_PROFILE},
         {!profile->bridge, "right_camera", BY_PROFILE},
-        {profile->lenses != RIG_LENSES_FIXED, "lens_uart", BY_PROFILE},
+        {rig_needs_lens_uart(profile), "lens_uart", BY_PROFILE},
         {reset || irq || power || trigger, "gpio_chip", BY_LINE},
         {config->console[0] != '\0' && strcmp(config->console, "stdio") != 0, "console", BY_LINE},
         {config->watchdog[0] != '\0', "watchdog", BY_LINE},
@@ -204,10 +204,11 @@ static int check_faults(const struct check *self) {
         bool there;
         const char *why;
     } parts[] = {
-        {"i2c", profile->bridge, "rig.bridge = no"},
+        {"i2c", rig_needs_i2c(profile), "rig.bridge = no"},
         {"right", !profile->bridge, "rig.bridge = yes, where both cameras are \"left\""},
         {"gpio", gpio, "no GPIO line set"},
-        {"uart", profile->lenses != RIG_LENSES_FIXED, "rig.lenses = fixed"},
+        {"uart", rig_needs_lens_uart(profile),
+         profile->lens_driver == NULL ? "rig.lenses = fixed" : "the lens controller is on I2C"},
         {"store", config->store[0] != '\0', "store = none"},
         {"watchdog", config->watchdog[0] != '\0', "watchdog = none"},
     };

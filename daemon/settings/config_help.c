@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pages of `--help-config` and `--help-profile`.
+// The pages of `--help-config`, `--help-profile` and `--help-lenses`.
 #include <string.h>
 
 #include "core/error.h"
@@ -30,7 +30,7 @@ void config_key_describe(const struct config_key *key, char *text, size_t bytes)
         quantity_print_range(key->quantity, config_key_min(key), key->max, range);
         length += (size_t)snprintf(text + length, bytes - length, " (%s%s%s)", off ? key->none : "",
                                    off ? ", or " : "", range);
-    } else if (key->kind == CONFIG_CHOICE || key->kind == CONFIG_LENSES) {
+    } else if (key->kind == CONFIG_CHOICE) {
         length += (size_t)snprintf(text + length, bytes - length, " (%s)", key->choices);
     }
     INVARIANT(length < bytes);
@@ -103,4 +103,26 @@ int config_profile_print(FILE *file, const char *name, struct message *message) 
         }
     }
     return 0;
+}
+
+void config_lenses_print(FILE *file) {
+    size_t count = 0;
+    const struct lens_driver *drivers = lens_drivers(&count);
+    fputs(RIG_LENSES_FIXED ": no motors\n", file);
+    for (size_t i = 0; i < count; i++) {
+        const struct lens_settings *settings = &drivers[i].settings;
+        fprintf(file, "%s: %s (", drivers[i].name, drivers[i].help);
+        if (drivers[i].port == LENS_PORT_UART) {
+            fprintf(file, "serial port, %u baud", (unsigned)settings->bits_per_s);
+        } else {
+            fprintf(file, "I2C, address 0x%02x", settings->address);
+        }
+        for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+            if ((drivers[i].abilities.axes >> axis & 1) != 0) {
+                fprintf(file, "; %s %d to %d counts", lens_axis_names[axis],
+                        (int)settings->axis[axis].min, (int)settings->axis[axis].max);
+            }
+        }
+        fputs(")\n", file);
+    }
 }

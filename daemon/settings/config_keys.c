@@ -30,6 +30,25 @@
 #define RIG_ADDRESS(key, field, meaning) \
     WAS_BARE(CONFIG_RIG key, profile.field, 0, 0x77, ADDRESS, meaning)
 #define RIG_YES(key, field, meaning) YES(CONFIG_RIG key, profile.field, meaning)
+#define LENS_ALL(key, field, meaning)                                                          \
+    {                                                                                          \
+        .name = CONFIG_RIG key, .kind = CONFIG_NUMBER, AT(profile.lens.axis[0].field),         \
+        .repeat = sizeof(struct lens_axis_settings), .max = 1000, .quantity = QUANTITY_COUNTS, \
+        .help = (meaning)                                                                      \
+    }
+#define LENS(word, at, key, field, high, unit, meaning) \
+    RIG("lens_" word "_" key, lens.axis[at].field, 0, high, unit, meaning)
+#define LENS_AXIS(word, at)                                                                       \
+    LENS(word, at, "min", min, 65535, COUNTS, "smallest position of the " word " motor"),         \
+        LENS(word, at, "max", max, 65535, COUNTS, "largest position of the " word " motor"),      \
+        LENS(word, at, "speed_min", counts_per_s, 100000, COUNTS_PER_S,                           \
+             "a slower " word " motor counts as jammed"),                                         \
+        LENS(word, at, "backlash", backlash_counts, 1000, COUNTS, "lens_backlash of " word),      \
+        LENS(word, at, "tolerance", tolerance_counts, 1000, COUNTS, "lens_tolerance of " word), { \
+        .name = CONFIG_RIG "lens_" word "_approach", .kind = CONFIG_CHOICE,                       \
+        AT(profile.lens.axis[at].approach), .choices = "below above",                             \
+        .help = "side from which the " word " motor reaches its target"                           \
+    }
 #define SERVO(side, at, key, field, high, unit, meaning) \
     RIG("servo_" side "_" key, servo[at].field, 0, high, unit, meaning)
 #define SERVOS(side, at)                                                                      \
@@ -147,23 +166,22 @@ static const struct config_key keys[] = {
         "away than this is rejected"),
     {.name = CONFIG_RIG "lenses",
      .kind = CONFIG_LENSES,
-     AT(profile.lenses),
-     .choices = "fixed v3lc v1lc",
-     .help = "fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the "
-             "lens_ keys; other lines change them"},
-    RIG("lens_zoom_speed_min", lens_counts_per_s[0], 0, 100000, COUNTS_PER_S,
-        "a slower zoom motor counts as jammed"),
-    RIG("lens_focus_speed_min", lens_counts_per_s[1], 0, 100000, COUNTS_PER_S,
-        "a slower focus motor counts as jammed"),
-    RIG("lens_iris_speed_min", lens_counts_per_s[2], 0, 100000, COUNTS_PER_S,
-        "a slower iris motor counts as jammed"),
-    RIG("lens_backlash", lens_backlash_counts, 0, 100, COUNTS,
-        "a move overshoots downwards by this much, so that each ends from below"),
-    RIG("lens_tolerance", lens_tolerance_counts, 0, 100, COUNTS,
-        "a move is complete within this distance of its target"),
-    RIG("lens_repeatability", lens_repeatability_counts, 0, 100, COUNTS,
+     AT(profile.lens_driver),
+     .help = "fixed, or the controller of motorized lenses (vergenced --help-lenses lists them). "
+             "Sets the lens_ keys; other lines change them"},
+    RIG("lens_baud", lens.bits_per_s, 0, 921600, NUMBER,
+        "baud rate of a lens controller on a serial port"),
+    RIG_ADDRESS("lens_address", lens.address, "I2C address of a lens controller on I2C"),
+    LENS_ALL("lens_backlash", backlash_counts,
+             "a move overshoots by this much, so that each ends from the same side; for all axes"),
+    LENS_ALL("lens_tolerance", tolerance_counts,
+             "a move is complete within this distance of its target; for all axes"),
+    LENS_AXIS("zoom", LENS_ZOOM),
+    LENS_AXIS("focus", LENS_FOCUS),
+    LENS_AXIS("iris", LENS_IRIS),
+    RIG("lens_repeatability", lens.repeatability_counts, 0, 1000, COUNTS,
         "a calibration made further away than this in zoom, focus or iris is rejected"),
-    RIG("lens_zoom_step", lens_zoom_ppm, 0, 100000, PERCENT,
+    RIG("lens_zoom_step", lens.zoom_ppm, 0, 100000, PERCENT,
         "change of the focal length by one count of zoom"),
     RIG("width", width_px, 16, 16384, PX, "width of full frames"),
     RIG("height", height_px, 16, 16384, PX, "height of full frames"),

@@ -32,7 +32,7 @@ enum config_kind {
     CONFIG_NAME,     ///< of an instrument: up to `bytes` - 1 letters, digits, - _ and .
     CONFIG_BACKEND,  ///< "linux", "sim ADDRESS", "replay DIRECTORY"
     CONFIG_TEXT,     ///< up to `bytes` - 1 characters, CONFIG_TEXT_BYTES - 1 at most; "none" is ""
-    CONFIG_LENSES,   ///< a word of `choices`, in the order of enum rig_profile_lenses
+    CONFIG_LENSES,   ///< the name of a lens driver, or RIG_LENSES_FIXED
     CONFIG_CHOICE,   ///< a word of `choices`; stores its index, plus `min`
     CONFIG_NUMBER,   ///< a `quantity`; an integer of `bytes` bytes, signed when `min` < 0
 };
@@ -42,6 +42,7 @@ struct config_key {
     enum config_kind kind;
     size_t offset;  ///< in struct config
     size_t bytes;
+    size_t repeat;     ///< distance to the same field of the next lens axis; 0: it is one field
     int64_t min, max;  ///< of the integer
     enum quantity quantity;
     bool was_bare;  ///< older versions wrote the integer, in decimal and without a unit

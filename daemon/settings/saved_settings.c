@@ -293,12 +293,6 @@ static int check_pan(const struct saved_settings *saved, const struct rig *rig, 
                 : refuse(message, ERROR_RANGE, "%s pan %s out of range", side_names[side], angle);
 }
 
-static bool has_axis(const struct rig *rig, unsigned side, int axis) {
-    const enum rig_profile_lenses lenses = rig->profile.lenses;
-    const bool lens = lenses == RIG_LENSES_V3LC || (lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
-    return lens && (rig->camera[side].lens.abilities.axes >> axis & 1) != 0;
-}
-
 static int check_lens(const struct saved_settings *saved, struct rig *rig, unsigned side,
                       struct message *message) {
     for (int axis = 0; axis < LENS_AXES; axis++) {
@@ -308,7 +302,7 @@ static int check_lens(const struct saved_settings *saved, struct rig *rig, unsig
         if (position == NOT_KEPT) {
             continue;
         }
-        if (!has_axis(rig, side, axis) ||
+        if (!rig_has_axis(&rig->profile, side, (enum lens_axis)axis) ||
             rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) != 0) {
             return refuse(message, ERROR_NOT_CONNECTED, "no %s %s motor", side_names[side], name);
         }

@@ -80,20 +80,13 @@ int commands_aim_pan(const struct command_call *call) {
     return error != 0 ? error : show_pan(call, sides);
 }
 
-static const char *const axis_names[LENS_AXES] = {"zoom", "focus", "iris"};
-
-/// Whether the profile has a motorized lens on this side.
-static bool has_lens(const struct rig *rig, unsigned side) {
-    return rig->profile.lenses == RIG_LENSES_V3LC ||
-           (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT);
-}
-
 /// The sides meant: if none was named, all that have a lens.
 static int lens_sides(const struct command_call *call, unsigned *sides) {
+    const struct rig_profile *profile = &call->rig->profile;
     *sides = commands_sides(&call->values[0]);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        if ((*sides >> side & 1) != 0 && !has_lens(call->rig, side)) {
-            if (!call->values[0].given && has_lens(call->rig, RIG_LEFT)) {
+        if ((*sides >> side & 1) != 0 && !rig_has_lens(profile, side)) {
+            if (!call->values[0].given && rig_has_lens(profile, RIG_LEFT)) {
                 *sides &= ~(1U << side);
                 continue;
             }
@@ -117,7 +110,7 @@ static int check_position(const struct command_call *call, unsigned side, enum l
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, axis_names[axis]);
+    command_text_add(&sentence, lens_axis_names[axis]);
     command_text_add(&sentence, ": POSITION ");
     command_text_add_integer(&sentence, position);
     command_text_add(&sentence, " is out of range (expected for the ");
@@ -130,16 +123,19 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     return ERROR_RANGE;
 }
 
-/// Adds a note where a lens was sent to a target that it cannot approach from below.
-static void put_play(const struct command_call *call, const struct lens_limits *limits) {
-    const struct rig_profile *profile = &call->rig->profile;
-    if (!call->values[1].given ||
-        lens_move_from_below(profile, limits, (int32_t)call->values[1].integer)) {
+/// Adds a note where a lens was sent to a target that it cannot approach from the usual side.
+static void put_play(const struct command_call *call, enum lens_axis axis) {
+    const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
+    if (!call->values[1].given || lens_move_has_room(settings, (int32_t)call->values[1].integer)) {
         return;
     }
     reply_text(call, "note",
-               "too close to the lower limit for an approach from below: the motor's play remains");
-    reply_number(call, "play", profile->lens_backlash_counts, 0, "counts");
+               settings->approach == LENS_FROM_BELOW
+                   ? "too close to the lower limit for an approach from below: the motor's play "
+                     "remains"
+                   : "too close to the upper limit for an approach from above: the motor's play "
+                     "remains");
+    reply_number(call, "play", settings->backlash_counts, 0, "counts");
 }
 
 static int show_axis(const struct command_call *call, unsigned side, enum lens_axis axis) {
@@ -154,7 +150,7 @@ static int show_axis(const struct command_call *call, unsigned side, enum lens_a
         reply_number(call, "position", positions[axis], 0, "counts");
         reply_number(call, "min", limits.min, 0, "counts");
         reply_number(call, "max", limits.max, 0, "counts");
-        put_play(call, &limits);
+        put_play(call, axis);
         reply_group_end(call);
     }
     return error;

@@ -42,12 +42,11 @@ static int put_pan(const struct command_call *call, unsigned side) {
 }
 
 static int put_lens(const struct command_call *call, unsigned side) {
-    static const char *const names[LENS_AXES] = {"zoom", "focus", "iris"};
     int32_t positions[LENS_AXES];
     const int error = rig_lens_read(call->rig, side, positions);
     for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
-        if ((call->rig->camera[side].lens.abilities.axes >> axis & 1) != 0) {
-            reply_number(call, names[axis], positions[axis], 0, "counts");
+        if (rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis)) {
+            reply_number(call, lens_axis_names[axis], positions[axis], 0, "counts");
         }
     }
     return error;
@@ -61,8 +60,7 @@ static int put_side(const struct command_call *call, unsigned side) {
     if (rig->profile.servos) {
         error = put_pan(call, side);
     }
-    if (error == 0 && (rig->profile.lenses == RIG_LENSES_V3LC ||
-                       (rig->profile.lenses == RIG_LENSES_V1LC && side == RIG_LEFT))) {
+    if (error == 0 && rig_has_lens(&rig->profile, side)) {
         error = put_lens(call, side);
     }
     // 0: never set here, so the camera decides.

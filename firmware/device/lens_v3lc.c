@@ -11,27 +11,39 @@ enum {
     // Invalid data must not make questions come faster than the line can carry answers.
     MIN_GAP_US = 100000,
     TIMEOUT_MORE_US = 100000,
-    ALL_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS | 1 << LENS_IRIS,
-    SINGLE_AXES = 1 << LENS_ZOOM | 1 << LENS_FOCUS,
 };
 
+_Static_assert(sizeof(struct lens_v3lc) <= LENS_STATE_BYTES, "the state does not fit");
+
+struct lens_v3lc *lens_v3lc_state(struct lens_controller *controller) {
+    struct lens_v3lc *self = (void *)controller->state.bytes;
+    if (self->controller != controller) {
+        *self = (struct lens_v3lc){
+            .controller = controller,
+            .single = controller->driver->lenses == 1,
+            .timeout_us = LENS_V3LC_TIMEOUT_MIN_US,
+        };
+    }
+    return self;
+}
+
+static const struct hal_uart *uart_of(const struct lens_v3lc *self) {
+    return self->controller->ports.uart;
+}
+
 static uint64_t now_us(const struct lens_v3lc *self) {
-    return self->clock->operations->now_us(self->clock->self);
+    const struct hal_clock *clock = self->controller->ports.clock;
+    return clock->operations->now_us(clock->self);
 }
 
-static unsigned axes_of(const struct lens_v3lc *self) {
-    return self->single ? SINGLE_AXES : ALL_AXES;
-}
-
-static struct lens_limits limits_of(const struct lens_v3lc *self) {
-    return self->single ? (struct lens_limits){LENS_V1LC_MIN, LENS_V1LC_MAX}
-                        : (struct lens_limits){LENS_V3LC_MIN, LENS_V3LC_MAX};
+static bool has_axis(const struct lens_v3lc *self, unsigned axis) {
+    return (self->controller->driver->abilities.axes >> axis & 1) != 0;
 }
 
 // Sends "<lens><text>\n", with `number` after the text unless it is negative.
 static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number,
                 uint64_t deadline_us) {
-    INVARIANT(number <= LENS_V3LC_MAX);
+    INVARIANT(number <= self->controller->driver->position_max);
     char line[LINE_MAX];
     size_t length = 0;
     if (self->broken) {
@@ -50,7 +62,8 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
     line[length++] = '\n';
     INVARIANT(length <= sizeof line);
     self->broken = true;  // until the write is known to be complete
-    const int error = self->uart->operations->write(self->uart->self, line, length, deadline_us);
+    const int error =
+        uart_of(self)->operations->write(uart_of(self)->self, line, length, deadline_us);
     self->broken = error != ERROR_OK;
     return error;
 }
@@ -61,7 +74,7 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
 static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t deadline_us) {
     struct lens_v3lc_lens *lens = &self->lenses[number];
     if (!again) {  // data received so far does not belong to a present question
-        const int error = self->uart->operations->discard(self->uart->self);
+        const int error = uart_of(self)->operations->discard(uart_of(self)->self);
         if (error != ERROR_OK) {
             return error;
         }
@@ -84,12 +97,11 @@ static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t dea
 }
 
 static bool plausible(const struct lens_v3lc *self) {
-    const struct lens_limits limits = limits_of(self);
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        const struct lens_axis_settings *range = &self->controller->settings->axis[axis];
         const int32_t value = self->answer.values[axis];
-        const bool beyond =
-            value < limits.min - LENS_V3LC_BEYOND || value > limits.max + LENS_V3LC_BEYOND;
-        if (beyond && (axes_of(self) & 1u << axis) != 0) {
+        if (has_axis(self, axis) &&
+            (value < range->min - LENS_V3LC_BEYOND || value > range->max + LENS_V3LC_BEYOND)) {
             return false;
         }
     }
@@ -120,8 +132,10 @@ static void take_answer(struct lens_v3lc *self) {
         learn_timeout(self, now_us(self) - lens->last_us);
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-        self->accepted[axis] = (axes_of(self) & 1u << axis) != 0 ? self->answer.values[axis] : 0;
+        lens->accepted[axis] = has_axis(self, axis) ? self->answer.values[axis] : (int16_t)0;
     }
+    lens->accepted_us = lens->first_us;
+    lens->fresh = true;
     self->waiting = false;
     self->counts.answered++;
 }
@@ -139,12 +153,13 @@ static int listen(struct lens_v3lc *self, uint64_t until_us) {
     uint8_t bytes[PIECE];
     size_t count = 0;
     const int error =
-        self->uart->operations->read(self->uart->self, bytes, sizeof bytes, until_us, &count);
+        uart_of(self)->operations->read(uart_of(self)->self, bytes, sizeof bytes, until_us, &count);
+    self->heard_us = now_us(self);
     if (error != ERROR_OK) {
         return error == ERROR_TIMEOUT ? ERROR_OK : error;
     }
     INVARIANT(count <= sizeof bytes);
-    self->quiet_us = self->last_rx_us = now_us(self);
+    self->quiet_us = self->last_rx_us = self->heard_us;
     for (size_t i = 0; i < count; i++) {
         switch (lens_v3lc_answer_take(&self->answer, self->single, bytes[i])) {
             case LENS_V3LC_ANSWER:
@@ -181,129 +196,88 @@ static void note_silence(struct lens_v3lc *self) {
     self->broken = true;  // the controller may be waiting for the end of a line
 }
 
+// Whether the question to the other lens may still be answered: a question now would disturb that.
+static bool other_is_due(const struct lens_v3lc *self, unsigned number) {
+    return self->waiting && self->lens != number && !self->corrupted &&
+           now_us(self) < timeout_at_us(self, &self->lenses[self->lens]);
+}
+
+// Listens for an answer, or asks when the time for it has passed.
+static int listen_or_ask(struct lens_v3lc *self, unsigned number, uint64_t deadline_us) {
+    if (other_is_due(self, number)) {
+        const uint64_t until_us = timeout_at_us(self, &self->lenses[self->lens]);
+        return listen(self, until_us < deadline_us ? until_us : deadline_us);
+    }
+    const struct lens_v3lc_lens *lens = &self->lenses[number];
+    self->waiting &= self->lens == number;
+    self->lens = (uint8_t)number;
+    const bool again = self->waiting;
+    const bool open = again || lens->unanswered > 0;
+    const uint64_t until_us =
+        again && self->corrupted ? lens->last_us + MIN_GAP_US : timeout_at_us(self, lens);
+    // After a pause of the caller the answer may have arrived long ago.
+    if (open && (now_us(self) < until_us || self->heard_us < until_us)) {
+        return listen(self, until_us < deadline_us ? until_us : deadline_us);
+    }
+    note_silence(self);
+    return ask(self, number, again, deadline_us);
+}
+
 // Repeats the question until a valid answer arrives. At a deadline the state is kept, so that the
 // next call continues.
 static int converse(struct lens_v3lc *self, unsigned number, uint64_t deadline_us) {
-    struct lens_v3lc_lens *lens = &self->lenses[number];
-    self->waiting &= self->lens == number;
-    self->lens = (uint8_t)number;
-    bool answered = false;
-    while (!answered) {
-        const bool again = self->waiting;
-        const bool open = again || lens->unanswered > 0;
-        const uint64_t corrupted_us = lens->last_us + MIN_GAP_US;
-        const uint64_t until_us =
-            again && self->corrupted ? corrupted_us : timeout_at_us(self, lens);
-        const uint64_t time_us = now_us(self);
-        int error = ERROR_OK;
-        if (time_us >= deadline_us) {
-            return ERROR_TIMEOUT;
-        }
-        if (open && time_us < until_us) {
-            error = listen(self, until_us < deadline_us ? until_us : deadline_us);
-            answered = again && !self->waiting;
-        } else {
-            note_silence(self);
-            error = ask(self, number, again, deadline_us);
-        }
+    while (!self->lenses[number].fresh) {
+        const int error = listen_or_ask(self, number, deadline_us);
         if (error != ERROR_OK) {
             return error;
         }
+        if (!self->lenses[number].fresh && now_us(self) >= deadline_us) {
+            return ERROR_TIMEOUT;
+        }
     }
+    self->lenses[number].fresh = false;
     return ERROR_OK;
 }
 
-// ---- abilities of a lens
+// ---- operations
 
-static int read(void *self, uint64_t deadline_us, struct lens_reading *readings) {
-    const struct lens_v3lc_lens *lens = self;
-    const int error = converse(lens->controller, lens->number, deadline_us);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+static int read(struct lens_controller *controller, unsigned number, uint64_t deadline_us,
+                struct lens_reading *readings) {
+    struct lens_v3lc *self = lens_v3lc_state(controller);
+    const struct lens_v3lc_lens *lens = &self->lenses[number];
+    const int error = converse(self, number, deadline_us);
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
         readings[axis] = (struct lens_reading){
-            .position = lens->controller->accepted[axis],
-            .moving = false,
-            .time_us = lens->first_us,
-        };
-    }
-    return ERROR_OK;
-}
-
-static int open(void *self, uint64_t deadline_us, struct lens_abilities *abilities) {
-    const struct lens_v3lc_lens *lens = self;
-    struct lens_v3lc *controller = lens->controller;
-    struct lens_reading readings[LENS_AXES];
-    // The public V1LC code begins with T255, whose effect is not known.
-    static const char greeting[] = {'\n', 'T', '2', '5', '5', '\n'};
-    const bool goes_on = controller->waiting && controller->lens == lens->number;
-    int error = goes_on ? ERROR_OK
-                        : controller->uart->operations->write(controller->uart->self, greeting,
-                                                              sizeof greeting, deadline_us);
-    if (error == ERROR_OK) {
-        error = read(self, deadline_us, readings);
-    }
-    if (error == ERROR_OK) {
-        *abilities = (struct lens_abilities){
-            .reads_position = true,
-            .axes = (uint8_t)axes_of(controller),
+            .position = lens->accepted[axis],
+            .time_us = lens->accepted_us,
         };
     }
     return error;
 }
 
-static int limits(void *self, enum lens_axis axis, struct lens_limits *limits) {
-    const struct lens_v3lc_lens *lens = self;
-    if ((unsigned)axis >= LENS_AXES || (axes_of(lens->controller) & 1u << axis) == 0) {
-        return ERROR_NOT_CONNECTED;
-    }
-    *limits = limits_of(lens->controller);
-    return ERROR_OK;
+static int open(struct lens_controller *controller, unsigned number, uint64_t deadline_us) {
+    struct lens_v3lc *self = lens_v3lc_state(controller);
+    struct lens_reading readings[LENS_AXES];
+    // The public V1LC code begins with T255, whose effect is not known.
+    static const char greeting[] = {'\n', 'T', '2', '5', '5', '\n'};
+    self->waiting &= self->lens == number;
+    const int error = self->waiting
+                          ? ERROR_OK
+                          : uart_of(self)->operations->write(uart_of(self)->self, greeting,
+                                                             sizeof greeting, deadline_us);
+    return error == ERROR_OK ? read(controller, number, deadline_us, readings) : error;
 }
 
-static int go(void *self, enum lens_axis axis, int32_t position, uint64_t deadline_us) {
+static int go(struct lens_controller *controller, unsigned number, enum lens_axis axis,
+              int32_t position, uint64_t deadline_us) {
     static const char commands[LENS_AXES] = {'Z', 'F', 'I'};
-    const struct lens_v3lc_lens *lens = self;
-    struct lens_limits allowed = {0, 0};
-    const int error = limits(self, axis, &allowed);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    if (position < allowed.min || position > allowed.max) {
-        return ERROR_RANGE;
-    }
-    return send(lens->controller, lens->number, commands[axis], position, deadline_us);
+    return send(lens_v3lc_state(controller), number, commands[axis], position, deadline_us);
 }
 
-static int stop(void *self, uint64_t deadline_us) {
-    (void)self;
-    (void)deadline_us;
-    return ERROR_UNSUPPORTED;
+static uint64_t last_rx(const struct lens_controller *controller) {
+    const struct lens_v3lc *self = (const void *)controller->state.bytes;
+    return self->last_rx_us;
 }
 
-static uint64_t last_rx(const void *self) {
-    const struct lens_v3lc_lens *lens = self;
-    return lens->controller->last_rx_us;
-}
-
-void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
-                    const struct hal_clock *clock, bool single) {
-    INVARIANT(uart != NULL && clock != NULL);
-    *self = (struct lens_v3lc){
-        .uart = uart,
-        .clock = clock,
-        .single = single,
-        .timeout_us = LENS_V3LC_TIMEOUT_MIN_US,
-    };
-    for (unsigned number = 0; number < LENS_V3LC_LENSES; number++) {
-        self->lenses[number].controller = self;
-        self->lenses[number].number = (uint8_t)number;
-    }
-}
-
-struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number) {
-    static const struct lens_drive_operations operations = {open, limits, go, stop, read, last_rx};
-    INVARIANT(number < LENS_V3LC_LENSES && (number == 0 || !self->single));
-    return (struct lens_drive){.operations = &operations, .self = &self->lenses[number]};
-}
+const struct lens_operations lens_v3lc_operations = {
+    .open = open, .go = go, .read = read, .last_rx = last_rx};

@@ -11,8 +11,9 @@
 /// its values are possible positions; otherwise the question is repeated. A V1LC's iris value is
 /// always random, so this driver gives it no iris axis. Only one question is outstanding: after a
 /// timeout the next one waits until the line has been quiet, so that the late answer is not taken
-/// for that to the next question. The timeout adapts: a little more than twice the time of the last
-/// answer.
+/// for that to the next question. A question to the other lens waits as long: each lens gets its
+/// own answer, also when both are read in turn with short deadlines. The timeout adapts: a little
+/// more than twice the time of the last answer. `time_us` of a reading is the time of the question.
 ///
 /// Not detectable: a digit changed into another one, and a command that lost bytes but is still
 /// valid ("2Z600" without its 2 moves lens 1). Code that moves lenses therefore checks several
@@ -20,21 +21,14 @@
 #ifndef VERGENCE_DEVICE_LENS_V3LC_H
 #define VERGENCE_DEVICE_LENS_V3LC_H
 
-#include "device/lens_drive.h"
+#include "device/lens_driver.h"
 #include "device/lens_v3lc_answer.h"
-#include "hal/clock.h"
-#include "hal/uart.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 enum {
-    LENS_V3LC_LENSES = 2,
-    LENS_V3LC_MIN = 300,
-    LENS_V3LC_MAX = 850,
-    LENS_V1LC_MIN = 44,
-    LENS_V1LC_MAX = 180,
     /// Tolerance of readings outside the commands' range: the end stops are there, and
     /// potentiometers drift.
     LENS_V3LC_BEYOND = 40,
@@ -53,12 +47,10 @@ struct lens_v3lc_counts {
     uint32_t late;      ///< answers to earlier questions, or of the other lens
 };
 
-/// The controller. The caller owns it, and UART and clock, which must outlive it. `single`: a V1LC,
-/// whose commands have no digit.
+/// The state of the controller.
 struct lens_v3lc {
-    const struct hal_uart *uart;
-    const struct hal_clock *clock;
-    bool single;
+    struct lens_controller *controller;
+    bool single;     ///< a V1LC, whose commands have no digit
     bool waiting;    ///< a question is outstanding
     uint8_t lens;    ///< its lens
     bool corrupted;  ///< its answer came and was invalid
@@ -66,27 +58,20 @@ struct lens_v3lc {
     uint32_t timeout_us;
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none
+    uint64_t heard_us;    ///< time when it was last listened to
     struct lens_v3lc_answer answer;
-    int16_t accepted[LENS_V3LC_VALUES];  ///< values of the last accepted answer
     struct lens_v3lc_counts counts;
     struct lens_v3lc_lens {
-        struct lens_v3lc *controller;
-        uint8_t number;
         uint8_t unanswered;          ///< questions that may still be answered
+        bool fresh;                  ///< an accepted answer has not been returned yet
         uint64_t first_us, last_us;  ///< when the first and the last of these were sent
-    } lenses[LENS_V3LC_LENSES];
+        uint64_t accepted_us;        ///< when the question of the accepted answer was first sent
+        int16_t accepted[LENS_V3LC_VALUES];
+    } lenses[LENS_LENSES_MAX];
 };
 
-/// Stores the pointers. Sends nothing.
-void lens_v3lc_init(struct lens_v3lc *self, const struct hal_uart *uart,
-                    const struct hal_clock *clock, bool single);
-
-/// Returns one of its lenses (0 .. LENS_V3LC_LENSES - 1; only 0 if `single`).
-///
-/// `read` may return ERROR_TIMEOUT while a question is outstanding; the next `read` of the same
-/// lens continues to wait for that answer, so short deadlines do no harm. `time_us` of a reading is
-/// the time of the question.
-struct lens_drive lens_v3lc_lens(struct lens_v3lc *self, unsigned number);
+/// The state of a controller with this driver.
+struct lens_v3lc *lens_v3lc_state(struct lens_controller *controller);
 
 #ifdef __cplusplus
 }

@@ -29,7 +29,7 @@ struct mover {
     int32_t target;
     int32_t low;       // where an approach from below starts
     int32_t waypoint;  // of this approach
-    struct lens_limits limits;
+    const struct lens_axis_settings *settings;
     // The present leg, in readings of the potentiometer.
     int32_t goal, begin, command;
     int32_t readings[LENS_READ_MEDIAN];
@@ -53,20 +53,20 @@ static int32_t within(int32_t value, int32_t min, int32_t max) {
 }
 
 static uint64_t travel_us(const struct rig_profile *profile, enum lens_axis axis, int32_t counts) {
-    INVARIANT(profile->lens_counts_per_s[axis] > 0 && counts >= 0);
-    return (uint64_t)counts * US_PER_S / (uint64_t)profile->lens_counts_per_s[axis];
+    const int32_t counts_per_s = profile->lens.axis[axis].counts_per_s;
+    INVARIANT(counts_per_s > 0 && counts >= 0);
+    return (uint64_t)counts * US_PER_S / (uint64_t)counts_per_s;
 }
 
 // How far below its target an approach starts.
-static int32_t run_up(const struct rig_profile *profile) {
-    INVARIANT(profile->lens_backlash_counts >= 0 && profile->lens_tolerance_counts >= 0);
-    const int32_t counts = profile->lens_backlash_counts + profile->lens_tolerance_counts;
+static int32_t run_up(const struct lens_axis_settings *settings) {
+    INVARIANT(settings->backlash_counts >= 0 && settings->tolerance_counts >= 0);
+    const int32_t counts = settings->backlash_counts + settings->tolerance_counts;
     return counts > LENS_MOVE_STEP_COUNTS ? counts : LENS_MOVE_STEP_COUNTS;
 }
 
-bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
-                          int32_t target) {
-    return target - limits->min >= run_up(profile);
+bool lens_move_has_room(const struct lens_axis_settings *settings, int32_t target) {
+    return target - settings->min >= run_up(settings);
 }
 
 uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis) {
@@ -84,16 +84,17 @@ uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis
 
 uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
                             int32_t distance_counts) {
-    const int32_t beside = run_up(profile) + 2 * LENS_MOVE_OFFSET_COUNTS;
+    const int32_t beside = run_up(&profile->lens.axis[axis]) + 2 * LENS_MOVE_OFFSET_COUNTS;
     return (uint64_t)RIG_SIDES * LENS_READ_MEDIAN * LENS_READ_INVALID_US + LENS_MOVE_REST_US +
-           LEGS_PER_APPROACH * leg_us(profile, axis, distance_counts + run_up(profile)) +
+           LEGS_PER_APPROACH *
+               leg_us(profile, axis, distance_counts + run_up(&profile->lens.axis[axis])) +
            (uint64_t)LENS_MOVE_TRIMS * LEGS_PER_APPROACH * leg_us(profile, axis, beside);
 }
 
 static int send(struct rig *self, const struct mover *mover) {
     const struct lens_drive *drive = &mover->lens->drive;
     const uint64_t deadline_us = rig_now_us(self) + COMMAND_US;
-    const int error = drive->operations->go(drive->self, mover->axis, mover->command, deadline_us);
+    const int error = lens_go(drive, mover->axis, mover->command, deadline_us);
     if (error != ERROR_OK) {
         rig_part_used(self, lens_read_part(mover->side), error);
         return rig_part_failed(self, lens_read_part(mover->side), error,
@@ -107,10 +108,9 @@ static int send(struct rig *self, const struct mover *mover) {
 
 static int begin_leg(struct rig *self, struct mover *mover, int32_t goal) {
     const int32_t wanted = goal + mover->lens->offset[mover->axis];
-    const struct lens_limits limits = mover->limits;
     mover->goal = goal;
     mover->begin = mover->middle;
-    mover->command = within(wanted, limits.min, limits.max);
+    mover->command = within(wanted, mover->settings->min, mover->settings->max);
     mover->count = mover->since_mark = mover->settled = 0;
     mover->sent = 1;
     mover->mark = mover->begin;
@@ -128,13 +128,13 @@ static int begin_approach(struct rig *self, struct mover *mover) {
 }
 
 // It is already at its target, approached from below.
-static bool there(const struct rig *self, const struct mover *mover) {
+static bool there(const struct mover *mover) {
     return mover->lens->commanded[mover->axis] == mover->target &&
-           distance(mover->middle, mover->target) <= self->profile.lens_tolerance_counts;
+           distance(mover->middle, mover->target) <= mover->settings->tolerance_counts;
 }
 
 static int start(struct rig *self, struct mover *mover) {
-    if (there(self, mover)) {
+    if (there(mover)) {
         mover->phase = ARRIVED;
         return ERROR_OK;
     }
@@ -181,10 +181,10 @@ static int continue_up(struct rig *self, struct mover *mover) {
 // Start far enough away to distinguish a jam from drift; without room below, start above.
 static int begin_long_approach(struct rig *self, struct mover *mover) {
     const int32_t target = mover->target, middle = mover->middle;
-    const int32_t run = run_up(&self->profile) + LENS_MOVE_OFFSET_COUNTS;
+    const int32_t run = run_up(mover->settings) + LENS_MOVE_OFFSET_COUNTS;
     const int32_t below = (middle < target ? middle : target) - run;
     const int32_t above = (middle > target ? middle : target) + run;
-    mover->waypoint = below >= mover->limits.min ? below : above;
+    mover->waypoint = below >= mover->settings->min ? below : above;
     mover->far = true;
     return begin_approach(self, mover);
 }
@@ -192,11 +192,12 @@ static int begin_long_approach(struct rig *self, struct mover *mover) {
 // It moved, and stopped off the target: approach again, corrected by the error.
 static int update_offset(struct rig *self, struct mover *mover) {
     const int32_t beside = mover->middle - mover->target;
-    const int32_t tolerance = self->profile.lens_tolerance_counts;
+    const int32_t tolerance = mover->settings->tolerance_counts;
     int32_t *offset = &mover->lens->offset[mover->axis];
     const int32_t wanted =
         within(*offset - beside, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
-    const int32_t command = within(mover->target + wanted, mover->limits.min, mover->limits.max);
+    const int32_t command =
+        within(mover->target + wanted, mover->settings->min, mover->settings->max);
     const bool at_end = command == mover->command;
     const bool again = mover->rest_position != INT32_MIN &&
                        distance(mover->rest_position, mover->middle) <= tolerance;
@@ -228,7 +229,7 @@ static int stalled(struct rig *self, struct mover *mover) {
     const int32_t left = distance(mover->middle, mover->goal);
     const int32_t way = distance(mover->begin, mover->goal);
     const int32_t moved = distance(mover->middle, mover->begin);
-    const int32_t tolerance = self->profile.lens_tolerance_counts;
+    const int32_t tolerance = mover->settings->tolerance_counts;
     const bool back = mover->phase == GOING_BACK;
     if (left > LENS_MOVE_OFFSET_COUNTS + (mover->far ? LENS_MOVE_OFFSET_COUNTS : 0)) {
         return jammed(self, mover);
@@ -238,7 +239,7 @@ static int stalled(struct rig *self, struct mover *mover) {
     }
     // Whatever the drift, a long leg moves the motor at least by the run-up, and past the target.
     const bool past = mover->waypoint > mover->target || mover->middle < mover->target - tolerance;
-    const int32_t min = mover->far ? run_up(&self->profile) : way;
+    const int32_t min = mover->far ? run_up(mover->settings) : way;
     if (past && 2 * moved >= min) {
         return continue_up(self, mover);
     }
@@ -266,7 +267,7 @@ static int assess(struct rig *self, struct mover *mover) {
     if (now_us >= mover->deadline_us && mover->count >= LEG_READINGS) {
         return not_there(self, mover);
     }
-    const bool begun = distance(mover->middle, mover->begin) > self->profile.lens_tolerance_counts;
+    const bool begun = distance(mover->middle, mover->begin) > mover->settings->tolerance_counts;
     if (!begun && still_us >= mover->sent * stall_us / LENS_MOVE_COMMANDS) {
         mover->sent++;  // the previous one may have been lost
         return send(self, mover);
@@ -297,7 +298,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     const int32_t left = distance(mover->middle, mover->goal);
     const bool past =
         mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
-    const bool there_now = left <= self->profile.lens_tolerance_counts ||
+    const bool there_now = left <= mover->settings->tolerance_counts ||
                            (mover->phase == GOING_BACK && past);  // beyond is also fine
     mover->settled = there_now ? mover->settled + 1 : 0;
     if (distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
@@ -307,7 +308,7 @@ static int take(struct rig *self, struct mover *mover, int32_t position) {
     }
     record_way(mover);
     // Two outliers among the first three readings can hide that it was above.
-    const bool above = mover->middle > mover->target + self->profile.lens_tolerance_counts;
+    const bool above = mover->middle > mover->target + mover->settings->tolerance_counts;
     if (above && !mover->been_back && mover->waypoint < mover->target) {
         return begin_approach(self, mover);
     }
@@ -366,7 +367,7 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     const struct lens_drive *lens = &mover->lens->drive;
     mover->lens->commanded[mover->axis] = INT32_MIN;
     const uint64_t stopped_us = rig_now_us(self) + COMMAND_US;
-    if (lens->operations->stop(lens->self, stopped_us) == ERROR_OK) {
+    if (lens_stop(lens, stopped_us) == ERROR_OK) {
         return;
     }
     int32_t readings[LENS_READ_MEDIAN];
@@ -379,9 +380,9 @@ static void halt(struct rig *self, const struct mover *mover, uint64_t deadline_
     const int32_t two = lens_read_median((const int32_t[]){readings[0], readings[1], seen});
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
     const int32_t offset = mover->lens->offset[mover->axis];
-    const int32_t at = within(all + offset, mover->limits.min, mover->limits.max);
+    const int32_t at = within(all + offset, mover->settings->min, mover->settings->max);
     const uint64_t sent_us = rig_now_us(self) + COMMAND_US;
-    (void)lens->operations->go(lens->self, mover->axis, at, sent_us);
+    (void)lens_go(lens, mover->axis, at, sent_us);
 }
 
 // Waits until a motor has stopped: until readings repeat, which they do not while it moves.
@@ -391,7 +392,7 @@ static void wait_for_rest(struct rig *self, const struct mover *mover, uint64_t 
         if (!read_resting(self, mover, deadline_us, &now)) {
             return;
         }
-        const bool same = alike > 0 && distance(first, now) <= self->profile.lens_tolerance_counts;
+        const bool same = alike > 0 && distance(first, now) <= mover->settings->tolerance_counts;
         alike = same ? alike + 1 : 1;
         first = same ? first : now;
     }
@@ -421,7 +422,6 @@ static void bring_to_rest(struct rig *self, const struct mover *movers, unsigned
 }
 
 static void report_progress(struct rig *self, const struct mover *movers, unsigned count) {
-    static const char *const what[LENS_AXES] = {"zoom", "focus", "iris"};
     uint32_t done = 0, path = 0;
     for (unsigned i = 0; i < count; i++) {
         if (movers[i].phase == STARTING) {
@@ -431,7 +431,7 @@ static void report_progress(struct rig *self, const struct mover *movers, unsign
         path += movers[i].path;
     }
     if (self->observer.progress != NULL && path > 0) {
-        self->observer.progress(self->observer.self, what[movers[0].axis], done, path);
+        self->observer.progress(self->observer.self, lens_axis_names[movers[0].axis], done, path);
     }
 }
 
@@ -445,7 +445,7 @@ static bool all_arrived(const struct mover *movers, unsigned count) {
 
 // Polls the lenses in turn until all have arrived.
 static int follow(struct rig *self, struct mover *movers, unsigned count) {
-    const int32_t furthest = movers[0].limits.max - movers[0].limits.min;
+    const int32_t furthest = movers[0].settings->max - movers[0].settings->min;
     const uint64_t end_us = rig_now_us(self) +
                             lens_move_limit_us(&self->profile, movers[0].axis, furthest) -
                             LENS_MOVE_REST_US;
@@ -474,17 +474,17 @@ int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int3
         }
         struct mover *mover = &movers[count++];
         struct rig_lens *lens = &self->camera[side].lens;
-        *mover = (struct mover){.side = side, .lens = lens, .axis = axis, .phase = STARTING};
-        error = lens->drive.operations->limits(lens->drive.self, axis, &mover->limits);
-        const struct lens_limits limits = mover->limits;
-        if (error == ERROR_OK && (position < limits.min || position > limits.max)) {
+        const struct lens_axis_settings *settings = &self->profile.lens.axis[axis];
+        *mover = (struct mover){
+            .side = side, .lens = lens, .axis = axis, .settings = settings, .phase = STARTING};
+        if (position < settings->min || position > settings->max) {
             error = rig_part_error(self, lens_read_part(side), ERROR_RANGE,
                                    "position # is outside # to #",
-                                   (const int32_t[]){position, limits.min, limits.max});
+                                   (const int32_t[]){position, settings->min, settings->max});
         }
-        const int32_t below = position - run_up(&self->profile);
+        const int32_t below = position - run_up(mover->settings);
         mover->target = position;
-        mover->low = mover->waypoint = below > limits.min ? below : limits.min;
+        mover->low = mover->waypoint = below > settings->min ? below : settings->min;
         mover->rest_position = INT32_MIN;
         mover->offset_before = self->camera[side].lens.offset[axis];
         mover->since_us = rig_now_us(self);

@@ -62,10 +62,9 @@ uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis ax
 /// jam from drift.
 uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
 
-/// Whether there is room to approach a target from below: it must be at least this far above the
-/// lower limit. Otherwise the motor's play remains, up to lens_backlash_counts.
-bool lens_move_from_below(const struct rig_profile *profile, const struct lens_limits *limits,
-                          int32_t target);
+/// Whether there is room for the approach of a target: it must be far enough from the limit on that
+/// side. Otherwise the motor's play remains, up to its backlash.
+bool lens_move_has_room(const struct lens_axis_settings *settings, int32_t target);
 
 /// Upper bound of the duration of a call of rig_lens_move_to, for lenses at most `distance` counts
 /// away from their targets.

@@ -22,19 +22,6 @@ int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]) {
     return c < min ? min : c > max ? max : c;
 }
 
-// The lenses that the profile has.
-static unsigned sides_of(const struct rig *self) {
-    switch (self->profile.lenses) {
-        case RIG_LENSES_V3LC:
-            return BOTH;
-        case RIG_LENSES_V1LC:
-            return 1u << RIG_LEFT;
-        case RIG_LENSES_FIXED:
-            break;
-    }
-    return 0;
-}
-
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
     if (sides == 0 || (sides & ~(unsigned)BOTH) != 0 || (unsigned)axis > LENS_AXES) {
         return rig_part_error(self, RIG_PART_NONE, ERROR_ARGUMENT, "no such lens or axis", NULL);
@@ -43,7 +30,7 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
         if ((sides & 1u << side) == 0) {
             continue;
         }
-        if ((sides_of(self) & 1u << side) == 0) {
+        if (!rig_has_lens(&self->profile, side)) {
             return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
                                   "the profile has no motorized lens there", NULL);
         }
@@ -51,7 +38,7 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
             return rig_part_error(self, lens_read_part(side), ERROR_NOT_READY,
                                   "the rig is not up (run bringup)", NULL);
         }
-        if (axis < LENS_AXES && (self->camera[side].lens.abilities.axes & 1u << axis) == 0) {
+        if (axis < LENS_AXES && !rig_has_axis(&self->profile, side, axis)) {
             return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
                                   "its controller does not support this axis", NULL);
         }
@@ -63,22 +50,20 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
                   struct lens_reading readings[LENS_AXES]) {
     const struct lens_drive *lens = &self->camera[side].lens.drive;
     const uint64_t deadline_us = rig_now_us(self) + RIG_POLL_US;
-    const int error = lens->operations->read(lens->self, deadline_us, readings);
+    const int error = lens_read(lens, deadline_us, readings);
     if (error == ERROR_TIMEOUT) {
         return error;
     }
     rig_part_used(self, lens_read_part(side), error);
     if (error != ERROR_OK) {
-        return rig_part_failed(
-            self, lens_read_part(side), error,
-            "the serial line of its controller failed (check adapter and cable)");
+        return rig_part_failed(self, lens_read_part(side), error,
+                               "the line to its controller failed (check adapter and cable)");
     }
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
 int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us) {
-    const struct lens_drive *lens = &self->camera[side].lens.drive;
-    const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
+    const uint64_t last_rx_us = lens_last_rx(&self->camera[side].lens.drive);
     const bool silent =
         now_us - (last_rx_us > since_us ? last_rx_us : since_us) >= LENS_READ_SILENCE_US;
     if (!silent && now_us - since_us < LENS_READ_INVALID_US) {
@@ -120,7 +105,7 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
         error = error == ERROR_OK ? rig_poll(self) : error;
     }
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        const bool present = (self->camera[side].lens.abilities.axes & 1u << axis) != 0;
+        const bool present = rig_has_axis(&self->profile, side, (enum lens_axis)axis);
         positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
         self->camera[side].lens.position[axis] = positions[axis];
     }
@@ -133,6 +118,9 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
         return ERROR_ARGUMENT;
     }
     const int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, axis);
-    const struct lens_drive *lens = &self->camera[side < RIG_SIDES ? side : 0].lens.drive;
-    return error == ERROR_OK ? lens->operations->limits(lens->self, axis, limits) : error;
+    if (error == ERROR_OK) {
+        *limits = (struct lens_limits){self->profile.lens.axis[axis].min,
+                                       self->profile.lens.axis[axis].max};
+    }
+    return error;
 }

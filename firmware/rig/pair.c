@@ -283,13 +283,13 @@ static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
             rig, rig_part_of(RIG_PART_LEFT_SERVO, side), ERROR_MOVED,
             "it is still turning (wait until it has stopped, then capture again)", NULL);
     }
-    if (error != ERROR_OK || rig->camera[side].lens.drive.operations == NULL) {
+    if (error != ERROR_OK || !rig_has_lens(&rig->profile, side)) {
         return error;
     }
     int32_t positions[LENS_AXES];
     error = rig_lens_read(rig, side, positions);
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        if ((rig->camera[side].lens.abilities.axes >> axis & 1) != 0) {
+        if (rig_has_axis(&rig->profile, side, (enum lens_axis)axis)) {
             axes->position[axis] = positions[axis];
         }
     }
@@ -324,7 +324,7 @@ static int compare_axes(struct rig *rig, unsigned side, const struct pair_frame 
         }
         const int32_t way =
             numbers[0] > numbers[1] ? numbers[0] - numbers[1] : numbers[1] - numbers[0];
-        if (way > rig->profile.lens_tolerance_counts) {
+        if (way > rig->profile.lens.axis[axis].tolerance_counts) {
             return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
                                   moved[axis], numbers);
         }

@@ -18,13 +18,13 @@ const char *rig_ports_missing(const struct rig_profile *profile, const struct ri
     if (ports->camera[RIG_LEFT] == NULL || ports->camera[RIG_RIGHT] == NULL) {
         return "two cameras";
     }
-    if (profile->bridge && ports->i2c == NULL) {
+    if (rig_needs_i2c(profile) && ports->i2c == NULL) {
         return "an I2C bus";
     }
     if (profile->trigger && ports->gpio == NULL) {
         return "a trigger line";
     }
-    return profile->lenses != RIG_LENSES_FIXED && ports->lens_uart == NULL
+    return rig_needs_lens_uart(profile) && ports->lens_uart == NULL
                ? "a line to the lens controller"
                : NULL;
 }
@@ -149,8 +149,7 @@ static void check_triggered(struct rig *self, struct rig_error *first) {
 
 static int check_lens(struct rig *self, unsigned side) {
     int32_t positions[LENS_AXES];
-    return self->camera[side].lens.drive.operations != NULL ? rig_lens_read(self, side, positions)
-                                                            : ERROR_OK;
+    return rig_has_lens(&self->profile, side) ? rig_lens_read(self, side, positions) : ERROR_OK;
 }
 
 // `of_bridge`: whether the bridge works.

@@ -252,7 +252,7 @@ static int open_sensor(struct rig *self, unsigned side) {
 // answering earlier questions, those of another program, or be on a slow line.
 static uint64_t lens_ends_us(const struct lens_drive *lens, uint64_t since_us,
                              uint64_t timeout_us) {
-    const uint64_t last_rx_us = lens->operations->last_rx(lens->self);
+    const uint64_t last_rx_us = lens_last_rx(lens);
     const uint64_t silent_us = (last_rx_us > since_us ? last_rx_us : since_us) + timeout_us;
     const uint64_t max_us = since_us + timeout_us + LENS_READ_INVALID_US - LENS_READ_SILENCE_US;
     return silent_us < max_us ? silent_us : max_us;
@@ -272,7 +272,7 @@ static int open_lens(struct rig *self, unsigned side, uint64_t timeout_us) {
         }
         const uint64_t step_us = rig_now_us(self) + LENS_STEP_US;
         const uint64_t until_us = step_us < deadline_us ? step_us : deadline_us;
-        error = lens->operations->open(lens->self, until_us, &self->camera[side].lens.abilities);
+        error = lens_open(lens, until_us);
         deadline_us = lens_ends_us(lens, since_us, timeout_us);
     }
     rig_part_used(self, part, error);
@@ -287,19 +287,21 @@ static int open_lens(struct rig *self, unsigned side, uint64_t timeout_us) {
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {
-    const bool single = self->profile.lenses == RIG_LENSES_V1LC;
-    if (self->profile.lenses == RIG_LENSES_FIXED) {
+    const struct lens_driver *driver = self->profile.lens_driver;
+    const struct lens_ports ports = {
+        .clock = self->ports.clock, .uart = self->ports.lens_uart, .i2c = self->ports.i2c};
+    if (driver == NULL) {
         return;
     }
-    lens_v3lc_init(&self->v3lc, self->ports.lens_uart, self->ports.clock, single);
+    lens_controller_init(&self->lens_controller, driver, &self->profile.lens, &ports);
     uint64_t timeout_us = LENS_READ_SILENCE_US;
-    for (unsigned side = 0; side < (single ? 1u : (unsigned)RIG_SIDES); side++) {
+    for (unsigned side = 0; side < driver->lenses; side++) {
         if (finding->first.error == ERROR_CANCELLED) {
             return;
         }
-        self->camera[side].lens.drive = lens_v3lc_lens(&self->v3lc, side);
+        self->camera[side].lens.drive = (struct lens_drive){&self->lens_controller, side};
         if (!record(self, finding, open_lens(self, side, timeout_us))) {
-            self->camera[side].lens.drive.operations = NULL;
+            self->camera[side].lens.drive.controller = NULL;
             timeout_us = LENS_OTHER_US;  // one controller serves both, and one time-out is
                                          // reported soon enough
         }
@@ -401,7 +403,7 @@ static void forget(struct rig *self) {
         self->health[part] = (struct rig_part_health){.present = false};
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        self->camera[side].lens.drive = (struct lens_drive){NULL, NULL};
+        self->camera[side].lens.drive = (struct lens_drive){NULL, 0};
         self->camera[side].sensor = (struct mt9t001){.bus = NULL};
         self->camera[side].pan_q4 = 0;
         self->camera[side].pan_stopped_at_us = 0;

@@ -19,13 +19,12 @@ static int stop_lenses(struct rig *self) {
     int first = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const struct lens_drive *lens = &self->camera[side].lens.drive;
-        if (lens->operations == NULL || !self->camera[side].lens.abilities.stops) {
+        if (lens->controller == NULL || !lens->controller->driver->abilities.stops) {
             continue;
         }
         const enum rig_part part = rig_part_of(RIG_PART_LEFT_LENS, side);
         const uint64_t deadline_us = rig_now_us(self) + LENS_STOP_US;
-        const int error =
-            rig_part_used(self, part, lens->operations->stop(lens->self, deadline_us));
+        const int error = rig_part_used(self, part, lens_stop(lens, deadline_us));
         if (error != ERROR_OK && first == ERROR_OK) {
             first = rig_part_failed(self, part, error,
                                     "it cannot be stopped (switch its controller off)");

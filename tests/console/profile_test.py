@@ -76,6 +76,9 @@ class Files(unittest.TestCase):
                  "two-cameras-lens)"),
                 ("", "own.profile: like missing", "two-cameras-lens"),
                 ("width = 640 px\n", "own.profile: like missing", "two-cameras-lens"),
+                ("like = rig\nlens_zoom_max = 1000 counts\n", "own.profile:2: ", "lens_zoom_max = 1000 counts",
+                 "301 to 999 counts"),
+                ("like = rig\nlenses = v2lc\n", "own.profile:2: ", '"v2lc"', "fixed v3lc v1lc"),
                 ("like = rig\nlike = rig\n", "own.profile:2: duplicate key like", "line 1"),
                 ("like = rig\nservos\n", "own.profile:2: ", "key = value"),
                 ("like = rig\nservos = perhaps\n", "own.profile:2: ", 'servos "perhaps"', "no yes"),
@@ -112,6 +115,8 @@ class Files(unittest.TestCase):
                      "\ufeff# one\r\n like=two-cameras-lens # begins\r\nname = bench-2.b\r\n",
                      "like = two-cameras\nname = wide\nwidth = 4000 px\nheight = 3000px\n",
                      "like = two-cameras\nlenses = v1lc\nlens_backlash = 5 counts\n",
+                     "like = rig\nlens_focus_tolerance = 2 counts\nlens_tolerance = 5 counts\n"
+                     "lens_baud = 19200\nlens_zoom_min = 250 counts\nlens_iris_approach = above\n",
                      "width = 640 px\n[rig]\nheight = 480 px\n[]\nlike = two-cameras\nrig.name = a\n",
                      "like = rig\nname = rig\nservos = no\n"):
             self.put("own.profile", text)

@@ -118,27 +118,29 @@ class LensRig {
     explicit LensRig(LensWorld &world, bool single = false) : world_(world) {
         std::memset(&rig, 0, sizeof rig);
         std::strcpy(rig.profile.name, "lenses");
-        rig.profile.lenses = single ? RIG_LENSES_V1LC : RIG_LENSES_V3LC;
-        rig.profile.lens_tolerance_counts = kTolerance;
-        rig.profile.lens_backlash_counts = kBacklash;
-        std::fill_n(rig.profile.lens_counts_per_s, 3, kSlowest);
+        rig_profile_set_lenses(&rig.profile, single ? "v1lc" : "v3lc");
+        for (lens_axis_settings &axis : rig.profile.lens.axis) {
+            axis.tolerance_counts = kTolerance;
+            axis.backlash_counts = kBacklash;
+            axis.counts_per_s = kSlowest;
+        }
         rig.ports.clock = world.clock();
         rig.ports.lens_uart = world.uart();
         rig.observer = {should_stop, progress, this};
-        lens_v3lc_init(&rig.v3lc, world.uart(), world.clock(), single);
+        const lens_ports ports = {world.clock(), world.uart(), nullptr};
+        lens_controller_init(&rig.lens_controller, rig.profile.lens_driver, &rig.profile.lens,
+                             &ports);
         for (unsigned side = 0; side < (single ? 1u : 2u); side++) {
-            rig.camera[side].lens.drive = lens_v3lc_lens(&rig.v3lc, side);
+            rig.camera[side].lens.drive = {&rig.lens_controller, side};
             std::fill_n(rig.camera[side].lens.commanded, 3, INT32_MIN);
         }
     }
     /// Opens both lenses.
     int open() {
         int error = ERROR_OK;
-        for (unsigned side = 0;
-             side < RIG_SIDES && rig.camera[side].lens.drive.operations != nullptr; side++) {
-            const int own = rig.camera[side].lens.drive.operations->open(
-                rig.camera[side].lens.drive.self, uint64_t(world_.now_us()) + 5000000,
-                &rig.camera[side].lens.abilities);
+        for (unsigned side = 0; side < rig.profile.lens_driver->lenses; side++) {
+            const int own =
+                lens_open(&rig.camera[side].lens.drive, uint64_t(world_.now_us()) + 5000000);
             error = error == ERROR_OK ? own : error;
         }
         rig.state = RIG_READY;

@@ -352,7 +352,7 @@ TEST_CASE("what cannot be asked for is refused and moves nothing") {
     CHECK(lenses.go(kLeft, LENS_AXES, 400) == ERROR_ARGUMENT);
     lenses.rig.state = RIG_SAFE;
     CHECK(lenses.go(kLeft, LENS_ZOOM, 400) == ERROR_NOT_READY);
-    lenses.rig.profile.lenses = RIG_LENSES_FIXED;
+    rig_profile_set_lenses(&lenses.rig.profile, RIG_LENSES_FIXED);
     CHECK(lenses.go(kLeft, LENS_ZOOM, 400) == ERROR_NOT_CONNECTED);
     int32_t positions[LENS_AXES];
     lens_limits limits{};
@@ -403,7 +403,9 @@ TEST_CASE("the one lens of a V1LC") {
     motors[0][simrig::kIris].outlier_chance = 1;  // as it is known to be
     LensWorld world(motors, {{{100, 90, 60}, {300, 300, 850}}}, synthetic::test_seed(), settings);
     LensRig lenses(world, true);
-    std::fill_n(lenses.rig.profile.lens_counts_per_s, 3, 30);
+    for (lens_axis_settings &axis : lenses.rig.profile.lens.axis) {
+        axis.counts_per_s = 30;
+    }
     REQUIRE(lenses.open() == ERROR_OK);
     CHECK(lenses.go(kLeft, LENS_ZOOM, 60) == ERROR_OK);
     CHECK(std::abs(ring(world, 0, LENS_ZOOM) - 60) <= kTolerance + 2);

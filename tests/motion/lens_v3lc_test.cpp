@@ -124,20 +124,24 @@ class Line {
 
 struct Bench {
     explicit Bench(Script script, bool single = false) : line(std::move(script)) {
-        lens_v3lc_init(&driver, line.uart(), line.clock(), single);
+        const lens_driver *row = lens_driver_named(single ? "v1lc" : "v3lc");
+        const lens_ports ports = {line.clock(), line.uart(), nullptr};
+        lens_controller_init(&controller, row, &row->settings, &ports);
     }
+    lens_drive lens(unsigned number) { return {&controller, number}; }
+    const lens_v3lc_counts &counts() { return lens_v3lc_state(&controller)->counts; }
     // Within `timeout_us`.
     int read(unsigned number, uint64_t timeout_us) {
-        const lens_drive lens = lens_v3lc_lens(&driver, number);
-        return lens.operations->read(lens.self, line.now_us + timeout_us, readings);
+        const lens_drive drive = lens(number);
+        return lens_read(&drive, line.now_us + timeout_us, readings);
     }
     int go(unsigned number, lens_axis axis, int32_t position) {
-        const lens_drive lens = lens_v3lc_lens(&driver, number);
-        return lens.operations->go(lens.self, axis, position, line.now_us + 100 * kMs);
+        const lens_drive drive = lens(number);
+        return lens_go(&drive, axis, position, line.now_us + 100 * kMs);
     }
 
     Line line;
-    lens_v3lc driver{};
+    lens_controller controller{};
     lens_reading readings[LENS_AXES]{};
 };
 
@@ -159,25 +163,17 @@ TEST_CASE("commands are the public code's, with the lens in front") {
     CHECK(bench.go(0, LENS_ZOOM, 851) == ERROR_RANGE);
     CHECK(bench.go(0, LENS_AXES, 500) == ERROR_NOT_CONNECTED);
     CHECK(bench.line.lines == std::vector<std::string>{"1Z300", "2F850", "2I512"});
-    const lens_drive lens = lens_v3lc_lens(&bench.driver, 0);
-    CHECK(lens.operations->stop(lens.self, 1) == ERROR_UNSUPPORTED);
+    const lens_drive lens = bench.lens(0);
+    CHECK(lens_stop(&lens, 1) == ERROR_UNSUPPORTED);
 }
 
-TEST_CASE("it is found, and says what it can do") {
+TEST_CASE("it is found") {
     Bench bench(good());
-    const lens_drive lens = lens_v3lc_lens(&bench.driver, 1);
-    lens_abilities abilities{};
-    CHECK(lens.operations->open(lens.self, 500 * kMs, &abilities) == ERROR_OK);
-    CHECK(abilities.reads_position);
-    CHECK(!abilities.stops);
-    CHECK(!abilities.reports_moving);
-    CHECK(!abilities.answers_after);
-    CHECK(abilities.axes == 7);
+    const lens_drive lens = bench.lens(1);
+    CHECK(lens_open(&lens, 500 * kMs) == ERROR_OK);
     CHECK(bench.line.lines == std::vector<std::string>{"", "T255", "2?"});
-    lens_limits limits{};
-    CHECK(lens.operations->limits(lens.self, LENS_FOCUS, &limits) == ERROR_OK);
-    CHECK(limits.min == 300);
-    CHECK(limits.max == 850);
+    CHECK(lens_has_axis(&lens, LENS_IRIS));
+    CHECK(!lens_has_axis(&lens, LENS_AXES));
 }
 
 TEST_CASE("an answer is read, and its time is that of the question") {
@@ -195,8 +191,8 @@ TEST_CASE("silence ends at the deadline, and is asked again ever more seldom") {
     Bench bench([](const std::string &, int) { return std::vector<Piece>(); });
     CHECK(bench.read(0, 5000 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.line.now_us == 5000 * kMs);
-    CHECK(bench.driver.counts.asked == 6);  // at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
-    CHECK(bench.driver.counts.silent == 5);
+    CHECK(bench.counts().asked == 6);  // at 0, 0.2, 0.6, 1.4, 3.0, 4.6 s
+    CHECK(bench.counts().silent == 5);
     CHECK(bench.line.lines[1] == "");  // ends what the controller may have received of the first
 }
 
@@ -209,7 +205,7 @@ TEST_CASE("patience is learnt from answers") {
     // The next question waits as long as late answers to the four may take.
     const uint64_t begin_us = bench.line.now_us;
     CHECK(bench.read(0, 1600 * kMs + 700 * kMs) == ERROR_TIMEOUT);
-    CHECK(bench.driver.counts.asked == 6);
+    CHECK(bench.counts().asked == 6);
     bench.line.now_us = begin_us + 60000 * kMs;
     Bench prompt([](const std::string &, int question) {
         return question == 2 ? std::vector<Piece>()
@@ -218,15 +214,58 @@ TEST_CASE("patience is learnt from answers") {
     REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);  // asked twice, so the timeout does not adapt
     prompt.line.now_us += 5000 * kMs;
     REQUIRE(prompt.read(0, 5000 * kMs) == ERROR_OK);
-    CHECK(prompt.driver.timeout_us == 900 * kMs);  // twice 400 ms and 100
+    CHECK(lens_v3lc_state(&prompt.controller)->timeout_us == 900 * kMs);  // twice 400 ms and 100
 }
 
-TEST_CASE("another lens is asked at once, even during a wait for the first") {
+TEST_CASE("another lens is asked when the first has answered, and both get their answers") {
     Bench bench(good(600));
     CHECK(bench.read(0, 20 * kMs) == ERROR_TIMEOUT);
     REQUIRE(bench.read(1, 100 * kMs) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 57 * kMs);
+    REQUIRE(bench.read(0, 0) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);
     CHECK(bench.line.lines == std::vector<std::string>{"1?", "2?"});
-    CHECK(bench.driver.counts.late == 1);
+    CHECK(bench.counts().late == 0);
+}
+
+TEST_CASE("a lens that does not answer does not keep the other from being asked") {
+    Bench bench([](const std::string &line, int) {
+        return line[0] == '1' ? std::vector<Piece>()
+                              : std::vector<Piece>{{57 * kMs, status(2, 600)}};
+    });
+    CHECK(bench.read(0, 20 * kMs) == ERROR_TIMEOUT);
+    REQUIRE(bench.read(1, 300 * kMs) == ERROR_OK);  // 200 ms after the first question
+    const lens_drive right = bench.lens(1);
+    CHECK(bench.read(0, 20 * kMs) == ERROR_TIMEOUT);
+    const uint64_t begin_us = bench.line.now_us;
+    REQUIRE(lens_open(&right, begin_us + 100 * kMs) == ERROR_OK);  // asks at once
+    CHECK(bench.line.now_us == begin_us + 57 * kMs);
+}
+
+TEST_CASE("both lenses polled without waiting share the line") {
+    Bench bench(good(500));
+    unsigned count[2] = {0, 0};
+    const uint64_t end_us = 2000 * kMs;
+    for (unsigned i = 0; bench.line.now_us < end_us; i++) {
+        const int error = bench.read(i % 2, 0);
+        REQUIRE((error == ERROR_OK || error == ERROR_TIMEOUT));
+        count[i % 2] += error == ERROR_OK;
+        bench.line.now_us += 5 * kMs;
+    }
+    // An answer takes 57 ms, and is taken and followed by the next question 10 ms later.
+    CHECK(count[0] >= 13);
+    CHECK(count[1] >= 13);
+    CHECK(bench.counts().late == 0);
+    CHECK(bench.counts().silent == 0);
+}
+
+TEST_CASE("an answer that arrived while nobody read is taken, however long ago") {
+    Bench bench(good(500));
+    CHECK(bench.read(0, 0) == ERROR_TIMEOUT);
+    bench.line.now_us += 3000 * kMs;
+    REQUIRE(bench.read(0, 0) == ERROR_OK);
+    CHECK(bench.readings[LENS_ZOOM].time_us == 0);
+    CHECK(bench.counts().silent == 0);
 }
 
 TEST_CASE("numbers with too many digits and records that are too long are rubbish") {
@@ -236,7 +275,7 @@ TEST_CASE("numbers with too many digits and records that are too long are rubbis
                 {57 * kMs, std::string("V3LC 1\r") + record + "\rFocus:0400\rIris:0400\r\n"}};
         });
         CHECK(bench.read(0, 150 * kMs) == ERROR_TIMEOUT);
-        CHECK(bench.driver.counts.garbage == 1);
+        CHECK(bench.counts().garbage == 1);
     }
     Bench bench([&](const std::string &, int) {  // as long as it may be
         return std::vector<Piece>{
@@ -254,7 +293,7 @@ TEST_CASE("short deadlines do no harm: the question stays open") {
         REQUIRE(++tries < 20);
     }
     CHECK(tries == 8);
-    CHECK(bench.driver.counts.asked == 1);
+    CHECK(bench.counts().asked == 1);
     CHECK(bench.readings[LENS_ZOOM].position == 640);
     CHECK(bench.readings[LENS_ZOOM].time_us == 0);
 }
@@ -277,7 +316,7 @@ TEST_CASE("pieces are put together, at every place where they may fall apart") {
         });
         REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
         CHECK(bench.readings[LENS_ZOOM].position == 345);
-        CHECK(bench.driver.counts.asked == 1);
+        CHECK(bench.counts().asked == 1);
     }
 }
 
@@ -314,8 +353,8 @@ TEST_CASE("values that no position has are asked for again") {
         });
         REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
         CHECK(bench.readings[LENS_FOCUS].position == 500);
-        CHECK(bench.driver.counts.garbage == 2);
-        CHECK(bench.driver.counts.asked == 3);
+        CHECK(bench.counts().garbage == 2);
+        CHECK(bench.counts().asked == 3);
         // Not faster than the line carries answers.
         CHECK(bench.line.now_us == 257 * kMs);
     }
@@ -323,7 +362,7 @@ TEST_CASE("values that no position has are asked for again") {
         return std::vector<Piece>{{57 * kMs, status(1, 400, 500, 17)}};
     });
     CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
-    CHECK(bench.driver.counts.garbage == 10);
+    CHECK(bench.counts().garbage == 10);
 }
 
 TEST_CASE("the other lens's answer is not this one's") {
@@ -332,7 +371,7 @@ TEST_CASE("the other lens's answer is not this one's") {
     });
     REQUIRE(bench.read(1, 500 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 700);
-    CHECK(bench.driver.counts.late == 1);
+    CHECK(bench.counts().late == 1);
 }
 
 TEST_CASE("a lens that does not exist is never read") {
@@ -342,7 +381,7 @@ TEST_CASE("a lens that does not exist is never read") {
                 {57 * kMs, std::string(text) + "Zoom:0400\rFocus:0400\rIris:0400\r\n"}};
         });
         CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
-        CHECK(bench.driver.counts.garbage == 10);
+        CHECK(bench.counts().garbage == 10);
     }
 }
 
@@ -354,15 +393,15 @@ TEST_CASE("late answers do not stay one behind") {
     REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 301);
     CHECK(bench.readings[LENS_ZOOM].time_us == 0);  // and not when it was repeated
-    CHECK(bench.driver.counts.asked == 2);
+    CHECK(bench.counts().asked == 2);
     for (int question = 3; question < 10; question++) {
         const uint64_t begin_us = bench.line.now_us;
         REQUIRE(bench.read(0, 2000 * kMs) == ERROR_OK);
         CHECK(bench.readings[LENS_ZOOM].position == 300 + question);
         CHECK(bench.readings[LENS_ZOOM].time_us >= begin_us);
     }
-    CHECK(bench.driver.counts.late == 1);
-    CHECK(bench.driver.counts.asked == 9);
+    CHECK(bench.counts().late == 1);
+    CHECK(bench.counts().asked == 9);
 }
 
 TEST_CASE("NUL bytes and endless streams end at the deadline, and it works again after them") {
@@ -374,9 +413,9 @@ TEST_CASE("NUL bytes and endless streams end at the deadline, and it works again
     CHECK(bench.read(0, 1000 * kMs) == ERROR_TIMEOUT);
     CHECK(bench.line.now_us <= begin_us + 1001 * kMs);
     // An answer might get through: it is asked again now and then.
-    const uint32_t asked = bench.driver.counts.asked;
+    const uint32_t asked = bench.counts().asked;
     CHECK(bench.read(0, 1900 * kMs) == ERROR_TIMEOUT);
-    CHECK(bench.driver.counts.asked == asked + 1);
+    CHECK(bench.counts().asked == asked + 1);
     bench.line.now_us = bench.line.noise_until_us;
     REQUIRE(bench.read(0, 1000 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 500);
@@ -402,10 +441,9 @@ TEST_CASE("a V1LC has no digits, no LF that could be relied on, and no iris") {
             return std::vector<Piece>{{40 * kMs, "V1LC\rz:120\rf:44\ri:random\r"}};
         },
         true);
-    const lens_drive lens = lens_v3lc_lens(&bench.driver, 0);
-    lens_abilities abilities{};
-    REQUIRE(lens.operations->open(lens.self, 1000 * kMs, &abilities) == ERROR_OK);
-    CHECK(abilities.axes == 3);
+    const lens_drive lens = bench.lens(0);
+    REQUIRE(lens_open(&lens, 1000 * kMs) == ERROR_OK);
+    CHECK(!lens_has_axis(&lens, LENS_IRIS));
     REQUIRE(bench.read(0, 500 * kMs) == ERROR_OK);
     CHECK(bench.readings[LENS_ZOOM].position == 120);
     CHECK(bench.readings[LENS_FOCUS].position == 44);

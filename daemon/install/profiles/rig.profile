@@ -79,26 +79,78 @@ pan_max = 30 deg
 # this is rejected (0 to 10 deg)
 pan_repeatability = 0.3 deg
 
-# fixed; v3lc: two motorized lenses; v1lc: one motorized lens, on the left. Sets the lens_ keys;
-# other lines change them (fixed v3lc v1lc)
+# fixed, or the controller of motorized lenses (vergenced --help-lenses lists them). Sets the
+# lens_ keys; other lines change them
 lenses = v3lc
+
+# baud rate of a lens controller on a serial port (0 to 921600)
+lens_baud = 9600
+
+# I2C address of a lens controller on I2C (0x00 to 0x77)
+lens_address = 0x00
+
+# a move overshoots by this much, so that each ends from the same side; for all axes (0 to 1000
+# counts)
+lens_backlash = 10 counts
+
+# a move is complete within this distance of its target; for all axes (0 to 1000 counts)
+lens_tolerance = 4 counts
+
+# smallest position of the zoom motor (0 to 65535 counts)
+lens_zoom_min = 300 counts
+
+# largest position of the zoom motor (0 to 65535 counts)
+lens_zoom_max = 850 counts
 
 # a slower zoom motor counts as jammed (0 to 100000 counts/s)
 lens_zoom_speed_min = 80 counts/s
 
+# lens_backlash of zoom (0 to 1000 counts)
+lens_zoom_backlash = 10 counts
+
+# lens_tolerance of zoom (0 to 1000 counts)
+lens_zoom_tolerance = 4 counts
+
+# side from which the zoom motor reaches its target (below above)
+lens_zoom_approach = below
+
+# smallest position of the focus motor (0 to 65535 counts)
+lens_focus_min = 300 counts
+
+# largest position of the focus motor (0 to 65535 counts)
+lens_focus_max = 850 counts
+
 # a slower focus motor counts as jammed (0 to 100000 counts/s)
 lens_focus_speed_min = 80 counts/s
+
+# lens_backlash of focus (0 to 1000 counts)
+lens_focus_backlash = 10 counts
+
+# lens_tolerance of focus (0 to 1000 counts)
+lens_focus_tolerance = 4 counts
+
+# side from which the focus motor reaches its target (below above)
+lens_focus_approach = below
+
+# smallest position of the iris motor (0 to 65535 counts)
+lens_iris_min = 300 counts
+
+# largest position of the iris motor (0 to 65535 counts)
+lens_iris_max = 850 counts
 
 # a slower iris motor counts as jammed (0 to 100000 counts/s)
 lens_iris_speed_min = 80 counts/s
 
-# a move overshoots downwards by this much, so that each ends from below (0 to 100 counts)
-lens_backlash = 10 counts
+# lens_backlash of iris (0 to 1000 counts)
+lens_iris_backlash = 10 counts
 
-# a move is complete within this distance of its target (0 to 100 counts)
-lens_tolerance = 4 counts
+# lens_tolerance of iris (0 to 1000 counts)
+lens_iris_tolerance = 4 counts
 
-# a calibration made further away than this in zoom, focus or iris is rejected (0 to 100 counts)
+# side from which the iris motor reaches its target (below above)
+lens_iris_approach = below
+
+# a calibration made further away than this in zoom, focus or iris is rejected (0 to 1000 counts)
 lens_repeatability = 4 counts
 
 # change of the focal length by one count of zoom (0 to 10 %)

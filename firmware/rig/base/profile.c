@@ -6,7 +6,6 @@
 #include "bridge_registers.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "device/lens_drive.h"
 #include "device/mt9t001.h"
 
 enum {
@@ -17,18 +16,6 @@ enum {
     PAN_REPEATABILITY_URAD = 5236,  // 0.3 degrees: see rig_pan
     SLEW_Q4 = 480,                  // 2.9 degrees a pulse
     WATCHDOG_MS = 1000,
-    // V3LC, whose lenses have 550 counts.
-    LENS_COUNTS_PER_S = 80,  // assumed: 7 s from end to end
-    LENS_BACKLASH_COUNTS = 10,
-    LENS_TOLERANCE_COUNTS = 4,
-    LENS_REPEATABILITY_COUNTS = 4,
-    LENS_ZOOM_PPM = 4187,  // 10x in 550 counts: ln(10) / 550
-    // V1LC, whose lens has 136 counts: also 7 s, and the same shares of the travel, rounded up.
-    LENS_V1LC_COUNTS_PER_S = 19,
-    LENS_V1LC_BACKLASH_COUNTS = 3,
-    LENS_V1LC_TOLERANCE_COUNTS = 2,
-    LENS_V1LC_REPEATABILITY_COUNTS = 1,
-    LENS_V1LC_ZOOM_PPM = 16931,
     // Every USB camera supports this, in dim light too.
     WEBCAM_WIDTH_PX = 640,
     WEBCAM_HEIGHT_PX = 480,
@@ -41,7 +28,6 @@ enum {
 
 static struct rig_profile two_cameras(void) {
     return (struct rig_profile){.name = "two-cameras",
-                                .lenses = RIG_LENSES_FIXED,
                                 .width_px = WEBCAM_WIDTH_PX,
                                 .height_px = WEBCAM_HEIGHT_PX,
                                 .frame_us = WEBCAM_FRAME_US,
@@ -49,21 +35,46 @@ static struct rig_profile two_cameras(void) {
                                 .trigger_us = TRIGGER_US};
 }
 
-void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses) {
-    const bool v1lc = lenses == RIG_LENSES_V1LC, fixed = lenses == RIG_LENSES_FIXED;
-    const int32_t counts_per_s = v1lc ? LENS_V1LC_COUNTS_PER_S : LENS_COUNTS_PER_S;
-    const int32_t backlash = v1lc ? LENS_V1LC_BACKLASH_COUNTS : LENS_BACKLASH_COUNTS;
-    const int32_t tolerance = v1lc ? LENS_V1LC_TOLERANCE_COUNTS : LENS_TOLERANCE_COUNTS;
-    profile->lenses = lenses;
-    for (int axis = 0; axis < LENS_AXES; axis++) {
-        profile->lens_counts_per_s[axis] = fixed ? 0 : counts_per_s;
+static bool is_same(const char *a, const char *b) {
+    while (*a != '\0' && *a == *b) {
+        a++;
+        b++;
     }
-    profile->lens_backlash_counts = fixed ? 0 : backlash;
-    profile->lens_tolerance_counts = fixed ? 0 : tolerance;
-    profile->lens_repeatability_counts = fixed  ? 0
-                                         : v1lc ? LENS_V1LC_REPEATABILITY_COUNTS
-                                                : LENS_REPEATABILITY_COUNTS;
-    profile->lens_zoom_ppm = fixed ? 0 : v1lc ? LENS_V1LC_ZOOM_PPM : LENS_ZOOM_PPM;
+    return *a == *b;
+}
+
+int rig_profile_set_lenses(struct rig_profile *profile, const char *name) {
+    const struct lens_driver *driver = lens_driver_named(name);
+    if (driver == NULL && !is_same(name, RIG_LENSES_FIXED)) {
+        return ERROR_MISSING;
+    }
+    profile->lens_driver = driver;
+    profile->lens = driver != NULL ? driver->settings : (struct lens_settings){.bits_per_s = 0};
+    return ERROR_OK;
+}
+
+bool rig_has_lens(const struct rig_profile *profile, unsigned side) {
+    return profile->lens_driver != NULL && side < profile->lens_driver->lenses;
+}
+
+bool rig_has_axis(const struct rig_profile *profile, unsigned side, enum lens_axis axis) {
+    return rig_has_lens(profile, side) && (unsigned)axis < LENS_AXES &&
+           (profile->lens_driver->abilities.axes >> axis & 1) != 0;
+}
+
+bool rig_needs_i2c(const struct rig_profile *profile) {
+    return profile->bridge ||
+           (profile->lens_driver != NULL && profile->lens_driver->port == LENS_PORT_I2C);
+}
+
+bool rig_needs_lens_uart(const struct rig_profile *profile) {
+    return profile->lens_driver != NULL && profile->lens_driver->port == LENS_PORT_UART;
+}
+
+// The lenses of the profiles that have some.
+static void set_default_lenses(struct rig_profile *profile) {
+    const int error = rig_profile_set_lenses(profile, "v3lc");
+    INVARIANT(error == ERROR_OK);
 }
 
 static struct rig_profile two_cameras_lens(void) {
@@ -72,7 +83,7 @@ static struct rig_profile two_cameras_lens(void) {
     for (size_t i = 0; i < sizeof name; i++) {
         profile.name[i] = name[i];
     }
-    rig_profile_set_lenses(&profile, RIG_LENSES_V3LC);
+    set_default_lenses(&profile);
     return profile;
 }
 
@@ -95,16 +106,8 @@ static struct rig_profile full_rig(void) {
         .frame_us = WEBCAM_FRAME_US,
         .skew_limit_us = SKEW_IN_TURN_US,
     };
-    rig_profile_set_lenses(&profile, RIG_LENSES_V3LC);
+    set_default_lenses(&profile);
     return profile;
-}
-
-static bool is_same(const char *a, const char *b) {
-    while (*a != '\0' && *a == *b) {
-        a++;
-        b++;
-    }
-    return *a == *b;
 }
 
 int rig_profile_named(const char *name, struct rig_profile *profile) {

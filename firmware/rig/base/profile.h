@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "device/lens_driver.h"
 #include "device/servo.h"
 
 #ifdef __cplusplus
@@ -18,12 +19,6 @@ enum { RIG_LEFT, RIG_RIGHT, RIG_SIDES };
 enum {
     RIG_PROFILE_SENSOR_CLOCK_HZ = 48000000,  ///< fastest clock of a sensor
     RIG_PROFILE_CAUSES = 3,
-};
-
-enum rig_profile_lenses {
-    RIG_LENSES_FIXED,
-    RIG_LENSES_V3LC,  ///< two lenses on one controller
-    RIG_LENSES_V1LC,  ///< one lens, on the left camera
 };
 
 /// An instrument. Parameters of parts that it does not have are ignored.
@@ -41,12 +36,8 @@ struct rig_profile {
     int32_t pan_min_urad, pan_max_urad;
     uint32_t pan_repeatability_urad;  ///< standard deviation of an angle that is approached again
 
-    enum rig_profile_lenses lenses;
-    int32_t lens_counts_per_s[3];       ///< LENS_AXES; a slower motor counts as jammed
-    int32_t lens_backlash_counts;       ///< moves overshoot downwards by this, and end from below
-    int32_t lens_tolerance_counts;      ///< a move is complete within this
-    int32_t lens_repeatability_counts;  ///< of a position that is approached again
-    int32_t lens_zoom_ppm;  ///< relative change of the focal length by one count of zoom, 1e-6
+    const struct lens_driver *lens_driver;  ///< of the lens controller; NULL: fixed lenses
+    struct lens_settings lens;
 
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time between frames of cameras without a known rate
@@ -59,9 +50,20 @@ struct rig_profile {
 /// The built-in profiles "rig", "two-cameras" and "two-cameras-lens". ERROR_MISSING: another name.
 int rig_profile_named(const char *name, struct rig_profile *profile);
 
-/// Sets the lenses, and the parameters of their controller: speed, backlash, precision. A V1LC has
-/// 136 counts from end to end, a V3LC 550.
-void rig_profile_set_lenses(struct rig_profile *profile, enum rig_profile_lenses lenses);
+/// The word for lenses without motors, where others have the name of a lens driver.
+#define RIG_LENSES_FIXED "fixed"
+
+/// Sets the lens driver of this name, or RIG_LENSES_FIXED, and its settings. ERROR_MISSING: another
+/// name.
+int rig_profile_set_lenses(struct rig_profile *profile, const char *name);
+
+/// Whether a side has a motorized lens, and whether that has an axis.
+bool rig_has_lens(const struct rig_profile *profile, unsigned side);
+bool rig_has_axis(const struct rig_profile *profile, unsigned side, enum lens_axis axis);
+
+/// Which ports the parts of an instrument need.
+bool rig_needs_i2c(const struct rig_profile *profile);
+bool rig_needs_lens_uart(const struct rig_profile *profile);
 
 /// An error of a profile: a field, and its range in the unit of struct rig_profile. Fields have the
 /// names of the daemon's settings, without "rig.". Static storage.

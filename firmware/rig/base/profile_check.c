@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "device/fpga_bridge.h"
-#include "device/lens_drive.h"
 #include "device/mt9t001.h"
 #include "rig/base/profile.h"
 
@@ -22,8 +21,10 @@ enum {
     WATCHDOG_MIN_MS = 400,
     // A longer one would leave the servos uncontrolled for too long.
     WATCHDOG_MAX_MS = 1500,
+    LENS_BITS_PER_S_MIN = 300,
+    LENS_BITS_PER_S_MAX = 921600,
     LENS_COUNTS_PER_S_MAX = 100000,
-    LENS_COUNTS_MAX = 100,
+    LENS_COUNTS_MAX = 1000,
     LENS_ZOOM_MAX_PPM = 100000,
     PAN_REPEATABILITY_MAX_URAD = 174533,  // 10 degrees
     SIZE_MIN_PX = 16,
@@ -204,30 +205,61 @@ static int check_servos(const struct rig_profile *profile,
     return error == ERROR_OK ? check_pan(profile, profile_error) : error;
 }
 
-static int check_lenses(const struct rig_profile *profile,
-                        struct rig_profile_error *profile_error) {
-    static const char *const speeds[LENS_AXES] = {
-        [LENS_ZOOM] = "lens_zoom_speed_min",
-        [LENS_FOCUS] = "lens_focus_speed_min",
-        [LENS_IRIS] = "lens_iris_speed_min",
-    };
-    int error = ERROR_OK;
-    for (int axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        const struct limit speed[] = {
-            {profile->lens_counts_per_s[axis],
-             {speeds[axis], 1, LENS_COUNTS_PER_S_MAX, .causes = {"lenses"}}}};
-        error = CHECK(speed, profile_error);
+/// Names of the fields of an axis.
+struct axis_fields {
+    const char *min, *max, *speed, *backlash, *tolerance, *approach;
+};
+
+#define AXIS_FIELDS(axis)                                                                 \
+    {                                                                                     \
+        "lens_" axis "_min", "lens_" axis "_max", "lens_" axis "_speed_min",              \
+            "lens_" axis "_backlash", "lens_" axis "_tolerance", "lens_" axis "_approach" \
+    }
+
+static int check_axis(const struct rig_profile *profile, enum lens_axis axis,
+                      struct rig_profile_error *profile_error) {
+    static const struct axis_fields all_fields[LENS_AXES] = {
+        AXIS_FIELDS("zoom"), AXIS_FIELDS("focus"), AXIS_FIELDS("iris")};
+    const struct axis_fields *fields = &all_fields[axis];
+    const struct lens_axis_settings *values = &profile->lens.axis[axis];
+    const int32_t max = profile->lens_driver->position_max;
+    const struct limit range[] = {{values->min, {fields->min, 0, max - 1, .causes = {"lenses"}}}};
+    const int error = CHECK(range, profile_error);
+    if (error != ERROR_OK) {
+        return error;
     }
     const struct limit limits[] = {
-        {profile->lens_backlash_counts,
-         {"lens_backlash", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
-        {profile->lens_tolerance_counts,
-         {"lens_tolerance", 1, LENS_COUNTS_MAX, .causes = {"lenses"}}},
-        {profile->lens_repeatability_counts,
-         {"lens_repeatability", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
-        {profile->lens_zoom_ppm, {"lens_zoom_step", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
+        {values->max, {fields->max, values->min + 1, max, .causes = {fields->min, "lenses"}}},
+        {values->counts_per_s, {fields->speed, 1, LENS_COUNTS_PER_S_MAX, .causes = {"lenses"}}},
+        {values->backlash_counts, {fields->backlash, 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
+        {values->tolerance_counts, {fields->tolerance, 1, LENS_COUNTS_MAX, .causes = {"lenses"}}},
+        {values->approach,
+         {fields->approach, LENS_FROM_BELOW, LENS_FROM_ABOVE, .causes = {"lenses"}}},
     };
-    return error == ERROR_OK ? CHECK(limits, profile_error) : error;
+    return CHECK(limits, profile_error);
+}
+
+static int check_lenses(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
+    const struct lens_settings *lens = &profile->lens;
+    int error = ERROR_OK;
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        error = check_axis(profile, (enum lens_axis)axis, profile_error);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const bool uart = rig_needs_lens_uart(profile);
+    const struct limit limits[] = {
+        {uart ? lens->bits_per_s : LENS_BITS_PER_S_MIN,
+         {"lens_baud", LENS_BITS_PER_S_MIN, LENS_BITS_PER_S_MAX, .causes = {"lenses"}}},
+        {uart ? ADDRESS_MIN : lens->address,
+         {"lens_address", ADDRESS_MIN, ADDRESS_MAX, .causes = {"lenses"}}},
+        {lens->repeatability_counts,
+         {"lens_repeatability", 0, LENS_COUNTS_MAX, .causes = {"lenses"}}},
+        {lens->zoom_ppm, {"lens_zoom_step", 0, LENS_ZOOM_MAX_PPM, .causes = {"lenses"}}},
+    };
+    return CHECK(limits, profile_error);
 }
 
 static int check_trigger(const struct rig_profile *profile,
@@ -243,8 +275,6 @@ static int check_trigger(const struct rig_profile *profile,
 
 int rig_profile_check(const struct rig_profile *profile, struct rig_profile_error *profile_error) {
     INVARIANT(profile != NULL && profile_error != NULL);
-    const struct limit kinds[] = {
-        {profile->lenses, {"lenses", RIG_LENSES_FIXED, RIG_LENSES_V1LC, .causes = {NULL}}}};
     int error = check_frames(profile, profile_error);
     if (error == ERROR_OK && profile->bridge) {
         error = check_bridge(profile, profile_error);
@@ -255,10 +285,6 @@ int rig_profile_check(const struct rig_profile *profile, struct rig_profile_erro
     if (error == ERROR_OK && profile->servos) {
         error = check_servos(profile, profile_error);
     }
-    if (error == ERROR_OK) {
-        error = CHECK(kinds, profile_error);
-    }
-    return error == ERROR_OK && profile->lenses != RIG_LENSES_FIXED
-               ? check_lenses(profile, profile_error)
-               : error;
+    return error == ERROR_OK && profile->lens_driver != NULL ? check_lenses(profile, profile_error)
+                                                             : error;
 }

@@ -13,8 +13,7 @@
 #include "device/fpga_bridge_event.h"
 #include "device/fpga_bridge_sensor.h"
 #include "device/fpga_bridge_servo.h"
-#include "device/lens_drive.h"
-#include "device/lens_v3lc.h"
+#include "device/lens_driver.h"
 #include "device/mt9t001.h"
 #include "hal/camera.h"
 #include "hal/clock.h"
@@ -118,7 +117,6 @@ struct rig_part_health {
 /// The lens of a camera. Positions are counts of the controller; INT32_MIN: not known.
 struct rig_lens {
     struct lens_drive drive;
-    struct lens_abilities abilities;
     int32_t commanded[LENS_AXES];
     int32_t position[LENS_AXES];  ///< last reading
     int32_t offset[LENS_AXES];    ///< added to commands: see rig/lens_move.h
@@ -153,7 +151,7 @@ struct rig {
     struct rig_part_health health[RIG_PARTS];
 
     struct fpga_bridge bridge;
-    struct lens_v3lc v3lc;
+    struct lens_controller lens_controller;
     struct rig_camera camera[RIG_SIDES];
     bool bridge_lost;       ///< the bridge does not accept feeds, and the rig was not yet
                             ///< made safe

@@ -248,10 +248,19 @@ class Config(unittest.TestCase):
             self.assertEqual(self.check(text), (0, "FILE: good\n"), text)
 
     def test_pages_take_no_settings(self):
-        for page in (["--help-config"], ["--help-profile", "rig"], ["--version"]):
+        for page in (["--help-config"], ["--help-profile", "rig"], ["--help-lenses"], ["--version"]):
             done = run(*page, "i2c=none")
             self.assertEqual((done.returncode, done.stdout), (2, ""))
             self.assertRegex(done.stderr, f"^vergenced: {page[0]} .*settings: i2c=none\n$")
+
+    def test_lens_controllers(self):
+        lines = run("--help-lenses").stdout.splitlines()
+        self.assertEqual(lines[0], "fixed: no motors")
+        self.assertRegex(lines[1], r"^v3lc: .*two lenses \(serial port, 9600 baud; "
+                                   r"zoom 300 to 850 counts; focus .*; iris 300 to 850 counts\)$")
+        for line in lines:
+            name = line.split(":")[0]
+            self.assertEqual(self.check(f"rig.lenses = {name}\n"), (0, "FILE: good\n"))
 
     def test_no_file(self):
         done = run("--check", "no/such.conf")

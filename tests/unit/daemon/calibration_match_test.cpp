@@ -12,7 +12,7 @@
 
 #include "calibration_examples.hpp"
 #include "core/error.h"
-#include "device/lens_drive.h"
+#include "device/lens_driver.h"
 #include "device/mt9t001.h"
 #include "rig/pair.h"
 

@@ -134,7 +134,8 @@ TEST_CASE("any other text is refused") {
 }
 
 TEST_CASE("an instrument that cannot be set so takes none of it") {
-    rig up = made("rig"), plain = made("two-cameras");
+    rig up = made("rig"), plain = made("two-cameras"), single = made("rig");
+    REQUIRE(rig_profile_set_lenses(&single.profile, "v1lc") == ERROR_OK);
     saved_settings saved{};
     message why{};
     const auto checked = [&](rig &rig, const std::string &lines) {
@@ -150,7 +151,11 @@ TEST_CASE("an instrument that cannot be set so takes none of it") {
     CHECK(checked(up, "window 2050 1536 1\n") == ERROR_RANGE);
     CHECK(checked(up, "window 642 480 2\n") == ERROR_RANGE);
     CHECK(checked(up, "left_pan_urad 523600\n") == ERROR_RANGE);
-    CHECK(checked(up, "right_zoom 400\n") == ERROR_NOT_CONNECTED);  // none was found
+    CHECK(checked(up, "right_zoom 850\n") == ERROR_OK);
+    CHECK(checked(up, "right_zoom 851\n") == ERROR_RANGE);
+    CHECK(checked(single, "left_zoom 100\n") == ERROR_OK);
+    CHECK(checked(single, "left_iris 100\n") == ERROR_NOT_CONNECTED);
+    CHECK(checked(single, "right_zoom 100\n") == ERROR_NOT_CONNECTED);
     CHECK(checked(plain, "window 4000 3000 1\nleft_exposure_us 9\n") == ERROR_OK);
     CHECK(checked(plain, "window 640 480 2\n") == ERROR_RANGE);
     CHECK(checked(plain, "right_pan_urad 0\n") == ERROR_NOT_CONNECTED);

@@ -10,8 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "device/lens_drive.h"
-#include "device/lens_v3lc.h"
+#include "device/lens_driver.h"
 
 namespace {
 
@@ -32,31 +31,41 @@ TEST_CASE("the profiles that everybody has are good, and have the parts that the
     }
     CHECK(named("rig").bridge);
     CHECK(named("rig").servos);
-    CHECK(named("rig").lenses == RIG_LENSES_V3LC);
+    CHECK(std::string(named("rig").lens_driver->name) == "v3lc");
     CHECK(!named("two-cameras").bridge);
-    CHECK(named("two-cameras").lenses == RIG_LENSES_FIXED);
+    CHECK(named("two-cameras").lens_driver == nullptr);
     CHECK(!named("two-cameras-lens").bridge);
-    CHECK(named("two-cameras-lens").lenses == RIG_LENSES_V3LC);
+    CHECK(std::string(named("two-cameras-lens").lens_driver->name) == "v3lc");
 }
 
-TEST_CASE("a lens gets the numbers of its controller") {
+TEST_CASE("each lens controller has consistent settings, and sides and axes that exist") {
     rig_profile profile = named("two-cameras");
     rig_profile_error profile_error{};
-    for (const auto lenses : {RIG_LENSES_V1LC, RIG_LENSES_V3LC, RIG_LENSES_FIXED}) {
-        rig_profile_set_lenses(&profile, lenses);
-        CHECK(profile.lenses == lenses);
+    size_t count = 0;
+    const lens_driver *drivers = lens_drivers(&count);
+    for (size_t i = 0; i < count; i++) {
+        INFO(drivers[i].name);
+        REQUIRE(rig_profile_set_lenses(&profile, drivers[i].name) == ERROR_OK);
+        CHECK(profile.lens_driver == &drivers[i]);
         CHECK(rig_profile_check(&profile, &profile_error) == ERROR_OK);
-        const int32_t counts = lenses == RIG_LENSES_V1LC ? LENS_V1LC_MAX - LENS_V1LC_MIN
-                                                         : LENS_V3LC_MAX - LENS_V3LC_MIN;
-        for (int axis = 0; axis < LENS_AXES && lenses != RIG_LENSES_FIXED; axis++) {
-            // Both take up to 7 s from end to end.
-            const double travel_s = double(counts) / profile.lens_counts_per_s[axis];
-            CHECK(travel_s >= 6.8);
-            CHECK(travel_s <= 7.5);
+        CHECK(rig_has_lens(&profile, RIG_LEFT));
+        CHECK(rig_has_lens(&profile, RIG_RIGHT) == (drivers[i].lenses == 2));
+        CHECK(!rig_has_lens(&profile, RIG_SIDES));
+        CHECK(rig_has_axis(&profile, RIG_LEFT, LENS_ZOOM));
+        CHECK(!rig_has_axis(&profile, RIG_LEFT, LENS_AXES));
+        CHECK(rig_needs_lens_uart(&profile) == (drivers[i].port == LENS_PORT_UART));
+        CHECK(rig_needs_i2c(&profile) == (drivers[i].port == LENS_PORT_I2C));
+        for (const lens_axis_settings &axis : profile.lens.axis) {
+            const double travel_s = double(axis.max - axis.min) / axis.counts_per_s;
+            CHECK(travel_s >= 2);
+            CHECK(travel_s <= 20);
+            CHECK(axis.backlash_counts * 40 <= axis.max - axis.min);
         }
-        CHECK(profile.lens_backlash_counts * 40 <= counts);
     }
-    CHECK(profile.lens_tolerance_counts == 0);
+    CHECK(rig_profile_set_lenses(&profile, "v2lc") == ERROR_MISSING);
+    REQUIRE(rig_profile_set_lenses(&profile, RIG_LENSES_FIXED) == ERROR_OK);
+    CHECK(!rig_has_lens(&profile, RIG_LEFT));
+    CHECK(profile.lens.axis[LENS_ZOOM].tolerance_counts == 0);
 }
 
 TEST_CASE("other names are refused, and change nothing") {
@@ -114,10 +123,18 @@ TEST_CASE("each number that makes no sense is named") {
              p.trigger = true;
              p.trigger_us = 1000001;
          }},
+        {"two-cameras-lens", "lens_zoom_min", [](rig_profile &p) { p.lens.axis[0].min = 999; }},
+        {"two-cameras-lens", "lens_zoom_max", [](rig_profile &p) { p.lens.axis[0].max = 1000; }},
+        {"two-cameras-lens", "lens_focus_max", [](rig_profile &p) { p.lens.axis[1].max = 300; }},
         {"two-cameras-lens", "lens_iris_speed_min",
-         [](rig_profile &p) { p.lens_counts_per_s[LENS_IRIS] = 0; }},
-        {"two-cameras-lens", "lens_backlash", [](rig_profile &p) { p.lens_backlash_counts = -1; }},
-        {"two-cameras-lens", "lens_tolerance", [](rig_profile &p) { p.lens_tolerance_counts = 0; }},
+         [](rig_profile &p) { p.lens.axis[LENS_IRIS].counts_per_s = 0; }},
+        {"two-cameras-lens", "lens_zoom_backlash",
+         [](rig_profile &p) { p.lens.axis[0].backlash_counts = -1; }},
+        {"two-cameras-lens", "lens_focus_tolerance",
+         [](rig_profile &p) { p.lens.axis[1].tolerance_counts = 0; }},
+        {"two-cameras-lens", "lens_iris_approach",
+         [](rig_profile &p) { p.lens.axis[2].approach = 2; }},
+        {"two-cameras-lens", "lens_baud", [](rig_profile &p) { p.lens.bits_per_s = 0; }},
     };
     for (const auto &test : cases) {
         rig_profile profile = named(test.base);
