@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "daemon/base/framing.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/printable.h"
 #include "daemon/cli/screen.h"
@@ -119,8 +120,17 @@ bool remote_show_progress(struct remote *self, const char *text) {
     return true;
 }
 
-int32_t remote_next_id(const struct remote *self) {
-    return (self->id + 1) % REMOTE_IDS;
+int remote_drain(struct remote *self) {
+    int error = 0;
+    while (error == 0) {
+        char *text = NULL;
+        error = remote_receive(self, FRAMING_QUIET_MS, &text);
+    }
+    return error == ERROR_TIMEOUT ? 0 : error;
+}
+
+bool remote_is_refused(const char *text) {
+    return strstr(text, FRAMING_DAMAGED) != NULL;
 }
 
 int remote_receive(struct remote *self, int limit_ms, char **text) {
@@ -290,34 +300,17 @@ int remote_ask(struct remote *self, const char *command, remote_show *show, void
                                                                 message);
 }
 
-/// Whether an intact answer says that the request arrived damaged.
-static bool is_refused(const struct cJSON *answer) {
-    char name[32] = "";
-    return !cJSON_HasObjectItem(answer, "id") &&
-           json_member_text(answer, "error", name, sizeof name) &&
-           strcmp(name, error_name(ERROR_CRC)) == 0;
-}
-
-/// Waits for `answer` with the id of the last request. ERROR_CRC: it arrived damaged.
+/// Waits for `answer`. ERROR_CRC: it, or the request, arrived damaged.
 static int take_answer(struct remote *self, int limit_ms) {
-    for (;;) {
-        char *text = NULL;
-        int64_t id = -1;
-        const int error = remote_receive(self, limit_ms, &text);
-        if (error != 0) {
-            return error;
-        }
-        cJSON_Delete(self->answer);
-        self->answer = json_parse(text);
-        const bool whole = self->answer != NULL && remote_framing_fits_json(text);
-        // Anything else is garbage, or the answer to an earlier attempt.
-        if (whole && json_member_integer(self->answer, "id", &id) && id == self->id) {
-            return 0;
-        }
-        if ((!whole && self->line.serial) || (whole && is_refused(self->answer))) {
-            return ERROR_CRC;  // waiting longer is pointless
-        }
+    char *text = NULL;
+    const int error = remote_receive(self, limit_ms, &text);
+    if (error != 0) {
+        return error;
     }
+    cJSON_Delete(self->answer);
+    self->answer = json_parse(text);
+    const bool whole = self->answer != NULL && remote_framing_fits_json(text);
+    return whole && !remote_is_refused(text) ? 0 : ERROR_CRC;
 }
 
 /// Reads an intact answer. 0: OK, with `result`; else ERROR_REFUSED or ERROR_CANCELLED.
@@ -339,29 +332,28 @@ static int read_answer(struct remote *self, const struct cJSON **result, struct 
 
 int remote_call(struct remote *self, const char *command, const struct cJSON **result,
                 struct message *message) {
-    const int timeout_ms = self->line.serial ? CALL_SERIAL_MS : CALL_SOCKET_MS;
+    const bool serial = self->line.serial;
+    char request[REMOTE_REQUEST_BYTES];
     int error = ERROR_TIMEOUT;
     int silent = 0;
     self->refused = false;
-    for (int i = 0; i < CALL_TRIES && silent < SILENT_TRIES; i++) {
-        char request[REMOTE_REQUEST_BYTES];
-        char prefix[32];
+    if (!remote_framing_request("json", command, request)) {
+        return message_set(message, ERROR_SYNTAX, "command too long");
+    }
+    // A socket loses nothing.
+    for (int i = 0; i < (serial ? CALL_TRIES : 1) && silent < SILENT_TRIES; i++) {
         if (remote_interrupted(self)) {
             return give_up(message);
         }
-        self->id = remote_next_id(self);
-        snprintf(prefix, sizeof prefix, "json,id=%" PRId32, self->id);
-        if (!remote_framing_request(prefix, command, request)) {
-            return message_set(message, ERROR_SYNTAX, "command too long");
-        }
         const bool sent = remote_line_send(&self->line, request, strlen(request));
-        error = sent ? take_answer(self, timeout_ms) : ERROR_DEVICE;
-        if (error == ERROR_DEVICE) {
-            return message_set(message, ERROR_DEVICE, "connection lost");
-        }
+        error = sent ? take_answer(self, serial ? CALL_SERIAL_MS : CALL_SOCKET_MS) : ERROR_DEVICE;
         silent = error == ERROR_TIMEOUT ? silent + 1 : 0;
         if (error == 0) {
             return read_answer(self, result, message);
+        }
+        error = error == ERROR_CRC ? remote_drain(self) : error;
+        if (error == ERROR_DEVICE) {
+            return message_set(message, ERROR_DEVICE, "connection lost");
         }
     }
     return message_set(message, ERROR_TIMEOUT, "no undamaged answer arrives over the line");

@@ -15,7 +15,6 @@ extern "C" {
 #endif
 
 enum {
-    REMOTE_IDS = 1000000,
     REMOTE_REQUEST_BYTES = 640,
     REMOTE_WRITTEN_BYTES = 4096 + 64,
     REMOTE_EXIT_ERR = 1,
@@ -30,7 +29,6 @@ struct remote {
     const char *token_path;  ///< file of the token for TCP; NULL: the default file
     int bar_columns;         ///< width of the progress shown on standard error; 0: none
     struct cJSON *answer;    ///< to the last remote_call; freed with the connection
-    int32_t id;              ///< of the last request that had one, 0 .. 999999
     bool interrupted;        ///< by Ctrl-C: the running command is cancelled, no new one starts
     bool refused;            ///< the instrument answered ERR to the last remote_call
     bool over;               ///< after "quit": no more commands can be sent
@@ -45,13 +43,17 @@ bool remote_interrupted(struct remote *self);
 /// Handles an interrupt by the user: reports it to the instrument, once.
 void remote_interrupt(struct remote *self);
 
-/// The id of the next request.
-int32_t remote_next_id(const struct remote *self);
-
 /// Receives the next line of an answer, valid until the next call; handles user input meanwhile. 0;
 /// ERROR_TIMEOUT: none for `limit_ms` (REMOTE_FOREVER_MS: never), on a serial line nothing at all;
 /// ERROR_DEVICE.
 int remote_receive(struct remote *self, int limit_ms, char **text);
+
+/// Waits until a serial line is quiet, so that no answer to an earlier request can follow. 0, or
+/// ERROR_DEVICE.
+int remote_drain(struct remote *self);
+
+/// Whether a line says that a request arrived damaged, and so was not executed.
+bool remote_is_refused(const char *text);
 
 /// Shows a line of an answer; may change `text` until it returns.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
@@ -91,8 +93,8 @@ int remote_main(int argc, char **argv);
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 
-/// The same over a serial line: only lines that arrived undamaged are shown, and no command is
-/// executed twice.
+/// The same over a serial line: only lines that arrived undamaged are shown. If no undamaged answer
+/// arrives, a command that only reads is repeated; after another one it is an error.
 int remote_ask_framed(struct remote *self, const char *command, remote_show *show, void *cookie,
                       struct message *message);
 

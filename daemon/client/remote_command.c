@@ -11,7 +11,6 @@
 #include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/monotonic.h"
 #include "daemon/base/printable.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
@@ -344,10 +343,7 @@ int remote_main(int argc, char **argv) {
     if (code != OPTIONS_CONTINUE) {
         return code;
     }
-    // Answers to another program may still arrive; it used other ids.
-    const int32_t id = (int32_t)(monotonic_now_us() % REMOTE_IDS);
-    struct remote remote = {
-        .json = arguments.json, .id = id, .extra_fd = -1, .token_path = arguments.token};
+    struct remote remote = {.json = arguments.json, .extra_fd = -1, .token_path = arguments.token};
     const char *option = misplaced(argv + first, count);
     if (option != NULL) {
         message_set(&message, 0, "put \"%s\" between ADDRESS and the command", option);

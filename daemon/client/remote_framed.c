@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A command over a line that damages and loses bytes. It is repeated with the same request id until
-// its answer arrives whole: the daemon executes an id once and repeats its answer. While a command
-// runs the daemon sends keepalives, so silence means that the peer is gone.
+// A command over a line that damages and loses bytes. It is repeated if it arrived damaged, as it
+// was not executed then, or if it only reads. While a command runs the daemon sends keepalives, so
+// silence means that its answer, or the command, was lost.
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +10,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/framing.h"
 #include "daemon/client/remote.h"
 #include "daemon/client/remote_framing.h"
 
@@ -18,7 +18,6 @@ enum {
     TRIES = 12,
     SILENT_TRIES = 3,   ///< in a row without any data: the peer is gone
     SILENCE_MS = 3000,  ///< keepalives are more frequent
-    DAMAGED_MS = 1000,  ///< of silence after garbage
     GARBAGE_BYTES = 4 * REMOTE_LINE_BYTES
 };
 
@@ -86,9 +85,8 @@ static void keep_line(struct receiving *self, const char *line) {
 
 /// Processes a line of a text answer.
 static enum outcome receive_text(struct receiving *self, char *line) {
-    int32_t id = REMOTE_FRAMING_NO_ID;
     const uint32_t crc = crc_update(0, self->text, self->length);
-    const enum remote_framing framing = remote_framing_take_text(line, crc, &id);
+    const enum remote_framing framing = remote_framing_take_text(line, crc);
     if (framing == REMOTE_FRAMING_DAMAGED) {
         record_damage(self);
         return GOES_ON;
@@ -99,11 +97,6 @@ static enum outcome receive_text(struct receiving *self, char *line) {
     }
     const size_t length = self->length;
     self->length = 0;
-    if (id != self->remote->id) {
-        // The answer to another request, or a report that this one was damaged.
-        const bool refused = id == REMOTE_FRAMING_NO_ID && strncmp(line, "ERR CRC ", 8) == 0;
-        return refused ? NOT_RECEIVED : GOES_ON;
-    }
     const bool ok = strcmp(line, "OK") == 0;
     show_lines(self, length);
     self->rounds = self->rounds || line[0] == '\0';
@@ -115,24 +108,15 @@ static enum outcome receive_text(struct receiving *self, char *line) {
 
 /// Processes a line of a JSON answer.
 static enum outcome receive_json(struct receiving *self, char *line) {
-    int64_t id = REMOTE_FRAMING_NO_ID;
-    char error[32] = "";
     char event[32] = "";
     struct cJSON *all = json_parse(line);
     const bool whole = all != NULL && remote_framing_fits_json(line);
     const bool ok = json_member_true(all, "ok");
-    json_member_integer(all, "id", &id);
-    json_member_text(all, "error", error, sizeof error);
     json_member_text(all, "event", event, sizeof event);
     cJSON_Delete(all);
     if (!whole) {
         record_damage(self);
         return GOES_ON;
-    }
-    if (id != self->remote->id) {
-        const bool refused =
-            id == REMOTE_FRAMING_NO_ID && strcmp(error, error_name(ERROR_CRC)) == 0;
-        return refused ? NOT_RECEIVED : GOES_ON;
     }
     self->rounds = self->rounds || strcmp(event, "watch") == 0;
     if (!ok || !needs_rounds(self)) {
@@ -152,11 +136,13 @@ static enum outcome receive(struct receiving *self) {
     while (outcome == GOES_ON) {
         char *text = NULL;
         const int error =
-            remote_receive(self->remote, self->damaged ? DAMAGED_MS : SILENCE_MS, &text);
+            remote_receive(self->remote, self->damaged ? FRAMING_QUIET_MS : SILENCE_MS, &text);
         if (error != 0) {
             return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
         }
-        outcome = self->remote->json ? receive_json(self, text) : receive_text(self, text);
+        outcome = remote_is_refused(text) ? NOT_RECEIVED
+                  : self->remote->json    ? receive_json(self, text)
+                                          : receive_text(self, text);
         // No valid answer is that long.
         if (outcome == GOES_ON && line->rx_bytes - from > GARBAGE_BYTES) {
             return UNANSWERED;
@@ -186,9 +172,23 @@ static int conclude(const struct receiving *self, enum outcome outcome, bool per
                        doubt);
 }
 
+/// Whether a command only reads, so that it may be executed again.
+static bool only_reads(const char *command) {
+    static const char *const names[] = {"complete", "config", "files",  "health", "help",
+                                        "log",      "status", "system", "version"};
+    const size_t bytes = strcspn(command, " ");
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strlen(names[i]) == bytes && strncmp(command, names[i], bytes) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /// Sends the request until its outcome is known, or the peer is gone. `perhaps`: it may have been
 /// executed.
-static enum outcome repeat(struct receiving *self, const char *request, bool *perhaps) {
+static enum outcome repeat(struct receiving *self, const char *request, bool may_repeat,
+                           bool *perhaps) {
     struct remote *remote = self->remote;
     enum outcome outcome = UNANSWERED;
     int silent = 0;
@@ -199,8 +199,12 @@ static enum outcome repeat(struct receiving *self, const char *request, bool *pe
         outcome = sent ? receive(self) : BROKEN;
         *perhaps = *perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
-        if (outcome != UNANSWERED && outcome != NOT_RECEIVED) {
+        if (outcome != NOT_RECEIVED && (outcome != UNANSWERED || !may_repeat)) {
             break;
+        }
+        // A damaged line may have become two, each with its answer.
+        if (outcome == NOT_RECEIVED && remote_drain(remote) != 0) {
+            return BROKEN;
         }
     }
     return outcome;
@@ -210,19 +214,15 @@ int remote_ask_framed(struct remote *self, const char *command, remote_show *sho
                       struct message *message) {
     struct receiving receiving = {.remote = self, .show = show, .cookie = cookie};
     char request[REMOTE_REQUEST_BYTES];
-    char words[64];
     bool perhaps = false;
-    self->id = remote_next_id(self);
-    snprintf(words, sizeof words, "%sprogress,id=%" PRId32 ",once", self->json ? "json," : "",
-             self->id);
-    if (!remote_framing_request(words, command, request)) {
+    if (!remote_framing_request(self->json ? "json,progress" : "progress", command, request)) {
         return message_set(message, ERROR_SYNTAX, "command too long");
     }
     receiving.text = malloc(REMOTE_LINE_BYTES);
     if (receiving.text == NULL) {
         return message_set(message, ERROR_MEMORY, "out of memory");
     }
-    const enum outcome outcome = repeat(&receiving, request, &perhaps);
+    const enum outcome outcome = repeat(&receiving, request, only_reads(command), &perhaps);
     remote_progress(self, "", 0, 0);
     free(receiving.text);
     return conclude(&receiving, outcome, perhaps, message);

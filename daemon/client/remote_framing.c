@@ -10,10 +10,9 @@
 #include "core/invariant.h"
 #include "daemon/client/remote.h"
 
-enum { CRC_DIGITS = 8, ID_DIGITS_MAX = 9 };
+enum { CRC_DIGITS = 8 };
 
 static const char json_mark[] = ", \"crc\": \"";
-static const char json_id[] = "{\"id\": ";
 
 bool remote_framing_request(const char *words, const char *command, char *request) {
     const int begun = snprintf(request, REMOTE_REQUEST_BYTES, "\r@%s,", words);
@@ -60,28 +59,9 @@ void remote_framing_strip_json(char *line) {
     const char *crc_text = find_json(line);
     INVARIANT(crc_text != NULL);
     strcpy(line + (crc_text - line), "}");
-    if (strncmp(line, json_id, sizeof json_id - 1) == 0) {
-        const char *comma = strstr(line, ", ");
-        const char *rest = comma != NULL ? comma + 2 : line + strlen(line) - 1;
-        memmove(line + 1, rest, strlen(rest) + 1);
-    }
 }
 
-/// Parses what is between # and the digits of the CRC: nothing, or a request id and a comma.
-static bool read_id(const char *text, const char *end, int32_t *id) {
-    const size_t digits = strspn(text, "0123456789");
-    *id = REMOTE_FRAMING_NO_ID;
-    if (text == end) {
-        return true;
-    }
-    if (text + digits + 1 != end || text[digits] != ',' || digits == 0 || digits > ID_DIGITS_MAX) {
-        return false;
-    }
-    *id = (int32_t)strtol(text, NULL, 10);
-    return true;
-}
-
-enum remote_framing remote_framing_take_text(char *line, uint32_t crc, int32_t *id) {
+enum remote_framing remote_framing_take_text(char *line, uint32_t crc) {
     const size_t length = strlen(line);
     char *const begin = strrchr(line, '#');
     if (begin == NULL || begin == line || begin[-1] != ' ' || length < CRC_DIGITS + 1) {
@@ -89,14 +69,12 @@ enum remote_framing remote_framing_take_text(char *line, uint32_t crc, int32_t *
     }
     const char *const digits = line + length - CRC_DIGITS;
     uint32_t stated = 0;
-    int32_t stated_id = REMOTE_FRAMING_NO_ID;
-    if (!read_id(begin + 1, digits, &stated_id) || !read_crc(digits, &stated)) {
+    if (digits != begin + 1 || !read_crc(digits, &stated)) {
         return REMOTE_FRAMING_NONE;
     }
     if (crc_update(crc, line, (size_t)(digits - line)) != stated) {
         return REMOTE_FRAMING_DAMAGED;
     }
-    *id = stated_id;
     begin[-1] = '\0';
     return REMOTE_FRAMING_WHOLE;
 }

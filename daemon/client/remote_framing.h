@@ -18,8 +18,6 @@ enum remote_framing {
     REMOTE_FRAMING_WHOLE
 };
 
-enum { REMOTE_FRAMING_NO_ID = -1 };
-
 /// Writes the request line for `command` with the options `words` (of request.h) and a CRC. Its
 /// first byte ends any garbage before it. `request` has REMOTE_REQUEST_BYTES. False: it does not
 /// fit.
@@ -27,12 +25,11 @@ bool remote_framing_request(const char *words, const char *command, char *reques
 
 /// Whether the CRC of a line of JSON matches.
 bool remote_framing_fits_json(const char *line);
-/// Removes the request id and the CRC from a line of JSON whose CRC matches.
+/// Removes the CRC from a line of JSON whose CRC matches.
 void remote_framing_strip_json(char *line);
 
-/// Removes the CRC from the last line of a text answer. `crc` is that of the lines before it; `*id`
-/// receives the request id in it, or REMOTE_FRAMING_NO_ID.
-enum remote_framing remote_framing_take_text(char *line, uint32_t crc, int32_t *id);
+/// Removes the CRC from the last line of a text answer. `crc` is that of the lines before it.
+enum remote_framing remote_framing_take_text(char *line, uint32_t crc);
 
 #ifdef __cplusplus
 }

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/framing.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
 
@@ -25,7 +26,6 @@ enum {
     HELLO_MS = 1000,
     HELLO_TRIES = 4,
     QUIET_MS = 100,
-    SIGN_OF_LIFE = 0x16,
     SEND_MS = 10000
 };
 
@@ -250,7 +250,7 @@ static void take_in(struct remote_line *self, size_t bytes) {
     const size_t end = self->filled + bytes;
     size_t kept = self->filled;
     for (size_t at = self->filled; at < end; at++) {
-        if (!self->serial || self->data[at] != SIGN_OF_LIFE) {
+        if (!self->serial || self->data[at] != FRAMING_IDLE) {
             self->data[kept++] = self->data[at];
         }
     }

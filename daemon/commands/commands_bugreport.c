@@ -22,7 +22,7 @@ enum { SECTIONS = sizeof sections / sizeof sections[0], MESSAGE_LINE_BYTES = 512
 static void add_section(const struct command_call *call, const char *line, struct reply *reply,
                         struct output *output) {
     char message[MESSAGE_LINE_BYTES] = "";
-    const struct request request = {.id = REQUEST_ID_NONE};
+    const struct request request = {.json = false};
     output_put_text(output, "== ");
     output_put_text(output, line);
     output_put_text(output, "\n");

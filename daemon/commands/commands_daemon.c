@@ -96,6 +96,7 @@ static int run_log(const struct command_call *call) {
         call->values[0].given ? (uint64_t)call->values[0].integer : LOG_DEFAULT_LINES;
     struct log_ring_line line;
     uint64_t back = max;
+    log_ring_count_repeats(&daemon->log_ring);
     reply_group_begin(call, "lines", true);
     while (back > 0) {
         back--;

@@ -2,22 +2,23 @@
 #include "daemon/server/connection.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/server/admission.h"
+#include "daemon/base/framing.h"
+#include "daemon/files/token.h"
 #include "daemon/server/completion.h"
-#include "daemon/server/connection_input.h"
 #include "daemon/server/server.h"
 
 enum {
     CTRL_C = 3,
     SEND_BYTES = 4096,
     BACKLOG_BYTES = OUTPUT_BYTES / 4,
-    LIFE_US = 500000  ///< between two heartbeats
+    LIFE_US = 1000 * FRAMING_IDLE_MS
 };
 
 static const char prompt[] = "vergence> ";
@@ -33,49 +34,37 @@ static void complete(void *cookie, const char *typed, char *words) {
     completion_candidates(self->server->daemon, typed, words, EDITOR_WORDS_BYTES);
 }
 
-bool connection_init(struct connection *self, struct server *server, int wake_fd, bool terminal) {
+bool connection_init(struct connection *self, struct server *server, int wake_fd) {
     memset(self, 0, sizeof *self);
     self->server = server;
     self->in_fd = -1;
     self->out_fd = -1;
     self->job.output = &self->output;
-    return output_open(&self->output, wake_fd) && (!terminal || output_open_saved(&self->output));
+    return output_open(&self->output, wake_fd);
 }
 
-void connection_destroy(struct connection *self) {
-    output_close(&self->output);
-}
-
-void connection_begin(struct connection *self, enum connection_kind kind, int in_fd, int out_fd,
-                      const char *name) {
+void connection_begin(struct connection *self, bool terminal, int in_fd, int out_fd) {
     INVARIANT(!self->used && atomic_load(&self->job.state) == JOB_FREE);
     self->used = true;
     self->greeted = true;
     self->token = NULL;
     self->hangs_up = NULL;
-    self->kind = kind;
+    self->terminal = terminal;
     self->program = false;
     self->framed = false;
-    self->last_request_id = REQUEST_ID_NONE;
     self->in_fd = in_fd;
     self->out_fd = out_fd;
-    snprintf(self->name, sizeof self->name, "%s", name);
     self->json = false;
     self->progress = false;
     self->ended = false;
     self->gone = false;
     self->input_bytes = 0;
-    self->refused_bytes = 0;
-    self->ctrl_c_ahead = false;
     self->skipping = false;
-    self->overflowed = false;
-    self->dropping = false;
-    self->dropped_lines = 0;
     self->stalled_us = 0;
     self->job.watch.on = false;
     self->job.quit = false;
     output_reset(&self->output, false);
-    if (kind == CONNECTION_TERMINAL) {
+    if (terminal) {
         editor_init(&self->editor, send_to_terminal, complete, self, prompt);
         output_put_text(&self->output, "vergence: \"help\" lists the commands\r\n");
         editor_begin(&self->editor);
@@ -88,52 +77,109 @@ void connection_await_greeting(struct connection *self, const char *token, uint6
     self->begun_us = now_us;
 }
 
-/// Shows the next prompt, unless pasted input that is being dropped is still arriving.
-static void begin_editing(struct connection *self) {
-    if (connection_is_edited(self) && !self->ended && !self->overflowed) {
-        editor_begin(&self->editor);
-    }
+/// Whether a person is typing at this terminal.
+static bool is_edited(const struct connection *self) {
+    return self->terminal && !self->program;
 }
 
-/// Reports at the terminal that typed-ahead input was dropped.
-static void step_overflow(struct connection *self) {
-    if (!self->overflowed || connection_input_is_overflowing(self)) {
+/// Whether a command or a watch is running.
+static bool is_busy(const struct connection *self) {
+    return atomic_load(&self->job.state) != JOB_FREE || self->job.watch.on;
+}
+
+/// Whether the next input is for the editor, or else for a program's next line. A client that does
+/// not read its answers gets no more.
+static bool is_ready(struct connection *self, bool edited) {
+    return is_edited(self) == edited && !is_busy(self) &&
+           output_length(&self->output) <= BACKLOG_BYTES;
+}
+
+// ---- input
+
+bool connection_has_room(const struct connection *self) {
+    return self->used && !self->ended && !self->gone && self->input_bytes < sizeof self->input;
+}
+
+/// Removes the first `bytes` bytes, which have been used.
+static void forget(struct connection *self, size_t bytes) {
+    INVARIANT(bytes <= self->input_bytes);
+    memmove(self->input, self->input + bytes, self->input_bytes - bytes);
+    self->input_bytes -= bytes;
+}
+
+/// Cancels what runs. A job that waits for another client's is answered here, as the other may take
+/// long.
+static void cancel(struct connection *self) {
+    struct job *job = &self->job;
+    if (!is_busy(self)) {
         return;
     }
-    output_put_text(&self->output, self->dropping
-                                       ? "vergence: too much typed ahead: input up to the next "
-                                         "Enter is dropped\r\n"
-                                       : "vergence: too much typed ahead: input dropped\r\n");
-    connection_input_end_overflow(self);
-    begin_editing(self);
+    atomic_store(&job->cancelled, true);
+    if (atomic_load(&job->state) == JOB_WAITING && worker_withdraw(job->worker, job)) {
+        job->watch.on = false;
+        server_answer(self->server, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        atomic_store(&job->state, JOB_DONE);
+    }
 }
 
-/// Checks whether a well-formed line is allowed now. 0, or an error with a message.
-static int look_at_request(const struct connection *self, const struct request *request,
-                           char *message, size_t message_bytes) {
-    if (self->framed && !request->framed) {
-        snprintf(message, message_bytes,
-                 "this line has no CRC, which \"@framed\" requires (\"@terminal\" ends that)");
-        return ERROR_CRC;
-    }
-    if (request->exactly_once && !self->framed) {
-        snprintf(message, message_bytes,
-                 "the console was restarted after \"@framed\": it does not know which commands "
-                 "were run");
-        return ERROR_RESTARTED;
-    }
-    return 0;
+/// Whether a Ctrl-C follows in the buffer.
+static bool ctrl_c_follows(const struct connection *self) {
+    return memchr(self->input, CTRL_C, self->input_bytes) != NULL;
 }
 
-/// Repeats the last answer to a command that is run at most once and is asked for again.
-static bool repeat_answer(struct connection *self) {
-    const struct request *request = &self->job.request;
-    if (request->exactly_once && request->id == self->last_request_id) {
-        output_repeat(&self->output);
-        return true;
+/// While a command runs, a Ctrl-C behind it counts at once.
+static void look_for_ctrl_c(struct connection *self) {
+    if (!is_busy(self) || !ctrl_c_follows(self)) {
+        return;
     }
-    self->last_request_id = request->exactly_once ? request->id : self->last_request_id;
-    return false;
+    if (is_edited(self)) {
+        const char *last = memrchr(self->input, CTRL_C, self->input_bytes);
+        output_put_text(&self->output, "^C\r\n");
+        forget(self, (size_t)(last + 1 - self->input));
+    }
+    cancel(self);
+}
+
+void connection_read(struct connection *self, short events) {
+    if ((events & POLLIN) != 0 && connection_has_room(self)) {
+        const ssize_t bytes = read(self->in_fd, self->input + self->input_bytes,
+                                   sizeof self->input - self->input_bytes);
+        if (bytes > 0) {
+            self->input_bytes += (size_t)bytes;
+            look_for_ctrl_c(self);
+        } else if (bytes == 0) {
+            self->ended = true;
+        } else if (errno != EAGAIN && errno != EINTR) {
+            connection_gone(self);
+        }
+    } else if ((events & (POLLHUP | POLLERR | POLLNVAL)) != 0 && (events & POLLIN) == 0) {
+        // Both directions are closed; of a pipe with a separate output only this one.
+        if (self->in_fd == self->out_fd) {
+            connection_gone(self);
+        } else {
+            self->ended = true;
+        }
+    }
+}
+
+void connection_gone(struct connection *self) {
+    self->gone = true;
+    self->ended = true;
+    self->input_bytes = 0;
+    output_reset(&self->output, true);
+    cancel(self);
+    if (atomic_load(&self->job.state) == JOB_FREE) {
+        self->job.watch.on = false;
+    }
+}
+
+// ---- a line
+
+/// Shows the next prompt.
+static void begin_editing(struct connection *self) {
+    if (is_edited(self) && !self->ended) {
+        editor_begin(&self->editor);
+    }
 }
 
 /// Handles a line of options alone, which apply to all following lines.
@@ -150,42 +196,43 @@ static bool set_options(struct connection *self, const char *line) {
     return true;
 }
 
-/// Parses the command of a line; a refused one is an error. 0, or an error with a message.
-static int parse_command(struct connection *self, bool refused, char *message,
-                         size_t message_bytes) {
+/// Parses a line into the job. 0, also without a command; or an error with a message.
+static int parse_line(struct connection *self, const char *line, char *message,
+                      size_t message_bytes) {
     struct job *job = &self->job;
-    const int error = server_parse(self->server, job->request.command, job, message, message_bytes);
+    job->command = NULL;
+    int error = request_parse(line, &job->request, message, message_bytes);
+    if (self->framed && !job->request.framed) {
+        job->request.framed = true;
+        snprintf(message, message_bytes,
+                 FRAMING_DAMAGED ", which \"@framed\" requires (\"@terminal\" ends that)");
+        return ERROR_CRC;
+    }
+    if (error != 0 || set_options(self, line)) {
+        return error;
+    }
+    error = server_parse(self->server, job->request.command, job, message, message_bytes);
     if (error != 0 || job->command == NULL) {
         return error;
     }
     self->greeted = true;
-    if (refused) {
+    if (!is_edited(self) && ctrl_c_follows(self)) {
         snprintf(message, message_bytes, "%s", error_text(ERROR_CANCELLED));
         return ERROR_CANCELLED;
     }
     return 0;
 }
 
-/// Turns a line into a job and queues it; a refused line is only answered.
-static void begin_line(struct connection *self, const char *line, bool refused) {
+/// Turns a line into a job and queues it.
+static void begin_line(struct connection *self, const char *line) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
     INVARIANT(atomic_load(&job->state) == JOB_FREE);
-    job->terminal = connection_is_edited(self);
+    job->terminal = is_edited(self);
     job->request = (struct request){.json = self->json, .progress = self->progress};
     job->round = false;
     atomic_store(&job->cancelled, false);
-    int error = request_parse(line, &job->request, message, sizeof message);
-    error = error != 0 ? error : look_at_request(self, &job->request, message, sizeof message);
-    job->request.exactly_once = job->request.exactly_once && error == 0;
-    if (repeat_answer(self)) {
-        return;
-    }
-    job->command = NULL;
-    if (error == 0 && set_options(self, line)) {
-        return;
-    }
-    error = error != 0 ? error : parse_command(self, refused, message, sizeof message);
+    const int error = parse_line(self, line, message, sizeof message);
     if (error != 0) {
         server_answer(self->server, job, error, message);
     } else if (job->command != NULL) {
@@ -199,13 +246,12 @@ static void begin_line(struct connection *self, const char *line, bool refused) 
 static bool change_side(struct connection *self, const char *line) {
     const bool framed = strcmp(line, "@framed") == 0;
     const bool program = framed || strcmp(line, "@program") == 0;
-    if (self->kind != CONNECTION_TERMINAL || (!program && strcmp(line, "@terminal") != 0)) {
+    if (!self->terminal || (!program && strcmp(line, "@terminal") != 0)) {
         return false;
     }
     const bool returns = self->program && !program;
     self->program = program;
     self->framed = framed;
-    self->last_request_id = REQUEST_ID_NONE;
     self->json = false;
     self->progress = false;
     output_put_text(&self->output, "OK\r\n");
@@ -215,33 +261,17 @@ static bool change_side(struct connection *self, const char *line) {
     return true;
 }
 
-/// Whether the client reads its answers, so that it gets more.
-static bool has_room(struct connection *self) {
-    return output_length(&self->output) <= BACKLOG_BYTES;
-}
-
-/// Whether the next input is for the editor, or else for a program's next line.
-static bool is_ready(struct connection *self, bool edited) {
-    return connection_is_edited(self) == edited && !connection_is_busy(self) && has_room(self);
-}
-
 /// Feeds the editor one key.
 static void take_key(struct connection *self, char key) {
-    if (self->skipping && key != CTRL_C) {
-        self->skipping = !connection_input_is_line_end(key);
-        return;
-    }
-    self->skipping = false;
     const enum editor_event event = editor_feed(&self->editor, key);
     if (event == EDITOR_END) {
         output_put_text(&self->output, "\r\n");
         self->ended = true;
     } else if (event == EDITOR_LINE && !change_side(self, self->editor.line)) {
-        begin_line(self, self->editor.line, false);
+        begin_line(self, self->editor.line);
     }
-    if (event != EDITOR_MORE && event != EDITOR_END && !connection_is_busy(self) &&
-        connection_is_edited(self)) {
-        editor_begin(&self->editor);
+    if (event != EDITOR_MORE && event != EDITOR_END && !is_busy(self)) {
+        begin_editing(self);
     }
 }
 
@@ -252,27 +282,53 @@ static void step_terminal(struct connection *self) {
     while (used < self->input_bytes && !self->ended && is_ready(self, true)) {
         take_key(self, self->input[used++]);
     }
-    connection_input_forget(self, used);
+    forget(self, used);
+    look_for_ctrl_c(self);
 }
 
 /// Answers a program's line that is not parsed.
 static void answer_unread(struct connection *self, int error, const char *message) {
-    self->job.request = (struct request){.json = self->json, .id = REQUEST_ID_NONE};
+    self->job.request = (struct request){.json = self->json};
     self->job.terminal = false;
     server_answer(self->server, &self->job, error, message);
 }
 
-/// Handles a first line that only identifies the client.
-static void take_greeting(struct connection *self, enum admission admission) {
-    if (admission == ADMISSION_TOKEN) {
-        self->greeted = true;
-        answer_unread(self, 0, "");
-        return;
+// ---- the first line
+
+static bool begins_with(const char *line, size_t length, const char *word) {
+    const size_t bytes = strlen(word);
+    return length >= bytes && memcmp(line, word, bytes) == 0;
+}
+
+/// A web page can send anything to a local port, so HTTP is never answered. No console command is
+/// upper-case.
+static bool is_http(const char *line, size_t length) {
+    static const char *const methods[] = {"GET ",     "HEAD ",    "POST ",  "PUT ",   "DELETE ",
+                                          "CONNECT ", "OPTIONS ", "TRACE ", "PATCH ", "PRI "};
+    bool http = false;
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++) {
+        http = http || begins_with(line, length, methods[i]);
     }
-    if (admission == ADMISSION_HTTP) {
+    return http;
+}
+
+/// Handles a line that only identifies a client that has not greeted: over TCP the token, which no
+/// web page knows. False: a line like any other.
+static bool take_greeting(struct connection *self, const char *line, size_t length) {
+    const size_t prefix = sizeof TOKEN_PREFIX - 1;
+    if (is_http(line, length)) {
         self->hangs_up = "sent an HTTP request";
         connection_gone(self);
-        return;
+        return true;
+    }
+    const bool given = begins_with(line, length, TOKEN_PREFIX);
+    if (self->token == NULL && !given) {
+        return false;
+    }
+    if (given && (self->token == NULL || token_is(self->token, line + prefix, length - prefix))) {
+        self->greeted = true;
+        answer_unread(self, 0, "");
+        return true;
     }
     self->hangs_up = "sent no valid token over TCP";
     answer_unread(
@@ -280,79 +336,55 @@ static void take_greeting(struct connection *self, enum admission admission) {
         "over TCP the first line must be \"@token TOKEN\" (the setting \"tcp_token\" names the "
         "file; vergence --connect finds it, or takes --token FILE)");
     self->ended = true;
-    connection_input_forget(self, self->input_bytes);
+    self->input_bytes = 0;
+    return true;
 }
 
-/// Length of the first line of the input, without its end.
-static size_t first_line_length(const struct connection *self) {
+// ---- lines of a program
+
+/// Handles a complete line, or the beginning of one that is too long.
+static void take_line(struct connection *self, const char *line, size_t length) {
+    if (memchr(line, '\0', length) != NULL) {
+        answer_unread(self, ERROR_SYNTAX, "the line contains a control character");
+    } else if (length == JOB_LINE_BYTES) {
+        answer_unread(self, ERROR_SYNTAX, "the line is longer than 512 characters");
+    } else if (!change_side(self, line)) {
+        begin_line(self, line);
+    }
+}
+
+/// Handles the next line. False: it is not complete.
+static bool step_lines(struct connection *self) {
+    char line[JOB_LINE_BYTES + 1];
     size_t length = 0;
-    while (length < self->input_bytes && !connection_input_is_line_end(self->input[length])) {
+    while (length < self->input_bytes && memchr("\r\n\3", self->input[length], 3) == NULL) {
         length++;
     }
-    return length;
-}
-
-/// Copies the first line of the input. False, and "": it is too long or contains a 0.
-static bool copy_line(const struct connection *self, size_t length, char line[JOB_LINE_BYTES]) {
-    const bool fits = length < JOB_LINE_BYTES && memchr(self->input, '\0', length) == NULL;
-    memcpy(line, self->input, fits ? length : 0);
-    line[fits ? length : 0] = '\0';
-    return fits;
-}
-
-/// Runs a line of a program. `fits` false: `line` is empty, as it was too long or contained a 0.
-static void take_line(struct connection *self, const char *line, size_t length, bool fits,
-                      bool refused) {
-    const bool empty = fits && line[strspn(line, " \t")] == '\0';
-    if (empty || change_side(self, line)) {
-        return;
-    }
-    if (fits) {
-        begin_line(self, line, refused);
-    } else {
-        answer_unread(self, ERROR_SYNTAX,
-                      length < JOB_LINE_BYTES ? "the line contains a control character"
-                                              : "the line is longer than 512 characters");
-    }
-}
-
-/// Handles the next complete line of a program. False: there is no complete line.
-static bool step_lines(struct connection *self) {
-    const size_t length = first_line_length(self);
+    const bool more = length < self->input_bytes;
     // The last line may have no line end.
-    const bool whole = length < self->input_bytes || (self->ended && length > 0);
+    const bool whole = more || self->ended;
+    if (more && self->input[length] == CTRL_C) {
+        forget(self, length + 1);
+        self->skipping = false;
+        return true;
+    }
     if (!whole && length < JOB_LINE_BYTES) {
         return false;
     }
-    char line[JOB_LINE_BYTES];
-    const bool fits = copy_line(self, length, line);
+    const size_t bytes = length < JOB_LINE_BYTES ? length : JOB_LINE_BYTES;
     const bool skipped = self->skipping;
-    const bool refused = self->refused_bytes > 0 || self->ctrl_c_ahead;
-    const enum admission admission =
-        self->greeted || skipped ? ADMISSION_LINE : admission_of(self->input, length, self->token);
+    memcpy(line, self->input, bytes);
+    line[bytes] = '\0';
     self->skipping = !whole;
-    connection_input_forget(self, whole && length < self->input_bytes ? length + 1 : length);
-    if (admission != ADMISSION_LINE) {
-        take_greeting(self, admission);
-    } else if (!skipped) {
-        take_line(self, line, length, fits, refused);
+    forget(self, length + more);
+    if (!skipped && strspn(line, " \t") < bytes &&
+        (self->greeted || !take_greeting(self, line, bytes))) {
+        take_line(self, line, bytes);
     }
     return true;
 }
 
-/// Answers the next dropped line, once those before it are answered. False: there is none.
-static bool step_dropped(struct connection *self) {
-    if (!self->overflowed || self->input_bytes > 0) {
-        return false;
-    }
-    if (self->dropped_lines == 0) {
-        connection_input_end_overflow(self);
-        return false;
-    }
-    self->dropped_lines--;
-    answer_unread(self, ERROR_BUSY, "too much was sent ahead: the line was not run");
-    return true;
-}
+// ---- jobs
 
 /// Completes a command that has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
@@ -362,7 +394,7 @@ static void take_answer(struct connection *self, uint64_t now_us) {
     if (job->quit) {
         job->quit = false;
         self->ended = true;
-        connection_input_forget(self, self->input_bytes);
+        self->input_bytes = 0;
     }
     if (job->watch.on && !self->gone) {
         // The rounds keep their period; missed rounds are not made up.
@@ -400,8 +432,8 @@ static void step_watch(struct connection *self, uint64_t now_us) {
 
 /// A client with CRC-framed lines waits for heartbeats, since an answer may have been lost.
 static void show_life(struct connection *self, uint64_t now_us) {
-    static const char idle[] = {CONNECTION_IDLE};
-    if (self->framed && connection_is_busy(self) && now_us - self->life_us >= LIFE_US &&
+    static const char idle[] = {FRAMING_IDLE};
+    if (self->framed && is_busy(self) && now_us - self->life_us >= LIFE_US &&
         output_length(&self->output) == 0) {
         self->life_us = now_us;
         output_put(&self->output, idle, sizeof idle);
@@ -413,21 +445,18 @@ void connection_step(struct connection *self, uint64_t now_us) {
         take_answer(self, now_us);
     }
     show_life(self, now_us);
-    // A client that does not read its answers gets no more.
-    if (self->gone || atomic_load(&self->job.state) != JOB_FREE || !has_room(self)) {
+    if (self->gone) {
         return;
     }
-    if (self->job.watch.on) {
+    if (self->job.watch.on && atomic_load(&self->job.state) == JOB_FREE &&
+        output_length(&self->output) <= BACKLOG_BYTES) {
         step_watch(self, now_us);
         return;
     }
-    if (connection_is_edited(self)) {
-        step_overflow(self);
+    if (is_ready(self, true)) {
         step_terminal(self);
     }
     while (self->input_bytes > 0 && is_ready(self, false) && step_lines(self)) {
-    }
-    while (is_ready(self, false) && step_dropped(self)) {
     }
 }
 
@@ -462,10 +491,9 @@ void connection_send(struct connection *self, uint64_t now_us) {
 }
 
 bool connection_over(struct connection *self) {
-    if (!self->used || connection_is_busy(self)) {
+    if (!self->used || is_busy(self)) {
         return false;
     }
-    const bool read = self->input_bytes == 0 && !self->overflowed;
-    return self->gone || (self->ended && (read || connection_is_edited(self)) &&
+    return self->gone || (self->ended && (self->input_bytes == 0 || is_edited(self)) &&
                           output_length(&self->output) == 0);
 }

@@ -26,8 +26,7 @@ static void open_stdio(struct console *self) {
     for (int fd = STDIN_FILENO; fd <= STDOUT_FILENO; fd++) {
         fcntl(fd, F_SETFL, self->stdio_flags[fd] | O_NONBLOCK);
     }
-    connection_begin(self->client, terminal ? CONNECTION_TERMINAL : CONNECTION_LINES, STDIN_FILENO,
-                     STDOUT_FILENO, "console");
+    connection_begin(self->client, terminal, STDIN_FILENO, STDOUT_FILENO);
 }
 
 static int open_serial(struct console *self, struct message *message) {
@@ -36,7 +35,7 @@ static int open_serial(struct console *self, struct message *message) {
     if (fd < 0) {
         return message_set(message, fd, "console = %.900s", inner.text);
     }
-    connection_begin(self->client, CONNECTION_TERMINAL, fd, fd, "console");
+    connection_begin(self->client, true, fd, fd);
     return 0;
 }
 

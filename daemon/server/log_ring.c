@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
-#include "daemon/base/monotonic.h"
 
 static int open_file(const char *path) {
     return open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640);
@@ -34,6 +33,7 @@ int log_ring_open(struct log_ring *self, const char *path, int level) {
 }
 
 void log_ring_close(struct log_ring *self) {
+    log_ring_count_repeats(self);
     log_ring_flush(self);
     if (self->path[0] != '\0' && self->fd >= 0) {
         close(self->fd);
@@ -67,36 +67,51 @@ const char *log_ring_level_name(enum hal_log_level level) {
     return names[level];
 }
 
+/// Adds a line to the ring. The caller holds the lock.
+static void add_line(struct log_ring *self, enum hal_log_level level, const char *text) {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    struct log_ring_line *line = &self->lines[self->written % LOG_RING_LINES];
+    line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+    line->level = level;
+    snprintf(line->text, sizeof line->text, "%s", text);
+    for (char *at = line->text; *at != '\0'; at++) {
+        *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
+    }
+    self->written++;
+}
+
+/// Adds the number of repetitions of the last line, if any. The caller holds the lock.
+static void add_repeats(struct log_ring *self) {
+    char text[64];
+    if (self->repeats > 0) {
+        snprintf(text, sizeof text, "last message repeated %llu times",
+                 (unsigned long long)self->repeats);
+        add_line(self, self->last_level, text);
+        self->repeats = 0;
+    }
+}
+
+void log_ring_count_repeats(struct log_ring *self) {
+    pthread_mutex_lock(&self->lock);
+    add_repeats(self);
+    pthread_mutex_unlock(&self->lock);
+}
+
 static void write_line(void *cookie, enum hal_log_level level, const char *text) {
     struct log_ring *self = cookie;
     if ((int)level > self->level) {
         return;
     }
-    struct timespec now;
-    uint64_t held = 0;
-    char before[64] = "";
-    clock_gettime(CLOCK_REALTIME, &now);
     pthread_mutex_lock(&self->lock);
-    const enum log_ratelimit_verdict answer =
-        log_ratelimit_check(&self->log_ratelimit, text, monotonic_now_us() + 1, &held);
-    if (answer == LOG_RATELIMIT_DROP) {
-        pthread_mutex_unlock(&self->lock);
-        return;
+    if (level == self->last_level && strncmp(text, self->last, sizeof self->last - 1) == 0) {
+        self->repeats++;
+    } else {
+        add_repeats(self);
+        add_line(self, level, text);
+        self->last_level = level;
+        snprintf(self->last, sizeof self->last, "%s", text);
     }
-    if (held > 0) {
-        snprintf(before, sizeof before, "(%llu similar lines suppressed) ",
-                 (unsigned long long)held);
-    } else if (answer == LOG_RATELIMIT_PASS_LAST) {
-        strcpy(before, "(similar lines are suppressed from now on) ");
-    }
-    struct log_ring_line *line = &self->lines[self->written % LOG_RING_LINES];
-    line->time_us = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-    line->level = level;
-    snprintf(line->text, sizeof line->text, "%s%s", before, text);
-    for (char *at = line->text; *at != '\0'; at++) {
-        *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
-    }
-    self->written++;
     pthread_mutex_unlock(&self->lock);
 }
 

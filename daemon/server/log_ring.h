@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The log: the last lines in memory; the event loop sends each line to a file or to standard
-/// error, so that a full disk or a stalled reader blocks no writer. Repeated lines are suppressed
-/// (log_ratelimit.h).
+/// error, so that a full disk or a stalled reader blocks no writer. Repetitions of a line are
+/// counted instead: the count follows when another line comes.
 #ifndef VERGENCE_DAEMON_SERVER_LOG_RING_H
 #define VERGENCE_DAEMON_SERVER_LOG_RING_H
 
@@ -10,7 +10,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "daemon/server/log_ratelimit.h"
 #include "hal/log.h"
 
 #ifdef __cplusplus
@@ -29,11 +28,13 @@ struct log_ring_line {
 struct log_ring {
     pthread_mutex_t lock;
     struct log_ring_line lines[LOG_RING_LINES];
-    uint64_t written;  ///< number of lines since the start
-    uint64_t sent;     ///< number of the next line to send to the file
-    uint64_t lost;     ///< lines overwritten before they were sent, not yet reported
-    struct log_ratelimit log_ratelimit;
-    int level;  ///< hal_log_level of the least important lines to keep
+    uint64_t written;               ///< number of lines since the start
+    uint64_t sent;                  ///< number of the next line to send to the file
+    uint64_t lost;                  ///< lines overwritten before they were sent, not yet reported
+    enum hal_log_level last_level;  ///< the last line, without the counts of repetitions
+    char last[LOG_RING_LINE_BYTES];
+    uint64_t repeats;  ///< of it, not yet logged
+    int level;         ///< hal_log_level of the least important lines to keep
     int fd;
     const char *path;   ///< "": standard error
     bool systemd;       ///< standard error is the journal: lines start with <LEVEL>
@@ -55,6 +56,9 @@ void log_ring_print(struct log_ring *self, enum hal_log_level level, const char 
 
 /// Sends new lines to the file until it would block.
 void log_ring_flush(struct log_ring *self);
+
+/// Logs how often the last line was repeated, if it was.
+void log_ring_count_repeats(struct log_ring *self);
 
 /// Copies the `back`-th line from the end (0: the last). False: no such line in memory.
 bool log_ring_line(struct log_ring *self, uint64_t back, struct log_ring_line *line);

@@ -16,9 +16,7 @@ bool output_open(struct output *self, int wake_fd) {
 
 void output_close(struct output *self) {
     free(self->data);
-    free(self->saved);
     self->data = NULL;
-    self->saved = NULL;
     pthread_mutex_destroy(&self->lock);
 }
 
@@ -62,27 +60,6 @@ void output_put(struct output *self, const void *data, size_t bytes) {
 
 void output_put_text(struct output *self, const char *text) {
     output_put(self, text, strlen(text));
-}
-
-bool output_open_saved(struct output *self) {
-    self->saved = malloc(OUTPUT_BYTES);
-    return self->saved != NULL;
-}
-
-void output_save_begin(struct output *self) {
-    self->saved_bytes = 0;
-}
-
-void output_save(struct output *self, const char *data, size_t bytes) {
-    if (self->saved != NULL && bytes <= OUTPUT_BYTES - self->saved_bytes) {
-        memcpy(self->saved + self->saved_bytes, data, bytes);
-        self->saved_bytes += bytes;
-    }
-}
-
-void output_repeat(struct output *self) {
-    INVARIANT(self->saved_bytes <= OUTPUT_BYTES);
-    output_put(self, self->saved, self->saved_bytes);
 }
 
 size_t output_peek(struct output *self, void *data, size_t capacity) {

@@ -24,8 +24,6 @@ struct output {
     bool closed;   ///< no reader: new data is discarded
     bool overrun;  ///< data was dropped
     int wake_fd;   ///< eventfd that wakes the event loop
-    char *saved;   ///< OUTPUT_BYTES: the answer that can be repeated; NULL: repeating is off
-    size_t saved_bytes;
 };
 
 /// Allocates the buffer; initially closed. False: out of memory.
@@ -37,14 +35,6 @@ void output_reset(struct output *self, bool closed);
 
 void output_put(struct output *self, const void *data, size_t bytes);
 void output_put_text(struct output *self, const char *text);
-
-/// Enables saving of answers for repetition. False: out of memory.
-bool output_open_saved(struct output *self);
-/// Starts a new saved answer; appends to it, unless that would exceed OUTPUT_BYTES; outputs it
-/// again. Only one thread at a time may use these three.
-void output_save_begin(struct output *self);
-void output_save(struct output *self, const char *data, size_t bytes);
-void output_repeat(struct output *self);
 
 /// Copies up to `capacity` bytes from the front without removing them; returns their number.
 size_t output_peek(struct output *self, void *data, size_t capacity);

@@ -15,9 +15,6 @@ enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // characters, of the bar and of the te
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
     struct reply *self = cookie;
     self->crc = crc_update(self->crc, data, bytes);
-    if (self->saves) {
-        output_save(self->output, data, bytes);
-    }
     if (!self->terminal) {
         output_put(self->output, data, bytes);
         return (ssize_t)bytes;
@@ -46,9 +43,6 @@ static void begin_json(struct reply *self, const char *event) {
     self->crc = 0;
     json_begin_line(&self->json, self->stream);
     json_open_object(&self->json, NULL);
-    if (self->request.id != REQUEST_ID_NONE) {
-        json_integer(&self->json, "id", self->request.id);
-    }
     if (event != NULL) {
         json_text(&self->json, "event", event);
     }
@@ -62,10 +56,6 @@ static void begin_result(struct reply *self) {
     wipe_bar(self);
     fflush(self->stream);
     self->crc = 0;
-    self->saves = self->request.exactly_once;
-    if (self->saves) {
-        output_save_begin(self->output);
-    }
     if (self->request.json) {
         begin_json(self, NULL);
         json_open_object(&self->json, "result");
@@ -227,7 +217,6 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->request = *request;
     self->terminal = terminal;
     self->begun = false;
-    self->saves = false;
     self->bar_shown = false;
     self->depth = 0;
     self->array[0] = false;
@@ -297,9 +286,6 @@ static void close_groups(struct reply *self) {
 static void frame_text(struct reply *self) {
     if (self->request.framed) {
         fputs(" #", self->stream);
-        if (self->request.id != REQUEST_ID_NONE) {
-            fprintf(self->stream, "%" PRId32 ",", self->request.id);
-        }
         fflush(self->stream);
         const uint32_t crc = self->crc;
         fprintf(self->stream, "%08" PRIX32, crc);

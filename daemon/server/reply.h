@@ -3,17 +3,16 @@
 ///
 /// Text: one `key: value unit` a line, groups indented; then `OK`, or `ERR NAME text` with a name
 /// of core/error.h; after a round of `watch` an empty line. If the request had a CRC, the last line
-/// ends with a blank, `#`, the request's id and a comma if it had one, and eight hexadecimal
-/// digits: the CRC-32 of the answer, or of the round, before them. If progress was requested, lines
-/// `... what done/total` come first, without a CRC. JSON, one object a line:
+/// ends with a blank, `#` and eight hexadecimal digits: the CRC-32 of the answer, or of the round,
+/// before them. If progress was requested, lines `... what done/total` come first, without a CRC.
+/// JSON, one object a line:
 ///
 ///   {"result": {...}, "ok": true, "error": "OK", "code": 0, "message": ""}
 ///
-/// with "id" first if the request had one. Lines before the answer have an "event": "progress", or
-/// "watch" after a "result". If the request had a CRC, "crc" comes last: eight hexadecimal digits,
-/// the CRC-32 of the line up to `, "crc"`. "units" after the result has the units of its numbers by
-/// their names, with dots between the names of groups; once for all members of a list:
-/// "parts[].last".
+/// Lines before the answer have an "event": "progress", or "watch" after a "result". If the request
+/// had a CRC, "crc" comes last: eight hexadecimal digits, the CRC-32 of the line up to `, "crc"`.
+/// "units" after the result has the units of its numbers by their names, with dots between the
+/// names of groups; once for all members of a list: "parts[].last".
 #ifndef VERGENCE_DAEMON_SERVER_REPLY_H
 #define VERGENCE_DAEMON_SERVER_REPLY_H
 
@@ -40,7 +39,6 @@ struct reply {
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
     bool begun;      ///< the result was begun
-    bool saves;      ///< save the answer for repetition
     bool bar_shown;  ///< a bar is on the terminal, to be erased
     uint32_t crc;    ///< of the line (text: of the answer) so far
     int depth;

@@ -1,136 +1,82 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/server/request.h"
 
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "console/command_text.h"
-#include "console/command_words.h"
 #include "core/crc.h"
 #include "core/error.h"
-#include "core/invariant.h"
+#include "daemon/base/framing.h"
 
-enum { WORD_MAX = 24, ID_MAX = 999999999 };
+enum { WORD_MAX = 24, CRC_DIGITS = 8 };
 
-static bool parse_hex8(const char *text, uint32_t *value) {
-    if (strlen(text) != 8 || strspn(text, "0123456789ABCDEFabcdef") != 8) {
-        return false;
-    }
-    char word[11] = "0x";
-    memcpy(word + 2, text, 9);
-    int64_t number = 0;
-    const bool good = command_words_integer(word, &number);
-    INVARIANT(good && number >= 0 && number <= UINT32_MAX);
-    *value = (uint32_t)number;
-    return good;
+static const char crc_option[] = "crc=";
+
+static bool is_crc(const char *option, size_t bytes) {
+    const size_t prefix = sizeof crc_option - 1;
+    return bytes == prefix + CRC_DIGITS && memcmp(option, crc_option, prefix) == 0 &&
+           strspn(option + prefix, "0123456789ABCDEFabcdef") == CRC_DIGITS;
 }
 
-static bool parse_id(const char *text, int32_t *id) {
-    int64_t number = -1;
-    if (strspn(text, "0123456789") != strlen(text) || !command_words_integer(text, &number) ||
-        number > ID_MAX) {
-        return false;
+/// Checks the CRC of a line whose last option begins at `option`. 0, or ERROR_CRC with a message.
+static int check_crc(const char *line, const char *option, const struct request *request,
+                     char *message, size_t message_bytes) {
+    uint32_t crc = crc_update(0, line, (size_t)(option - line));
+    crc = crc_update(crc, request->command, strlen(request->command));
+    if (strtoul(option + sizeof crc_option - 1, NULL, 16) == crc) {
+        return 0;
     }
-    *id = (int32_t)number;
-    return true;
+    snprintf(message, message_bytes, FRAMING_DAMAGED ": send it again");
+    return ERROR_CRC;
 }
 
-/// Takes an option other than crc. False: unknown or invalid option.
-static bool take_word(const char *word, struct request *request) {
-    if (strcmp(word, "json") == 0) {
-        request->json = true;
-    } else if (strcmp(word, "text") == 0) {
-        request->json = false;
-    } else if (strcmp(word, "progress") == 0) {
+/// Takes an option other than crc. 0, or ERROR_SYNTAX with a message.
+static int take_option(const char *option, size_t bytes, struct request *request, char *message,
+                       size_t message_bytes) {
+    char word[WORD_MAX] = "";
+    memcpy(word, option, bytes < WORD_MAX ? bytes : WORD_MAX - 1);
+    if (strcmp(word, "json") == 0 || strcmp(word, "text") == 0) {
+        request->json = word[0] == 'j';
+        return 0;
+    }
+    if (strcmp(word, "progress") == 0) {
         request->progress = true;
-    } else if (strncmp(word, "id=", 3) == 0) {
-        return parse_id(word + 3, &request->id);
-    } else if (strcmp(word, "once") == 0) {
-        request->exactly_once = true;
-    } else {
-        return false;
+        return 0;
     }
-    return true;
-}
-
-/// Clears `exactly_once`: a command that was not run has no answer to repeat.
-static int refuse(struct request *request, const char *text, char *message, size_t message_bytes,
-                  int error) {
-    struct command_text sentence = command_text_begin(message, message_bytes);
-    request->exactly_once = false;
-    command_text_add(&sentence, text);
-    return error;
-}
-
-static int refuse_option(struct request *request, const char *word, char *message,
-                         size_t message_bytes) {
-    struct command_text sentence = command_text_begin(message, message_bytes);
-    request->exactly_once = false;
-    command_text_add(&sentence, "invalid option \"");
-    command_text_add_typed(&sentence, word);
-    command_text_add(&sentence,
-                     "\" after @ (expected json, text, progress, once, id=N, or as the "
-                     "last one crc=HEX)");
+    struct command_text text = command_text_begin(message, message_bytes);
+    command_text_add(&text, "invalid option \"");
+    command_text_add_typed(&text, word);
+    command_text_add(&text,
+                     "\" after @ (expected json, text, progress, or as the last one crc=HEX)");
     return ERROR_SYNTAX;
 }
 
-/// CRC-32 of a line: as given, and computed.
-struct line_crc {
-    uint32_t given, computed;
-};
-
-/// Takes an option, which begins at `at`. False: unknown or invalid option.
-static bool take_option(const char *line, const char *at, const char *word, bool last,
-                        struct request *request, struct line_crc *crc) {
-    if (last && strncmp(word, "crc=", 4) == 0 && parse_hex8(word + 4, &crc->given)) {
-        request->framed = true;
-        crc->computed = crc_update(0, line, (size_t)(at - line));
-        return true;
-    }
-    return take_word(word, request);
-}
-
-/// Takes the options after @, up to `end`. False: `word` has the beginning of an invalid one.
-static bool take_options(const char *line, const char *end, struct request *request,
-                         struct line_crc *crc, char word[WORD_MAX]) {
-    for (const char *at = line + 1; at <= end;) {
-        const char *comma = memchr(at, ',', (size_t)(end - at));
-        const size_t bytes = (size_t)((comma != NULL ? comma : end) - at);
-        const bool fits = bytes < WORD_MAX;
-        memset(word, 0, WORD_MAX);
-        memcpy(word, at, fits ? bytes : WORD_MAX - 1);
-        if (!fits || !take_option(line, at, word, comma == NULL, request, crc)) {
-            return false;
-        }
-        at += bytes + 1;
-    }
-    return true;
-}
-
 int request_parse(const char *line, struct request *request, char *message, size_t message_bytes) {
-    request->id = REQUEST_ID_NONE;
     request->framed = false;
-    request->exactly_once = false;
     request->command = line;
     message[0] = '\0';
     if (*line != '@') {
         return 0;
     }
-    const char *const end = line + strcspn(line, " \t");
+    const char *end = line + strcspn(line, " \t");
     request->command = end + (*end != '\0');
-    char word[WORD_MAX];
-    struct line_crc crc = {0, 0};
-    if (!take_options(line, end, request, &crc, word)) {
-        return refuse_option(request, word, message, message_bytes);
+    const char *comma = memrchr(line, ',', (size_t)(end - line));
+    const char *last = comma != NULL ? comma + 1 : line + 1;
+    if (is_crc(last, (size_t)(end - last))) {
+        request->framed = true;
+        end = last - 1;
     }
-    crc.computed = crc_update(crc.computed, request->command, strlen(request->command));
-    if (request->framed && crc.given != crc.computed) {
-        request->id = REQUEST_ID_NONE;  // possibly damaged
-        return refuse(request, "wrong CRC-32 of the line: send it again", message, message_bytes,
-                      ERROR_CRC);
+    int error = 0;
+    for (const char *at = line + 1; error == 0 && at <= end;) {
+        const size_t bytes = strcspn(at, ", \t");
+        error = take_option(at, bytes, request, message, message_bytes);
+        at += bytes + 1;
     }
-    if (request->exactly_once && (!request->framed || request->id == REQUEST_ID_NONE)) {
-        return refuse(request, "once requires id=N and crc=HEX", message, message_bytes,
-                      ERROR_SYNTAX);
-    }
-    return 0;
+    // A damaged line may have damaged options; those before the damage select the answer's form.
+    const int damaged =
+        request->framed ? check_crc(line, last, request, message, message_bytes) : 0;
+    return damaged != 0 ? damaged : error;
 }

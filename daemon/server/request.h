@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Optional prefix of a command: @ and options separated by commas, which select the form of the
-/// answer. `@json,id=7,progress,crc=1A2B3C4D pan left 3`.
+/// answer. `@json,progress,crc=1A2B3C4D pan left 3`.
 ///
 ///   json      answer with one JSON object on a line
 ///   text      answer with text: items, then OK or ERR NAME text
 ///   progress  long commands report progress, on separate lines
-///   id=N      the answer contains the number (0 .. 999999999), in JSON or if it has a CRC
-///   once      requires id, crc, and `@framed` earlier on the connection: if the previous number
-///             comes again, the answer was lost; it is repeated, and the command does not run again
 ///   crc=H     must be last. CRC-32 of the line without this option and the blank after it: a line
 ///             with a wrong CRC is rejected. The answer has a CRC too, see reply.h
 ///
@@ -17,17 +14,15 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { REQUEST_PREFIX_MAX = 64, REQUEST_ID_NONE = -1 };
+enum { REQUEST_PREFIX_MAX = 64 };
 
 struct request {
-    bool json, progress, framed, exactly_once;
-    int32_t id;           ///< REQUEST_ID_NONE: not given, or possibly damaged
+    bool json, progress, framed;
     const char *command;  ///< the rest of the line
 };
 

@@ -16,7 +16,6 @@
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
-#include "daemon/server/connection_input.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
 
@@ -75,7 +74,7 @@ static bool open_clients(struct server *self) {
     self->client_count = self->daemon->config.clients + 1;
     INVARIANT(self->client_count <= CONFIG_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
-        if (!connection_init(&self->clients[i], self, self->wake_fd, i == CONSOLE)) {
+        if (!connection_init(&self->clients[i], self, self->wake_fd)) {
             return false;
         }
     }
@@ -185,7 +184,7 @@ static void end_silence(struct server *self, struct connection *client, uint64_t
         return;
     }
     client->hangs_up = "sent no valid line";
-    client->job.request = (struct request){.id = REQUEST_ID_NONE};
+    client->job.request = (struct request){.json = false};
     server_answer(self, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
     connection_send(client, now_us);
     connection_gone(client);
@@ -215,7 +214,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     if (!client->used) {
         return;
     }
-    connection_input_take(client, input, now_us);
+    connection_read(client, input);
     if ((output & (POLLERR | POLLNVAL)) != 0) {
         connection_gone(client);
     }
@@ -254,7 +253,7 @@ static void accept_client(struct server *self, int listener_index, uint64_t now_
         listener_turn_away(fd);
         return;
     }
-    connection_begin(slot, CONNECTION_LINES, fd, fd, "client");
+    connection_begin(slot, false, fd, fd);
     connection_await_greeting(slot, listener_index == LISTENER_TCP ? self->token : NULL, now_us);
     // Its first line may have arrived already; a client that has greeted keeps the slot.
     serve(self, slot, POLLIN, 0, now_us);
@@ -279,7 +278,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
         // poll() reports a disconnected peer even without POLLIN.
         if (client->in_fd == client->out_fd || !client->ended) {
             at[i][0] = (int)count;
-            const short events = connection_input_room(client) > 0 ? POLLIN : 0;
+            const short events = connection_has_room(client) ? POLLIN : 0;
             fds[count++] = (struct pollfd){.fd = client->in_fd, .events = events};
         }
         if (output_length(&client->output) > 0) {
@@ -388,7 +387,7 @@ static void close_clients(struct server *self) {
             hang_up(self, client);
         }
         if (client->server != NULL) {
-            connection_destroy(client);
+            output_close(&client->output);
         }
     }
 }

@@ -279,6 +279,6 @@ class DaemonTest(unittest.TestCase):
             text=True, timeout=2 * TIMEOUT_S, **options)
 
 
-def framed(command, words="json,id=1"):
+def framed(command, words="json"):
     """A request with its CRC."""
     return f"@{words},crc={zlib.crc32(f'@{words},{command}'.encode()):08X} {command}\n"

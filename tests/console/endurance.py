@@ -234,7 +234,7 @@ class Endurance:
 
     def vanish(self):
         client = self.new_client()
-        client.send(self.chance.choice((b"wait 1000\n", b"bringup\n", b"@json,id=5 pan left 2",
+        client.send(self.chance.choice((b"wait 1000\n", b"bringup\n", b"@json pan left 2",
                                         b"zoom 700\nfocus 600\n", b"")))
         time.sleep(self.chance.uniform(0, 0.1))
         client.socket.close()

@@ -190,7 +190,7 @@ class Noise(DaemonTest):
             self.line.limit = None
 
     def test_commands_over_a_framed_line(self):
-        """Checks the raw lines, independent of the client."""
+        """The raw lines, without the client."""
         line = Lines(self.line)
         # After leftovers of others: the echo, and the answer to a word that is not a command.
         answer = line.ask("\x03\rlisten")
@@ -200,21 +200,11 @@ class Noise(DaemonTest):
         while answer != "OK":
             answer = line.line()  # of the prompt
         self.assertEqual(line.ask("wait 0")[:7], "ERR CRC")
-        self.assertEqual(line.ask("@json wait 0")[:7], '{"resul')
+        self.assertIn('"error": "CRC"', line.ask("@json wait 0"))
         self.assertEqual(line.ask(framed("wait 0", "text"))[:4], "OK #")
         self.assertEqual(line.ask(framed("wait 0", "text,once"))[:10], "ERR SYNTAX")
-        self.assertEqual(line.ask(framed("wait 0", "text,id=4"))[:6], "OK #4,")
-        # Repeated, it is another request unless it has "once".
-        self.assertEqual(self.first.ask("bringup")[-1], "OK")
-        self.assertEqual(self.first.ask("record start framed")[-1], "OK")
-        for words in ("text,id=5", "text,id=6,once", "json,id=7,once"):
-            answers = {line.ask(framed("wait 0.5", words)) for _ in range(3)}
-            self.assertEqual(len(answers), 1, answers)
-        damaged = framed("wait 0.6", "text,id=8,once").replace("0.6", "0.7")
-        self.assertEqual(line.ask(damaged)[:7], "ERR CRC")
-        self.assertEqual(line.ask(framed("wait 0.6", "text,id=8,once"))[:6], "OK #8,")
-        self.assertEqual(self.first.ask("record stop")[-1], "OK")
-        self.assertEqual(self.recorded("framed"), ["wait 0.5"] * 5 + ["wait 0.6"])
+        self.assertEqual(line.ask(framed("wait 0.6", "text").replace("0.6", "0.7"))[:7], "ERR CRC")
+        self.assertEqual(line.ask(framed("wait 0", "text").replace("text", "test"))[:7], "ERR CRC")
         self.assertEqual(line.ask("@terminal"), "OK")
 
     def test_files(self):

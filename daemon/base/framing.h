@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Lines with a CRC between the daemon and a client at a serial line, which may lose and change
+/// bytes (`@framed`). Formats: daemon/server/request.h and reply.h.
+#ifndef VERGENCE_DAEMON_BASE_FRAMING_H
+#define VERGENCE_DAEMON_BASE_FRAMING_H
+
+enum {
+    FRAMING_IDLE = 0x16,     ///< SYN, at any position: a command is running
+    FRAMING_IDLE_MS = 200,   ///< from one to the next
+    FRAMING_QUIET_MS = 500,  ///< without any byte: nothing is running, and no answer is on its way
+};
+
+/// Beginning of the message of ERROR_CRC to a line that was not run because it arrived damaged.
+#define FRAMING_DAMAGED "no valid CRC-32 in the line"
+
+#endif
