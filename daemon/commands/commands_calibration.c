@@ -187,8 +187,8 @@ static void state_now(const struct command_call *call, struct calibration_match_
         memcpy(frame->before.position, rig->camera[side].lens.position,
                sizeof frame->before.position);
         frame->after = frame->before;
-        frame->width_px = rig->format.width_px;
-        frame->height_px = rig->format.height_px;
+        frame->image.width_px = rig->format.width_px;
+        frame->image.height_px = rig->format.height_px;
         if (rig->profile.bridge && rig->state == RIG_READY) {
             const struct mt9t001_window *window = &rig->camera[side].sensor.window;
             frame->window = (struct pair_window){window->column_px, window->row_px, window->skip};

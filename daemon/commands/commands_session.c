@@ -158,8 +158,8 @@ static void put_pair(const struct command_call *call, const struct pair *pair) {
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &pair->frame[side];
         reply_group_begin(call, side == RIG_LEFT ? "left" : "right", false);
-        reply_number(call, "width", frame->width_px, 0, "px");
-        reply_number(call, "height", frame->height_px, 0, "px");
+        reply_number(call, "width", frame->image.width_px, 0, "px");
+        reply_number(call, "height", frame->image.height_px, 0, "px");
         reply_number(call, "sequence", frame->sequence, 0, NULL);
         // 0: not set since bring-up, so the camera decides.
         if (frame->exposure_us != 0) {
@@ -254,11 +254,10 @@ static int match_calibration(const struct command_call *call, const struct pair 
     return command_fail(call, error, "%s", message.text);
 }
 
-static int take_pair(const struct command_call *call, uint16_t *memory, size_t values,
-                     const struct pair_options *options) {
+static int take_pair(const struct command_call *call, const struct pair_options *options) {
     struct pair pair;
     struct registers_all registers;
-    int error = capture_take(call->rig, options, memory, values, &pair, &registers);
+    int error = capture_take(call->rig, options, &pair, &registers);
     if (error != 0) {
         return error;
     }
@@ -272,6 +271,7 @@ static int take_pair(const struct command_call *call, uint16_t *memory, size_t v
         remember_session();
         put_pair(call, &pair);
     }
+    pair_release(pair.frame);
     return error != 0 ? error : mismatch;
 }
 
@@ -286,14 +286,10 @@ static int run_capture(const struct command_call *call) {
     if (refused != 0) {
         return refused;
     }
-    const size_t values = pair_values(call->rig, &options);
-    uint16_t *memory = malloc(values * sizeof *memory);
-    if (memory == NULL) {
-        return command_fail(call, ERROR_MEMORY, "capture: out of memory for %zu pixels", values);
-    }
-    const int error = take_pair(call, memory, values, &options);
-    free(memory);
-    return error;
+    const int error = take_pair(call, &options);
+    return error != ERROR_MEMORY
+               ? error
+               : command_fail(call, error, "capture: out of memory for its frames");
 }
 
 /// Logs a state of the recording: "the recording r1 begins".

@@ -21,21 +21,20 @@ struct snapshot {
 };
 
 /// Integer factor that reduces a frame to at most SMALL_SIDE_MAX_PX a side; 1 if `full`.
-static int shrink_of(const struct pair_frame *frame, bool full) {
-    const int side_px = frame->width_px > frame->height_px ? frame->width_px : frame->height_px;
+static int shrink_of(const struct raw_image *image, bool full) {
+    const int side_px = image->width_px > image->height_px ? image->width_px : image->height_px;
     return full ? 1 : (side_px + SMALL_SIDE_MAX_PX - 1) / SMALL_SIDE_MAX_PX;
 }
 
 /// Develops both frames side by side, with the white balance of the left one.
 static int develop(struct snapshot *self, int shrink) {
-    const struct reconstruct_image left = picture_raw(&self->frame[RIG_LEFT]);
-    const struct develop_balance balance = develop_balance_of(&left);
+    const struct develop_balance balance = develop_balance_of(&self->frame[RIG_LEFT].image);
     int error = 0;
     for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
         struct picture half = self->picture;
         half.width_px /= RIG_SIDES;
         half.pixels += (size_t)side * (size_t)half.width_px * (size_t)half.channels;
-        error = picture_develop(&self->frame[side], &balance, shrink, &half);
+        error = picture_develop(&self->frame[side].image, &balance, shrink, &half);
     }
     return error;
 }
@@ -54,11 +53,11 @@ static int write_png(struct snapshot *self) {
 /// On the disk writer's thread: this may take seconds, in which the bridge's watchdog must be fed.
 static void make_file(void *cookie) {
     struct snapshot *self = cookie;
-    const struct pair_frame *left = &self->frame[RIG_LEFT];
+    const struct raw_image *left = &self->frame[RIG_LEFT].image;
     struct picture *picture = &self->picture;
     const bool full = self->call->values[SNAPSHOT_SIZE].given;
     const int shrink = shrink_of(left, full);
-    picture->channels = full && left->layout != HAL_CAMERA_GREY ? 3 : 1;
+    picture->channels = full && left->layout != RAW_GREY ? 3 : 1;
     picture->width_px = RIG_SIDES * (left->width_px / shrink);
     picture->height_px = left->height_px / shrink;
     picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
@@ -68,13 +67,14 @@ static void make_file(void *cookie) {
     free(picture->pixels);
 }
 
-static int take(struct snapshot *self, uint16_t *memory, size_t values) {
+static int take(struct snapshot *self) {
     const struct command_call *call = self->call;
-    const int error = pair_look(call->rig, memory, values, self->frame);
+    const int error = pair_look(call->rig, self->frame);
     if (error != 0) {
         return error;
     }
     disk_writer_run(&daemon_of(call)->disk_writer, make_file, self);
+    pair_release(self->frame);
     if (self->error == 0) {
         reply_text(call, "file", self->name);
         reply_number(call, "size", (double)self->bytes, 0, "bytes");
@@ -86,19 +86,13 @@ static int take(struct snapshot *self, uint16_t *memory, size_t values) {
 
 static int run_snapshot(const struct command_call *call) {
     static struct snapshot snapshot;  // one thread has the rig
-    const struct pair_options options = {.check_static = false};
     const int unavailable = files_need_directory(call);
     if (unavailable != 0) {
         return unavailable;
     }
-    const size_t values = pair_values(call->rig, &options);
-    uint16_t *memory = malloc(values * sizeof *memory);
     snapshot = (struct snapshot){.call = call};
-    const int error = memory != NULL ? take(&snapshot, memory, values) : ERROR_MEMORY;
-    free(memory);
-    return error != ERROR_MEMORY
-               ? error
-               : command_fail(call, error, "snapshot: out of memory for %zu pixels", values);
+    const int error = take(&snapshot);
+    return error != ERROR_MEMORY ? error : command_fail(call, error, "snapshot: out of memory");
 }
 
 static const struct command commands[] = {

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/raw_memory.h"
 #include "daemon/files/input_file.h"
 
 /// Size limit of a file that is loaded as a whole: 16 bit colour at the core's limit is 100 MB;
@@ -77,6 +78,11 @@ static int choose_factor(struct image_file *file, int width_px, int height_px, b
     return ERROR_OK;
 }
 
+static int refuse_memory(const struct image_file *file, struct message *message) {
+    return message_set(message, ERROR_MEMORY, "%s: out of memory for %dx%d pixels", file->path,
+                       file->image.width_px, file->image.height_px);
+}
+
 /// Sets the size of the image in memory.
 static int choose_size(struct image_file *file, int width_px, int height_px, bool mosaic,
                        struct message *message) {
@@ -102,18 +108,18 @@ static int choose_size(struct image_file *file, int width_px, int height_px, boo
 
 /// The layout that the request asks for, if the file's own is unknown; ERROR_ARGUMENT if it is not
 /// possible for this file.
-static int choose_layout(const struct image_file *file, int channels, enum pixel_layout *layout,
+static int choose_layout(const struct image_file *file, int channels, enum raw_layout *layout,
                          struct message *message) {
     const enum image_bayer bayer = file->request->bayer;
     if (channels == 1 && bayer != IMAGE_BAYER_BY_FORMAT) {
-        *layout = bayer == IMAGE_BAYER_GRBG ? PIXEL_BAYER_GRBG : PIXEL_GREY;
+        *layout = bayer == IMAGE_BAYER_GRBG ? RAW_BAYER_GRBG : RAW_GREY;
     }
     if (channels == 3 && bayer == IMAGE_BAYER_GRBG) {
         return message_set(message, ERROR_ARGUMENT,
                            "%s is a colour image, not a mosaic (leave out --bayer grbg)",
                            file->path);
     }
-    if (*layout == PIXEL_BAYER_GRBG && file->orientation > 1) {
+    if (*layout == RAW_BAYER_GRBG && file->orientation > 1) {
         return message_set(message, ERROR_ARGUMENT,
                            "%s has orientation %d, but a Bayer mosaic cannot be turned (save it "
                            "without an orientation)",
@@ -122,39 +128,34 @@ static int choose_layout(const struct image_file *file, int channels, enum pixel
     return ERROR_OK;
 }
 
-/// Allocates the pixels, and the sums while shrinking; `row`: values in a row.
-static int allocate(struct image_file *file, size_t row, struct message *message) {
-    file->pixels = malloc(row * (size_t)file->image.height_px * sizeof *file->pixels);
-    file->sums = file->shrink > 1 ? calloc(row, sizeof *file->sums) : NULL;
-    if (file->pixels == NULL || (file->shrink > 1 && file->sums == NULL)) {
-        return message_set(message, ERROR_MEMORY, "%s: out of memory for %dx%d pixels", file->path,
-                           file->image.width_px, file->image.height_px);
-    }
-    return ERROR_OK;
-}
-
-int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
-                     enum pixel_layout layout, struct message *message) {
-    INVARIANT(file->pixels == NULL && channels == (layout == PIXEL_RGB ? 3 : 1));
+/// Prepares for rows of the file: sums while shrinking, and the range of values.
+static int prepare(struct image_file *file, int width_px, int height_px, int channels, int bits,
+                   enum raw_layout layout, struct message *message) {
+    INVARIANT(file->image.data == NULL && channels == (layout == RAW_RGB ? 3 : 1));
     INVARIANT(bits >= 8 && bits <= 16);
     int error = choose_layout(file, channels, &layout, message);
     if (error == ERROR_OK) {
-        error = choose_size(file, width_px, height_px, layout == PIXEL_BAYER_GRBG, message);
+        error = choose_size(file, width_px, height_px, layout == RAW_BAYER_GRBG, message);
     }
     if (error != ERROR_OK) {
         return error;
     }
     file->channels = channels;
-    const size_t row = (size_t)file->image.width_px * (size_t)channels;
-    error = allocate(file, row, message);
+    file->image.bits = file->request->bits != 0 ? file->request->bits : bits;
+    file->image.layout = layout;
+    const size_t row = raw_image_row_values(&file->image);
+    file->sums = file->shrink > 1 ? calloc(row, sizeof *file->sums) : NULL;
+    return file->shrink > 1 && file->sums == NULL ? refuse_memory(file, message) : ERROR_OK;
+}
+
+int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
+                     enum raw_layout layout, struct message *message) {
+    const int error = prepare(file, width_px, height_px, channels, bits, layout, message);
     if (error != ERROR_OK) {
         return error;
     }
-    file->image.data = file->pixels;
-    file->image.stride = (ptrdiff_t)row;
-    file->image.bits = file->request->bits != 0 ? file->request->bits : bits;
-    file->image.layout = layout;
-    return ERROR_OK;
+    file->pixels = raw_memory_allocate(&file->image);
+    return file->pixels != NULL ? ERROR_OK : refuse_memory(file, message);
 }
 
 static void shrink_row(struct image_file *file, const uint16_t *values) {
@@ -182,9 +183,10 @@ static void shrink_row(struct image_file *file, const uint16_t *values) {
     }
 }
 
-int image_file_row(struct image_file *file, const uint16_t *values, struct message *message) {
-    INVARIANT(file->pixels != NULL && file->rows_done < file->file_height_px);
+/// Checks the values of the next row of the file.
+static int check_row(struct image_file *file, const uint16_t *values, struct message *message) {
     const size_t count = (size_t)file->file_width_px * (size_t)file->channels;
+    INVARIANT(file->image.data != NULL && file->rows_done < file->file_height_px);
     uint16_t brightest = file->brightest;
     for (size_t i = 0; i < count; i++) {
         brightest = values[i] > brightest ? values[i] : brightest;
@@ -196,25 +198,59 @@ int image_file_row(struct image_file *file, const uint16_t *values, struct messa
             "%s: row %d has the value %d, too large for %d bits (give the right --bits)",
             file->path, file->rows_done, brightest, file->image.bits);
     }
+    return ERROR_OK;
+}
+
+int image_file_row(struct image_file *file, const uint16_t *values, struct message *message) {
+    const int error = check_row(file, values, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     if (file->shrink > 1) {
         shrink_row(file, values);
     } else {
         memcpy(file->pixels + (ptrdiff_t)file->rows_done * file->image.stride, values,
-               count * sizeof *values);
+               raw_image_row_values(&file->image) * sizeof *values);
     }
     file->rows_done++;
     return ERROR_OK;
 }
 
+int image_file_take(struct image_file *file, struct raw_image *image, struct message *message) {
+    int error = prepare(file, image->width_px, image->height_px, image->layout == RAW_RGB ? 3 : 1,
+                        image->bits, image->layout, message);
+    struct raw_image from = *image;
+    image->release = NULL;
+    if (error == ERROR_OK && file->shrink == 1) {
+        file->image.data = from.data;
+        file->image.stride = from.stride;
+        file->image.release = from.release;
+        file->image.owner = from.owner;
+        for (; error == ERROR_OK && file->rows_done < from.height_px; file->rows_done++) {
+            error = check_row(file, raw_image_row(&from, file->rows_done), message);
+        }
+        return error;
+    }
+    if (error == ERROR_OK) {
+        file->pixels = raw_memory_allocate(&file->image);
+        error = file->pixels != NULL ? ERROR_OK : refuse_memory(file, message);
+    }
+    for (int y = 0; error == ERROR_OK && y < from.height_px; y++) {
+        error = image_file_row(file, raw_image_row(&from, y), message);
+    }
+    raw_image_release(&from);
+    return error;
+}
+
 /// Copies the pixels of `file`, turned, to `turned`, whose size is given.
 static void copy_turned(const struct image_file *file, const struct turn *turn, int width_px,
                         int height_px, uint16_t *turned) {
-    const struct reconstruct_image *image = &file->image;
+    const struct raw_image *image = &file->image;
     // Steps in memory from a pixel to its right and lower neighbours in the shown image.
     const ptrdiff_t step_x = turn->mirrors_x ? -file->channels : file->channels;
     const ptrdiff_t step_y = turn->mirrors_y ? -image->stride : image->stride;
     const ptrdiff_t right = turn->swaps ? step_y : step_x, down = turn->swaps ? step_x : step_y;
-    const uint16_t *first = file->pixels +
+    const uint16_t *first = image->data +
                             (turn->mirrors_x ? (image->width_px - 1) * file->channels : 0) +
                             (turn->mirrors_y ? (image->height_px - 1) * image->stride : 0);
     for (int y = 0; y < height_px; y++) {
@@ -233,21 +269,20 @@ static int turn_image(struct image_file *file, struct message *message) {
     if (!turn.mirrors_x && !turn.mirrors_y && !turn.swaps) {
         return ERROR_OK;
     }
-    struct reconstruct_image *image = &file->image;
+    struct raw_image *image = &file->image;
     const int width_px = turn.swaps ? image->height_px : image->width_px;
     const int height_px = turn.swaps ? image->width_px : image->height_px;
-    const size_t row = (size_t)width_px * (size_t)file->channels;
-    uint16_t *turned = malloc(row * (size_t)height_px * sizeof *turned);
-    if (turned == NULL) {
+    struct raw_image turned = *image;
+    turned.width_px = width_px;
+    turned.height_px = height_px;
+    uint16_t *pixels = raw_memory_allocate(&turned);
+    if (pixels == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", file->path);
     }
-    copy_turned(file, &turn, width_px, height_px, turned);
-    free(file->pixels);
-    file->pixels = turned;
-    image->data = turned;
-    image->stride = (ptrdiff_t)row;
-    image->width_px = width_px;
-    image->height_px = height_px;
+    copy_turned(file, &turn, width_px, height_px, pixels);
+    raw_image_release(image);
+    *image = turned;
+    file->pixels = pixels;
     if (turn.swaps) {
         const int side_px = file->file_width_px;
         file->file_width_px = file->file_height_px;
@@ -257,7 +292,7 @@ static int turn_image(struct image_file *file, struct message *message) {
 }
 
 void image_file_free(struct image_file *file) {
-    free(file->pixels);
+    raw_image_release(&file->image);
     free(file->sums);
     file->pixels = NULL;
     file->sums = NULL;

@@ -30,10 +30,10 @@ struct image_request {
     bool indices;                     // read a palette image as a grey image of its indices
 };
 
-/// An image in memory: owns its pixels.
+/// An image being read, and afterwards the image.
 struct image_file {
-    struct reconstruct_image image;     // points to `pixels`
-    uint16_t *pixels;                   // NULL before image_file_begin
+    struct raw_image image;             // no pixels before image_file_begin
+    uint16_t *pixels;                   // those of `image`, for its readers
     int file_width_px, file_height_px;  // as the image is shown, after turning
     int shrink;                         // integer factor, 1: not shrunk
     uint16_t brightest;                 // largest value seen in the file
@@ -71,10 +71,14 @@ int image_file_read(const char *path, const struct image_format *formats, int fo
 /// For readers: starts the image. `channels` is 1 (grey, or a mosaic if the request or `layout`
 /// says so) or 3 (colour); `bits` of the values is 8..16. Checks limits and allocates.
 int image_file_begin(struct image_file *file, int width_px, int height_px, int channels, int bits,
-                     enum pixel_layout layout, struct message *message);
+                     enum raw_layout layout, struct message *message);
 
 /// For readers: adds the next row of the file, width * channels values.
 int image_file_row(struct image_file *file, const uint16_t *values, struct message *message);
+
+/// For sources other than files: takes over an image as if it had been read, shrunk if it must be;
+/// else without a copy. `image` owns its pixels no more, whatever is returned.
+int image_file_take(struct image_file *file, struct raw_image *image, struct message *message);
 
 /// Parser of a whole file in memory.
 typedef int image_file_parser(const unsigned char *data, size_t length, struct image_file *file,

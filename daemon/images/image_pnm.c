@@ -142,7 +142,7 @@ int image_pnm_parse(const unsigned char *data, size_t length, struct image_file 
                            pnm.width_px, pnm.height_px, length);
     }
     int error = image_file_begin(file, pnm.width_px, pnm.height_px, pnm.channels, bits,
-                                 pnm.channels == 3 ? PIXEL_RGB : PIXEL_GREY, message);
+                                 pnm.channels == 3 ? RAW_RGB : RAW_GREY, message);
     if (error != ERROR_OK) {
         return error;
     }

@@ -19,7 +19,7 @@ int image_raw_parse(const unsigned char *data, size_t length, struct image_file 
                            stated ? "check --raw" : "give the size with --raw WxH");
     }
     int error =
-        image_file_begin(file, width_px, height_px, 1, IMAGE_RAW_BITS, PIXEL_BAYER_GRBG, message);
+        image_file_begin(file, width_px, height_px, 1, IMAGE_RAW_BITS, RAW_BAYER_GRBG, message);
     if (error != ERROR_OK) {
         return error;
     }

@@ -7,20 +7,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-struct reconstruct_image picture_raw(const struct pair_frame *frame) {
-    const enum pixel_layout layout = frame->layout == HAL_CAMERA_RGB          ? PIXEL_RGB
-                                     : frame->layout == HAL_CAMERA_BAYER_GRBG ? PIXEL_BAYER_GRBG
-                                                                              : PIXEL_GREY;
-    return (struct reconstruct_image){
-        .data = frame->data,
-        .width_px = frame->width_px,
-        .height_px = frame->height_px,
-        .stride = (ptrdiff_t)frame->stride,
-        .bits = frame->bits,
-        .layout = layout,
-    };
-}
-
 /// Means over squares of `from`, whose pixels have the picture's channels.
 static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
                         struct picture *picture) {
@@ -42,31 +28,30 @@ static void shrink_into(const uint8_t *from, size_t from_row_bytes, int shrink,
     }
 }
 
-int picture_develop(const struct pair_frame *frame, const struct develop_balance *balance,
-                    int shrink, struct picture *picture) {
-    const struct reconstruct_image raw = picture_raw(frame);
-    const size_t pixels = (size_t)raw.width_px * (size_t)raw.height_px;
+int picture_develop(const struct raw_image *raw, const struct develop_balance *balance, int shrink,
+                    struct picture *picture) {
+    const size_t pixels = (size_t)raw->width_px * (size_t)raw->height_px;
     INVARIANT(shrink >= 1 && (picture->channels == 1 || picture->channels == 3));
-    INVARIANT(picture->width_px == raw.width_px / shrink);
-    INVARIANT(picture->height_px == raw.height_px / shrink);
-    if (raw.bits < 8 || raw.bits > 16) {
+    INVARIANT(picture->width_px == raw->width_px / shrink);
+    INVARIANT(picture->height_px == raw->height_px / shrink);
+    if (raw->bits < 8 || raw->bits > 16) {
         return ERROR_ARGUMENT;
     }
-    const size_t need = develop_need_bytes(raw.width_px, raw.bits, parallel_serial.threads);
+    const size_t need = develop_need_bytes(raw->width_px, raw->bits, parallel_serial.threads);
     uint8_t *grey = malloc(pixels);
     uint8_t *colour = malloc(3 * pixels);
     void *work = malloc(need);
     int error = ERROR_MEMORY;
     if (grey != NULL && colour != NULL && work != NULL) {
         struct arena arena;
-        struct image_u8 grey_image = {grey, raw.width_px, raw.height_px, raw.width_px};
-        struct image_rgb8 colour_image = {colour, raw.width_px, raw.height_px, 3 * raw.width_px};
+        struct image_u8 grey_image = {grey, raw->width_px, raw->height_px, raw->width_px};
+        struct image_rgb8 colour_image = {colour, raw->width_px, raw->height_px, 3 * raw->width_px};
         arena_init(&arena, work, need);
-        error = develop_image(&raw, balance, &parallel_serial, &arena, &grey_image, &colour_image);
+        error = develop_image(raw, balance, &parallel_serial, &arena, &grey_image, &colour_image);
     }
     if (error == ERROR_OK) {
         const size_t channels = (size_t)picture->channels;
-        shrink_into(channels == 3 ? colour : grey, (size_t)raw.width_px * channels, shrink,
+        shrink_into(channels == 3 ? colour : grey, (size_t)raw->width_px * channels, shrink,
                     picture);
     }
     free(grey);

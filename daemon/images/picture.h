@@ -7,7 +7,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rig/pair.h"
 #include "stereo/develop.h"
 
 #ifdef __cplusplus
@@ -25,14 +24,11 @@ struct picture {
     const char *text;  ///< comment: printable ASCII and line feeds; NULL: none
 };
 
-/// The frame as input of the pipeline; shares its pixels.
-struct reconstruct_image picture_raw(const struct pair_frame *frame);
-
-/// Develops the frame as a reconstruction does, into `picture`, whose channels are set and whose
-/// size is the frame's size divided by `shrink`, rounded down. One pixel is the mean of `shrink` x
+/// Develops the image as a reconstruction does, into `picture`, whose channels are set and whose
+/// size is the image's size divided by `shrink`, rounded down. One pixel is the mean of `shrink` x
 /// `shrink` pixels. ERROR_ARGUMENT: less than 8 bits, or too small; ERROR_MEMORY.
-int picture_develop(const struct pair_frame *frame, const struct develop_balance *balance,
-                    int shrink, struct picture *picture);
+int picture_develop(const struct raw_image *raw, const struct develop_balance *balance, int shrink,
+                    struct picture *picture);
 
 /// Encodes the picture as a PNG file: returns its bytes, which the caller frees, and their number;
 /// NULL if out of memory. Needs no library, as boards may have none: Paeth filter in all rows, then

@@ -112,8 +112,8 @@ void calibration_match_pair(const char *profile, const struct session_instrument
                     ? (struct calibration_axis){.kind = CALIBRATION_AXIS_NONE}
                     : between(before, after);
         }
-        state->width_px[side] = frame->width_px;
-        state->height_px[side] = frame->height_px;
+        state->width_px[side] = frame->image.width_px;
+        state->height_px[side] = frame->image.height_px;
     }
 }
 

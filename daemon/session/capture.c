@@ -36,12 +36,19 @@ struct pair_options capture_options(const struct command_value *values) {
     return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
 }
 
-int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                 size_t values, struct pair *pair, struct registers_all *registers) {
-    int error = pair_capture(rig, options, memory, values, pair);
-    error = error != 0 ? error : registers_read_all(rig, registers);
-    for (int side = 0; error == 0 && side < RIG_SIDES; side++) {
+int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,
+                 struct registers_all *registers) {
+    int error = pair_capture(rig, options, pair);
+    if (error != 0) {
+        return error;
+    }
+    error = registers_read_all(rig, registers);
+    if (error != 0) {
+        pair_release(pair->frame);
+        return error;
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
         pair_frame_assess(&pair->frame[side]);
     }
-    return error;
+    return 0;
 }

@@ -25,9 +25,10 @@ extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];
 struct pair_options capture_options(const struct command_value *values);
 
 /// Takes the pair as pair_capture does, then reads all registers and computes the image statistics.
-/// Errors of either; `*registers` is valid only on success.
-int capture_take(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                 size_t values, struct pair *pair, struct registers_all *registers);
+/// Errors of either; on success `*registers` is set, and
+/// the caller releases the pair.
+int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,
+                 struct registers_all *registers);
 
 #ifdef __cplusplus
 }

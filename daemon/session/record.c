@@ -156,15 +156,10 @@ static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_
     record_call(self,
                 TRACE_CAMERA_TAKE TRACE_EQUALS "0 %08" PRIx32 " %dx%d %d %d %" PRIu32 " %" PRIu32
                                                " %" PRIu64 " %" PRIu64,
-                camera->number, not_before_us, deadline_us, crc32, frame->width_px,
-                frame->height_px, frame->bits, (int)frame->layout, frame->sequence, frame->faults,
-                frame->begin_us, frame->end_us);
+                camera->number, not_before_us, deadline_us, crc32, frame->image.width_px,
+                frame->image.height_px, frame->image.bits, (int)frame->image.layout,
+                frame->sequence, frame->faults, frame->begin_us, frame->end_us);
     return 0;
-}
-
-static void camera_give_back(void *context, const struct hal_camera_frame *frame) {
-    const struct record_camera *camera = context;
-    camera->inner->operations->give_back(camera->inner->self, frame);
 }
 
 static int camera_control(void *context, enum hal_camera_control control, int32_t value,
@@ -195,7 +190,7 @@ static const struct hal_camera *wrap_camera(struct record *self, int number) {
         return NULL;
     }
     self->camera_operations[number] = (struct hal_camera_operations){
-        camera_start, camera_stop, camera_take, camera_give_back, camera_control, camera_counts};
+        camera_start, camera_stop, camera_take, camera_control, camera_counts};
     if (inner->operations->control == NULL) {
         self->camera_operations[number].control = NULL;
     }

@@ -23,7 +23,7 @@ struct piece {
     struct disk_writer_task task;
     struct record *record;
     enum { LINES, CHECKED_LINES, COMMAND, FRAME } kind;
-    struct pair_frame frame;  // FRAME: its pixels are `data`
+    struct raw_image image;  // FRAME: its pixels are `data`
     size_t bytes;
     uint16_t data[];
 };
@@ -73,7 +73,7 @@ static void write_piece(struct disk_writer_task *task) {
         uint32_t crc32;
         set_failed(self, piece->kind == COMMAND
                              ? session_writer_command(self->writer, text, &self->last_error)
-                             : session_writer_frame(self->writer, &piece->frame, &crc32,
+                             : session_writer_frame(self->writer, &piece->image, &crc32,
                                                     &self->last_error));
     }
     free(piece);
@@ -221,23 +221,21 @@ uint64_t record_clock(struct record *self, uint64_t now_us) {
 }
 
 bool record_frame(struct record *self, const struct hal_camera_frame *frame, uint32_t *crc32) {
-    struct pair_frame saved = {.width_px = frame->width_px,
-                               .height_px = frame->height_px,
-                               .bits = frame->bits,
-                               .layout = frame->layout};
-    saved.stride = session_frame_row_values(&saved);
-    INVARIANT(frame->data != NULL && frame->stride >= saved.stride);
-    const size_t row_bytes = saved.stride * sizeof(uint16_t);
-    struct piece *piece = new_piece(self, FRAME, row_bytes * saved.height_px);
+    const struct raw_image *image = &frame->image;
+    const size_t row_values = raw_image_row_values(image);
+    INVARIANT(image->data != NULL && image->stride >= (ptrdiff_t)row_values);
+    const size_t row_bytes = row_values * sizeof(uint16_t);
+    struct piece *piece = new_piece(self, FRAME, row_bytes * (size_t)image->height_px);
     if (piece == NULL) {
         return false;
     }
-    for (size_t y = 0; y < saved.height_px; y++) {
-        memcpy(piece->data + y * saved.stride, frame->data + y * frame->stride, row_bytes);
+    for (int y = 0; y < image->height_px; y++) {
+        memcpy(piece->data + (size_t)y * row_values, raw_image_row(image, y), row_bytes);
     }
-    saved.data = piece->data;
-    piece->frame = saved;
-    *crc32 = session_writer_frame_crc(&saved);
+    piece->image = *image;
+    piece->image.data = piece->data;
+    piece->image.stride = (ptrdiff_t)row_values;
+    *crc32 = session_writer_frame_crc(&piece->image);
     disk_writer_submit(self->disk_writer, &piece->task);
     return true;
 }

@@ -18,7 +18,8 @@ extern "C" {
 #define SESSION_MAGIC "vergence-session"
 
 enum {
-    SESSION_VERSION = 4,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped calls
+    SESSION_VERSION =
+        4,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped calls
     SESSION_LINE_MAX = 4096,  // of the index, without its end
     SESSION_TEXT_MAX = 1024,  // of a command or a note, without its end
     SESSION_NAME_MAX = 64,    // of a file, a profile, a build
@@ -59,7 +60,7 @@ struct session_event {
     char part[SESSION_NAME_MAX + 1];                                  // REGISTERS
     uint64_t at_us;                                                   // REGISTERS
     uint16_t first, count, values[SESSION_REGISTERS_MAX];             // REGISTERS
-    struct pair pair;               // PAIR; `data` is NULL, `stride` that of rows without gaps
+    struct pair pair;               // PAIR; its images have no pixels, and rows without gaps
     uint32_t frame_crc[RIG_SIDES];  // PAIR: of each frame's file
 };
 
@@ -67,13 +68,11 @@ struct session_event {
 void session_frame_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 void session_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]);
 
-/// Writes the header of a frame's file: PGM or PPM, one byte a value up to 8 bits, else two,
-/// big-endian. Returns its length. Pixels of an RGB frame are three values.
-int session_frame_head(const struct pair_frame *frame, char head[SESSION_NAME_MAX + 1]);
-/// Values in a row of the frame.
-uint32_t session_frame_row_values(const struct pair_frame *frame);
+/// Writes the header of an image's file: PGM or PPM, one byte a value up to 8 bits, else two,
+/// big-endian. Returns its length. Pixels of an RGB image are three values.
+int session_frame_head(const struct raw_image *image, char head[SESSION_NAME_MAX + 1]);
 /// Bytes of a value in the file.
-unsigned session_frame_value_bytes(const struct pair_frame *frame);
+unsigned session_frame_value_bytes(const struct raw_image *image);
 
 /// Prints an event without CRC and line end into `line`. Returns its length, or ERROR_RANGE if a
 /// text, a size or a number of bits cannot be represented.

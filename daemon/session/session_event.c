@@ -18,18 +18,14 @@ void session_calibration_name(uint32_t crc32, char name[SESSION_NAME_MAX + 1]) {
     snprintf(name, SESSION_NAME_MAX + 1, "calibration-%08" PRIx32 ".txt", crc32);
 }
 
-int session_frame_head(const struct pair_frame *frame, char head[SESSION_NAME_MAX + 1]) {
-    const char *magic = frame->layout == HAL_CAMERA_RGB ? "P6" : "P5";
-    return snprintf(head, SESSION_NAME_MAX + 1, "%s\n%d %d\n%d\n", magic, frame->width_px,
-                    frame->height_px, (1 << frame->bits) - 1);
+int session_frame_head(const struct raw_image *image, char head[SESSION_NAME_MAX + 1]) {
+    const char *magic = image->layout == RAW_RGB ? "P6" : "P5";
+    return snprintf(head, SESSION_NAME_MAX + 1, "%s\n%d %d\n%d\n", magic, image->width_px,
+                    image->height_px, (1 << image->bits) - 1);
 }
 
-uint32_t session_frame_row_values(const struct pair_frame *frame) {
-    return frame->layout == HAL_CAMERA_RGB ? 3u * frame->width_px : frame->width_px;
-}
-
-unsigned session_frame_value_bytes(const struct pair_frame *frame) {
-    return frame->bits <= 8 ? 1 : 2;
+unsigned session_frame_value_bytes(const struct raw_image *image) {
+    return image->bits <= 8 ? 1 : 2;
 }
 
 // ---- the fields of each event
@@ -79,10 +75,10 @@ static const char *const layouts[] = {"grey", "rgb", "grbg"};
 static const char *const answers[] = {"no", "yes"};
 
 static const struct field frame_fields[] = {
-    KEY("size", NUMBER, width_px, 1, UINT16_MAX),
-    NEXT("x", NUMBER, height_px, 1, UINT16_MAX),
-    KEY("bits", NUMBER, bits, 8, 16),
-    {"layout", NULL, CHOICE, OF(pair_frame, layout), 0, 2, layouts, 0},
+    KEY("size", NUMBER, image.width_px, 1, UINT16_MAX),
+    NEXT("x", NUMBER, image.height_px, 1, UINT16_MAX),
+    KEY("bits", NUMBER, image.bits, 8, 16),
+    {"layout", NULL, CHOICE, OF(pair_frame, image.layout), 0, 2, layouts, 0},
     KEY("sequence", NUMBER, sequence, 0, UINT32_MAX),
     KEY("begin_us", NUMBER, begin_us, 0, UINT64_MAX),
     KEY("end_us", NUMBER, end_us, 0, UINT64_MAX),
@@ -361,7 +357,8 @@ int session_event_parse(const char *text, size_t length, struct session_event *e
     event->kind = (enum session_event_kind)kind;
     walk(&line, kinds[kind].fields, "", (char *)event);
     for (int side = 0; kind == SESSION_PAIR && side < RIG_SIDES; side++) {
-        event->pair.frame[side].stride = session_frame_row_values(&event->pair.frame[side]);
+        struct raw_image *const image = &event->pair.frame[side].image;
+        image->stride = (ptrdiff_t)raw_image_row_values(image);
     }
     char again[SESSION_LINE_MAX + 1];
     const int printed = line.wrong ? ERROR_SYNTAX : session_event_print(event, again);

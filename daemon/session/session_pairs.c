@@ -78,13 +78,13 @@ static int look_at_files(const struct session_reader *reader, const struct sessi
         if (!join(reader->path, name, files->path[side])) {
             return message_set(message, ERROR_ARGUMENT, "%s: path too long", reader->path);
         }
-        const int error = session_reader_frame(reader, &event->pair.frame[side],
-                                               event->frame_crc[side], NULL, 0, message);
+        const int error = session_reader_check(reader, &event->pair.frame[side].image,
+                                               event->frame_crc[side], message);
         if (error != ERROR_OK) {
             return error;
         }
     }
-    files->mosaic = event->pair.frame[RIG_LEFT].layout == HAL_CAMERA_BAYER_GRBG;
+    files->mosaic = event->pair.frame[RIG_LEFT].image.layout == RAW_BAYER_GRBG;
     return ERROR_OK;
 }
 

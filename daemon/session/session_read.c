@@ -12,6 +12,7 @@
 
 #include "core/crc.h"
 #include "core/error.h"
+#include "daemon/base/raw_memory.h"
 
 enum { VALUE_ROOM = 4096 };
 
@@ -162,10 +163,15 @@ static int damaged(const struct session_reader *self, const char *name, struct m
                        name);
 }
 
-/// Reads the rows after the header; adds all bytes to `crc`, which includes the header's.
-static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *data, uint32_t *crc) {
-    const unsigned value_bytes = session_frame_value_bytes(frame);
-    size_t left = (size_t)session_frame_row_values(frame) * frame->height_px;
+static size_t values_of(const struct raw_image *image) {
+    return raw_image_row_values(image) * (size_t)image->height_px;
+}
+
+/// Reads the rows after the header; adds all bytes to `crc`, which includes the header's. `data`
+/// NULL: the values are not wanted.
+static bool read_rows(FILE *stream, const struct raw_image *image, uint16_t *data, uint32_t *crc) {
+    const unsigned value_bytes = session_frame_value_bytes(image);
+    size_t left = values_of(image);
     unsigned char bytes[2 * VALUE_ROOM];
     while (left > 0) {
         const size_t count = left < VALUE_ROOM ? left : VALUE_ROOM;
@@ -186,17 +192,13 @@ static bool read_rows(FILE *stream, const struct pair_frame *frame, uint16_t *da
     return fgetc(stream) == EOF;
 }
 
-static size_t values_of(const struct pair_frame *frame) {
-    return (size_t)session_frame_row_values(frame) * frame->height_px;
-}
-
-/// Opens a frame's file after its header, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
-static int open_frame(const struct session_reader *self, const struct pair_frame *frame,
+/// Opens an image's file after its header, whose CRC goes to `crc`. 0, ERROR_MISSING or ERROR_CRC.
+static int open_frame(const struct session_reader *self, const struct raw_image *image,
                       const char *name, FILE **stream, uint32_t *crc, struct message *message) {
     char head[SESSION_NAME_MAX + 1], found[SESSION_NAME_MAX + 1];
-    const size_t head_bytes = (size_t)session_frame_head(frame, head);
+    const size_t head_bytes = (size_t)session_frame_head(image, head);
     const uint64_t bytes =
-        head_bytes + (uint64_t)values_of(frame) * session_frame_value_bytes(frame);
+        head_bytes + (uint64_t)values_of(image) * session_frame_value_bytes(image);
     struct stat about;
     *stream = session_reader_file(self, name, message);
     if (*stream == NULL) {
@@ -212,35 +214,38 @@ static int open_frame(const struct session_reader *self, const struct pair_frame
     return damaged(self, name, message);
 }
 
-int session_reader_frame_fits(const struct session_reader *self, const struct pair_frame *frame,
-                              uint32_t crc32, struct message *message) {
+/// Reads an image's file. `allocate` NULL: only checks it.
+static int read_frame(const struct session_reader *self, const struct raw_image *image,
+                      uint32_t crc32, struct raw_image *allocate, struct message *message) {
     char name[SESSION_NAME_MAX + 1];
     FILE *stream = NULL;
     uint32_t crc = 0;
     session_frame_name(crc32, name);
-    const int error = open_frame(self, frame, name, &stream, &crc, message);
-    if (error == 0) {
-        fclose(stream);
-    }
-    return error;
-}
-
-int session_reader_frame(const struct session_reader *self, const struct pair_frame *frame,
-                         uint32_t crc32, uint16_t *data, size_t values, struct message *message) {
-    char name[SESSION_NAME_MAX + 1];
-    FILE *stream = NULL;
-    uint32_t crc = 0;
-    session_frame_name(crc32, name);
-    if (data != NULL && values < values_of(frame)) {
-        return message_set(message, ERROR_MEMORY, "%s/%s: larger than expected", self->path, name);
-    }
-    const int error = open_frame(self, frame, name, &stream, &crc, message);
+    const int error = open_frame(self, image, name, &stream, &crc, message);
     if (error != 0) {
         return error;
     }
-    const bool good = read_rows(stream, frame, data, &crc) && crc == crc32;
+    uint16_t *data = allocate != NULL ? raw_memory_allocate(allocate) : NULL;
+    const bool room = data != NULL || allocate == NULL;
+    const bool good = room && read_rows(stream, image, data, &crc) && crc == crc32;
     fclose(stream);
-    return good ? 0 : damaged(self, name, message);
+    return good   ? 0
+           : room ? damaged(self, name, message)
+                  : message_set(message, ERROR_MEMORY, "%s/%s: out of memory", self->path, name);
+}
+
+int session_reader_check(const struct session_reader *self, const struct raw_image *image,
+                         uint32_t crc32, struct message *message) {
+    return read_frame(self, image, crc32, NULL, message);
+}
+
+int session_reader_load(const struct session_reader *self, struct raw_image *image, uint32_t crc32,
+                        struct message *message) {
+    const int error = read_frame(self, image, crc32, image, message);
+    if (error != 0) {
+        raw_image_release(image);
+    }
+    return error;
 }
 
 int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,

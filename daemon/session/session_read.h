@@ -40,17 +40,16 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
 int session_reader_next(struct session_reader *self, struct session_event *event,
                         struct message *message);
 
-/// Whether a frame's file can be what was recorded, by size and header: call before allocating
-/// memory, as a session may come from anywhere and claim any size. Errors as session_reader_frame.
-int session_reader_frame_fits(const struct session_reader *self, const struct pair_frame *frame,
-                              uint32_t crc32, struct message *message);
+/// Reads the pixels of an image (`crc32` and the format in `image`, from an event) into memory that
+/// raw_image_release frees; rows without gaps. A session may come from anywhere and claim any size:
+/// the file's own size and header are checked first. ERROR_MEMORY, ERROR_MISSING if the file does
+/// not exist, ERROR_CRC if it is not what was recorded; the image has no pixels then.
+int session_reader_load(const struct session_reader *self, struct raw_image *image, uint32_t crc32,
+                        struct message *message);
 
-/// Reads the pixels of a frame (`crc32` and the format in `frame`, from an event) into `data` of
-/// `values` elements, rows without gaps. ERROR_MEMORY if that is too small, ERROR_MISSING if the
-/// file does not exist, ERROR_CRC if it is not what was recorded. `data` NULL: only checks the
-/// file, without memory.
-int session_reader_frame(const struct session_reader *self, const struct pair_frame *frame,
-                         uint32_t crc32, uint16_t *data, size_t values, struct message *message);
+/// Whether that would succeed, without memory for the image.
+int session_reader_check(const struct session_reader *self, const struct raw_image *image,
+                         uint32_t crc32, struct message *message);
 
 /// Reads a calibration's text, at most `capacity` bytes. Returns its length, or errors as above.
 int session_reader_calibration(const struct session_reader *self, uint32_t crc32, char *text,

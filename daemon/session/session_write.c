@@ -224,17 +224,17 @@ static void sink_byte(struct frame_sink *sink, unsigned byte) {
     sink->buffer[sink->filled++] = (unsigned char)byte;
 }
 
-static void pour_frame(const struct pair_frame *frame, struct frame_sink *sink) {
+static void pour_frame(const struct raw_image *image, struct frame_sink *sink) {
     char head[SESSION_NAME_MAX + 1];
-    const int head_bytes = session_frame_head(frame, head);
+    const int head_bytes = session_frame_head(image, head);
     for (int i = 0; i < head_bytes; i++) {
         sink_byte(sink, (unsigned char)head[i]);
     }
-    const uint32_t row_values = session_frame_row_values(frame);
-    const bool wide = session_frame_value_bytes(frame) == 2;
-    for (uint32_t y = 0; y < frame->height_px; y++) {
-        const uint16_t *row = frame->data + (size_t)y * frame->stride;
-        for (uint32_t x = 0; x < row_values; x++) {
+    const size_t row_values = raw_image_row_values(image);
+    const bool wide = session_frame_value_bytes(image) == 2;
+    for (int y = 0; y < image->height_px; y++) {
+        const uint16_t *row = raw_image_row(image, y);
+        for (size_t x = 0; x < row_values; x++) {
             if (wide) {
                 sink_byte(sink, row[x] >> 8);
             }
@@ -244,22 +244,22 @@ static void pour_frame(const struct pair_frame *frame, struct frame_sink *sink) 
     flush_sink(sink);
 }
 
-uint32_t session_writer_frame_crc(const struct pair_frame *frame) {
+uint32_t session_writer_frame_crc(const struct raw_image *image) {
     unsigned char buffer[SUM_BYTES];
-    INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
+    INVARIANT(image->data != NULL && image->stride >= (ptrdiff_t)raw_image_row_values(image));
     struct frame_sink sum = {.buffer = buffer, .capacity = sizeof buffer, .part = -1};
-    pour_frame(frame, &sum);
+    pour_frame(image, &sum);
     return sum.crc;
 }
 
-int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
+int session_writer_frame(struct session_writer *self, const struct raw_image *image,
                          uint32_t *crc32, struct message *message) {
-    INVARIANT(frame->data != NULL && frame->stride >= session_frame_row_values(frame));
-    if (frame->bits < 8 || frame->bits > 16 || frame->width_px == 0 || frame->height_px == 0) {
+    INVARIANT(image->data != NULL && image->stride >= (ptrdiff_t)raw_image_row_values(image));
+    if (image->bits < 8 || image->bits > 16 || image->width_px <= 0 || image->height_px <= 0) {
         return message_set(message, ERROR_RANGE, "%s: invalid frame: %d x %d, %d bits", self->path,
-                           frame->width_px, frame->height_px, frame->bits);
+                           image->width_px, image->height_px, image->bits);
     }
-    const uint32_t sum = session_writer_frame_crc(frame);
+    const uint32_t sum = session_writer_frame_crc(image);
     char name[SESSION_NAME_MAX + 1];
     session_frame_name(sum, name);
     if (!is_there(self, name)) {
@@ -269,7 +269,7 @@ int session_writer_frame(struct session_writer *self, const struct pair_frame *f
         }
         struct frame_sink file = {
             .buffer = self->buffer, .capacity = sizeof self->buffer, .part = part};
-        pour_frame(frame, &file);
+        pour_frame(image, &file);
         const int code = finish_part(self, part, !file.failed, name, message);
         if (code != 0) {
             return code;
@@ -320,7 +320,7 @@ int session_writer_pair(struct session_writer *self, const struct pair *pair,
     struct session_event *event = &self->event;
     for (int side = 0; side < RIG_SIDES; side++) {
         const int code =
-            session_writer_frame(self, &pair->frame[side], &event->frame_crc[side], message);
+            session_writer_frame(self, &pair->frame[side].image, &event->frame_crc[side], message);
         if (code != 0) {
             return code;
         }

@@ -71,15 +71,16 @@ int session_writer_registers(struct session_writer *self, const char *part, uint
                              uint16_t first, const uint16_t *values, uint16_t count,
                              struct message *message);
 
-/// Saves only a frame's pixels, under the name of their CRC, which `*crc32` receives; an existing
-/// file is not written again. Only pixels and format of `frame` are used.
-int session_writer_frame(struct session_writer *self, const struct pair_frame *frame,
+/// Saves an image, under the name of their CRC, which `*crc32` receives; an existing file is
+/// not written again.
+int session_writer_frame(struct session_writer *self, const struct raw_image *image,
                          uint32_t *crc32, struct message *message);
 
-/// CRC-32 of the file that a frame's pixels would be saved in, which is its name.
-uint32_t session_writer_frame_crc(const struct pair_frame *frame);
+/// CRC-32 of the file that an image would be saved in, which is its name.
+uint32_t session_writer_frame_crc(const struct raw_image *image);
 
-/// Records a pair with its frames, which must have data. Its number is its position in the session.
+/// Records a pair with its frames, which must have pixels. Its number is its position in the
+/// session.
 int session_writer_pair(struct session_writer *self, const struct pair *pair,
                         struct message *message);
 

@@ -168,12 +168,12 @@ static int check_name(struct run *self, const char *name) {
 
 /// Reads, develops and encodes a frame. The caller frees `*png`.
 static int make_png(struct run *self, int side, const struct develop_balance *balance,
-                    struct pair_frame *frame, uint8_t **png, size_t *bytes) {
+                    const struct raw_image *frame, uint8_t **png, size_t *bytes) {
     char text[2 * CAPTURE_INFO_BYTES], line[CAPTURE_INFO_BYTES];
     const struct capture_info info = {self->label, &self->pairs.pair.pair};
     struct picture picture = {.width_px = frame->width_px,
                               .height_px = frame->height_px,
-                              .channels = frame->layout == HAL_CAMERA_GREY ? 1 : 3,
+                              .channels = frame->layout == RAW_GREY ? 1 : 3,
                               .text = text};
     capture_info_line(&info, 0, line);
     snprintf(text, sizeof text, "%s\n", line);
@@ -211,39 +211,24 @@ static int write_png(struct run *self, const char *name, const uint8_t *png, siz
     return error;
 }
 
-/// The caller frees `frame->data`.
-static int read_frame(struct run *self, int side, struct pair_frame *frame) {
-    const uint32_t crc32 = self->pairs.pair.frame_crc[side];
-    const int error = session_reader_frame_fits(&self->reader, frame, crc32, &self->message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    const size_t values = (size_t)session_frame_row_values(frame) * frame->height_px;
-    frame->data = malloc(values * sizeof *frame->data);
-    return frame->data == NULL
-               ? message_set(&self->message, ERROR_MEMORY, "%s: out of memory", self->session)
-               : session_reader_frame(&self->reader, frame, crc32, frame->data, values,
-                                      &self->message);
-}
-
 /// Exports the pair found last. Both frames use the white balance of the left one, as in a
 /// reconstruction.
 static int export_pair(struct run *self) {
     struct develop_balance balance = {{0, 0, 0}};
     int error = ERROR_OK;
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
-        struct pair_frame frame = self->pairs.pair.pair.frame[side];
+        struct raw_image image = self->pairs.pair.pair.frame[side].image;
         uint8_t *png = NULL;
         size_t bytes = 0;
-        error = read_frame(self, side, &frame);
+        error = session_reader_load(&self->reader, &image, self->pairs.pair.frame_crc[side],
+                                    &self->message);
         if (error == ERROR_OK && side == RIG_LEFT) {
-            const struct reconstruct_image raw = picture_raw(&frame);
-            balance = develop_balance_of(&raw);
+            balance = develop_balance_of(&image);
         }
         if (error == ERROR_OK) {
-            error = make_png(self, side, &balance, &frame, &png, &bytes);
+            error = make_png(self, side, &balance, &image, &png, &bytes);
         }
-        free(frame.data);
+        raw_image_release(&image);
         if (error == ERROR_OK) {
             error = write_png(self, self->names[self->file_count++], png, bytes);
         }

@@ -27,42 +27,24 @@ enum {
 
 enum { LEFT = 1, RIGHT = 2, BOTH = LEFT | RIGHT, SIDES = 2 };
 
-static struct picture_form form_of(const struct reconstruct_image *image) {
-    return (struct picture_form){.width_px = image->width_px,
-                                 .bits = image->bits,
-                                 .channels = image->layout == PIXEL_RGB ? 3 : 1,
-                                 .mosaic = image->layout == PIXEL_BAYER_GRBG};
-}
-
-static struct picture_stats stats_of(const struct reconstruct_image *image) {
-    const struct picture_form form = form_of(image);
-    struct picture_stats_sums sums;
-    picture_stats_begin(&sums, &form);
-    for (int y = 0; y < image->height_px; y++) {
-        picture_stats_row(&sums, image->data + y * image->stride);
-    }
-    return picture_stats_end(&sums);
-}
-
-static void view_of(const struct reconstruct_image *image, struct picture_view *view) {
-    const struct picture_form form = form_of(image);
+static void view_of(const struct raw_image *image, struct picture_view *view) {
+    const struct picture_form form = picture_form_of(image);
     struct picture_view_sums sums;
     picture_view_begin(&sums, &form, image->height_px);
     for (int y = 0; y < image->height_px; y++) {
-        picture_view_row(&sums, image->data + y * image->stride);
+        picture_view_row(&sums, raw_image_row(image, y));
     }
     picture_view_end(&sums, view);
 }
 
-static bool is_same(const struct reconstruct_image *left, const struct reconstruct_image *right) {
-    const size_t row_values = (size_t)left->width_px * (left->layout == PIXEL_RGB ? 3 : 1);
+static bool is_same(const struct raw_image *left, const struct raw_image *right) {
     if (left->width_px != right->width_px || left->height_px != right->height_px ||
         left->layout != right->layout) {
         return false;
     }
     for (int y = 0; y < left->height_px; y++) {
-        if (memcmp(left->data + y * left->stride, right->data + y * right->stride,
-                   row_values * sizeof *left->data) != 0) {
+        if (memcmp(raw_image_row(left, y), raw_image_row(right, y),
+                   raw_image_row_values(left) * sizeof *left->data) != 0) {
             return false;
         }
     }
@@ -70,8 +52,8 @@ static bool is_same(const struct reconstruct_image *left, const struct reconstru
 }
 
 int reconstruct_pictures_assess(struct reconstruct_context *context, struct message *message) {
-    context->picture[0] = stats_of(&context->left);
-    context->picture[1] = stats_of(&context->right);
+    context->picture[0] = picture_stats_of(&context->left);
+    context->picture[1] = picture_stats_of(&context->right);
     // Black images may be identical: those are reported as too dark.
     if (context->picture[0].sharpness_permille == 0 || !is_same(&context->left, &context->right)) {
         return ERROR_OK;

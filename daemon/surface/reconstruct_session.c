@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/images/picture.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_read.h"
@@ -16,32 +15,15 @@
 static int read_frame(const struct reconstruct_session *self, const struct session_reader *reader,
                       int side, const struct image_request *request, struct image_file *file,
                       struct message *message) {
-    const struct pair_frame *frame = &self->event.pair.frame[side];
-    const size_t row_values = session_frame_row_values(frame);
-    const size_t values = row_values * frame->height_px;
-    int error = session_reader_frame_fits(reader, frame, self->event.frame_crc[side], message);
+    struct raw_image image = self->event.pair.frame[side].image;
+    int error = session_reader_load(reader, &image, self->event.frame_crc[side], message);
     if (error != ERROR_OK) {
         return error;
-    }
-    uint16_t *data = malloc(values * sizeof *data);
-    if (data == NULL) {
-        return message_set(message, ERROR_MEMORY, "%s: out of memory", self->path);
     }
     memset(file, 0, sizeof *file);
     file->path = self->name[side];
     file->request = request;
-    error = session_reader_frame(reader, frame, self->event.frame_crc[side], data, values, message);
-    if (error == ERROR_OK) {
-        error = image_file_begin(file, frame->width_px, frame->height_px,
-                                 frame->layout == HAL_CAMERA_RGB ? 3 : 1, frame->bits,
-                                 picture_raw(frame).layout, message);
-    }
-    for (size_t y = 0; error == ERROR_OK && y < frame->height_px; y++) {
-        error = image_file_row(file, data + y * row_values, message);
-    }
-    free(data);
-    free(file->sums);
-    file->sums = NULL;
+    error = image_file_take(file, &image, message);
     file->request = NULL;
     return error;
 }
@@ -133,8 +115,8 @@ static bool is_for(const struct lens *lens, int width_px, int height_px) {
 }
 
 static bool is_part(const struct pair_frame *frame) {
-    return frame->window.skip != 0 &&
-           (frame->width_px != MT9T001_WIDTH_PX || frame->height_px != MT9T001_HEIGHT_PX);
+    return frame->window.skip != 0 && (frame->image.width_px != MT9T001_WIDTH_PX ||
+                                       frame->image.height_px != MT9T001_HEIGHT_PX);
 }
 
 /// Fits one camera's part of the calibration to its frame.
@@ -143,16 +125,17 @@ static void cut_side(struct reconstruct_session *self, int side, struct calibrat
     const struct pair_frame *frame = &self->event.pair.frame[side];
     struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
     struct calibration_window *window = &calibration->origin.side[side].window;
-    if (is_for(lens, frame->width_px, frame->height_px)) {
+    if (is_for(lens, frame->image.width_px, frame->image.height_px)) {
         if (window->skip == 0) {  // else match has checked it
             reconstruct_context_warn(context,
                                      "%s is for %dx%d pixels, the size of the %s frame: it is "
                                      "assumed to be for the same part of the sensor",
-                                     self->calibration_name, frame->width_px, frame->height_px,
-                                     side == RIG_LEFT ? "left" : "right");
+                                     self->calibration_name, frame->image.width_px,
+                                     frame->image.height_px, side == RIG_LEFT ? "left" : "right");
         }
     } else if (is_for(lens, MT9T001_WIDTH_PX, MT9T001_HEIGHT_PX)) {
-        *lens = reconstruct_session_cut(lens, &frame->window, frame->width_px, frame->height_px);
+        *lens = reconstruct_session_cut(lens, &frame->window, frame->image.width_px,
+                                        frame->image.height_px);
         *window = (struct calibration_window){frame->window.column_px, frame->window.row_px,
                                               frame->window.skip};
         self->cut = true;

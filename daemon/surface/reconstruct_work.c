@@ -8,7 +8,7 @@
 static const double develop_ns = 20, rectify_ns = 9, match_cell_ns = 1.6, refine_ns = 65,
                     triangulate_ns = 55, mesh_ns = 65, write_ns = 1000;
 
-void reconstruct_work_estimate(const struct reconstruct_image *raw, const struct rectify_plan *plan,
+void reconstruct_work_estimate(const struct raw_image *raw, const struct rectify_plan *plan,
                                const struct reconstruct_options *options, int threads,
                                double work_ns[RECONSTRUCT_WORK_STAGES]) {
     INVARIANT(threads >= 1);

@@ -13,7 +13,7 @@ extern "C" {
 enum { RECONSTRUCT_WORK_WRITE = RECONSTRUCT_STAGES, RECONSTRUCT_WORK_STAGES };
 
 /// Estimates each stage's time in ns, as measured on one processor. `raw`: one of the images.
-void reconstruct_work_estimate(const struct reconstruct_image *raw, const struct rectify_plan *plan,
+void reconstruct_work_estimate(const struct raw_image *raw, const struct rectify_plan *plan,
                                const struct reconstruct_options *options, int threads,
                                double work_ns[RECONSTRUCT_WORK_STAGES]);
 

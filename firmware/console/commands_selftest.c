@@ -22,14 +22,14 @@ enum {
 
 /// Counts pixels that differ from the pseudo-random sequence `prbs` of fpga/registers.rdl, and
 /// collects the bits that ever differ.
-static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wrong_bits) {
+static uint32_t wrong_pixels(const struct raw_image *image, uint16_t *wrong_bits) {
     uint32_t wrong = 0;
     uint16_t expected = PICTURE_SEED;
     *wrong_bits = 0;
-    for (uint32_t y = 0; y < frame->height_px; y++) {
-        for (uint32_t x = 0; x < frame->width_px; x++) {
-            const uint16_t difference =
-                (uint16_t)(frame->data[(size_t)y * frame->stride + x] ^ expected);
+    for (int y = 0; y < image->height_px; y++) {
+        const uint16_t *values = raw_image_row(image, y);
+        for (int x = 0; x < image->width_px; x++) {
+            const uint16_t difference = values[x] ^ expected;
             wrong += difference != 0;
             *wrong_bits |= difference;
             const unsigned next = ((unsigned)expected >> 9 ^ (unsigned)expected >> 6) & 1U;
@@ -40,15 +40,15 @@ static uint32_t wrong_pixels(const struct hal_camera_frame *frame, uint16_t *wro
 }
 
 static int assess(const struct command_call *call, const struct hal_camera_frame *frame) {
-    INVARIANT(frame->data != NULL);
-    if (frame->faults != 0 || frame->width_px != PICTURE_WIDTH_PX ||
-        frame->height_px != PICTURE_HEIGHT_PX) {
+    INVARIANT(frame->image.data != NULL);
+    if (frame->faults != 0 || frame->image.width_px != PICTURE_WIDTH_PX ||
+        frame->image.height_px != PICTURE_HEIGHT_PX) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "selftest: the bridge's test picture arrives incomplete");
         return ERROR_FRAME;
     }
     uint16_t wrong_bits = 0;
-    const uint32_t wrong = wrong_pixels(frame, &wrong_bits);
+    const uint32_t wrong = wrong_pixels(&frame->image, &wrong_bits);
     reply_number(call, "wrong_pixels", wrong, 0, NULL);
     if (wrong == 0) {
         return 0;
@@ -93,7 +93,7 @@ static int take_picture(const struct command_call *call) {
         return nothing_arrived(call, error);
     }
     error = assess(call, &frame);
-    port->operations->give_back(port->self, &frame);
+    raw_image_release(&frame.image);
     return error;
 }
 

@@ -7,6 +7,7 @@
 /// - ERROR_DEVICE: the camera is gone, or was never there (ENODEV, ENXIO)
 /// - ERROR_UNSUPPORTED: the format or control is not supported (EINVAL of S_FMT)
 /// - ERROR_RANGE: the value is outside the range of the control (ERANGE)
+/// - ERROR_MEMORY: out of memory for a frame
 /// - ERROR_IO: any other error of the system (EIO)
 ///
 /// A backend whose stream stops restarts it within the deadline of a call, and counts that. A frame
@@ -18,11 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum hal_camera_layout {
-    HAL_CAMERA_GREY,        ///< one value per pixel
-    HAL_CAMERA_RGB,         ///< three values per pixel, interleaved
-    HAL_CAMERA_BAYER_GRBG,  ///< one value per pixel, linear; even rows G R, odd rows B G
-};
+#include "stereo/image/raw_image.h"
 
 /// Faults of a frame, as bits.
 enum {
@@ -37,17 +34,12 @@ struct hal_camera_format {
     uint16_t width_px, height_px;
 };
 
-/// A frame on loan from the backend. Times are on the system's hal_clock.
+/// A frame. Times are on the system's hal_clock.
 struct hal_camera_frame {
-    const uint16_t *data;
-    uint16_t width_px, height_px;
-    uint32_t stride;  ///< values from one row to the next
-    uint8_t bits;     ///< 8 .. 16: values are 0 .. 2^bits - 1
-    enum hal_camera_layout layout;
+    struct raw_image image;
     uint32_t sequence;  ///< of the source; a gap means lost frames
     uint32_t faults;
     uint64_t begin_us, end_us;  ///< arrival of its first and last pixel
-    void *token;                ///< private to the backend
 };
 
 /// Statistics since the source was created; all wrap.
@@ -72,13 +64,11 @@ enum hal_camera_control {
 struct hal_camera_operations {
     /// Starts frames of this size. The backend may have to reconfigure the camera.
     int (*start)(void *self, const struct hal_camera_format *format);
-    /// Stops frames; all frames on loan must have been given back.
     int (*stop)(void *self);
-    /// Waits for a frame whose first pixel arrived at `not_before_us` or later, and lends it. At
-    /// most two frames may be on loan at a time.
+    /// Waits for a frame whose first pixel arrived at `not_before_us` or later. The caller releases
+    /// its image, which does not depend on the source, when it likes. ERROR_MEMORY: no room for it.
     int (*take)(void *self, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame);
-    void (*give_back)(void *self, const struct hal_camera_frame *frame);
     /// NULL if the camera's registers are set in another way. `*applied` is the value accepted by
     /// the camera, which may differ a little from the request; with ERROR_RANGE the nearest
     /// accepted value, or unchanged.

@@ -20,38 +20,24 @@ enum {
     US_PER_MS = 1000,
 };
 
-static uint32_t values_of_pixel(enum hal_camera_layout layout) {
-    return layout == HAL_CAMERA_RGB ? 3 : 1;
-}
-
 static unsigned frames_of(const struct pair_options *options) {
     return options->check_static ? RIG_SIDES + 1 : RIG_SIDES;
 }
 
-size_t pair_values(const struct rig *rig, const struct pair_options *options) {
-    // Only cameras with their own ports deliver colours.
-    const size_t values = rig->profile.bridge ? 1 : 3;
-    return frames_of(options) * values * rig->format.width_px * rig->format.height_px;
+void pair_release(struct pair_frame frames[RIG_SIDES]) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        raw_image_release(&frames[side].image);
+    }
 }
 
 // ---- frames
 
-static void copy_frame(const struct hal_camera_frame *from, uint16_t *to) {
-    const uint32_t row_values = from->width_px * values_of_pixel(from->layout);
-    INVARIANT(from->stride >= row_values);
-    for (uint32_t row = 0; row < from->height_px; row++) {
-        const uint16_t *values = from->data + (size_t)row * from->stride;
-        for (uint32_t i = 0; i < row_values; i++) {
-            to[(size_t)row * row_values + i] = values[i];
-        }
-    }
-}
-
 static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_frame *frame) {
-    if (frame->width_px == rig->format.width_px && frame->height_px == rig->format.height_px) {
+    const struct raw_image *image = &frame->image;
+    if (image->width_px == rig->format.width_px && image->height_px == rig->format.height_px) {
         return ERROR_OK;
     }
-    const int32_t numbers[] = {frame->width_px, frame->height_px};
+    const int32_t numbers[] = {image->width_px, image->height_px};
     return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
                           "it sends # x # pixels, which is not the requested size (run bringup)",
                           numbers);
@@ -77,47 +63,39 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
     return (struct pair_window){window->column_px, window->row_px, window->skip};
 }
 
-// Copies a borrowed frame into `memory` (`values` long) if it is complete, with all its information
-// but the axes, and gives it back.
-static int save_frame(struct rig *rig, unsigned side, const struct hal_camera_frame *frame,
-                      uint16_t *memory, size_t values, struct pair_frame *out) {
-    int error = is_as_asked(rig, side, frame);
-    const size_t needed =
-        (size_t)frame->width_px * frame->height_px * values_of_pixel(frame->layout);
-    if (error == ERROR_OK && needed > values) {
-        error = ERROR_MEMORY;
+// Keeps a frame that was taken if it is complete, in place of that in `out`, with all its
+// information but the axes; else releases it.
+static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *frame,
+                      struct pair_frame *out) {
+    const int error = is_as_asked(rig, side, frame);
+    if (error != ERROR_OK || frame->faults != 0) {
+        raw_image_release(&frame->image);
+        return error;
     }
-    if (error == ERROR_OK && frame->faults == 0) {
-        copy_frame(frame, memory);
-        *out = (struct pair_frame){
-            .data = memory,
-            .width_px = frame->width_px,
-            .height_px = frame->height_px,
-            .window = window_of(rig, side),
-            .stride = frame->width_px * values_of_pixel(frame->layout),
-            .bits = frame->bits,
-            .layout = frame->layout,
-            .sequence = frame->sequence,
-            .begin_us = frame->begin_us,
-            .end_us = frame->end_us,
-            .exposure_us = rig->camera[side].exposure_us,
-            .gain_q3 = rig->camera[side].gain_q3,
-        };
-    }
-    rig_camera_give_back(rig, side, frame);
-    return error;
+    INVARIANT(frame->image.stride >= (ptrdiff_t)raw_image_row_values(&frame->image));
+    raw_image_release(&out->image);
+    *out = (struct pair_frame){
+        .image = frame->image,
+        .window = window_of(rig, side),
+        .sequence = frame->sequence,
+        .begin_us = frame->begin_us,
+        .end_us = frame->end_us,
+        .exposure_us = rig->camera[side].exposure_us,
+        .gain_q3 = rig->camera[side].gain_q3,
+    };
+    return ERROR_OK;
 }
 
-// Takes one complete frame of a camera.
-static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, uint16_t *memory,
-                      size_t values, struct pair_frame *out) {
+// Takes one complete frame of a camera, in place of that in `out`.
+static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
+                      struct pair_frame *out) {
     struct hal_camera_frame frame = {.faults = 0};
     for (int attempt = 0; attempt < FRAME_ATTEMPTS; attempt++) {
         int error = rig_camera_take(rig, side, not_before_us, &frame);
         if (error != ERROR_OK) {
             return error;
         }
-        error = save_frame(rig, side, &frame, memory, values, out);
+        error = keep_frame(rig, side, &frame, out);
         if (frame.faults == 0 || error != ERROR_OK) {
             return error;
         }
@@ -138,46 +116,45 @@ static int64_t skew_of(const struct pair_frame frames[RIG_SIDES]) {
 // One port: takes the right camera after the left one. The left frame should not end long before
 // the right camera's settings are in force; otherwise a long exposure set earlier would separate
 // the two.
-static int take_in_turn(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                        size_t values, struct pair_frame frames[RIG_SIDES]) {
+static int take_in_turn(struct rig *rig, const struct pair_options *options,
+                        struct pair_frame frames[RIG_SIDES]) {
     const uint64_t settled_at_us = rig->camera[RIG_RIGHT].settled_at_us;
     const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = rig_now_us(rig);
     const uint64_t begin_us = settled_at_us > now_us + frame_us ? settled_at_us - frame_us : now_us;
-    int error = take_frame(rig, RIG_LEFT, begin_us, memory, values, &frames[RIG_LEFT]);
+    int error = take_frame(rig, RIG_LEFT, begin_us, &frames[RIG_LEFT]);
     if (error != ERROR_OK) {
         return error;
     }
     report(rig, options, 1);
-    return take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, memory + values, values,
-                      &frames[RIG_RIGHT]);
+    return take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, &frames[RIG_RIGHT]);
 }
 
 // Cameras with their own ports run freely. The right frame nearest in time is wanted, which may
 // begin half a frame before the left one.
-static int take_nearest(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                        size_t values, struct pair_frame frames[RIG_SIDES]) {
+static int take_nearest(struct rig *rig, const struct pair_options *options,
+                        struct pair_frame frames[RIG_SIDES]) {
     struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
     // The actual frame period in this light is the time from one left frame to the next, whatever
     // the driver reports.
-    int error = take_frame(rig, RIG_LEFT, rig_now_us(rig), memory, values, left);
-    const struct pair_frame first = *left;
+    int error = take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
+    const uint64_t first_us = left->begin_us;
+    const uint32_t first_sequence = left->sequence;
     // A driver buffers a few frames, and drops later ones when it is full. Drain the right camera
     // just before the left frame that counts, so that the next frames are kept.
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_RIGHT, rig_now_us(rig), memory + values, values, right);
+        error = take_frame(rig, RIG_RIGHT, rig_now_us(rig), right);
     }
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_LEFT, rig_now_us(rig), memory, values, left);
+        error = take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
     }
     if (error != ERROR_OK) {
         return error;
     }
     report(rig, options, 1);
-    const uint32_t frames_on = left->sequence - first.sequence;
-    const uint64_t half_us =
-        (left->begin_us - first.begin_us) / (frames_on != 0 ? frames_on : 1) / 2;
+    const uint32_t frames_on = left->sequence - first_sequence;
+    const uint64_t half_us = (left->begin_us - first_us) / (frames_on != 0 ? frames_on : 1) / 2;
     return take_frame(rig, RIG_RIGHT, left->begin_us > half_us ? left->begin_us - half_us : 0,
-                      memory + values, values, right);
+                      right);
 }
 
 static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_SIDES]) {
@@ -186,15 +163,15 @@ static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_
 }
 
 // Takes both frames of one pulse. `faults`: of each frame.
-static int take_pulse(struct rig *rig, uint16_t *memory, size_t values,
-                      struct pair_frame frames[RIG_SIDES], uint32_t faults[RIG_SIDES]) {
+static int take_pulse(struct rig *rig, struct pair_frame frames[RIG_SIDES],
+                      uint32_t faults[RIG_SIDES]) {
     int error = trigger_fire(rig);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         struct hal_camera_frame frame;
         error = trigger_take(rig, side, &frame);
         if (error == ERROR_OK) {
             faults[side] = frame.faults;
-            error = save_frame(rig, side, &frame, memory + side * values, values, &frames[side]);
+            error = keep_frame(rig, side, &frame, &frames[side]);
         }
     }
     return error;
@@ -211,12 +188,12 @@ static unsigned damaged_side(const uint32_t faults[RIG_SIDES]) {
 
 // Triggered cameras: both frames begin with the same pulse. If one frame is missing or damaged, the
 // other camera's frame of that pulse is dropped too.
-static int take_triggered(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                          size_t values, struct pair_frame frames[RIG_SIDES]) {
+static int take_triggered(struct rig *rig, const struct pair_options *options,
+                          struct pair_frame frames[RIG_SIDES]) {
     int missed = 0, damaged = 0, apart = 0;
     for (;;) {
         uint32_t faults[RIG_SIDES] = {0, 0};
-        const int error = take_pulse(rig, memory, values, frames, faults);
+        const int error = take_pulse(rig, frames, faults);
         missed += error == ERROR_TIMEOUT;
         if (error != ERROR_OK && (error != ERROR_TIMEOUT || missed == TRIGGER_ATTEMPTS)) {
             return error;
@@ -237,17 +214,17 @@ static int take_triggered(struct rig *rig, const struct pair_options *options, u
     }
 }
 
-static int take_both(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                     size_t values, struct pair_frame frames[RIG_SIDES]) {
+static int take_both(struct rig *rig, const struct pair_options *options,
+                     struct pair_frame frames[RIG_SIDES]) {
     if (rig->profile.bridge) {
-        return take_in_turn(rig, options, memory, values, frames);
+        return take_in_turn(rig, options, frames);
     }
     if (rig->profile.trigger) {
-        return take_triggered(rig, options, memory, values, frames);
+        return take_triggered(rig, options, frames);
     }
     // A frame may have been lost, and cameras of different speeds coincide only at times.
     for (int attempt = 1;; attempt++) {
-        const int error = take_nearest(rig, options, memory, values, frames);
+        const int error = take_nearest(rig, options, frames);
         if (error != ERROR_OK || attempt == PAIR_ATTEMPTS || !are_apart(rig, frames)) {
             return error;
         }
@@ -347,21 +324,15 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
                           numbers);
 }
 
-static int compare_scenes(struct rig *rig, struct pair *pair, uint16_t *memory, size_t values) {
-    struct pair_frame again;
-    const int error =
-        take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, memory, values, &again);
+static int compare_scenes(struct rig *rig, struct pair *pair) {
+    struct pair_frame again = {.image = {.data = NULL}};
+    const int error = take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, &again);
     if (error != ERROR_OK) {
         return error;
     }
     const struct pair_frame *left = &pair->frame[RIG_LEFT];
-    const struct pair_change_frames frames = {.before = left->data,
-                                              .after = again.data,
-                                              .width = left->stride,
-                                              .height = left->height_px,
-                                              .bits = left->bits,
-                                              .gain_q3 = left->gain_q3};
-    pair->change_permille = pair_change_permille(&frames);
+    pair->change_permille = pair_change_permille(&left->image, &again.image, left->gain_q3);
+    raw_image_release(&again.image);
     pair->checked = true;
     if (pair->change_permille <= CHANGE_LIMIT_PERMILLE) {
         return ERROR_OK;
@@ -395,25 +366,22 @@ static int compare_circumstances(struct rig *rig, struct pair *pair,
 }
 
 // Runs all steps; `*compared`: frames and axes are complete.
-static int capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                   size_t frame_values, struct pair *pair, bool *compared) {
+static int capture(struct rig *rig, const struct pair_options *options, struct pair *pair,
+                   bool *compared) {
     struct pair_axes before[RIG_SIDES], after[RIG_SIDES];
     struct pair_frame *frames = pair->frame;
     int error = wait_for_rest(rig);
     error = error == ERROR_OK ? read_all_axes(rig, before) : error;
     report(rig, options, 0);
     if (error == ERROR_OK) {
-        error = take_both(rig, options, memory, frame_values, frames);
+        error = take_both(rig, options, frames);
     }
     if (error != ERROR_OK) {
         return error;
     }
     report(rig, options, RIG_SIDES);
     pair->skew_us = skew_of(frames);
-    const int checked =
-        options->check_static
-            ? compare_scenes(rig, pair, memory + RIG_SIDES * frame_values, frame_values)
-            : ERROR_OK;
+    const int checked = options->check_static ? compare_scenes(rig, pair) : ERROR_OK;
     if (checked != ERROR_OK && checked != ERROR_MOVED) {
         return checked;
     }
@@ -439,18 +407,17 @@ static int end(struct rig *rig, int error) {
     return harmless ? rig_end(rig, error) : rig_fail_safe(rig, error);
 }
 
-int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                 size_t values, struct pair *pair) {
+int pair_capture(struct rig *rig, const struct pair_options *options, struct pair *pair) {
     INVARIANT(options != NULL && pair != NULL);
     if (rig->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
-    if (memory == NULL || values < pair_values(rig, options)) {
-        return ERROR_MEMORY;
-    }
     struct pair taken = {.number = rig->pairs + 1};
     bool compared = false;
-    const int error = capture(rig, options, memory, values / frames_of(options), &taken, &compared);
+    const int error = capture(rig, options, &taken, &compared);
+    if (error != ERROR_OK) {
+        pair_release(taken.frame);
+    }
     if (error == ERROR_OK || (error == ERROR_MOVED && compared)) {
         *pair = taken;
     }
@@ -458,37 +425,27 @@ int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *
     return end(rig, error);
 }
 
-int pair_look(struct rig *rig, uint16_t *memory, size_t values,
-              struct pair_frame frames[RIG_SIDES]) {
+int pair_look(struct rig *rig, struct pair_frame frames[RIG_SIDES]) {
     const struct pair_options options = {.check_static = false};
     if (rig->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
-    if (memory == NULL || values < pair_values(rig, &options)) {
-        return ERROR_MEMORY;
-    }
-    const size_t frame_values = values / RIG_SIDES;
     int error = ERROR_OK;
     report(rig, &options, 0);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        frames[side] = (struct pair_frame){.image = {.data = NULL}};
+    }
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = take_frame(rig, side, rig_now_us(rig), memory + side * frame_values, frame_values,
-                           &frames[side]);
+        error = take_frame(rig, side, rig_now_us(rig), &frames[side]);
         report(rig, &options, side + 1);
+    }
+    if (error != ERROR_OK) {
+        pair_release(frames);
     }
     return end(rig, error);
 }
 
 void pair_frame_assess(struct pair_frame *frame) {
-    INVARIANT(frame->data != NULL);
-    const struct picture_form form = {.width_px = frame->width_px,
-                                      .bits = frame->bits,
-                                      .channels = (int)values_of_pixel(frame->layout),
-                                      .mosaic = frame->layout == HAL_CAMERA_BAYER_GRBG};
-    struct picture_stats_sums sums;
-    picture_stats_begin(&sums, &form);
-    for (uint32_t row = 0; row < frame->height_px; row++) {
-        picture_stats_row(&sums, frame->data + (size_t)row * frame->stride);
-    }
-    frame->picture = picture_stats_end(&sums);
+    frame->picture = picture_stats_of(&frame->image);
     frame->has_picture = true;
 }

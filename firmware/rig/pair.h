@@ -28,14 +28,10 @@ struct pair_window {
     uint8_t skip;  ///< 0: not known, as for a camera with its own port
 };
 
-/// A frame. `data` points into the caller's memory.
+/// A frame, and what it was taken with.
 struct pair_frame {
-    uint16_t *data;
-    uint16_t width_px, height_px;
+    struct raw_image image;
     struct pair_window window;
-    uint32_t stride;
-    uint8_t bits;
-    enum hal_camera_layout layout;
     uint32_t sequence;
     uint64_t begin_us, end_us;
     uint32_t exposure_us;
@@ -58,22 +54,19 @@ struct pair_options {
     bool check_static;  ///< take a second left frame, and compare
 };
 
-/// Number of values (uint16_t) that a pair of the present window needs, including all intermediate
-/// frames.
-size_t pair_values(const struct rig *rig, const struct pair_options *options);
+/// Takes a pair. Errors: ERROR_MEMORY; ERROR_MOVED: pan or lens moved between the frames, they are
+/// too far apart in time, or the scene changed; ERROR_FRAME: incomplete, also at the second
+/// attempt; others of the parts. `*pair` is set only on success, when the caller releases it, and
+/// for ERROR_MOVED, when it shows what moved but has no images.
+int pair_capture(struct rig *rig, const struct pair_options *options, struct pair *pair);
 
-/// Takes a pair into `memory` (`values` long). Errors: ERROR_MEMORY; ERROR_MOVED: pan or lens moved
-/// between the frames, they are too far apart in time, or the scene changed; ERROR_FRAME:
-/// incomplete, also at the second attempt; others of the parts. `*pair` is set only on success and
-/// for ERROR_MOVED, when it shows what moved.
-int pair_capture(struct rig *rig, const struct pair_options *options, uint16_t *memory,
-                 size_t values, struct pair *pair);
+/// Takes one current frame of each camera without any comparison, for display only; the caller
+/// releases their images. Their axes are not read. Errors: ERROR_MEMORY; ERROR_FRAME: incomplete,
+/// also at the second attempt; others of the parts.
+int pair_look(struct rig *rig, struct pair_frame frames[RIG_SIDES]);
 
-/// Takes one current frame of each camera into `memory` (`values` long; as many as a pair without
-/// options needs), without any comparison: for display only. Their axes are not read. Errors:
-/// ERROR_MEMORY; ERROR_FRAME: incomplete, also at the second attempt; others of the parts.
-int pair_look(struct rig *rig, uint16_t *memory, size_t values,
-              struct pair_frame frames[RIG_SIDES]);
+/// Releases the images of both frames.
+void pair_release(struct pair_frame frames[RIG_SIDES]);
 
 /// Sets `picture` from the frame's data.
 void pair_frame_assess(struct pair_frame *frame);

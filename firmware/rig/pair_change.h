@@ -4,25 +4,19 @@
 #ifndef VERGENCE_RIG_PAIR_CHANGE_H
 #define VERGENCE_RIG_PAIR_CHANGE_H
 
-#include <stdint.h>
+#include "stereo/image/raw_image.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Two frames of one size, without gaps between rows.
-struct pair_change_frames {
-    const uint16_t *before, *after;
-    uint32_t width, height;  ///< number of values; more than one per pixel if there are colours
-    uint8_t bits;            ///< bits of a value
-    uint16_t gain_q3;        ///< of the sensor; 0: not known
-};
-
 /// Parts per thousand of the picture whose squares of 4 x 4 values differ in their sums by more
 /// than five times the noise of the difference. The assumed sensor has 5000 electrons full well
 /// (the MT9T001 has more) and a read noise of 1.5 / 1024 of its range, both times the gain; if the
 /// gain is not known, four times as much.
-uint32_t pair_change_permille(const struct pair_change_frames *frames);
+/// `gain_q3`: of the sensor; 0: not known. Both images have the same size and layout.
+uint32_t pair_change_permille(const struct raw_image *before, const struct raw_image *after,
+                              uint16_t gain_q3);
 
 #ifdef __cplusplus
 }

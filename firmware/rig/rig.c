@@ -131,7 +131,7 @@ static int check_source(struct rig *self, unsigned side) {
     struct hal_camera_frame frame;
     const int error = rig_camera_take(self, side, rig_now_us(self), &frame);
     if (error == ERROR_OK) {
-        rig_camera_give_back(self, side, &frame);
+        raw_image_release(&frame.image);
     }
     return error;
 }

@@ -391,7 +391,7 @@ static void bring_up_sources(struct rig *self, struct finding *finding) {
         struct hal_camera_frame frame;
         if (self->camera[side].streaming && finding->first.error != ERROR_CANCELLED &&
             record(self, finding, rig_camera_take_first(self, side, &frame))) {
-            rig_camera_give_back(self, side, &frame);
+            raw_image_release(&frame.image);
         }
     }
 }

@@ -261,7 +261,7 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
     }
     error = rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &after));
     if (error != ERROR_OK) {
-        rig_camera_give_back(self, side, frame);
+        raw_image_release(&frame->image);
         return error;
     }
     const bool lines = has_counted(before.short_lines, after.short_lines, after.short_line);
@@ -269,10 +269,4 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
     frame->faults |= lines ? HAL_CAMERA_SHORT_LINE : 0u;
     frame->faults |= frames ? HAL_CAMERA_SHORT : 0u;
     return ERROR_OK;
-}
-
-void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame) {
-    const struct hal_camera *camera = self->ports.camera[side];
-    INVARIANT(camera != NULL);
-    camera->operations->give_back(camera->self, frame);
 }

@@ -39,7 +39,6 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
 /// The same for the first frame of a free-running camera with its own port: waits as long after its
 /// start as webcams need, plus its exposure, however long the wait for the other camera took.
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame);
-void rig_camera_give_back(struct rig *self, unsigned side, const struct hal_camera_frame *frame);
 
 /// Checks that each data line of a camera reaches the port and is not swapped with another. Makes
 /// the sensor send two known values in a small window, and checks what arrives. Errors as

@@ -54,13 +54,14 @@ static int set_small_window(struct rig *self, unsigned side) {
 }
 
 static bool is_whole(const struct hal_camera_frame *frame) {
-    return frame->faults == 0 && frame->width_px == WIDTH_PX && frame->height_px == HEIGHT_PX;
+    return frame->faults == 0 && frame->image.width_px == WIDTH_PX &&
+           frame->image.height_px == HEIGHT_PX;
 }
 
 static void compare(const struct hal_camera_frame *frame, uint16_t sent, struct wrong *wrong) {
     INVARIANT(is_whole(frame));
-    for (unsigned row = 0; row < HEIGHT_PX; row++) {
-        const uint16_t *values = frame->data + (size_t)row * frame->stride;
+    for (int row = 0; row < HEIGHT_PX; row++) {
+        const uint16_t *values = raw_image_row(&frame->image, row);
         for (unsigned column = 0; column < WIDTH_PX; column++) {
             wrong->low |= (uint16_t)(sent & ~values[column]);
             wrong->high |= (uint16_t)(~sent & values[column] & ALL);
@@ -82,7 +83,7 @@ static int send(struct rig *self, unsigned side, uint16_t value, struct wrong *w
         if (whole) {
             compare(&frame, value, wrong);
         }
-        rig_camera_give_back(self, side, &frame);
+        raw_image_release(&frame.image);
         if (whole) {
             return ERROR_OK;
         }

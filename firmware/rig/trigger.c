@@ -70,7 +70,7 @@ static int wait(struct rig *self, unsigned side, uint64_t after_us, uint64_t dea
             return ERROR_OK;
         }
         if (error == ERROR_OK) {
-            rig_camera_give_back(self, side, frame);
+            raw_image_release(&frame->image);
         } else if (error != ERROR_TIMEOUT) {
             return failed(self, side, error);
         }
@@ -90,7 +90,7 @@ static int drop_held(struct rig *self, unsigned side) {
         error = wait(self, side, 0, deadline_us, &frame);
         if (error == ERROR_OK) {
             deadline_us = frame.end_us > self->triggered_us ? 0 : deadline_us;
-            rig_camera_give_back(self, side, &frame);
+            raw_image_release(&frame.image);
         }
     }
     self->camera[side].frame_pending = false;
@@ -175,7 +175,7 @@ int trigger_look(struct rig *self, struct rig_error found[RIG_SIDES]) {
             }
             errors[side] = (struct rig_error){.error = ERROR_OK};
             if (taken == ERROR_OK) {
-                rig_camera_give_back(self, side, &frame);
+                raw_image_release(&frame.image);
             } else if (self->camera[side].streaming) {
                 errors[side] = self->last_error;
             }
@@ -195,7 +195,7 @@ int trigger_check_quiet(struct rig *self) {
         struct hal_camera_frame frame;
         error = wait(self, side, begin_us, end_us, &frame);
         if (error == ERROR_OK) {
-            rig_camera_give_back(self, side, &frame);
+            raw_image_release(&frame.image);
             rig_part_used(self, camera_of(side), ERROR_VERIFY);
             return rig_part_error(self, camera_of(side), ERROR_VERIFY,
                                   "it sends frames without a trigger pulse (set it to external "

@@ -26,12 +26,12 @@ int trigger_rest(struct rig *self);
 /// force.
 int trigger_fire(struct rig *self);
 
-/// Waits for a camera's frame of the last pulse; the caller must give it back. ERROR_TIMEOUT: it
+/// Waits for a camera's frame of the last pulse; the caller releases its image. ERROR_TIMEOUT: it
 /// does not arrive; the message names camera and line.
 int trigger_take(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 
-/// Takes a frame of one camera, to be given back: pulses until it arrives, at most TRIGGER_ATTEMPTS
-/// times.
+/// Takes a frame of one camera, whose image the caller releases: pulses until it arrives, at most
+/// TRIGGER_ATTEMPTS times.
 int trigger_take_one(struct rig *self, unsigned side, struct hal_camera_frame *frame);
 
 /// Takes and drops a frame of each streaming camera, with at most TRIGGER_ATTEMPTS pulses. `found`:
@@ -45,8 +45,8 @@ int trigger_check_quiet(struct rig *self);
 
 /// A frame of one camera, of a trigger pulse or of its running stream; errors as in rig_camera.h.
 /// Waits for a complete frame that began at `not_before_us` or later, with all settings in force,
-/// and exposed with pan and lens at rest, as far as its exposure is known. The caller must give it
-/// back. Faults that the bridge found are included in its `faults`. Selects the camera behind the
+/// and exposed with pan and lens at rest, as far as its exposure is known. The caller releases its
+/// image. Faults that the bridge found are included in its `faults`. Selects the camera behind the
 /// bridge if necessary, and pulses the trigger line if there is one.
 int rig_camera_take(struct rig *self, unsigned side, uint64_t not_before_us,
                     struct hal_camera_frame *frame);

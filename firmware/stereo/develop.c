@@ -9,7 +9,7 @@
 enum { CHANNELS = 3, BALANCE_MAX = 4 };
 
 struct develop {
-    const struct reconstruct_image *raw;
+    const struct raw_image *raw;
     struct image_u8 *grey;
     struct image_rgb8 *colour;
     uint8_t *tone;                // 8-bit value of each raw value
@@ -33,7 +33,7 @@ static uint32_t rounded_root(uint32_t value) {
 
 // Mean of the fourth powers of one pixel in four, in 1/256 of the largest value. A histogram would
 // also work but needs memory.
-static uint64_t fourth_power(const struct reconstruct_image *raw, int column, int row) {
+static uint64_t fourth_power(const struct raw_image *raw, int column, int row) {
     uint64_t sum = 0;
     uint64_t count = 0;
     for (int y = row; y < raw->height_px; y += 2) {
@@ -48,10 +48,10 @@ static uint64_t fourth_power(const struct reconstruct_image *raw, int column, in
     return count > 0 ? sum / count : 0;
 }
 
-struct develop_balance develop_balance_of(const struct reconstruct_image *raw) {
+struct develop_balance develop_balance_of(const struct raw_image *raw) {
     struct develop_balance balance = {
         {DEVELOP_BALANCE_ONE, DEVELOP_BALANCE_ONE, DEVELOP_BALANCE_ONE}};
-    if (raw->layout != PIXEL_BAYER_GRBG) {
+    if (raw->layout != RAW_BAYER_GRBG) {
         return balance;
     }
     // Rows G R, B G.
@@ -73,13 +73,13 @@ struct develop_balance develop_balance_of(const struct reconstruct_image *raw) {
 }
 
 // UINT8_MAX * sqrt(value / largest) for light, UINT8_MAX * value / largest for encoded values.
-static void fill_tone(const struct reconstruct_image *raw, uint32_t gain_q8, uint8_t *tone) {
+static void fill_tone(const struct raw_image *raw, uint32_t gain_q8, uint8_t *tone) {
     const uint32_t largest = (1U << raw->bits) - 1;
     for (uint32_t value = 0; value <= largest; value++) {
         const uint32_t gained = value * gain_q8 / DEVELOP_BALANCE_ONE;
         const uint64_t light = gained < largest ? gained : largest;
         const uint32_t toned =
-            raw->layout == PIXEL_BAYER_GRBG
+            raw->layout == RAW_BAYER_GRBG
                 ? rounded_root((uint32_t)(light * UINT8_MAX * UINT8_MAX / largest))
                 : (value * UINT8_MAX + largest / 2) / largest;
         INVARIANT(toned <= UINT8_MAX);
@@ -93,12 +93,12 @@ static uint32_t luma(const uint16_t *rgb) {
 }
 
 static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int32_t *work) {
-    const struct reconstruct_image *raw = develop->raw;
+    const struct raw_image *raw = develop->raw;
     const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
     uint8_t *grey = image_u8_row(develop->grey, y);
     uint8_t *colour = image_rgb8_row(develop->colour, y);
     const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
-    if (raw->layout == PIXEL_BAYER_GRBG) {
+    if (raw->layout == RAW_BAYER_GRBG) {
         const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
                                          raw->height_px, raw->stride};
         debayer_row(&mosaic, raw->bits, y, rgb, work);
@@ -107,7 +107,7 @@ static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int
     for (int x = 0; x < raw->width_px; x++) {
         uint16_t pixel[CHANNELS];
         for (int c = 0; c < CHANNELS; c++) {
-            const uint16_t value = raw->layout == PIXEL_GREY ? row[x] : row[CHANNELS * x + c];
+            const uint16_t value = raw->layout == RAW_GREY ? row[x] : row[CHANNELS * x + c];
             pixel[c] = value < largest ? value : largest;
             colour[CHANNELS * x + c] = develop->balanced[c][pixel[c]];
         }
@@ -130,7 +130,7 @@ static void develop_part(void *context, int index) {
 
 // Takes the memory that develop_need_bytes counts; false: it does not fit.
 static bool take_buffers(struct develop *develop, struct arena *arena) {
-    const struct reconstruct_image *raw = develop->raw;
+    const struct raw_image *raw = develop->raw;
     const size_t width = (size_t)raw->width_px;
     const size_t parts = (size_t)develop->parts;
     develop->tone = arena_take(arena, (size_t)1 << raw->bits, 1);
@@ -145,13 +145,13 @@ static bool take_buffers(struct develop *develop, struct arena *arena) {
     return whole && develop->rgb != NULL && develop->work != NULL;
 }
 
-int develop_image(const struct reconstruct_image *raw, const struct develop_balance *balance,
+int develop_image(const struct raw_image *raw, const struct develop_balance *balance,
                   const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
                   struct image_rgb8 *colour) {
     INVARIANT(grey->width == raw->width_px && grey->height == raw->height_px);
     INVARIANT(colour->width == raw->width_px && colour->height == raw->height_px);
     if (raw->bits < 8 || raw->bits > 16 ||
-        (raw->layout == PIXEL_BAYER_GRBG && (raw->width_px < 2 || raw->height_px < 2))) {
+        (raw->layout == RAW_BAYER_GRBG && (raw->width_px < 2 || raw->height_px < 2))) {
         return ERROR_ARGUMENT;
     }
     INVARIANT(parallel->threads >= 1);

@@ -24,7 +24,7 @@ struct develop_balance {
 /// equal. This is between grey world, which a large coloured object misleads, and brightest spot,
 /// which a lamp misleads (Finlayson and Trezzi, Shades of Gray and Colour Constancy, CIC 2004). At
 /// most 4, so that noise does not become colour. All 1 for other layouts, whose colours are final.
-struct develop_balance develop_balance_of(const struct reconstruct_image *raw);
+struct develop_balance develop_balance_of(const struct raw_image *raw);
 
 /// Working memory of `develop_image` in bytes.
 size_t develop_need_bytes(int width_px, int bits, int threads);
@@ -34,7 +34,7 @@ size_t develop_need_bytes(int width_px, int bits, int threads);
 /// at all brightnesses, so that dark regions keep their detail. Other images are already encoded
 /// for viewing and are only scaled. The balance changes colours only: amplified noise in grey would
 /// harm matching. ERROR_ARGUMENT for bits outside 8..16 or a mosaic smaller than 2x2; ERROR_MEMORY.
-int develop_image(const struct reconstruct_image *raw, const struct develop_balance *balance,
+int develop_image(const struct raw_image *raw, const struct develop_balance *balance,
                   const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
                   struct image_rgb8 *colour);
 

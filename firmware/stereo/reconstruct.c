@@ -40,7 +40,7 @@ struct reconstruct_options reconstruct_default_options(void) {
 
 // One run: what every stage needs.
 struct run {
-    const struct reconstruct_image *raw[2];
+    const struct raw_image *raw[2];
     const struct calibration *calibration;
     const struct reconstruct_options *options;
     const struct reconstruct_environment *environment;
@@ -188,7 +188,7 @@ size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct 
 
 static int develop(struct run *run) {
     for (int side = 0; side < 2; side++) {
-        const struct reconstruct_image *raw = run->raw[side];
+        const struct raw_image *raw = run->raw[side];
         if (!take_u8(run->arena, raw->width_px, raw->height_px, &run->raw_grey[side]) ||
             !take_rgb8(run->arena, raw->width_px, raw->height_px, &run->raw_colour[side])) {
             return ERROR_MEMORY;
@@ -387,11 +387,11 @@ static int all_stages(struct run *run) {
     return error == ERROR_OK && run->result->vertex_count == 0 ? ERROR_NO_SURFACE : error;
 }
 
-static bool sizes_match(const struct reconstruct_image *raw, const struct lens *lens) {
+static bool sizes_match(const struct raw_image *raw, const struct lens *lens) {
     return raw->width_px == lens->width_px && raw->height_px == lens->height_px;
 }
 
-int reconstruct_run(const struct reconstruct_image *left, const struct reconstruct_image *right,
+int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                     const struct calibration *calibration, const struct rectify_plan *plan,
                     const struct reconstruct_options *options,
                     const struct reconstruct_environment *environment, struct arena *arena,

@@ -14,6 +14,7 @@
 #include "stereo/geometry/rectify.h"
 #include "stereo/geometry/triangulate.h"
 #include "stereo/image/image.h"
+#include "stereo/image/raw_image.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match.h"
 #include "stereo/refine.h"
@@ -21,21 +22,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum pixel_layout {
-    PIXEL_GREY,        // 1 value per pixel
-    PIXEL_RGB,         // 3 values per pixel, interleaved
-    PIXEL_BAYER_GRBG,  // 1 value per pixel, linear; even rows G R, odd rows B G
-};
-
-/// One raw image from a file or a camera. Does not own its pixels.
-struct reconstruct_image {
-    const uint16_t *data;
-    int width_px, height_px;
-    ptrdiff_t stride;  // values from one row to the next
-    int bits;          // 8..16: values are 0..2^bits - 1
-    enum pixel_layout layout;
-};
 
 // X(name, text)
 #define RECONSTRUCT_STAGE_LIST(X) \
@@ -121,7 +107,7 @@ size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.
 /// ERROR_SIZE_MISMATCH, ERROR_MEMORY, ERROR_CANCELLED, ERROR_NO_SURFACE (the result then holds
 /// images, disparities and reasons but no points), and the errors of the stages.
-int reconstruct_run(const struct reconstruct_image *left, const struct reconstruct_image *right,
+int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                     const struct calibration *calibration, const struct rectify_plan *plan,
                     const struct reconstruct_options *options,
                     const struct reconstruct_environment *environment, struct arena *arena,

@@ -145,14 +145,15 @@ void fake_rig_i2c(const char *path) {
 // ---- the port
 
 static void fill(struct fake_video *self, const struct hal_camera_frame *frame) {
-    const size_t values = (size_t)frame->width_px * frame->height_px;
+    const struct raw_image *image = &frame->image;
+    const size_t values = (size_t)image->width_px * (size_t)image->height_px;
     uint8_t *bytes = malloc(2 * values);
     if (bytes == NULL) {
         stop("no memory for a frame");
     }
     for (size_t i = 0; i < values; i++) {
-        bytes[2 * i] = (uint8_t)frame->data[i];
-        bytes[2 * i + 1] = (uint8_t)(frame->data[i] >> 8);
+        bytes[2 * i] = (uint8_t)image->data[i];
+        bytes[2 * i + 1] = (uint8_t)(image->data[i] >> 8);
     }
     const struct fake_video_frame filled = {.data = bytes,
                                             .bytes = 2 * values,
@@ -184,7 +185,7 @@ static void look_at_port(struct fake_video *self) {
            port->operations->take(port->self, 0, backend.connection.now_us, &frame) == ERROR_OK) {
         first_number = first_number == 0 ? frame.sequence : first_number;
         fill(self, &frame);
-        port->operations->give_back(port->self, &frame);
+        raw_image_release(&frame.image);
         ready_us = backend.connection.now_us + DRIVER_BUSY_US;
     }
     end_asking();

@@ -21,11 +21,11 @@ void check_image(image_file_parser *parse, const std::uint8_t *data, std::size_t
     FUZZ_CHECK(error <= 0);
     FUZZ_CHECK((error == ERROR_OK) == (text.text[0] == '\0'));
     if (error == ERROR_OK) {
-        const reconstruct_image &image = file.image;
+        const raw_image &image = file.image;
         FUZZ_CHECK(image.width_px >= 1 && image.width_px <= IMAGE_MAX_SIDE_PX);
         FUZZ_CHECK(image.height_px >= 1 && image.height_px <= IMAGE_MAX_SIDE_PX);
         FUZZ_CHECK(image.bits >= 8 && image.bits <= 16 && file.rows_done == file.file_height_px);
-        FUZZ_CHECK(image.stride == image.width_px * (image.layout == PIXEL_RGB ? 3 : 1));
+        FUZZ_CHECK(image.stride == image.width_px * (image.layout == RAW_RGB ? 3 : 1));
         for (std::ptrdiff_t i = 0; i < image.stride * image.height_px; i++) {
             FUZZ_CHECK(image.data[i] >> image.bits == 0);
         }

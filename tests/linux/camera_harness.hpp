@@ -39,6 +39,7 @@ struct Camera {
     Log log;
     v4l2_camera camera{};
     message text{};
+    hal_camera_frame last{};
     int opened;
 
     explicit Camera(const char *path = kVideo)
@@ -46,6 +47,7 @@ struct Camera {
     Camera(const Camera &) = delete;
     Camera &operator=(const Camera &) = delete;
     ~Camera() {
+        raw_image_release(&last.image);
         if (opened == ERROR_OK) {
             v4l2_camera_close(&camera);
         }
@@ -61,14 +63,12 @@ struct Camera {
         return camera.hal.operations->take(camera.hal.self, not_before_us,
                                            fake_kernel_now_us() + wait_us, frame);
     }
-    void give_back(const hal_camera_frame &frame) {
-        camera.hal.operations->give_back(camera.hal.self, &frame);
-    }
-    /// Takes a frame and returns it.
+    /// Takes a frame, whose image exists until the next one.
     int look(hal_camera_frame *frame, uint64_t not_before_us = 0, uint64_t wait_us = 1000000) {
         const int error = take(frame, not_before_us, wait_us);
         if (error == ERROR_OK) {
-            give_back(*frame);
+            raw_image_release(&last.image);
+            last = *frame;
         }
         return error;
     }

@@ -101,6 +101,6 @@ TEST_CASE("a camera is reopened only if it is another one") {
     REQUIRE(port.start(camera.hal.self, &format) == ERROR_OK);
     hal_camera_frame frame;
     REQUIRE(port.take(camera.hal.self, 0, fake_kernel_now_us() + 1000000, &frame) == ERROR_OK);
-    port.give_back(camera.hal.self, &frame);
+    raw_image_release(&frame.image);
     v4l2_camera_close(&camera);
 }

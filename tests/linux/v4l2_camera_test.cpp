@@ -46,7 +46,7 @@ TEST_CASE("the calls of opening, starting, taking, stopping and closing") {
               "video0 poll in 1000000us\n"
               "video0 ioctl DQBUF\n"
               "video0 ioctl QBUF 0\n");
-        camera.give_back(frame);
+        raw_image_release(&frame.image);
         CHECK(record().empty());
         // Starting it again makes no calls.
         REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
@@ -68,17 +68,17 @@ TEST_CASE("a frame has correct metadata") {
     hal_camera_frame frame;
     for (uint32_t i = 0; i < 5; i++) {
         REQUIRE(camera.look(&frame) == ERROR_OK);
-        CHECK(frame.width_px == kWidth);
-        CHECK(frame.height_px == kHeight);
-        CHECK(frame.stride == kWidth);
-        CHECK(frame.bits == 8);
-        CHECK(frame.layout == HAL_CAMERA_GREY);
+        CHECK(frame.image.width_px == kWidth);
+        CHECK(frame.image.height_px == kHeight);
+        CHECK(frame.image.stride == kWidth);
+        CHECK(frame.image.bits == 8);
+        CHECK(frame.image.layout == RAW_GREY);
         CHECK(frame.faults == 0);
         CHECK(frame.sequence == i + 1);
         CHECK(frame.end_us == kStart_us + (i + 1) * kFrame_us);
         CHECK(frame.begin_us == kStart_us + i * kFrame_us);
-        CHECK(frame.data[0] == i);
-        CHECK(frame.data[47 * kWidth + 63] == 47 + 63 + i);
+        CHECK(frame.image.data[0] == i);
+        CHECK(frame.image.data[47 * kWidth + 63] == 47 + 63 + i);
         CHECK(fake_kernel_now_us() == frame.end_us);
     }
     CHECK(camera.counts().frames == 5);
@@ -149,13 +149,13 @@ TEST_CASE("without driver time stamps frames never appear newer than they are") 
         const uint64_t not_before_us =
             fake_kernel_now_us() - static_cast<uint64_t>(i % 4) * uint64_t{20000};
         REQUIRE(camera.look(&frame, not_before_us, 400000) == ERROR_OK);
-        const uint64_t began_us = origin_us + frame.data[0] * uint64_t{kFrame_us};
+        const uint64_t began_us = origin_us + frame.image.data[0] * uint64_t{kFrame_us};
         CHECK(began_us >= not_before_us);
         CHECK(frame.begin_us >= not_before_us);
         CHECK(frame.begin_us <= began_us);
         CHECK(frame.end_us >= began_us + kFrame_us);
         taken++;
-        origin_us += frame.data[0] >= 200 ? 200 * uint64_t{kFrame_us} : 0;
+        origin_us += frame.image.data[0] >= 200 ? 200 * uint64_t{kFrame_us} : 0;
     }
     CHECK(taken == 50);
 }
@@ -214,16 +214,16 @@ TEST_CASE("two frames can be lent and keep their pixels") {
     hal_camera_frame first, second, third;
     REQUIRE(camera.take(&first) == ERROR_OK);
     REQUIRE(camera.take(&second) == ERROR_OK);
-    CHECK(first.data[0] == 0);
-    CHECK(second.data[0] == 1);
-    camera.give_back(first);
+    CHECK(first.image.data[0] == 0);
+    CHECK(second.image.data[0] == 1);
+    raw_image_release(&first.image);
     for (int i = 0; i < 9; i++) {
         REQUIRE(camera.take(&third) == ERROR_OK);
-        CHECK(second.data[0] == 1);
-        CHECK(third.data[0] == 2 + i);
-        camera.give_back(third);
+        CHECK(second.image.data[0] == 1);
+        CHECK(third.image.data[0] == 2 + i);
+        raw_image_release(&third.image);
     }
-    camera.give_back(second);
+    raw_image_release(&second.image);
 }
 
 TEST_CASE("the driver's frame flags are reported") {
@@ -240,12 +240,12 @@ TEST_CASE("the driver's frame flags are reported") {
     video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused -= kWidth; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_SHORT);
-    CHECK(frame.data[46 * kWidth] == 47);
-    CHECK(frame.data[47 * kWidth] == 0);
+    CHECK(frame.image.data[46 * kWidth] == 47);
+    CHECK(frame.image.data[47 * kWidth] == 0);
     video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 0; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_SHORT);
-    CHECK(frame.data[0] == 0);
+    CHECK(frame.image.data[0] == 0);
     video->corrupt = [](fake_video *, v4l2_buffer *buffer) { buffer->bytesused = 99999; };
     REQUIRE(camera.look(&frame) == ERROR_OK);
     CHECK(frame.faults == HAL_CAMERA_DAMAGED);

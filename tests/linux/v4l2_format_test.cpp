@@ -117,7 +117,7 @@ Shown show(fake_video *video, Camera *camera, const Bytes &jpeg, const Bytes &rg
     REQUIRE(camera->look(&frame) == ERROR_OK);
     Shown shown = {frame.faults, 0};
     for (size_t i = 0; i < rgb.size(); i++) {
-        shown.worst = std::max(shown.worst, std::abs(rgb[i] - frame.data[i]));
+        shown.worst = std::max(shown.worst, std::abs(rgb[i] - frame.image.data[i]));
     }
     return shown;
 }
@@ -168,15 +168,15 @@ TEST_CASE("mosaics: little-endian words, no excess bits, padded rows") {
     REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
     hal_camera_frame frame;
     REQUIRE(camera.look(&frame) == ERROR_OK);
-    CHECK(frame.layout == HAL_CAMERA_BAYER_GRBG);
-    CHECK(frame.bits == 10);
+    CHECK(frame.image.layout == RAW_BAYER_GRBG);
+    CHECK(frame.image.bits == 10);
     CHECK(frame.faults == 0);
     bool equal = true;
     for (size_t y = 0; y < kHeight; y++) {
         for (size_t x = 0; x < kWidth; x++) {
             const size_t at = y * (2 * kWidth + 10) + 2 * x;
             const int value = (bytes[at] | bytes[at + 1] << 8) & 0x3FF;
-            equal = equal && frame.data[y * frame.stride + x] == value;
+            equal = equal && frame.image.data[y * frame.image.stride + x] == value;
         }
     }
     CHECK(equal);
@@ -193,8 +193,8 @@ TEST_CASE("YUYV is converted by BT.601 to within half a step") {
         REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
         hal_camera_frame frame;
         REQUIRE(camera.look(&frame) == ERROR_OK);
-        CHECK(frame.layout == HAL_CAMERA_RGB);
-        CHECK(frame.stride == 3 * kWidth);
+        CHECK(frame.image.layout == RAW_RGB);
+        CHECK(frame.image.stride == 3 * kWidth);
         double worst = 0;
         for (size_t i = 0; i < size_t{kWidth} * kHeight; i++) {
             const uint8_t *pair = &bytes[4 * (i / 2)];
@@ -204,7 +204,7 @@ TEST_CASE("YUYV is converted by BT.601 to within half a step") {
             const double rgb[] = {y + 1.402 * v, y - 0.344136 * u - 0.714136 * v, y + 1.772 * u};
             for (size_t c = 0; c < 3; c++) {
                 const double expected = std::min(255.0, std::max(0.0, rgb[c]));
-                worst = std::max(worst, std::fabs(expected - frame.data[3 * i + c]));
+                worst = std::max(worst, std::fabs(expected - frame.image.data[3 * i + c]));
             }
         }
         CHECK(worst < 1.0);
@@ -248,7 +248,7 @@ TEST_CASE("JPEG frames decode; damage is reported and writes no excess pixels") 
     CHECK(frame.faults == 0);
     int worst = 0;
     for (size_t i = 0; i < rgb.size(); i++) {
-        worst = std::max(worst, std::abs(rgb[i] - frame.data[i]));
+        worst = std::max(worst, std::abs(rgb[i] - frame.image.data[i]));
     }
     CHECK(worst <= 8);
     for (size_t length : {size_t{0}, size_t{1}, size_t{100}, jpeg.size() / 2, jpeg.size() - 20}) {
@@ -265,7 +265,8 @@ TEST_CASE("JPEG frames decode; damage is reported and writes no excess pixels") 
         }
         use(video, bad);
         REQUIRE(camera.look(&frame) == ERROR_OK);
-        const auto max = *std::max_element(frame.data, frame.data + frame.stride * kHeight);
+        const auto max =
+            *std::max_element(frame.image.data, frame.image.data + frame.image.stride * kHeight);
         CHECK(max <= 255);
     }
 }

@@ -147,7 +147,7 @@ TEST_CASE("frames that begin too early are neither given nor let through the por
     const auto take = [&](uint64_t not_before_us, uint64_t deadline_us, hal_camera_frame &frame) {
         const int error = camera.operations->take(camera.self, not_before_us, deadline_us, &frame);
         if (error == ERROR_OK) {
-            camera.operations->give_back(camera.self, &frame);
+            raw_image_release(&frame.image);
         }
         return error;
     };

@@ -93,7 +93,7 @@ void try_fault(RigBench &bench, const Fault &fault) {
         CHECK(selected(bench) == before);
         CHECK(bench.capture(pair) == ERROR_OK);
         for (const pair_frame &frame : pair.frame) {
-            CHECK(frame.width_px == rig_before.format.width_px);
+            CHECK(frame.image.width_px == rig_before.format.width_px);
             CHECK(frame.exposure_us == rig_before.camera[0].exposure_us);
         }
     } else {

@@ -67,8 +67,7 @@ struct random_backend {
         },
         [](void *) { return 0; }};
     hal_camera_operations camera_operations{
-        [](void *, const hal_camera_format *) { return 0; },
-        [](void *) { return 0; },
+        [](void *, const hal_camera_format *) { return 0; }, [](void *) { return 0; },
         [](void *self, std::uint64_t not_before_us, std::uint64_t, hal_camera_frame *frame) {
             auto &backend = *static_cast<random_backend *>(self);
             if (upto(backend.chance, 4) == 0) {
@@ -78,19 +77,13 @@ struct random_backend {
             auto &pixels = backend.planes[upto(backend.chance, 1)];
             random_frame(backend.chance, made, pixels);
             *frame = {};
-            frame->data = made.data;
-            frame->width_px = made.width_px;
-            frame->height_px = made.height_px;
-            frame->stride = made.stride;
-            frame->bits = made.bits;
-            frame->layout = made.layout;
+            frame->image = made.image;
             frame->sequence = made.sequence;
             frame->faults = static_cast<std::uint32_t>(upto(backend.chance, 15));
             frame->begin_us = not_before_us;
             frame->end_us = not_before_us + 50;
             return 0;
         },
-        [](void *, const hal_camera_frame *) {},
         [](void *self, hal_camera_control, std::int32_t value, std::int32_t *applied) {
             *applied = value - static_cast<std::int32_t>(
                                    upto(static_cast<random_backend *>(self)->chance, 9));
@@ -145,14 +138,14 @@ void report_camera(const rig_ports &ports, Random &random, std::ostream &out) {
     if (code != 0) {
         return;
     }
-    out << frame.width_px << " " << frame.height_px << " " << int(frame.bits) << frame.layout << " "
-        << frame.sequence << " " << frame.faults << " " << frame.begin_us << " " << frame.end_us;
-    const std::size_t row = frame.layout == HAL_CAMERA_RGB ? 3u * frame.width_px : frame.width_px;
-    for (std::size_t y = 0; y < frame.height_px; y++) {
-        out.write(reinterpret_cast<const char *>(frame.data + y * frame.stride),
-                  long(row * sizeof *frame.data));
+    out << frame.image.width_px << " " << frame.image.height_px << " " << int(frame.image.bits)
+        << frame.image.layout << " " << frame.sequence << " " << frame.faults << " "
+        << frame.begin_us << " " << frame.end_us;
+    for (int y = 0; y < frame.image.height_px; y++) {
+        out.write(reinterpret_cast<const char *>(raw_image_row(&frame.image, y)),
+                  long(raw_image_row_values(&frame.image) * sizeof *frame.image.data));
     }
-    camera.operations->give_back(camera.self, &frame);
+    raw_image_release(&frame.image);
 }
 
 void report_uart(const rig_ports &ports, Random &random, std::ostream &out) {
@@ -447,7 +440,7 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             int code = camera.operations->take(camera.self, now_us, now_us + 5000, &frame);
             if (code == 0 && upto(random, 1) == 0) {
                 // The same scene until it is captured.
-                camera.operations->give_back(camera.self, &frame);
+                raw_image_release(&frame.image);
                 end_us = frame.end_us;
                 code = camera.operations->take(camera.self, end_us, end_us + 5000, &frame);
             }
@@ -462,13 +455,12 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
             CHECK(frame.begin_us >= end_us);
             CHECK(frame.end_us - frame.begin_us == 40);
             end_us = frame.end_us;
-            REQUIRE(frame.height_px == expected.height_px);
-            const std::size_t row = session_frame_row_values(&expected);
-            for (std::size_t y = 0; y < frame.height_px; y++) {
-                CHECK(std::memcmp(frame.data + y * frame.stride,
-                                  expected.data + y * expected.stride, row * 2) == 0);
+            REQUIRE(frame.image.height_px == expected.image.height_px);
+            for (int y = 0; y < frame.image.height_px; y++) {
+                CHECK(std::memcmp(raw_image_row(&frame.image, y), raw_image_row(&expected.image, y),
+                                  raw_image_row_values(&frame.image) * 2) == 0);
             }
-            camera.operations->give_back(camera.self, &frame);
+            raw_image_release(&frame.image);
         }
         instrument->pairs++;  // as after a capture
     }

@@ -41,16 +41,17 @@ inline pair_axes random_axes(Random &random) {
 }
 
 inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uint16_t> &pixels) {
-    frame.layout = static_cast<hal_camera_layout>(upto(random, 2));
-    frame.bits = static_cast<std::uint8_t>(8 + upto(random, 8));
-    frame.width_px = static_cast<std::uint16_t>(1 + upto(random, 40));
-    frame.height_px = static_cast<std::uint16_t>(1 + upto(random, 30));
-    frame.stride = session_frame_row_values(&frame) + static_cast<std::uint32_t>(upto(random, 5));
-    pixels.resize(std::size_t{frame.stride} * frame.height_px);
+    frame.image.layout = static_cast<raw_layout>(upto(random, 2));
+    frame.image.bits = static_cast<int>(8 + upto(random, 8));
+    frame.image.width_px = static_cast<int>(1 + upto(random, 40));
+    frame.image.height_px = static_cast<int>(1 + upto(random, 30));
+    frame.image.stride =
+        static_cast<std::ptrdiff_t>(raw_image_row_values(&frame.image) + upto(random, 5));
+    pixels.resize(static_cast<std::size_t>(frame.image.stride * frame.image.height_px));
     for (auto &pixel : pixels) {
-        pixel = static_cast<std::uint16_t>(upto(random, (1u << frame.bits) - 1));
+        pixel = static_cast<std::uint16_t>(upto(random, (1u << frame.image.bits) - 1));
     }
-    frame.data = pixels.data();
+    frame.image.data = pixels.data();
     frame.sequence = static_cast<std::uint32_t>(random());
     frame.begin_us = random();
     frame.end_us = random();
@@ -90,33 +91,40 @@ inline bool same_axes(const pair_axes &a, const pair_axes &b) {
 
 /// Whether two frames are equal except for their pixels.
 inline bool same_frame(const pair_frame &a, const pair_frame &b) {
-    return a.width_px == b.width_px && a.height_px == b.height_px && a.bits == b.bits &&
-           a.layout == b.layout && a.sequence == b.sequence && a.begin_us == b.begin_us &&
-           a.end_us == b.end_us && a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
+    return a.image.width_px == b.image.width_px && a.image.height_px == b.image.height_px &&
+           a.image.bits == b.image.bits && a.image.layout == b.image.layout &&
+           a.sequence == b.sequence && a.begin_us == b.begin_us && a.end_us == b.end_us &&
+           a.exposure_us == b.exposure_us && a.gain_q3 == b.gain_q3 &&
            same_axes(a.before, b.before) && same_axes(a.after, b.after) &&
            a.window.column_px == b.window.column_px && a.window.row_px == b.window.row_px &&
            a.window.skip == b.window.skip && a.has_picture == b.has_picture &&
            std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0;
 }
 
+/// Whether two images of one size and layout have the same pixels.
+inline bool same_pixels(const raw_image &a, const raw_image &b) {
+    bool same = true;
+    for (int y = 0; same && y < a.height_px; y++) {
+        same = std::memcmp(raw_image_row(&a, y), raw_image_row(&b, y),
+                           raw_image_row_values(&a) * sizeof *a.data) == 0;
+    }
+    return same;
+}
+
 /// Whether an event's pair equals `made`, to the last pixel; its number is assigned by the session.
 inline bool same_pair(const session_reader &reader, const session_event &event,
-                      const owned_pair &made) {
-    const pair &a = event.pair, &b = made.value;
+                      const struct pair &made) {
+    const struct pair &a = event.pair, &b = made;
     bool same =
         a.skew_us == b.skew_us && a.checked == b.checked && a.change_permille == b.change_permille;
     for (int side = 0; side < RIG_SIDES && same; side++) {
         const pair_frame &frame = a.frame[side], &expected = b.frame[side];
-        const std::size_t row = session_frame_row_values(&frame);
-        std::vector<std::uint16_t> pixels(row * frame.height_px);
+        raw_image read = frame.image;
         message last_error{};
         same = same_frame(frame, expected) &&
-               session_reader_frame(&reader, &frame, event.frame_crc[side], pixels.data(),
-                                    pixels.size(), &last_error) == 0;
-        for (std::size_t y = 0; y < frame.height_px && same; y++) {
-            same = std::memcmp(&pixels[y * row], expected.data + y * expected.stride,
-                               row * sizeof pixels[0]) == 0;
-        }
+               session_reader_load(&reader, &read, event.frame_crc[side], &last_error) == 0;
+        same = same && same_pixels(read, expected.image);
+        raw_image_release(&read);
     }
     return same;
 }

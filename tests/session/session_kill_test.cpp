@@ -200,7 +200,7 @@ void check_what_is_left(const recording &what, const std::string &path, const st
         }
         const int number = found < reported.size() ? reported[found] : int(found);
         CHECK((found < reported.size() || (one_more && found == reported.size())));
-        CHECK(same_pair(reader, *event, what.pairs[number]));
+        CHECK(same_pair(reader, *event, what.pairs[number].value));
         found++;
         CHECK(event->pair.number == found);
     }

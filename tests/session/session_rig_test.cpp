@@ -57,8 +57,12 @@ struct running_rig {
 /// The commands that are recorded and replayed: everything that a session may contain.
 struct session_of_commands {
     std::vector<int> codes;
-    std::vector<std::uint16_t> memory;
-    owned_pair taken;
+    struct pair taken {};
+
+    session_of_commands() = default;
+    session_of_commands(const session_of_commands &) = delete;
+    session_of_commands &operator=(const session_of_commands &) = delete;
+    ~session_of_commands() { release(); }
 
     void run(const rig_ports &ports, session_writer *writer, record *recorder) {
         auto instrument = std::make_unique<rig>();
@@ -76,17 +80,13 @@ struct session_of_commands {
         for (int i = 0; i < 2; i++) {
             idle(instrument.get(), recorder);
             const pair_options options{i == 1};
-            memory.assign(pair_values(instrument.get(), &options), 0);
-            const int code = pair_capture(instrument.get(), &options, memory.data(), memory.size(),
-                                          &taken.value);
+            release();
+            const int code = pair_capture(instrument.get(), &options, &taken);
             codes.push_back(code);
-            if (code == 0) {
-                save();
-            }
             message last_error{};
             if (writer != nullptr && code == 0) {
                 REQUIRE(record_flush(recorder, &last_error) == 0);
-                REQUIRE(session_writer_pair(writer, &taken.value, &last_error) == 0);
+                REQUIRE(session_writer_pair(writer, &taken, &last_error) == 0);
             }
         }
         codes.push_back(rig_safe(instrument.get()));
@@ -97,15 +97,7 @@ struct session_of_commands {
         CHECK((recorder != nullptr ? record_idle(recorder, instrument) : rig_idle(instrument)) ==
               0);
     }
-    /// Copies the pixels, so that they outlive the memory that the pair was taken into.
-    void save() {
-        for (int side = 0; side < RIG_SIDES; side++) {
-            pair_frame &frame = taken.value.frame[side];
-            taken.pixels[side].assign(frame.data,
-                                      frame.data + std::size_t{frame.stride} * frame.height_px);
-            frame.data = taken.pixels[side].data();
-        }
-    }
+    void release() { pair_release(taken.frame); }
 };
 
 }  // namespace
@@ -135,7 +127,7 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
         sim_backend_close(backend.get());
     }
     CHECK(first.codes[0] == 0);
-    REQUIRE(first.taken.value.frame[0].data != nullptr);
+    REQUIRE(first.taken.frame[0].image.data != nullptr);
 
     auto player = std::make_unique<replay>();
     const int opened = replay_open(player.get(), AT_FDCWD, path.c_str(), nullptr, &last_error);
@@ -147,8 +139,9 @@ TEST_CASE("a recorded session replays bit for bit like the instrument") {
     replay_close(player.get());
     CHECK(again.codes == first.codes);
     for (int side = 0; side < RIG_SIDES; side++) {
-        CHECK(same_frame(again.taken.value.frame[side], first.taken.value.frame[side]));
-        CHECK(again.taken.pixels[side] == first.taken.pixels[side]);
+        const pair_frame &one = again.taken.frame[side], &other = first.taken.frame[side];
+        CHECK(same_frame(one, other));
+        CHECK(same_pixels(one.image, other.image));
     }
     // The index contains the same pair.
     session_reader reader;

@@ -67,15 +67,15 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
     const parallel *workers = setting.environment.parallel;
     run.need_bytes = reconstruct_need_bytes(kVergedWidth, kVergedHeight, &plan, &setting.options,
                                             workers != nullptr ? workers->threads : 1);
-    const int channels = setting.layout == PIXEL_RGB ? 3 : 1;
+    const int channels = setting.layout == RAW_RGB ? 3 : 1;
     std::vector<uint16_t> raw[2];
-    reconstruct_image image[2];
+    raw_image image[2];
     for (int side = 0; side < 2; side++) {
         for (const uint16_t value : side == 0 ? setup.left : setup.right) {
             raw[side].insert(raw[side].end(), static_cast<size_t>(channels), value);
         }
-        image[side] = {raw[side].data(),        kVergedWidth, kVergedHeight,
-                       kVergedWidth * channels, kVergedBits,  setting.layout};
+        image[side] = {raw[side].data(), kVergedWidth,   kVergedHeight, kVergedWidth * channels,
+                       kVergedBits,      setting.layout, nullptr,       nullptr};
     }
     run.memory =
         std::make_unique<Memory>(setting.memory_bytes > 0 ? setting.memory_bytes : run.need_bytes);

@@ -42,7 +42,7 @@ struct VergedRun {
 struct VergedSetting {
     reconstruct_options options = reconstruct_default_options();
     reconstruct_environment environment{};
-    pixel_layout layout = PIXEL_GREY;
+    raw_layout layout = RAW_GREY;
     size_t memory_bytes = 0;  // 0: the result of reconstruct_need_bytes
 };
 

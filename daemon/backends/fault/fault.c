@@ -97,8 +97,8 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
     const int error =
         self->real->operations->take(self->real->self, not_before_us, deadline_us, &got);
     if (error == ERROR_OK && effect.error != 0) {
-        // The caller never gets the frame, so it must be returned here.
-        self->real->operations->give_back(self->real->self, &got);
+        // The caller never gets the frame.
+        raw_image_release(&got.image);
         return effect.error;
     }
     if (error == ERROR_OK) {
@@ -106,11 +106,6 @@ static int camera_take(void *opaque, uint64_t not_before_us, uint64_t deadline_u
         *frame = got;
     }
     return error;
-}
-
-static void camera_give_back(void *opaque, const struct hal_camera_frame *frame) {
-    const struct fault_camera *self = opaque;
-    self->real->operations->give_back(self->real->self, frame);
 }
 
 static int camera_control(void *opaque, enum hal_camera_control control, int32_t value,
@@ -136,7 +131,6 @@ void fault_camera_wrap(struct fault_camera *self, const struct fault_common *com
         .start = camera_start,
         .stop = camera_stop,
         .take = camera_take,
-        .give_back = camera_give_back,
         .control = real->operations->control == NULL ? NULL : camera_control,
         .counts = camera_counts};
     self->hal = (struct hal_camera){&self->operations, self};

@@ -2,7 +2,6 @@
 #include "daemon/backends/linux/v4l2_camera.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
@@ -11,6 +10,7 @@
 #include "daemon/backends/linux/monotonic_clock.h"
 #include "daemon/backends/linux/v4l2_control.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/base/raw_memory.h"
 
 enum {
     RESTARTS_MAX = 3,         // per call
@@ -51,25 +51,6 @@ static void begin_waiting(struct v4l2_camera *self) {
     self->timeout_us = default_us > FIRST_FRAME_US ? default_us : FIRST_FRAME_US;
 }
 
-static bool make_slots(struct v4l2_camera *self, size_t values) {
-    if (values <= self->slot_values) {
-        return true;
-    }
-    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
-        free(self->slots[i]);
-        self->slots[i] = NULL;
-    }
-    self->slot_values = 0;
-    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
-        self->slots[i] = malloc(values * sizeof *self->slots[i]);
-        if (self->slots[i] == NULL) {
-            return false;
-        }
-    }
-    self->slot_values = values;
-    return true;
-}
-
 /// Reopens an unplugged camera: plugged in again it is another file of the same name.
 static int open_again(struct v4l2_camera *self, struct message *message) {
     v4l2_stream_close(&self->stream);
@@ -81,9 +62,6 @@ static int open_again(struct v4l2_camera *self, struct message *message) {
 
 static int stop(void *opaque) {
     struct v4l2_camera *self = opaque;
-    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
-        INVARIANT(!self->lent[i]);
-    }
     if (!self->started) {
         return ERROR_OK;
     }
@@ -136,12 +114,6 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     self->started = true;
     self->format = *format;
     begin_waiting(self);
-    const size_t row = v4l2_pixels_row_values(self->stream.format, format->width_px);
-    if (!make_slots(self, row * format->height_px)) {
-        report(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
-        (void)stop(self);
-        return ERROR_IO;
-    }
     return ERROR_OK;
 }
 
@@ -243,33 +215,25 @@ static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_f
     frame->begin_us = whole_us > frame_us ? whole_us - frame_us : 0;
 }
 
-static int free_slot(const struct v4l2_camera *self) {
-    int slot = 0;
-    while (slot < V4L2_CAMERA_LENT_MAX && self->lent[slot]) {
-        slot++;
-    }
-    INVARIANT(slot < V4L2_CAMERA_LENT_MAX);
-    return slot;
-}
-
-static void lend(struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
-                 struct hal_camera_frame *frame) {
-    const int slot = free_slot(self);
+/// Converts the driver's buffer into an image of its own: the frame's only copy.
+static int convert(struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
+                   struct hal_camera_frame *frame) {
     const struct v4l2_pixels *format = self->stream.format;
-    uint32_t faults = v4l2_pixels_convert(format, &filled->pixels, self->slots[slot]);
-    faults |= filled->damaged ? HAL_CAMERA_DAMAGED : 0;
-    frame->data = self->slots[slot];
-    frame->width_px = self->format.width_px;
-    frame->height_px = self->format.height_px;
-    frame->stride = (uint32_t)v4l2_pixels_row_values(format, self->format.width_px);
-    frame->bits = format->bits;
-    frame->layout = format->layout;
+    frame->image = (struct raw_image){.width_px = self->format.width_px,
+                                      .height_px = self->format.height_px,
+                                      .bits = format->bits,
+                                      .layout = format->layout};
+    uint16_t *pixels = raw_memory_allocate(&frame->image);
+    if (pixels == NULL) {
+        report(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
+        return ERROR_MEMORY;
+    }
+    frame->faults = v4l2_pixels_convert(format, &filled->pixels, pixels);
+    frame->faults |= filled->damaged ? HAL_CAMERA_DAMAGED : 0;
     frame->sequence = self->sequence;
-    frame->faults = faults;
-    frame->token = self->slots[slot];
-    self->lent[slot] = true;
     self->counts.frames++;
-    self->counts.faulty += faults != 0;
+    self->counts.faulty += frame->faults != 0;
+    return ERROR_OK;
 }
 
 /// Returns a buffer to the driver. If the driver refuses it the stream is broken, and is restarted
@@ -298,17 +262,15 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         self->alive_us = now_us;
         self->timeout_us = default_timeout_us(self);
         number(self, filled.sequence);
-        struct hal_camera_frame got = {.data = NULL};
+        struct hal_camera_frame got = {.faults = 0};
         set_times(self, &filled, now_us, &got);
         const bool late_enough = got.begin_us >= not_before_us;
-        if (late_enough) {
-            lend(self, &filled, &got);
-        }
+        const int converted = late_enough ? convert(self, &filled, &got) : ERROR_OK;
         error = requeue(self, filled.index);
         if (late_enough) {
             // The frame is complete and copied; the next call reports a device that has gone since.
             *frame = got;
-            return ERROR_OK;
+            return converted;
         }
         if (error != ERROR_OK || monotonic_now_us() >= deadline_us) {
             return error != ERROR_OK ? error : ERROR_TIMEOUT;
@@ -320,21 +282,10 @@ static int take(void *opaque, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     struct v4l2_camera *self = opaque;
     INVARIANT(self->started);
-    (void)free_slot(self);
     const int error = take_one(self, not_before_us, deadline_us, frame);
     self->counts.timeouts += error == ERROR_TIMEOUT;
     self->gone = self->gone || error == ERROR_DEVICE;
     return error;
-}
-
-static void give_back(void *opaque, const struct hal_camera_frame *frame) {
-    struct v4l2_camera *self = opaque;
-    int slot = 0;
-    while (slot < V4L2_CAMERA_LENT_MAX && self->slots[slot] != frame->token) {
-        slot++;
-    }
-    INVARIANT(slot < V4L2_CAMERA_LENT_MAX && self->lent[slot]);
-    self->lent[slot] = false;
 }
 
 static int control(void *opaque, enum hal_camera_control which, int32_t value, int32_t *applied) {
@@ -359,8 +310,7 @@ static void counts(void *opaque, struct hal_camera_counts *into) {
 
 void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame_us,
                       const struct hal_log *log) {
-    static const struct hal_camera_operations operations = {start,     stop,    take,
-                                                            give_back, control, counts};
+    static const struct hal_camera_operations operations = {start, stop, take, control, counts};
     INVARIANT(frame_us > 0);
     *self = (struct v4l2_camera){.hal = {&operations, self},
                                  .stream = {.fd = -1},
@@ -386,10 +336,5 @@ int v4l2_camera_renew(struct v4l2_camera *self, struct message *message) {
 
 void v4l2_camera_close(struct v4l2_camera *self) {
     v4l2_stream_close(&self->stream);
-    for (int i = 0; i < V4L2_CAMERA_LENT_MAX; i++) {
-        free(self->slots[i]);
-        self->slots[i] = NULL;
-    }
-    self->slot_values = 0;
     self->started = false;
 }

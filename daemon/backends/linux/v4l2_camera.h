@@ -24,9 +24,6 @@
 extern "C" {
 #endif
 
-/// Frames that can be lent at a time.
-enum { V4L2_CAMERA_LENT_MAX = 2 };
-
 /// The caller owns it; `hal` points to it, so it must not move.
 struct v4l2_camera {
     struct hal_camera hal;
@@ -46,10 +43,6 @@ struct v4l2_camera {
     struct hal_camera_format format;
     struct hal_camera_counts counts;
 
-    uint16_t *slots[V4L2_CAMERA_LENT_MAX];  ///< memory of the lent frames
-    bool lent[V4L2_CAMERA_LENT_MAX];
-    size_t slot_values;
-
     bool has_sequence;
     uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, this object's
     uint64_t alive_us;                   ///< when the last frame came or the stream was started
@@ -64,8 +57,8 @@ void v4l2_camera_init(struct v4l2_camera *self, const char *path, uint32_t frame
 /// ERROR_UNSUPPORTED, ERROR_IO, with a message, and nothing is open.
 int v4l2_camera_open(struct v4l2_camera *self, const char *path, uint32_t frame_us,
                      const struct hal_log *log, struct message *message);
-/// Ensures that the camera now at its path is open; an unplugged or different one is stopped. No
-/// frame may be lent. Errors as for v4l2_camera_open.
+/// Ensures that the camera now at its path is open; an unplugged or different one is stopped.
+/// Errors as for v4l2_camera_open.
 int v4l2_camera_renew(struct v4l2_camera *self, struct message *message);
 /// Stops and releases all memory.
 void v4l2_camera_close(struct v4l2_camera *self);

@@ -9,11 +9,11 @@
 
 // Raw mosaics and grey before colours interpolated from fewer samples; compressed formats last.
 static const struct v4l2_pixels formats[] = {
-    {V4L2_PIX_FMT_SGRBG10, "SGRBG10", HAL_CAMERA_BAYER_GRBG, 10, 2},
-    {V4L2_PIX_FMT_SGRBG8, "SGRBG8", HAL_CAMERA_BAYER_GRBG, 8, 1},
-    {V4L2_PIX_FMT_GREY, "GREY", HAL_CAMERA_GREY, 8, 1},
-    {V4L2_PIX_FMT_YUYV, "YUYV", HAL_CAMERA_RGB, 8, 2},
-    {V4L2_PIX_FMT_MJPEG, "MJPEG", HAL_CAMERA_RGB, 8, 0},
+    {V4L2_PIX_FMT_SGRBG10, "SGRBG10", RAW_BAYER_GRBG, 10, 2},
+    {V4L2_PIX_FMT_SGRBG8, "SGRBG8", RAW_BAYER_GRBG, 8, 1},
+    {V4L2_PIX_FMT_GREY, "GREY", RAW_GREY, 8, 1},
+    {V4L2_PIX_FMT_YUYV, "YUYV", RAW_RGB, 8, 2},
+    {V4L2_PIX_FMT_MJPEG, "MJPEG", RAW_RGB, 8, 0},
 };
 
 const struct v4l2_pixels *v4l2_pixels_format(unsigned index) {
@@ -23,7 +23,7 @@ const struct v4l2_pixels *v4l2_pixels_format(unsigned index) {
 }
 
 size_t v4l2_pixels_row_values(const struct v4l2_pixels *format, uint16_t width_px) {
-    return (size_t)width_px * (format->layout == HAL_CAMERA_RGB ? 3 : 1);
+    return (size_t)width_px * (format->layout == RAW_RGB ? 3 : 1);
 }
 
 size_t v4l2_pixels_row_bytes(const struct v4l2_pixels *format, uint32_t width_px) {

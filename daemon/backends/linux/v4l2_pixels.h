@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Converts a V4L2 buffer to the values of a hal_camera_frame.
+/// Converts a V4L2 buffer to the values of a frame.
 ///
-/// Frames are copied, not lent from the driver's memory, which is often uncached, disappears on a
-/// restart, and may contain bits above those of the format. So the driver gets its buffer back at
-/// once, and no value exceeds 2^bits - 1.
+/// Frames are copied once, here, not used in the driver's memory, which is often uncached,
+/// disappears on a restart, and may contain bits above those of the format. So the driver gets its
+/// buffer back at once, and no value exceeds 2^bits - 1.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_PIXELS_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_PIXELS_H
 
@@ -21,7 +21,7 @@ extern "C" {
 struct v4l2_pixels {
     uint32_t fourcc;
     const char *name;  ///< conventional name
-    enum hal_camera_layout layout;
+    enum raw_layout layout;
     uint8_t bits;
     uint8_t bytes_per_pixel;  ///< 0: compressed
 };

@@ -117,33 +117,26 @@ static void diverge_in_pair(struct play *self) {
 static int run_capture(const struct command_call *call) {
     struct play *self = call->context;
     const struct pair_options options = capture_options(call->values);
-    const size_t values = pair_values(call->rig, &options);
-    uint16_t *memory = malloc(values * sizeof *memory);
-    if (memory == NULL) {
-        return ERROR_MEMORY;
-    }
     struct session_event *again = &self->again;
     again->kind = SESSION_PAIR;
     // Their values are part of the recorded calls, which must match.
     struct registers_all registers;
-    const int error = capture_take(call->rig, &options, memory, values, &again->pair, &registers);
+    const int error = capture_take(call->rig, &options, &again->pair, &registers);
     self->taken = error == 0;
     for (int side = 0; self->taken && side < RIG_SIDES; side++) {
-        again->frame_crc[side] = session_writer_frame_crc(&again->pair.frame[side]);
-        again->pair.frame[side].data = NULL;
+        again->frame_crc[side] = session_writer_frame_crc(&again->pair.frame[side].image);
+        raw_image_release(&again->pair.frame[side].image);
     }
-    free(memory);
     return error;
 }
 
 /// A snapshot is not stored; its frames are part of the recorded calls.
 static int run_snapshot(const struct command_call *call) {
-    const struct pair_options options = {.check_static = false};
-    const size_t values = pair_values(call->rig, &options);
     struct pair_frame frames[RIG_SIDES];
-    uint16_t *memory = malloc(values * sizeof *memory);
-    const int error = pair_look(call->rig, memory, values, frames);
-    free(memory);
+    const int error = pair_look(call->rig, frames);
+    if (error == 0) {
+        pair_release(frames);
+    }
     return error;
 }
 

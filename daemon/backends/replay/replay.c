@@ -54,12 +54,6 @@ bool replay_is_over(const struct replay *self) {
 }
 
 void replay_close(struct replay *self) {
-    for (int i = 0; i < RIG_SIDES; i++) {
-        for (int slot = 0; slot < REPLAY_FRAMES_LENT; slot++) {
-            free(self->camera_state[i].pixels[slot]);
-            self->camera_state[i].pixels[slot] = NULL;
-        }
-    }
     if (self->log != NULL) {
         fclose(self->log);
         self->log = NULL;
@@ -69,55 +63,16 @@ void replay_close(struct replay *self) {
     session_reader_close(&self->session);
 }
 
-int replay_lend(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
-                struct hal_camera_frame *frame) {
+int replay_frame(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
+                 struct hal_camera_frame *frame) {
     struct replay *self = camera->replay;
-    const size_t values = (size_t)session_frame_row_values(form) * form->height_px;
-    int slot = 0;
-    while (slot < REPLAY_FRAMES_LENT && camera->lent[slot]) {
-        slot++;
+    struct raw_image image = form->image;
+    const int code = session_reader_load(&self->session, &image, crc32, &self->last_error);
+    if (code == 0) {
+        *frame = (struct hal_camera_frame){.image = image,
+                                           .sequence = form->sequence,
+                                           .begin_us = form->begin_us,
+                                           .end_us = form->end_us};
     }
-    if (slot == REPLAY_FRAMES_LENT) {
-        return message_set(&self->last_error, ERROR_MEMORY, "%s: two frames are already lent",
-                           self->session.path);
-    }
-    const int fits = session_reader_frame_fits(&self->session, form, crc32, &self->last_error);
-    if (fits != 0) {
-        return fits;
-    }
-    if (values > camera->values[slot]) {
-        uint16_t *more = realloc(camera->pixels[slot], values * sizeof *more);
-        if (more == NULL) {
-            return message_set(&self->last_error, ERROR_MEMORY, "%s: out of memory for a frame",
-                               self->session.path);
-        }
-        camera->pixels[slot] = more;
-        camera->values[slot] = values;
-    }
-    const int code = session_reader_frame(&self->session, form, crc32, camera->pixels[slot],
-                                          camera->values[slot], &self->last_error);
-    if (code != 0) {
-        return code;
-    }
-    camera->lent[slot] = true;
-    *frame = (struct hal_camera_frame){.data = camera->pixels[slot],
-                                       .width_px = form->width_px,
-                                       .height_px = form->height_px,
-                                       .stride = session_frame_row_values(form),
-                                       .bits = form->bits,
-                                       .layout = form->layout,
-                                       .sequence = form->sequence,
-                                       .begin_us = form->begin_us,
-                                       .end_us = form->end_us,
-                                       .token = camera->pixels[slot]};
-    return 0;
-}
-
-void replay_give_back(void *context, const struct hal_camera_frame *frame) {
-    struct replay_camera *camera = context;
-    for (int slot = 0; slot < REPLAY_FRAMES_LENT; slot++) {
-        if (camera->lent[slot] && camera->pixels[slot] == frame->token) {
-            camera->lent[slot] = false;
-        }
-    }
+    return code;
 }

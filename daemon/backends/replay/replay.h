@@ -27,19 +27,13 @@
 extern "C" {
 #endif
 
-enum {
-    REPLAY_FRAMES_LENT = 2,  // frames of one source that may be lent at a time
-    REPLAY_LINE_BYTES = TRACE_LINE_MAX + 2,
-};
+enum { REPLAY_LINE_BYTES = TRACE_LINE_MAX + 2 };
 
 struct replay_camera {
     struct replay *replay;
     int number;
-    uint16_t *pixels[REPLAY_FRAMES_LENT];  // allocated; grows with the frames
-    size_t values[REPLAY_FRAMES_LENT];
-    bool lent[REPLAY_FRAMES_LENT];
     struct hal_camera_counts counts;  // pairs only
-    uint64_t begin_us, end_us;        // pairs only: the frame that was lent last
+    uint64_t begin_us, end_us;        // pairs only: the last frame
     uint32_t sequence;                // pairs only: number of the next frame
     uint32_t of_pair;  // pairs only: the pair that it belongs to, from 1; 0: none yet
 };
@@ -108,12 +102,10 @@ int replay_calls_open(struct replay *self, struct message *message);
 /// Reads all pairs of the session and sets up two cameras and a clock.
 int replay_pairs_open(struct replay *self, struct message *message);
 
-/// Lends a frame with the pixels of `form`. 0, ERROR_MEMORY (two are lent already, or out of
-/// memory) or an error of session_reader_frame, with `last_error` set.
-int replay_lend(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
-                struct hal_camera_frame *frame);
-/// hal_camera_operations.give_back.
-void replay_give_back(void *camera, const struct hal_camera_frame *frame);
+/// Reads the frame `form` with its pixels. 0, or an error of session_reader_load, with `last_error`
+/// set.
+int replay_frame(struct replay_camera *camera, const struct pair_frame *form, uint32_t crc32,
+                 struct hal_camera_frame *frame);
 
 #ifdef __cplusplus
 }

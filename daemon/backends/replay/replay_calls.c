@@ -337,21 +337,24 @@ static int camera_take(void *context, uint64_t not_before_us, uint64_t deadline_
     if (code != 0) {
         return code;
     }
-    struct pair_frame form = {0};
+    struct pair_frame form = {.sequence = 0};
     uint32_t crc32, faults;
+    uint16_t width_px, height_px;
     unsigned bits, layout;
     const int fields = sscanf(rest,
                               "%8" SCNx32 " %" SCNu16 "x%" SCNu16 " %u %u %" SCNu32 " %" SCNu32
                               " %" SCNu64 " %" SCNu64,
-                              &crc32, &form.width_px, &form.height_px, &bits, &layout,
-                              &form.sequence, &faults, &form.begin_us, &form.end_us);
-    if (fields != 9 || bits < 8 || bits > 16 || layout > HAL_CAMERA_BAYER_GRBG ||
-        form.width_px == 0 || form.height_px == 0) {
+                              &crc32, &width_px, &height_px, &bits, &layout, &form.sequence,
+                              &faults, &form.begin_us, &form.end_us);
+    if (fields != 9 || bits < 8 || bits > 16 || layout > RAW_BAYER_GRBG || width_px == 0 ||
+        height_px == 0) {
         return wrong_answer(self);
     }
-    form.bits = (uint8_t)bits;
-    form.layout = (enum hal_camera_layout)layout;
-    code = replay_lend(camera, &form, crc32, frame);
+    form.image = (struct raw_image){.width_px = width_px,
+                                    .height_px = height_px,
+                                    .bits = (int)bits,
+                                    .layout = (enum raw_layout)layout};
+    code = replay_frame(camera, &form, crc32, frame);
     self->ended |= code != 0;
     frame->faults = faults;
     return code;
@@ -385,13 +388,8 @@ static void camera_counts(void *context, struct hal_camera_counts *counts) {
 // ---- all together
 
 static void set_camera(struct replay *self, int number, bool has_control) {
-    self->camera_operations[number] =
-        (struct hal_camera_operations){camera_start,
-                                       camera_stop,
-                                       camera_take,
-                                       replay_give_back,
-                                       has_control ? camera_control : NULL,
-                                       camera_counts};
+    self->camera_operations[number] = (struct hal_camera_operations){
+        camera_start, camera_stop, camera_take, has_control ? camera_control : NULL, camera_counts};
     self->ports.camera[number] = &self->camera[number];
 }
 

@@ -32,7 +32,8 @@ static int start(void *context, const struct hal_camera_format *format) {
     const struct replay_camera *camera = context;
     const struct replay *self = camera->replay;
     const struct pair_frame *first = &self->pairs[0].pair.frame[camera->number];
-    const bool fits = format->width_px == first->width_px && format->height_px == first->height_px;
+    const bool fits =
+        format->width_px == first->image.width_px && format->height_px == first->image.height_px;
     return fits ? 0 : ERROR_UNSUPPORTED;
 }
 
@@ -87,7 +88,7 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
         camera->counts.timeouts++;
         return ERROR_TIMEOUT;
     }
-    const int code = replay_lend(camera, form, event->frame_crc[camera->number], frame);
+    const int code = replay_frame(camera, form, event->frame_crc[camera->number], frame);
     if (code != 0) {
         return code;
     }
@@ -116,8 +117,7 @@ static void counts(void *context, struct hal_camera_counts *result) {
     *result = ((const struct replay_camera *)context)->counts;
 }
 
-static const struct hal_camera_operations camera_operations = {
-    start, stop, take, replay_give_back, control, counts};
+static const struct hal_camera_operations camera_operations = {start, stop, take, control, counts};
 
 static int add_pair(struct replay *self, const struct session_event *event,
                     struct message *message) {

@@ -32,18 +32,12 @@ int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms
     }
     strcpy(self->where, where);
     self->devices = (struct rig_devices){.open = look_for_rig, .missing = missing, .self = self};
-    int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, timeout_ms);
+    const int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, timeout_ms);
     if (error != ERROR_OK) {
         return error;
     }
-    error = sim_camera_open(&self->camera_state, &self->connection,
-                            (size_t)MT9T001_WIDTH_PX * MT9T001_HEIGHT_PX);
-    if (error != ERROR_OK) {
-        sim_connection_close(&self->connection);
-        snprintf(self->connection.text, sizeof self->connection.text,
-                 "out of memory for two frames");
-        return error;
-    }
+    self->camera_state = (struct sim_camera){
+        .connection = &self->connection, .max_px = (size_t)MT9T001_WIDTH_PX * MT9T001_HEIGHT_PX};
     self->i2c_state = (struct sim_i2c){&self->connection, BUS_SPEED_HZ};
     self->gpio_state = (struct sim_gpio){.connection = &self->connection};
     self->uart_state = (struct sim_uart){.connection = &self->connection};
@@ -57,7 +51,6 @@ int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms
 
 void sim_backend_close(struct sim_backend *self) {
     sim_connection_close(&self->connection);
-    sim_camera_close(&self->camera_state);
 }
 
 struct rig_ports sim_backend_ports(const struct sim_backend *self) {

@@ -1,33 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/backends/sim/sim_camera.h"
 
-#include <stdlib.h>
-
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/sim/sim_bytes.h"
+#include "daemon/base/raw_memory.h"
 
 enum { FRAME_HEAD = 28, SENSOR_BITS = 10 };
-
-int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t max_px) {
-    INVARIANT(max_px > 0 && max_px <= SIZE_MAX / sizeof(uint16_t));
-    *self = (struct sim_camera){.connection = connection, .capacity = max_px};
-    for (int i = 0; i < SIM_CAMERA_LENT_MAX; i++) {
-        self->memory[i] = malloc(max_px * sizeof(uint16_t));
-        if (self->memory[i] == NULL) {
-            sim_camera_close(self);
-            return ERROR_MEMORY;
-        }
-    }
-    return ERROR_OK;
-}
-
-void sim_camera_close(struct sim_camera *self) {
-    for (int i = 0; i < SIM_CAMERA_LENT_MAX; i++) {
-        free(self->memory[i]);
-        self->memory[i] = NULL;
-    }
-}
 
 static int cancel(struct sim_camera *self) {
     if (!self->armed) {
@@ -41,7 +20,7 @@ static int cancel(struct sim_camera *self) {
 static int start(void *context, const struct hal_camera_format *format) {
     struct sim_camera *self = context;
     if (format->width_px < 1 || format->height_px < 1 ||
-        (size_t)format->width_px * format->height_px > self->capacity) {
+        (size_t)format->width_px * format->height_px > self->max_px) {
         return ERROR_UNSUPPORTED;
     }
     const int error = cancel(self);
@@ -52,9 +31,6 @@ static int start(void *context, const struct hal_camera_format *format) {
 
 static int stop(void *context) {
     struct sim_camera *self = context;
-    for (int i = 0; i < SIM_CAMERA_LENT_MAX; i++) {
-        INVARIANT(!self->lent[i]);
-    }
     self->started = false;
     return cancel(self);
 }
@@ -86,11 +62,11 @@ static uint32_t faults_of(uint32_t reported) {
            ((reported & SIMRIG_FRAME_LONG) != 0 ? HAL_CAMERA_LONG : 0u);
 }
 
-// Waits for the armed frame and copies it to `memory`.
+// Waits for the armed frame and receives it into its image, whose memory is allocated.
 static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory,
                  struct hal_camera_frame *frame) {
     const size_t values = (size_t)self->format.width_px * self->format.height_px;
-    INVARIANT(self->armed && values <= self->capacity);
+    INVARIANT(self->armed && frame->image.data == memory);
     uint8_t body[8], head[FRAME_HEAD];
     sim_connection_put_us(self->connection, body, deadline_us);
     struct sim_exchange wait = {.type = SIMRIG_FRAME_WAIT,
@@ -116,54 +92,43 @@ static int fetch(struct sim_camera *self, uint64_t deadline_us, uint16_t *memory
     for (size_t i = 0; i < values; i++) {
         memory[i] = sim_bytes_u16(wait.rest + 2 * i);
     }
-    *frame =
-        (struct hal_camera_frame){.data = memory,
-                                  .width_px = self->format.width_px,
-                                  .height_px = self->format.height_px,
-                                  .stride = self->format.width_px,
-                                  .bits = SENSOR_BITS,
-                                  .layout = HAL_CAMERA_BAYER_GRBG,
-                                  .sequence = sim_bytes_u32(head + 16),
-                                  .faults = faults_of(sim_bytes_u32(head + 24)),
-                                  .begin_us = sim_connection_reported_us(self->connection, head),
-                                  .end_us = sim_connection_reported_us(self->connection, head + 8)};
+    frame->sequence = sim_bytes_u32(head + 16);
+    frame->faults = faults_of(sim_bytes_u32(head + 24));
+    frame->begin_us = sim_connection_reported_us(self->connection, head);
+    frame->end_us = sim_connection_reported_us(self->connection, head + 8);
     return ERROR_OK;
 }
 
 static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     struct sim_camera *self = context;
-    const int place = self->lent[0] ? 1 : 0;
-    INVARIANT(!self->lent[place] && self->memory[place] != NULL);
     if (!self->started) {
         return ERROR_UNSUPPORTED;
     }
-    int error = ERROR_OK;
+    struct hal_camera_frame got = {.image = {.width_px = self->format.width_px,
+                                             .height_px = self->format.height_px,
+                                             .bits = SENSOR_BITS,
+                                             .layout = RAW_BAYER_GRBG}};
+    uint16_t *memory = raw_memory_allocate(&got.image);
+    int error = memory != NULL ? ERROR_OK : ERROR_MEMORY;
     do {
-        if (!self->armed) {
+        if (error == ERROR_OK && !self->armed) {
             error = wait_until(self, not_before_us, deadline_us);
             error = error == ERROR_OK ? arm(self) : error;
         }
         if (error == ERROR_OK) {
-            error = fetch(self, deadline_us, self->memory[place], frame);
+            error = fetch(self, deadline_us, memory, &got);
         }
-    } while (error == ERROR_OK && frame->begin_us < not_before_us);
+    } while (error == ERROR_OK && got.begin_us < not_before_us);
     if (error != ERROR_OK) {
+        raw_image_release(&got.image);
         self->counts.timeouts += error == ERROR_TIMEOUT;
         return error;
     }
-    self->lent[place] = true;
     self->counts.frames++;
-    self->counts.faulty += frame->faults != 0;
-    frame->token = self->memory[place];
+    self->counts.faulty += got.faults != 0;
+    *frame = got;
     return ERROR_OK;
-}
-
-static void give_back(void *context, const struct hal_camera_frame *frame) {
-    struct sim_camera *self = context;
-    const int place = frame->token == self->memory[0] ? 0 : 1;
-    INVARIANT(self->lent[place] && frame->token == self->memory[place]);
-    self->lent[place] = false;
 }
 
 static void counts(void *context, struct hal_camera_counts *out) {
@@ -172,7 +137,6 @@ static void counts(void *context, struct hal_camera_counts *out) {
 }
 
 struct hal_camera sim_camera_hal(struct sim_camera *self) {
-    static const struct hal_camera_operations operations = {start,     stop, take,
-                                                            give_back, NULL, counts};
+    static const struct hal_camera_operations operations = {start, stop, take, NULL, counts};
     return (struct hal_camera){&operations, self};
 }

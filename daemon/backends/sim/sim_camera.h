@@ -14,22 +14,14 @@
 extern "C" {
 #endif
 
-enum { SIM_CAMERA_LENT_MAX = 2 };
-
 /// The port. The caller owns it and the connection, which must outlive all users.
 struct sim_camera {
     struct sim_connection *connection;
-    uint16_t *memory[SIM_CAMERA_LENT_MAX];  ///< owned; `capacity` values each
-    size_t capacity;
-    bool lent[SIM_CAMERA_LENT_MAX];
+    size_t max_px;  ///< of a frame
     bool started, armed;
     struct hal_camera_format format;
     struct hal_camera_counts counts;
 };
-
-/// Allocates frames of up to `max_px` pixels; close frees them. ERROR_MEMORY.
-int sim_camera_open(struct sim_camera *self, struct sim_connection *connection, size_t max_px);
-void sim_camera_close(struct sim_camera *self);
 
 struct hal_camera sim_camera_hal(struct sim_camera *self);
 

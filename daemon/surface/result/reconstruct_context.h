@@ -47,7 +47,7 @@ struct reconstruct_context {
     const struct reconstruct_result *result;
     const struct calibration *calibration;      // in use; of the shrunk images if `shrink` > 1
     const struct reconstruct_options *options;  // in use
-    struct reconstruct_image left, right;       // raw images as passed to the core
+    struct raw_image left, right;               // raw images as passed to the core
     struct picture_stats picture[2];            // statistics of left and right
 
     const char *left_path, *right_path;

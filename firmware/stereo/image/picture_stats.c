@@ -85,3 +85,20 @@ struct picture_stats picture_stats_end(const struct picture_stats_sums *sums) {
         .sharpness_permille = share(sums->steps, sums->contrasts),
     };
 }
+
+struct picture_form picture_form_of(const struct raw_image *image) {
+    return (struct picture_form){.width_px = image->width_px,
+                                 .bits = image->bits,
+                                 .channels = image->layout == RAW_RGB ? 3 : 1,
+                                 .mosaic = image->layout == RAW_BAYER_GRBG};
+}
+
+struct picture_stats picture_stats_of(const struct raw_image *image) {
+    const struct picture_form form = picture_form_of(image);
+    struct picture_stats_sums sums;
+    picture_stats_begin(&sums, &form);
+    for (int y = 0; y < image->height_px; y++) {
+        picture_stats_row(&sums, raw_image_row(image, y));
+    }
+    return picture_stats_end(&sums);
+}

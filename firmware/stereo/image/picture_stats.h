@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "stereo/image/raw_image.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -57,6 +59,11 @@ void picture_stats_row(struct picture_stats_sums *sums, const uint16_t *values);
 
 /// Result for the rows so far; all 0 without rows.
 struct picture_stats picture_stats_end(const struct picture_stats_sums *sums);
+
+/// Format of an image's rows.
+struct picture_form picture_form_of(const struct raw_image *image);
+/// Statistics of a whole image.
+struct picture_stats picture_stats_of(const struct raw_image *image);
 
 #ifdef __cplusplus
 }

@@ -64,7 +64,6 @@ std::uint64_t begin_of(const std::string &call) {
 
 struct Asker {
     rig_ports ports{};
-    std::deque<hal_camera_frame> frames;
 
     void transfer(std::istream &words) {
         std::uint64_t deadline_us = 0;
@@ -134,12 +133,8 @@ struct Asker {
             hal_camera_frame frame{};
             words >> not_before_us >> deadline_us;
             not_before_us = std::max(not_before_us + lead_us, begin_us) - lead_us;
-            if (port->operations->take(port->self, not_before_us, deadline_us, &frame) == 0) {
-                frames.push_back(frame);
-            }
-        } else if (what == "give_back" && !frames.empty()) {
-            port->operations->give_back(port->self, &frames.front());
-            frames.pop_front();
+            port->operations->take(port->self, not_before_us, deadline_us, &frame);
+            raw_image_release(&frame.image);
         } else if (what == "counts") {
             hal_camera_counts counts{};
             port->operations->counts(port->self, &counts);
@@ -195,10 +190,8 @@ int main(int count, char **arguments) {
         }
         if (next < calls.size() && backend->connection.now_us + lead_us >= begin_of(calls[next])) {
             hal_camera_frame none{};
-            const int code = inner.camera[0]->operations->take(inner.camera[0]->self, 0, 0, &none);
-            if (code == 0) {
-                inner.camera[0]->operations->give_back(inner.camera[0]->self, &none);
-            }
+            inner.camera[0]->operations->take(inner.camera[0]->self, 0, 0, &none);
+            raw_image_release(&none.image);
         }
         asker.ask(calls[i]);
     }

@@ -7,8 +7,8 @@
 
 namespace {
 
-std::string as_binary(const reconstruct_image &image) {
-    std::string text = image.layout == PIXEL_RGB ? "P6 " : "P5 ";
+std::string as_binary(const raw_image &image) {
+    std::string text = image.layout == RAW_RGB ? "P6 " : "P5 ";
     text += std::to_string(image.width_px) + " " + std::to_string(image.height_px) + " " +
             std::to_string((1 << image.bits) - 1) + "\n";
     for (std::ptrdiff_t i = 0; i < image.stride * image.height_px; i++) {
@@ -45,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     request.bits = 10;
     request.bayer = IMAGE_BAYER_GRBG;
     check_image(image_pnm_parse, data, size, request, [](const image_file &file) {
-        FUZZ_CHECK(file.image.layout == PIXEL_BAYER_GRBG && file.image.bits == 10);
+        FUZZ_CHECK(file.image.layout == RAW_BAYER_GRBG && file.image.bits == 10);
     });
     request.bayer = IMAGE_BAYER_NONE;
     check_image(image_pnm_parse, data, size, request, [](const image_file &file) {

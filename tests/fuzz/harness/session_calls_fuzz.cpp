@@ -54,8 +54,8 @@ void take_frame(const rig_ports &ports) {
     const hal_camera *camera = ports.camera[0];
     hal_camera_frame frame{};
     if (camera->operations->take(camera->self, 0, kDeadlineUs, &frame) == 0) {
-        FUZZ_CHECK(frame.data != nullptr);
-        camera->operations->give_back(camera->self, &frame);
+        FUZZ_CHECK(frame.image.data != nullptr);
+        raw_image_release(&frame.image);
     }
 }
 

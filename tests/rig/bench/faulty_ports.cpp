@@ -76,11 +76,6 @@ int take(void *self, uint64_t not_before_us, uint64_t deadline_us, hal_camera_fr
                : camera->operations->take(camera->self, not_before_us, deadline_us, frame);
 }
 
-void give_back(void *self, const hal_camera_frame *frame) {
-    const hal_camera *camera = of(self).behind().camera[0];
-    camera->operations->give_back(camera->self, frame);
-}
-
 void counts(void *self, hal_camera_counts *out) {
     const hal_camera *camera = of(self).behind().camera[0];
     camera->operations->counts(camera->self, out);
@@ -111,7 +106,7 @@ int discard(void *self) {
 
 constexpr hal_i2c_operations kI2cOperations = {transfer, nullptr};
 constexpr hal_gpio_operations kGpioOperations = {set_line, get_line};
-constexpr hal_camera_operations kCameraOperations = {start, stop, take, give_back, nullptr, counts};
+constexpr hal_camera_operations kCameraOperations = {start, stop, take, nullptr, counts};
 constexpr hal_uart_operations kUartOperations = {write_bytes, read_bytes, discard};
 
 }  // namespace

@@ -56,6 +56,7 @@ RigBench::RigBench(const rig_profile &profile, const std::string &scene)
 }
 
 RigBench::~RigBench() {
+    pair_release(taken_);
     sim_connection_close(&control_connection);
     sim_backend_close(&backend);
 }
@@ -88,16 +89,24 @@ std::string RigBench::control(const std::string &command) {
 
 int RigBench::capture(::pair &pair, bool check_static) {
     const pair_options options = {check_static};
-    pixels.assign(pair_values(&rig, &options), 0);
-    return pair_capture(&rig, &options, pixels.data(), pixels.size(), &pair);
+    pair_release(taken_);
+    const int error = pair_capture(&rig, &options, &pair);
+    if (error == ERROR_OK) {
+        taken_[RIG_LEFT] = pair.frame[RIG_LEFT];
+        taken_[RIG_RIGHT] = pair.frame[RIG_RIGHT];
+    }
+    return error;
 }
 
 double RigBench::mean(const pair_frame &frame) const {
+    const raw_image &image = frame.image;
     double sum = 0;
-    for (size_t i = 0; i < size_t(frame.width_px) * frame.height_px; i++) {
-        sum += frame.data[i];
+    for (int y = 0; y < image.height_px; y++) {
+        for (int x = 0; x < image.width_px; x++) {
+            sum += raw_image_row(&image, y)[x];
+        }
     }
-    return sum / frame.width_px / frame.height_px;
+    return sum / image.width_px / image.height_px;
 }
 
 }  // namespace rig_bench

@@ -33,7 +33,7 @@ class RigBench {
     int idle_ms(uint64_t time_ms);
     /// Sends a command to simrig's control connection; returns the reply.
     std::string control(const std::string &command);
-    /// A pair of the present window. Its pixels are in `pixels`.
+    /// A pair of the present window, whose images exist until the next one.
     int capture(::pair &pair, bool check_static = false);
     double mean(const pair_frame &frame) const;
 
@@ -44,10 +44,10 @@ class RigBench {
     ::rig rig{};
     std::vector<std::string> logged;
     std::function<bool()> keep_going = [] { return true; };
-    std::vector<uint16_t> pixels;
 
   private:
     hal_log log_;
+    pair_frame taken_[RIG_SIDES] = {};  ///< the last pair
 };
 
 }  // namespace rig_bench

@@ -25,8 +25,8 @@ struct pair captured() {
     pair.number = 1;
     for (int side = 0; side < RIG_SIDES; side++) {
         pair_frame &frame = pair.frame[side];
-        frame.width_px = window_width_px;
-        frame.height_px = window_height_px;
+        frame.image.width_px = window_width_px;
+        frame.image.height_px = window_height_px;
         frame.window = {704, 528, 1};
         frame.before.pan_q4 = static_cast<uint16_t>(side == RIG_LEFT ? 24588 : 23461);
         frame.before.position[LENS_ZOOM] = 422;
@@ -124,7 +124,7 @@ TEST_CASE("other cameras, another instrument and another window are rejected by 
                 {"left window", "skip 2", "skip 1"});
     check_names(changed([](struct pair &pair) { pair.frame[RIG_RIGHT].window.row_px = 8; }),
                 {"right window", "704,8"});
-    check_names(changed([](struct pair &pair) { pair.frame[RIG_RIGHT].width_px = 320; }),
+    check_names(changed([](struct pair &pair) { pair.frame[RIG_RIGHT].image.width_px = 320; }),
                 {"right window", "320 x 480"});
 }
 

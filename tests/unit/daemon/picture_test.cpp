@@ -41,7 +41,7 @@ pixels decoded(const std::string &file, int width, int height, int channels) {
                     message.text);
     CHECK(image.image.width_px == width);
     CHECK(image.image.height_px == height);
-    CHECK(image.image.layout == (channels == 3 ? PIXEL_RGB : PIXEL_GREY));
+    CHECK(image.image.layout == (channels == 3 ? RAW_RGB : RAW_GREY));
     const size_t count = static_cast<size_t>(width * height * channels);
     pixels values(image.image.data, image.image.data + count);
     image_file_free(&image);
@@ -123,20 +123,13 @@ TEST_CASE("a frame is reduced by whole squares") {
     for (size_t i = 0; i < values.size(); i++) {
         values[i] = static_cast<uint16_t>(i * 7);
     }
-    pair_frame frame{};
-    frame.data = values.data();
-    frame.width_px = 7;
-    frame.height_px = 5;
-    frame.stride = 7;
-    frame.bits = 8;
-    frame.layout = HAL_CAMERA_GREY;
-    const reconstruct_image raw = picture_raw(&frame);
+    raw_image raw{values.data(), 7, 5, 7, 8, RAW_GREY, nullptr, nullptr};
     const develop_balance balance = develop_balance_of(&raw);
     for (const int channels : {1, 3}) {
         // Rows are spaced further apart than they are long.
         pixels out(static_cast<size_t>(2 * 20), 99);
         picture picture{out.data(), 3, 2, channels, 20, nullptr};
-        REQUIRE(picture_develop(&frame, &balance, 2, &picture) == ERROR_OK);
+        REQUIRE(picture_develop(&raw, &balance, 2, &picture) == ERROR_OK);
         for (size_t y = 0; y < 2; y++) {
             for (size_t x = 0; x < 3; x++) {
                 const size_t corner = 2 * y * 7 + 2 * x;
@@ -149,8 +142,8 @@ TEST_CASE("a frame is reduced by whole squares") {
             CHECK(out[20 * y + 3 * static_cast<size_t>(channels)] == 99);
         }
     }
-    frame.bits = 7;
+    raw.bits = 7;
     pixels out(20);
     picture picture{out.data(), 3, 2, 1, 10, nullptr};
-    CHECK(picture_develop(&frame, &balance, 2, &picture) == ERROR_ARGUMENT);
+    CHECK(picture_develop(&raw, &balance, 2, &picture) == ERROR_ARGUMENT);
 }

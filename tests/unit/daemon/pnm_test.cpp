@@ -37,8 +37,8 @@ struct parsed {
     ~parsed() { image_file_free(&file); }
 
     std::vector<int> values() const {
-        const reconstruct_image &image = file.image;
-        const int channels = image.layout == PIXEL_RGB ? 3 : 1;
+        const raw_image &image = file.image;
+        const int channels = image.layout == RAW_RGB ? 3 : 1;
         std::vector<int> result;
         for (int y = 0; y < image.height_px; y++) {
             for (int x = 0; x < image.width_px * channels; x++) {
@@ -70,7 +70,7 @@ TEST_CASE("the four kinds of PNM are equivalent") {
     CHECK(text.values() == grey);
     CHECK(binary.values() == grey);
     CHECK(binary.file.image.bits == 8);
-    CHECK(binary.file.image.layout == PIXEL_GREY);
+    CHECK(binary.file.image.layout == RAW_GREY);
 
     const parsed colour_text("P3 2 1 255 1 2 3 4 5 6", plain());
     const parsed colour("P6\n2 1\n255\n\1\2\3\4\5\6", plain());
@@ -78,7 +78,7 @@ TEST_CASE("the four kinds of PNM are equivalent") {
     REQUIRE(colour.error == ERROR_OK);
     CHECK(colour.values() == std::vector<int>{1, 2, 3, 4, 5, 6});
     CHECK(colour_text.values() == colour.values());
-    CHECK(colour.file.image.layout == PIXEL_RGB);
+    CHECK(colour.file.image.layout == RAW_RGB);
 }
 
 TEST_CASE("maxval determines the bits") {
@@ -193,7 +193,7 @@ TEST_CASE("bits and mosaics are as the user states") {
     mosaic.bayer = IMAGE_BAYER_GRBG;
     const parsed grey("P5 2 2 255\nabcd", mosaic);
     REQUIRE(grey.error == ERROR_OK);
-    CHECK(grey.file.image.layout == PIXEL_BAYER_GRBG);
+    CHECK(grey.file.image.layout == RAW_BAYER_GRBG);
     const parsed colour("P6 1 1 255\nabc", mosaic);
     CHECK(colour.error == ERROR_ARGUMENT);
 }
@@ -206,7 +206,7 @@ TEST_CASE("raw frames are little-endian words of ten bits") {
     REQUIRE(file.error == ERROR_OK);
     CHECK(file.values() == std::vector<int>{0x201, 0x3ff});
     CHECK(file.file.image.bits == 10);
-    CHECK(file.file.image.layout == PIXEL_BAYER_GRBG);
+    CHECK(file.file.image.layout == RAW_BAYER_GRBG);
     CHECK(parsed(std::string(3, 'a'), request, image_raw_parse).error == ERROR_SYNTAX);
     CHECK(parsed(std::string(5, 'a'), request, image_raw_parse).error == ERROR_SYNTAX);
     CHECK(parsed(std::string("\x01\x02\xff\x04", 4), request, image_raw_parse).error ==
@@ -291,7 +291,7 @@ TEST_CASE("an image is turned as its file states") {
         const image_request request = plain();
         REQUIRE(image_file_read(path.c_str(), turned_format, 1, &request, &file, &text) ==
                 ERROR_OK);
-        const reconstruct_image &image = file.image;
+        const raw_image &image = file.image;
         CHECK(image.width_px == (orientation >= 5 ? rows : columns));
         CHECK(image.height_px == (orientation >= 5 ? columns : rows));
         CHECK(file.file_width_px == image.width_px);

@@ -54,7 +54,7 @@ struct flat_run {
         REQUIRE(rectify_plan_make(&camera, &options.rectify, &plan) == ERROR_OK);
         memory.resize(reconstruct_need_bytes(96, 64, &plan, &options, 1));
         arena_init(&lent, memory.data(), memory.size());
-        const reconstruct_image image = {pixels.data(), 96, 64, 96, 8, PIXEL_GREY};
+        const raw_image image = {pixels.data(), 96, 64, 96, 8, RAW_GREY, nullptr, nullptr};
         const reconstruct_environment nothing{};
         error = reconstruct_run(&image, &image, &camera, &plan, &options, &nothing, &lent, &result);
     }

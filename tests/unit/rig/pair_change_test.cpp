@@ -46,11 +46,18 @@ std::vector<uint16_t> exposed(const Picture &light, double gain, unsigned bits,
     return values;
 }
 
+uint32_t change_of(const std::vector<uint16_t> &before, const std::vector<uint16_t> &after,
+                   int width_px, int height_px, int bits, uint16_t gain_q3) {
+    const raw_image one{before.data(), width_px, height_px, width_px,
+                        bits,          RAW_GREY, nullptr,   nullptr};
+    raw_image other = one;
+    other.data = after.data();
+    return pair_change_permille(&one, &other, gain_q3);
+}
+
 uint32_t change(const std::vector<uint16_t> &before, const std::vector<uint16_t> &after,
                 unsigned bits, double gain) {
-    const pair_change_frames frames = {before.data(), after.data(),  kWidth,
-                                       kHeight,       uint8_t(bits), uint16_t(8 * gain)};
-    return pair_change_permille(&frames);
+    return change_of(before, after, kWidth, kHeight, int(bits), uint16_t(8 * gain));
 }
 
 }  // namespace
@@ -101,6 +108,5 @@ TEST_CASE("light that changes by a tenth is found") {
 
 TEST_CASE("pictures smaller than a square have nothing that changes") {
     const std::vector<uint16_t> black(9, 0), white(9, 1023);
-    const pair_change_frames frames = {black.data(), white.data(), 3, 3, 10, 8};
-    CHECK(pair_change_permille(&frames) == 0);
+    CHECK(change_of(black, white, 3, 3, 10, 8) == 0);
 }

@@ -45,7 +45,7 @@ struct Camera {
     static int stop(void *self);
     static int take(void *self, uint64_t not_before_us, uint64_t deadline_us,
                     hal_camera_frame *frame);
-    static void give_back(void *self, const hal_camera_frame *);
+    static void release(void *self);
 };
 
 struct World {
@@ -116,7 +116,6 @@ int Camera::start(void *self, const hal_camera_format *) {
 }
 int Camera::stop(void *self) {
     auto &me = *static_cast<Camera *>(self);
-    CHECK(me.lent == 0);
     me.started = false;
     return ERROR_OK;
 }
@@ -140,20 +139,21 @@ int Camera::take(void *self, uint64_t not_before_us, uint64_t deadline_us,
     me.held.pop_front();
     World::wait(me.world, got.end_us);
     me.lent++;
-    *frame = {me.values.data(), kWidth,     kHeight,
-              kWidth,           8,          HAL_CAMERA_GREY,
-              me.pulses,        got.faults, got.begin_us - me.stamp_us,
-              got.end_us,       nullptr};
+    frame->image = {me.values.data(), kWidth, kHeight, kWidth, 8, RAW_GREY, release, &me};
+    frame->sequence = me.pulses;
+    frame->faults = got.faults;
+    frame->begin_us = got.begin_us - me.stamp_us;
+    frame->end_us = got.end_us;
     return ERROR_OK;
 }
-void Camera::give_back(void *self, const hal_camera_frame *) {
+void Camera::release(void *self) {
     static_cast<Camera *>(self)->lent--;
 }
 
 constexpr hal_clock_operations kClock = {World::now, World::wait, nullptr};
 constexpr hal_gpio_operations kGpio = {World::set, nullptr};
-constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
-                                           Camera::give_back, nullptr,      nullptr};
+constexpr hal_camera_operations kCamera = {Camera::start, Camera::stop, Camera::take, nullptr,
+                                           nullptr};
 
 struct Triggered {
     World world{};
@@ -161,7 +161,6 @@ struct Triggered {
     hal_gpio gpio{&kGpio, &world};
     hal_camera ports[2]{{&kCamera, &world.cameras[0]}, {&kCamera, &world.cameras[1]}};
     ::rig rig{};
-    std::vector<uint16_t> memory{};
     Camera &left = world.cameras[0], &right = world.cameras[1];
 
     explicit Triggered(uint32_t trigger_us = 1000) {
@@ -183,8 +182,13 @@ struct Triggered {
     Triggered &operator=(const Triggered &) = delete;
     int capture(::pair &pair, bool check_static = false) {
         const pair_options options = {check_static};
-        memory.assign(pair_values(&rig, &options), 0);
-        return pair_capture(&rig, &options, memory.data(), memory.size(), &pair);
+        const int error = pair_capture(&rig, &options, &pair);
+        // The pixels remain, as they belong to the cameras.
+        pair_frame frames[] = {pair.frame[RIG_LEFT], pair.frame[RIG_RIGHT]};
+        if (error == ERROR_OK) {
+            pair_release(frames);
+        }
+        return error;
     }
     std::string text() const { return rig.last_error.text; }
     // The line is inactive and no frame is left on loan.
@@ -220,8 +224,8 @@ TEST_CASE("one pulse is one pair, whose frames begin with it") {
             CHECK(two.left.pulses == pulses + (k == 2 ? 2 : 1));
             CHECK(two.right.pulses == two.left.pulses);
             CHECK(two.world.longest_us == trigger_us);
-            CHECK(pair.frame[RIG_LEFT].data[3] == 50);
-            CHECK(pair.frame[RIG_RIGHT].data[kWidth * kHeight - 1] == 90);
+            CHECK(pair.frame[RIG_LEFT].image.data[3] == 50);
+            CHECK(pair.frame[RIG_RIGHT].image.data[kWidth * kHeight - 1] == 90);
             two.check_rest();
         }
         CHECK(two.rig.health[RIG_PART_TRIGGER_LINE].present);

@@ -66,7 +66,6 @@ struct Camera {
         return of(self).started ? ERROR_OK : ERROR_UNSUPPORTED;
     }
     static int stop(void *self) {
-        CHECK(of(self).lent == 0);
         of(self).started = false;
         return of(self).fault();
     }
@@ -107,11 +106,14 @@ struct Camera {
         const uint64_t begin_us = me.phase_us + number * me.period_us;
         const uint64_t end_us = me.end_us(number);
         me.lent++;
-        *frame = {me.values.data(), kWidth, kHeight,  3 * kWidth, 8,      HAL_CAMERA_RGB,
-                  uint32_t(number), 0,      begin_us, end_us,     nullptr};
+        frame->image = {me.values.data(), kWidth, kHeight, 3 * kWidth, 8, RAW_RGB, release, &me};
+        frame->sequence = uint32_t(number);
+        frame->faults = 0;
+        frame->begin_us = begin_us;
+        frame->end_us = end_us;
         return ERROR_OK;
     }
-    static void give_back(void *self, const hal_camera_frame *) { of(self).lent--; }
+    static void release(void *self) { of(self).lent--; }
 };
 
 // The value that its controls have after they were set, whatever was requested.
@@ -123,10 +125,10 @@ int control(void *, hal_camera_control, int32_t, int32_t *applied) {
 }
 
 constexpr hal_clock_operations kClock = {Clock::now, Clock::wait, nullptr};
-constexpr hal_camera_operations kCamera = {Camera::start,     Camera::stop, Camera::take,
-                                           Camera::give_back, nullptr,      nullptr};
-constexpr hal_camera_operations kControlled = {Camera::start,     Camera::stop, Camera::take,
-                                               Camera::give_back, control,      nullptr};
+constexpr hal_camera_operations kCamera = {Camera::start, Camera::stop, Camera::take, nullptr,
+                                           nullptr};
+constexpr hal_camera_operations kControlled = {Camera::start, Camera::stop, Camera::take, control,
+                                               nullptr};
 
 struct TwoCameras {
     Clock time;
@@ -134,7 +136,6 @@ struct TwoCameras {
     hal_clock clock{&kClock, &time};
     hal_camera ports[2]{{&kCamera, &left}, {&kCamera, &right}};
     ::rig rig{};
-    std::vector<uint16_t> memory;
 
     TwoCameras(uint64_t period_us, uint64_t phase_us)
         : TwoCameras(period_us, period_us, phase_us) {}
@@ -148,8 +149,15 @@ struct TwoCameras {
     }
     int capture(::pair &pair) {
         const pair_options options = {true};
-        memory.assign(pair_values(&rig, &options), 0);
-        return pair_capture(&rig, &options, memory.data(), memory.size(), &pair);
+        const int error = pair_capture(&rig, &options, &pair);
+        CHECK(left.lent == (error == ERROR_OK));
+        CHECK(right.lent == (error == ERROR_OK));
+        // The pixels remain, as they belong to the cameras.
+        pair_frame frames[] = {pair.frame[RIG_LEFT], pair.frame[RIG_RIGHT]};
+        if (error == ERROR_OK) {
+            pair_release(frames);
+        }
+        return error;
     }
 };
 
@@ -170,9 +178,9 @@ TEST_CASE("the two frames that are nearest to each other are the pair") {
         REQUIRE(two.capture(pair) == ERROR_OK);
         CHECK(uint64_t(std::llabs(pair.skew_us)) <= period_us / 2 + 1);
         CHECK(pair.change_permille == 0);
-        CHECK(pair.frame[RIG_LEFT].data[3] == 50);
-        CHECK(pair.frame[RIG_RIGHT].data[3 * kWidth * kHeight - 1] == 90);
-        CHECK(pair.frame[RIG_LEFT].stride == 3 * kWidth);
+        CHECK(pair.frame[RIG_LEFT].image.data[3] == 50);
+        CHECK(pair.frame[RIG_RIGHT].image.data[3 * kWidth * kHeight - 1] == 90);
+        CHECK(pair.frame[RIG_LEFT].image.stride == 3 * kWidth);
         CHECK(pair.frame[RIG_LEFT].before.pan_q4 == 0);
         CHECK(pair.frame[RIG_LEFT].before.position[LENS_ZOOM] == INT32_MIN);
         CHECK(two.left.lent == 0);

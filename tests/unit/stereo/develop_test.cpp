@@ -45,11 +45,11 @@ std::vector<uint16_t> mosaic(const Colour &light, const Colour &thing, uint64_t 
     return values;
 }
 
-reconstruct_image image_of(const std::vector<uint16_t> &values, pixel_layout layout) {
-    return {values.data(), kWidth, kHeight, kWidth, kBits, layout};
+raw_image image_of(const std::vector<uint16_t> &values, raw_layout layout) {
+    return {values.data(), kWidth, kHeight, kWidth, kBits, layout, nullptr, nullptr};
 }
 
-Developed develop(const reconstruct_image &raw, const develop_balance &balance) {
+Developed develop(const raw_image &raw, const develop_balance &balance) {
     Developed out;
     synthetic::Threads threads(2);
     std::vector<uint8_t> memory(develop_need_bytes(kWidth, kBits, 2));
@@ -80,7 +80,7 @@ TEST_CASE("grey things are grey in coloured light") {
     CAPTURE(seed);
     for (const Colour &light : {Colour{0.55, 1, 0.7}, Colour{1, 0.8, 0.4}, Colour{0.9, 1, 0.95}}) {
         const std::vector<uint16_t> values = mosaic(light, {1, 1, 1}, seed);
-        const reconstruct_image raw = image_of(values, PIXEL_BAYER_GRBG);
+        const raw_image raw = image_of(values, RAW_BAYER_GRBG);
         const develop_balance none = {{256, 256, 256}};
         const develop_balance found = develop_balance_of(&raw);
         CHECK(cast_of(develop(raw, found)) <= 3);
@@ -93,24 +93,24 @@ TEST_CASE("a quarter of the picture of one colour changes little") {
     const uint64_t seed = synthetic::test_seed();
     CAPTURE(seed);
     const std::vector<uint16_t> values = mosaic({0.6, 1, 0.7}, {1, 0.2, 0.1}, seed);
-    const reconstruct_image raw = image_of(values, PIXEL_BAYER_GRBG);
+    const raw_image raw = image_of(values, RAW_BAYER_GRBG);
     // Grey world, which uses plain means, is off by about 20 here.
     CHECK(cast_of(develop(raw, develop_balance_of(&raw))) <= 16);
 }
 
 TEST_CASE("no light of one colour, no light at all, no mosaic") {
     const std::vector<uint16_t> green = mosaic({0, 1, 0}, {1, 1, 1}, 1);
-    reconstruct_image raw = image_of(green, PIXEL_BAYER_GRBG);
+    raw_image raw = image_of(green, RAW_BAYER_GRBG);
     develop_balance balance = develop_balance_of(&raw);
     CHECK(balance.gain_q8[0] == 4 * DEVELOP_BALANCE_ONE);
     CHECK(balance.gain_q8[1] == DEVELOP_BALANCE_ONE);
     CHECK(balance.gain_q8[2] == 4 * DEVELOP_BALANCE_ONE);
     const std::vector<uint16_t> dark(kWidth * kHeight);
-    raw = image_of(dark, PIXEL_BAYER_GRBG);
+    raw = image_of(dark, RAW_BAYER_GRBG);
     balance = develop_balance_of(&raw);
     CHECK(balance.gain_q8[0] >= DEVELOP_BALANCE_ONE);
     CHECK(develop(raw, balance).colour == std::vector<uint8_t>(3 * kWidth * kHeight));
-    raw = image_of(green, PIXEL_GREY);
+    raw = image_of(green, RAW_GREY);
     balance = develop_balance_of(&raw);
     for (const uint16_t gain : balance.gain_q8) {
         CHECK(gain == DEVELOP_BALANCE_ONE);

@@ -217,7 +217,7 @@ TEST_CASE("colour and mosaic of a grey scene give the grey scene's surface") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
     const Verged setup = make_verged(seed, 0.5);
-    for (const pixel_layout layout : {PIXEL_RGB, PIXEL_BAYER_GRBG}) {
+    for (const raw_layout layout : {RAW_RGB, RAW_BAYER_GRBG}) {
         VergedSetting setting;
         setting.layout = layout;
         const VergedRun done = run_verged(setup, setting);

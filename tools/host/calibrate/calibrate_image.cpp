@@ -35,10 +35,10 @@ uint8_t grey_of(const uint16_t rgb[3], int surplus) {
 }
 
 void grey_rows(const image_file &file, std::vector<uint8_t> *grey) {
-    const reconstruct_image &image = file.image;
+    const raw_image &image = file.image;
     const size_t width = static_cast<size_t>(image.width_px);
     const int surplus = surplus_bits(file.brightest);
-    const bool mosaic = image.layout == PIXEL_BAYER_GRBG;
+    const bool mosaic = image.layout == RAW_BAYER_GRBG;
     std::vector<uint16_t> rgb(mosaic ? 3 * width : 0);
     std::vector<int32_t> work(mosaic ? 3 * (width + DEBAYER_MARGIN_PX) : 0);
     const image_u16 raw = {file.pixels, image.width_px, image.height_px, image.stride};
@@ -51,8 +51,8 @@ void grey_rows(const image_file &file, std::vector<uint8_t> *grey) {
             from = rgb.data();
         }
         for (size_t x = 0; x < width; x++) {
-            *to++ = image.layout == PIXEL_GREY ? static_cast<uint8_t>(from[x] >> surplus)
-                                               : grey_of(from + 3 * x, surplus);
+            *to++ = image.layout == RAW_GREY ? static_cast<uint8_t>(from[x] >> surplus)
+                                             : grey_of(from + 3 * x, surplus);
         }
     }
 }

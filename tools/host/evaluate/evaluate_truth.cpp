@@ -36,7 +36,7 @@ struct grey_png {
             *message = last_error.text;
             return false;
         }
-        if (file.image.layout != PIXEL_GREY) {
+        if (file.image.layout != RAW_GREY) {
             *message = path + ": a colour image (expected one value per pixel)";
             return false;
         }

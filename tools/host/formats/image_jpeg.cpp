@@ -117,7 +117,7 @@ void read_rows(jpeg_decompress_struct *jpeg, jpeg_job *job) {
     const int channels = jpeg->out_color_space == JCS_RGB ? 3 : 1;
     const int error = image_file_begin(job->file, static_cast<int>(jpeg->image_width),
                                        static_cast<int>(jpeg->image_height), channels, 8,
-                                       channels == 3 ? PIXEL_RGB : PIXEL_GREY, job->text);
+                                       channels == 3 ? RAW_RGB : RAW_GREY, job->text);
     if (error != ERROR_OK) {
         give_up(job, error);
     }

@@ -113,7 +113,7 @@ void read_rows(png_job *job) {
     const bool wide = png_get_bit_depth(job->png, job->info) == 16;
     const int error =
         image_file_begin(job->file, static_cast<int>(width), static_cast<int>(height), channels,
-                         wide ? 16 : 8, channels == 3 ? PIXEL_RGB : PIXEL_GREY, job->text);
+                         wide ? 16 : 8, channels == 3 ? RAW_RGB : RAW_GREY, job->text);
     if (error != ERROR_OK) {
         give_up(job, error);
     }

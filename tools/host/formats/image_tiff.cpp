@@ -210,8 +210,8 @@ int read_tiff(const char *path, image_file *file, message *message) {
     const uint32_t limit = 1 << 30;
     error = image_file_begin(file, static_cast<int>(image.width < limit ? image.width : limit),
                              static_cast<int>(image.height < limit ? image.height : limit),
-                             image.channels, image.bits,
-                             image.channels == 3 ? PIXEL_RGB : PIXEL_GREY, message);
+                             image.channels, image.bits, image.channels == 3 ? RAW_RGB : RAW_GREY,
+                             message);
     if (error != ERROR_OK) {
         return error;
     }

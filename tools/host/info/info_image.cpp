@@ -61,7 +61,7 @@ bool is_reason_map(const std::string &path) {
     return name == "reasons.pgm" || name == "reasons.png";
 }
 
-void add_values(const reconstruct_image &image, const meaning &what, info_page *page) {
+void add_values(const raw_image &image, const meaning &what, info_page *page) {
     std::uint64_t known = 0;
     unsigned min = 0xffff, greatest = 0;
     for (int y = 0; y < image.height_px; y++) {
@@ -83,7 +83,7 @@ void add_values(const reconstruct_image &image, const meaning &what, info_page *
     }
 }
 
-void add_reasons(const reconstruct_image &image, info_page *page) {
+void add_reasons(const raw_image &image, info_page *page) {
     std::uint64_t counts[REASON_COUNT + 1] = {};
     for (int y = 0; y < image.height_px; y++) {
         const std::uint16_t *row = image.data + y * image.stride;
@@ -149,9 +149,9 @@ bool info_image(const std::string &path, info_page *page, std::string *message) 
         *message = reason.text;
         return false;
     }
-    const reconstruct_image &image = file.image;
+    const raw_image &image = file.image;
     const meaning *what = meaning_of(path);
-    const bool grey = image.layout == PIXEL_GREY;
+    const bool grey = image.layout == RAW_GREY;
     page->kind = what != nullptr && grey       ? what->kind
                  : is_reason_map(path) && grey ? "reason map"
                                                : "image";

@@ -38,19 +38,14 @@ struct reading {
 /// Statistics of a frame's picture: from the session, or else from its pixels.
 bool read_picture(reading *self, int side, picture_stats *found) {
     pair_frame frame = self->pairs.pair.pair.frame[side];
-    const uint32_t crc32 = self->pairs.pair.frame_crc[side];
-    if (session_reader_frame_fits(&self->reader, &frame, crc32, &self->last_error) != ERROR_OK) {
-        return false;
-    }
-    std::vector<uint16_t> values(size_t{session_frame_row_values(&frame)} * frame.height_px);
-    if (session_reader_frame(&self->reader, &frame, crc32, values.data(), values.size(),
-                             &self->last_error) != ERROR_OK) {
+    if (session_reader_load(&self->reader, &frame.image, self->pairs.pair.frame_crc[side],
+                            &self->last_error) != ERROR_OK) {
         return false;
     }
     if (!frame.has_picture) {
-        frame.data = values.data();
         pair_frame_assess(&frame);
     }
+    raw_image_release(&frame.image);
     *found = frame.picture;
     return true;
 }
@@ -109,11 +104,12 @@ bool add_side(reading *self, int side, info_page *page, document *object) {
     if (!read_picture(self, side, &shown)) {
         return false;
     }
-    std::string text = std::to_string(frame.width_px) + " x " + std::to_string(frame.height_px) +
-                       " px, " + std::to_string(frame.bits) + " bit " + layouts[frame.layout];
-    (*object)["size_px"] = {frame.width_px, frame.height_px};
-    (*object)["bits"] = frame.bits;
-    (*object)["layout"] = layouts[frame.layout];
+    std::string text = std::to_string(frame.image.width_px) + " x " +
+                       std::to_string(frame.image.height_px) + " px, " +
+                       std::to_string(frame.image.bits) + " bit " + layouts[frame.image.layout];
+    (*object)["size_px"] = {frame.image.width_px, frame.image.height_px};
+    (*object)["bits"] = frame.image.bits;
+    (*object)["layout"] = layouts[frame.image.layout];
     if (frame.window.skip != 0) {
         text += ", from " + std::to_string(frame.window.column_px) + "," +
                 std::to_string(frame.window.row_px) + " of the sensor, skip " +
@@ -143,7 +139,8 @@ std::string mismatch_of(const reading &self, const calibration &value) {
     for (int side = 0; side < RIG_SIDES; side++) {
         const pair_frame &frame = self.pairs.pair.pair.frame[side];
         const lens &lens = side == RIG_LEFT ? value.left : value.right;
-        const bool same = lens.width_px == frame.width_px && lens.height_px == frame.height_px;
+        const bool same =
+            lens.width_px == frame.image.width_px && lens.height_px == frame.image.height_px;
         const bool whole = lens.width_px == MT9T001_WIDTH_PX &&
                            lens.height_px == MT9T001_HEIGHT_PX && frame.window.skip != 0;
         if (!same && !whole) {

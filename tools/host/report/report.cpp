@@ -108,7 +108,7 @@ std::string meta_of(const reconstruct_context &context) {
 /// One line per camera: its position, if known, and the brightness of its image.
 std::string cameras_of(const reconstruct_context &context) {
     std::string html;
-    const reconstruct_image *images[] = {&context.left, &context.right};
+    const raw_image *images[] = {&context.left, &context.right};
     for (int side = 0; side < RIG_SIDES; side++) {
         std::string text = side == 0 ? "left" : "right";
         if (context.capture.session != nullptr) {

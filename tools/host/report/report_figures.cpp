@@ -159,9 +159,9 @@ report_figures report_figures_collect(const reconstruct_context &context) {
     return figures;
 }
 
-double report_figures_brightness_percent(const reconstruct_image &image) {
+double report_figures_brightness_percent(const raw_image &image) {
     const std::size_t values =
-        static_cast<std::size_t>(image.width_px) * (image.layout == PIXEL_RGB ? 3 : 1);
+        static_cast<std::size_t>(image.width_px) * (image.layout == RAW_RGB ? 3 : 1);
     if (image.data == nullptr || values == 0 || image.height_px <= 0) {
         return -1;
     }

@@ -51,7 +51,7 @@ struct report_figures {
 report_figures report_figures_collect(const reconstruct_context &context);
 
 /// Mean of all values of a raw image in percent of the maximum; -1 when its pixels are unavailable.
-double report_figures_brightness_percent(const reconstruct_image &image);
+double report_figures_brightness_percent(const raw_image &image);
 
 /// Rates the |vertical disparity| of the matches, in px. `fault`: result_figures_rows_fault.
 report_verdict report_figures_assess_rows(const triangulate_vertical &vertical, const char *fault);

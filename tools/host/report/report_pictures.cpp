@@ -164,11 +164,10 @@ std::string sigma_figure(const reconstruct_context &context, const report_grid &
 }
 
 /// A raw image as 8-bit colour.
-std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image &raw, int step, int width,
-                                     int height) {
+std::vector<std::uint8_t> raw_to_rgb(const raw_image &raw, int step, int width, int height) {
     std::vector<std::uint8_t> rgb;
     rgb.reserve(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    const int channels = raw.layout == PIXEL_RGB ? 3 : 1;
+    const int channels = raw.layout == RAW_RGB ? 3 : 1;
     for (int y = 0; y < height; y++) {
         for (int x = 0; x < width; x++) {
             const std::uint16_t *pixel =
@@ -182,7 +181,7 @@ std::vector<std::uint8_t> raw_to_rgb(const reconstruct_image &raw, int step, int
     return rgb;
 }
 
-std::string raw_figure(const reconstruct_image &raw, const char *path, const char *side) {
+std::string raw_figure(const raw_image &raw, const char *path, const char *side) {
     int step = 1;
     while (raw.width_px / step > 900) {
         step++;
