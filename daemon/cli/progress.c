@@ -7,14 +7,42 @@
 
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/base/printable.h"
 #include "daemon/cli/screen.h"
 
 enum {
-    BAR_CELLS = 40,
-    BAR_CELLS_MIN = 4,
-    BAR_FRAME = 24,  // the text around the cells, with the longest stage name
+    CELLS_MAX = 40,
+    FRAME = 9,        // around text and cells
+    STAGE_TEXT = 14,  // the longest name of a stage
+    PARTS = 1000,     // of a whole run
     REDRAW_US = 100000,
 };
+
+int progress_draw(FILE *file, size_t columns, int text, const char *what, uint64_t done,
+                  uint64_t total) {
+    INVARIANT(total > 0 && text > 0 && text <= PROGRESS_TEXT_MAX);
+    // A bar that reached the last column would wrap and be drawn repeatedly.
+    const int room = columns > FRAME + 4 ? (int)columns - 1 - FRAME : 3;
+    const int shown = text < room * 3 / 4 ? text : room * 3 / 4;
+    const int cells = room - shown < CELLS_MAX ? room - shown : CELLS_MAX;
+    const uint64_t reached = done < total ? done : total;
+    char name[PROGRESS_TEXT_MAX + 1];
+    char bar[CELLS_MAX + 1];
+    printable_copy(what, name, sizeof name);
+    memset(bar, '.', sizeof bar);
+    memset(bar, '#', (size_t)(reached * (uint64_t)cells / total));
+    fprintf(file, "\r%-*.*s [%.*s] %3d %%", shown, shown, name, cells, bar,
+            (int)(reached * 100 / total));
+    fflush(file);
+    return shown + cells + FRAME;
+}
+
+void progress_erase(FILE *file, int width) {
+    if (width > 0) {
+        fprintf(file, "\r%*s\r", width, "");
+        fflush(file);
+    }
+}
 
 void progress_begin(struct progress *progress, bool quiet) {
     *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO) == 1};
@@ -28,14 +56,6 @@ void progress_expect(struct progress *progress, const double *work, int stages) 
         INVARIANT(work[i] >= 0);
         progress->before[i + 1] = progress->before[i] + work[i];
     }
-}
-
-// As many as fit: a bar that reached the last column would wrap and be drawn repeatedly.
-static int cells_of_window(void) {
-    const size_t columns = screen_columns(STDERR_FILENO);
-    return columns > BAR_CELLS + BAR_FRAME       ? BAR_CELLS
-           : columns > BAR_CELLS_MIN + BAR_FRAME ? (int)columns - 1 - BAR_FRAME
-                                                 : BAR_CELLS_MIN;
 }
 
 // Updates the share of the whole run; it never decreases.
@@ -62,20 +82,11 @@ void progress_show(struct progress *progress, int stage, const char *name, int d
     }
     progress->stage = name;
     progress->last_us = now_us;
-    progress->cells = cells_of_window();
-    const int filled = (int)(progress->cells * progress->done);
-    char bar[BAR_CELLS + 1];
-    memset(bar, '.', BAR_CELLS);
-    memset(bar, '#', (size_t)filled);
-    bar[progress->cells] = '\0';
-    fprintf(stderr, "\r%-12s [%s] %3d %%", name, bar, (int)(100 * progress->done));
-    fflush(stderr);
+    progress->width = progress_draw(stderr, screen_columns(STDERR_FILENO), STAGE_TEXT, name,
+                                    (uint64_t)(PARTS * progress->done), PARTS);
 }
 
 void progress_end(struct progress *progress) {
-    if (progress->cells > 0) {
-        fprintf(stderr, "\r%*s\r", progress->cells + BAR_FRAME, "");
-        fflush(stderr);
-        progress->cells = 0;
-    }
+    progress_erase(stderr, progress->width);
+    progress->width = 0;
 }

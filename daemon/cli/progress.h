@@ -1,20 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One progress bar for a whole run, on standard error if that is a terminal. It never goes back.
+/// Progress bars: one way to draw them, and one bar for a whole run of several stages.
 #ifndef VERGENCE_DAEMON_CLI_PROGRESS_H
 #define VERGENCE_DAEMON_CLI_PROGRESS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { PROGRESS_STAGES_MAX = 16 };
+enum { PROGRESS_STAGES_MAX = 16, PROGRESS_TEXT_MAX = 44 };
 
+/// Draws "WHAT [####....]  42 %" over the current line of a terminal of `columns` columns: `done`
+/// of `total` (> 0). `what` gets `text` columns, at most PROGRESS_TEXT_MAX, fewer in a narrow
+/// window; control characters in it become ?. Returns the columns used, for progress_erase.
+int progress_draw(FILE *file, size_t columns, int text, const char *what, uint64_t done,
+                  uint64_t total);
+
+/// Erases a bar of `width` columns; 0: nothing.
+void progress_erase(FILE *file, int width);
+
+/// A run, shown on standard error if that is a terminal. The bar never goes back.
 struct progress {
     bool shown;                              // standard error is a terminal and `quiet` was not set
-    int cells;                               // width of the bar to be erased; 0: none
+    int width;                               // of the bar to be erased; 0: none
     const char *stage;                       // drawn last
     uint64_t last_us;                        // when it was drawn last
     double before[PROGRESS_STAGES_MAX + 1];  // work before each stage; the last: total work

@@ -14,7 +14,7 @@
 #include "core/error.h"
 #include "daemon/base/framing.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/base/printable.h"
+#include "daemon/cli/progress.h"
 #include "daemon/cli/screen.h"
 #include "daemon/client/remote_framing.h"
 #include "daemon/files/token.h"
@@ -25,10 +25,6 @@ enum {
     CALL_SERIAL_MS = 3000,
     CALL_SOCKET_MS = 60000,
     HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1,
-    BAR_WIDTH = 30,
-    BAR_TEXT = 44,
-    BAR_TEXT_MIN = 10,  ///< in a narrow window, which also shortens the bar
-    BAR_FRAME = 3,      ///< blank and brackets around the bar
 };
 
 bool remote_quote(const char *word, char *text) {
@@ -58,32 +54,17 @@ bool remote_files_command(const char *name, const char *after, char *command) {
     return length > 0 && length < REMOTE_REQUEST_BYTES;
 }
 
-static int between(int min, int value, int max) {
-    return value < min ? min : value > max ? max : value;
-}
-
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {
     if (isatty(STDERR_FILENO) == 0) {
         return;
     }
     if (total == 0) {
-        if (self->bar_columns > 0) {
-            fprintf(stderr, "\r%*s\r", self->bar_columns, "");
-        }
+        progress_erase(stderr, self->bar_columns);
         self->bar_columns = 0;
         return;
     }
-    // A bar that reached the last column would wrap and be drawn repeatedly.
-    const size_t columns = screen_columns(STDERR_FILENO);
-    const int room = columns < SCREEN_COLUMNS ? (int)columns - 1 - BAR_FRAME : SCREEN_COLUMNS;
-    const int text = between(BAR_TEXT_MIN, room - BAR_WIDTH, BAR_TEXT);
-    const int width = between(1, room - text, BAR_WIDTH);
-    const int full = (int)((done < total ? done : total) * (uint64_t)width / total);
-    char shown[BAR_TEXT + 1];
-    printable_copy(what, shown, sizeof shown);
-    fprintf(stderr, "\r%-*.*s [%.*s%*s]", text, text, shown, full, "##############################",
-            width - full, "");
-    self->bar_columns = text + BAR_FRAME + width;
+    self->bar_columns =
+        progress_draw(stderr, screen_columns(STDERR_FILENO), PROGRESS_TEXT_MAX, what, done, total);
 }
 
 bool remote_interrupted(struct remote *self) {

@@ -389,7 +389,7 @@ static bool step_lines(struct connection *self) {
 /// Completes a command that has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
-    job->bar_shown = false;
+    job->bar_columns = 0;
     atomic_store(&job->state, JOB_FREE);
     if (job->quit) {
         job->quit = false;

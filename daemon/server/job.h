@@ -52,7 +52,7 @@ struct job {
     uint64_t queued_us;    ///< monotonic time at which it was queued
     uint32_t ahead;        ///< commands before it at that time
     uint32_t ahead_shown;  ///< last number shown to the client, or JOB_NOT_SHOWN
-    bool bar_shown;        ///< a bar is on its terminal, to be erased by the answer
+    int bar_columns;       ///< width of a bar on its terminal, to be erased by the answer; 0: none
 };
 
 #endif

@@ -8,8 +8,8 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-
-enum { BAR_WIDTH = 24, BAR_TEXT = 44 };  // characters, of the bar and of the text before it
+#include "daemon/cli/progress.h"
+#include "daemon/cli/screen.h"
 
 /// Passes bytes of the stream to the output. Terminals need CR LF.
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
@@ -31,13 +31,6 @@ static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {
     return (ssize_t)bytes;
 }
 
-static void wipe_bar(struct reply *self) {
-    if (self->bar_shown) {
-        fprintf(self->stream, "\r%*s\r", BAR_TEXT + BAR_WIDTH + 3, "");
-        self->bar_shown = false;
-    }
-}
-
 /// Opens a line of JSON; `event` is NULL in an answer.
 static void begin_json(struct reply *self, const char *event) {
     self->crc = 0;
@@ -53,7 +46,8 @@ static void begin_result(struct reply *self) {
         return;
     }
     self->begun = true;
-    wipe_bar(self);
+    progress_erase(self->stream, self->bar_columns);
+    self->bar_columns = 0;
     fflush(self->stream);
     self->crc = 0;
     if (self->request.json) {
@@ -217,7 +211,7 @@ void reply_begin(struct reply *self, struct output *output, const struct request
     self->request = *request;
     self->terminal = terminal;
     self->begun = false;
-    self->bar_shown = false;
+    self->bar_columns = 0;
     self->depth = 0;
     self->array[0] = false;
     self->in_line[0] = false;
@@ -250,10 +244,8 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
     } else if (!self->request.json && !self->terminal && self->request.progress) {
         fprintf(self->stream, "... %s %" PRIu32 "/%" PRIu32 "\n", what, done, total);
     } else if (!self->request.json && self->terminal) {
-        const int full = (int)((uint64_t)BAR_WIDTH * (done < total ? done : total) / total);
-        fprintf(self->stream, "\r%-*.*s [%.*s%*s]", BAR_TEXT, BAR_TEXT, what, full,
-                "########################", BAR_WIDTH - full, "");
-        self->bar_shown = true;
+        self->bar_columns =
+            progress_draw(self->stream, SCREEN_COLUMNS, PROGRESS_TEXT_MAX, what, done, total);
     }
     fflush(self->stream);
 }

@@ -38,9 +38,9 @@ struct reply {
     struct request request;
     bool terminal;  ///< lines end in CR LF; progress is a bar
     struct json json;
-    bool begun;      ///< the result was begun
-    bool bar_shown;  ///< a bar is on the terminal, to be erased
-    uint32_t crc;    ///< of the line (text: of the answer) so far
+    bool begun;       ///< the result was begun
+    int bar_columns;  ///< width of the bar on the terminal, to be erased; 0: none
+    uint32_t crc;     ///< of the line (text: of the answer) so far
     int depth;
     bool array[REPLY_DEPTH_MAX + 1];    ///< the group is an array
     bool in_line[REPLY_DEPTH_MAX + 1];  ///< the group's items share one line of text

@@ -31,7 +31,7 @@ enum {
 
 void server_answer(struct server *self, struct job *job, int error, const char *message) {
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
-    self->reply.bar_shown = job->bar_shown;
+    self->reply.bar_columns = job->bar_columns;
     reply_end(&self->reply, error, message);
 }
 

@@ -154,7 +154,7 @@ static void run(struct worker *self, struct job *job) {
         .job = job,
     };
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
-    self->reply.bar_shown = job->bar_shown;
+    self->reply.bar_columns = job->bar_columns;
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
@@ -301,7 +301,7 @@ bool worker_submit(struct worker *self, struct job *job) {
         job->queued_us = monotonic_now_us();
         job->ahead = (uint32_t)self->count + (self->running != NULL);
         job->ahead_shown = JOB_NOT_SHOWN;
-        job->bar_shown = false;
+        job->bar_columns = 0;
         self->waiting[(self->first + self->count) % CONFIG_QUEUE_MAX] = job;
         self->count++;
         pthread_cond_signal(&self->wakeup);
@@ -347,7 +347,7 @@ void worker_report_wait(struct worker *self, struct job *job, struct reply *repl
                  self->running->command->name);
         reply_begin(reply, job->output, &job->request, job->terminal);
         reply_progress(reply, what, job->ahead - ahead, job->ahead);
-        job->bar_shown = reply->bar_shown;
+        job->bar_columns = reply->bar_columns;
     }
     pthread_mutex_unlock(&self->lock);
 }

@@ -182,7 +182,7 @@ class Terminal(pairs.Fixture):
             shown = text.split("\r")
             bars = [text for text in shown if "%" in text or text.isspace() and text != "\n"]
             self.assertGreater(len(bars), 2, shown)
-            self.assertEqual(max(len(bar) for bar in bars), min(columns - 1, 64), shown)
+            self.assertEqual(max(len(bar) for bar in bars), min(columns - 1, 63), shown)
 
     def test_a_bar_shows_the_stages_and_goes_away(self):
         code, shown = self.on_terminal("reconstruct", self.left_path, self.right_path,

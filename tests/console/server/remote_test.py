@@ -345,11 +345,11 @@ class Remote(DaemonTest):
             terminal_user.type("\x03")
             terminal_user.until(lambda begin=begin: "CANCELLED" in terminal_user.text[begin:] and
                          terminal_user.at_prompt())
-            bars = re.findall("waiting[^\r\n]*]", terminal_user.text[begin:])
-            self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 77)}, bars)
+            bars = re.findall("waiting[^\r\n]*%", terminal_user.text[begin:])
+            self.assertEqual({len(bar) for bar in bars}, {min(columns - 1, 93)}, bars)
             # The text that erases it is not longer either.
             blanks = re.findall("\r( +)\r", terminal_user.text[begin:])
-            self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 77)})
+            self.assertEqual({len(blank) for blank in blanks}, {min(columns - 1, 93)})
 
     def through(self, lost, changed, seed=None):
         seed = seed or int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))

@@ -130,7 +130,7 @@ class Console(DaemonTest):
         other.begin("wait 100000")
         begin = len(self.terminal.screen.lines)
         self.terminal.send("status\r")
-        self.terminal.wait_line("waiting for another client's wait".ljust(45) + "[" + 24 * " " + "]")
+        self.terminal.wait_line("waiting for another client's wait".ljust(45) + f"[{26 * '.'}]   0 %")
         self.terminal.send("\x03")
         self.terminal.wait_prompt()
         self.assertIn("ERR CANCELLED cancelled",
