@@ -2,12 +2,9 @@
 """The compared parts of a result, their storage, and the differences of two results."""
 import io
 import json
-import zlib
 
 import cv2
 import numpy as np
-
-from session import Unusable
 
 STEPS_PER_PX = 256          # disparities are integers in this unit
 NONE = np.int32(-2**31)
@@ -35,7 +32,7 @@ def read_image(path, form):
     data = path.read_bytes()
     image = cv2.imdecode(np.frombuffer(data, np.uint8), form) if data else None
     if image is None:
-        raise Unusable(f"{path}: not an image")
+        raise ValueError(f"{path}: not an image")
     return data, image
 
 
@@ -44,7 +41,7 @@ def read_reasons(path):
     data, image = read_image(path, cv2.IMREAD_COLOR)
     at = data.find(b"PLTE")
     if at < 4:
-        raise Unusable(f"{path}: not an image with a palette")
+        raise ValueError(f"{path}: not an image with a palette")
     length = int.from_bytes(data[at - 4:at], "big")
     codes = np.full(image.shape[:2], 255, np.uint8)
     for code in range(length // 3):
@@ -57,7 +54,7 @@ def read_points(path):
     data = path.read_bytes()
     head, mark, body = data.partition(b"DATA binary\n")
     if not mark or b"FIELDS x y z rgb sigma" not in head:
-        raise Unusable(f"{path}: not a binary point cloud with the fields x y z rgb sigma")
+        raise ValueError(f"{path}: not a binary point cloud with the fields x y z rgb sigma")
     return np.frombuffer(body, "<f4").reshape(-1, 5)[:, :3]
 
 
@@ -182,7 +179,3 @@ def picture(before, now, tolerance):
                     cv2.LINE_AA)
         framed.append(panel)
     return cv2.hconcat(framed)
-
-
-def crc_text(data):
-    return f"{zlib.crc32(data):08x}"

@@ -53,7 +53,7 @@ class Regress(Fixture):
     def test_what_cannot_be_measured_is_named(self):
         for folder, word in ((self.directory / "nosuch", "nosuch"), (self.folder, "--accept")):
             self.assertIn(word, self.regress(3, folder))
-        for arguments, word in (([], "DIR"), (["--accept"], "--accept"), (["--x"], "--x")):
+        for arguments, word in (([], "DIR"), (["--accept"], "--accept"), (["--x", "d"], "--x")):
             self.assertIn(word, self.regress(2, *arguments))
 
     def test_recorded_sessions_are_as_accepted(self):
