@@ -3,7 +3,6 @@
 #include <fcntl.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture_info.h"
 #include "daemon/session/session_pairs.h"
+#include "tools/host/formats/json_of.hpp"
 #include "tools/host/formats/number_text.hpp"
 #include "tools/host/info/info.hpp"
 
@@ -194,32 +194,16 @@ bool add_calibration(reading *self, info_page *page, document *object) {
     return true;
 }
 
-/// The "capture" object in results of the pair.
-document capture_json(const capture_info &info) {
-    char *text = nullptr;
-    size_t bytes = 0;
-    json writer;
-    FILE *stream = open_memstream(&text, &bytes);
-    if (stream == nullptr) {
-        return document::object();
-    }
-    json_begin(&writer, stream);
-    json_open_object(&writer, nullptr);
-    capture_info_json(&info, &writer);
-    json_close_object(&writer);
-    json_end(&writer);
-    std::fclose(stream);
-    const std::unique_ptr<char, void (*)(void *)> owner(text, std::free);
-    return document::parse(text, text + bytes)["capture"];
-}
-
 bool add_pair(reading *self, info_page *page, document *list) {
     struct pair pair = self->pairs.pair.pair;
     pair.number = self->pairs.count;
     calibration_match_pair(self->begin.profile,
                            self->pairs.has_instrument ? &self->pairs.instrument : nullptr, &pair,
                            &self->state);
-    document object = capture_json({self->reader.path, &pair});
+    document object = json_of([&](json *out) {
+        const capture_info info = {self->reader.path, &pair};
+        capture_info_json(&info, out);
+    })["capture"];
     object.erase("session");
     std::string text = "skew " + std::to_string(pair.skew_us) + " us, ";
     text += pair.checked ? "static: " + number_text(pair.change_permille / 10.0, 4) + " % changed"

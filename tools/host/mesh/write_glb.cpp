@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/base/json.h"
 #include "daemon/files/output_file.h"
 #include "tools/host/formats/image_jpeg.hpp"
+#include "tools/host/formats/json_of.hpp"
 #include "tools/host/mesh/glb_parts.hpp"
 
 namespace {
@@ -26,6 +24,8 @@ constexpr int filter_linear = 9729, filter_mipmap = 9987, wrap_clamp = 33071;
 constexpr int jpeg_quality = 90, jpeg_quality_packed = 80;
 constexpr char quantization[] = "KHR_mesh_quantization", compression[] = "EXT_meshopt_compression",
                transform[] = "KHR_texture_transform", unlit[] = "KHR_materials_unlit";
+
+using json = nlohmann::ordered_json;
 
 /// The content, and the offset of each part in the binary chunk, a multiple of 4.
 struct content {
@@ -79,252 +79,160 @@ double pitch_m(const reconstruct_result &mesh) {
     return std::fmax(0, *near / 1e6 / mesh.plan.f_px);
 }
 
-void open_view(json *out, size_t buffer, size_t offset, size_t length) {
-    json_integer(out, "buffer", static_cast<int64_t>(buffer));
-    json_integer(out, "byteOffset", static_cast<int64_t>(offset));
-    json_integer(out, "byteLength", static_cast<int64_t>(length));
+json view(size_t buffer, size_t offset, size_t length) {
+    return {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
 }
 
-void print_compression(json *out, const glb_part &part, size_t offset) {
-    json_open_object(out, "extensions");
-    json_open_object(out, compression);
-    open_view(out, 0, offset, part.packed.size());
-    json_integer(out, "byteStride", part.stride);
-    json_integer(out, "count", part.count);
-    json_text(out, "mode", part.mode);
-    if (part.filter != nullptr) {
-        json_text(out, "filter", part.filter);
-    }
-    json_close_object(out);
-    json_close_object(out);
-}
-
-void print_views(json *out, const content &content) {
+json views_of(const content &content) {
+    json views = json::array();
     size_t plain_at = 0;
-    json_open_array(out, "bufferViews");
     for (int i = 0; i < glb_parts::COUNT; i++) {
         const glb_part &part = content.parts.part[i];
         if (part.count == 0) {
             continue;
         }
         const bool packed = part.mode != nullptr;
-        json_open_object(out, nullptr);
-        open_view(out, packed ? 1 : 0, packed ? plain_at : content.at[i], part.bytes.size());
+        json one = view(packed ? 1 : 0, packed ? plain_at : content.at[i], part.bytes.size());
         if (i != glb_parts::INDICES) {
-            json_integer(out, "byteStride", part.stride);
+            one["byteStride"] = part.stride;
         }
-        json_integer(out, "target", i == glb_parts::INDICES ? target_indices : target_vertices);
+        one["target"] = i == glb_parts::INDICES ? target_indices : target_vertices;
         if (packed) {
-            print_compression(out, part, content.at[i]);
+            json how = view(0, content.at[i], part.packed.size());
+            how.update({{"byteStride", part.stride}, {"count", part.count}, {"mode", part.mode}});
+            if (part.filter != nullptr) {
+                how["filter"] = part.filter;
+            }
+            one["extensions"][compression] = how;
         }
-        json_close_object(out);
+        views.push_back(one);
         plain_at += padded(part.bytes.size());
     }
-    json_open_object(out, nullptr);
-    open_view(out, 0, content.at[glb_parts::COUNT], content.texture.size());
-    json_close_object(out);
-    json_close_array(out);
+    views.push_back(view(0, content.at[glb_parts::COUNT], content.texture.size()));
+    return views;
 }
 
-void print_accessors(json *out, const glb_parts &parts) {
-    json_open_array(out, "accessors");
+json accessors_of(const glb_parts &parts) {
+    json accessors = json::array();
     for (int i = 0; i < glb_parts::COUNT; i++) {
         const glb_part &part = parts.part[i];
         if (part.count == 0) {
             continue;
         }
-        json_open_object(out, nullptr);
-        json_integer(out, "bufferView", number_of(parts, i));
-        json_integer(out, "componentType", part.component);
-        json_integer(out, "count", part.count);
-        json_text(out, "type", part.type);
+        json one = {{"bufferView", number_of(parts, i)},
+                    {"componentType", part.component},
+                    {"count", part.count},
+                    {"type", part.type}};
         if (part.normalized) {
-            json_bool(out, "normalized", true);
+            one["normalized"] = true;
         }
         if (i == glb_parts::POSITIONS) {
-            json_reals(out, "min", parts.min, 3, 9);
-            json_reals(out, "max", parts.max, 3, 9);
+            one["min"] = parts.min;
+            one["max"] = parts.max;
         }
-        json_close_object(out);
+        accessors.push_back(one);
     }
-    json_close_array(out);
+    return accessors;
 }
 
-void print_buffers(json *out, const content &content) {
-    json_open_array(out, "buffers");
-    json_open_object(out, nullptr);
-    json_integer(out, "byteLength", static_cast<int64_t>(content.end));
-    json_close_object(out);
+json buffers_of(const content &content) {
+    json buffers = {{{"byteLength", content.end}}};
     if (content.context.compress) {
         // The buffer that the decoder fills; not in any file.
-        json_open_object(out, nullptr);
-        json_integer(out, "byteLength", static_cast<int64_t>(content.plain_end));
-        json_open_object(out, "extensions");
-        json_open_object(out, compression);
-        json_bool(out, "fallback", true);
-        json_close_object(out);
-        json_close_object(out);
-        json_close_object(out);
+        buffers.push_back({{"byteLength", content.plain_end},
+                           {"extensions", {{compression, {{"fallback", true}}}}}});
     }
-    json_close_array(out);
+    return buffers;
 }
 
-/// From pixels, relative to the centre of the first, to fractions of the image.
-void print_pixel_scale(json *out, const image_rgb8 &image) {
-    const double scale[2] = {1.0 / image.width, 1.0 / image.height};
-    const double offset[2] = {scale[0] / 2, scale[1] / 2};
-    json_open_object(out, "extensions");
-    json_open_object(out, transform);
-    json_reals(out, "offset", offset, 2, 9);
-    json_reals(out, "scale", scale, 2, 9);
-    json_close_object(out);
-    json_close_object(out);
-}
-
-void print_material(json *out, const content &content) {
-    json_open_array(out, "materials");
-    json_open_object(out, nullptr);
-    json_text(out, "name", "photograph");
-    json_bool(out, "doubleSided", true);
-    json_open_object(out, "pbrMetallicRoughness");
-    json_open_object(out, "baseColorTexture");
-    json_integer(out, "index", 0);
+json material_of(const content &content) {
+    json texture = {{"index", 0}};
     if (content.context.compress) {
-        print_pixel_scale(out, content.mesh.left_colour);
+        // From pixels, relative to the centre of the first, to fractions of the image.
+        const image_rgb8 &image = content.mesh.left_colour;
+        const double scale[2] = {1.0 / image.width, 1.0 / image.height};
+        texture["extensions"][transform] = {{"offset", {scale[0] / 2, scale[1] / 2}},
+                                            {"scale", scale}};
     }
-    json_close_object(out);
-    json_real(out, "metallicFactor", 0, 1);
-    json_real(out, "roughnessFactor", 1, 1);
-    json_close_object(out);
-    // A photograph already contains its lighting.
-    json_open_object(out, "extensions");
-    json_open_object(out, unlit);
-    json_close_object(out);
-    json_close_object(out);
-    json_close_object(out);
-    json_close_array(out);
+    return {{"name", "photograph"},
+            {"doubleSided", true},
+            {"pbrMetallicRoughness",
+             {{"baseColorTexture", texture}, {"metallicFactor", 0}, {"roughnessFactor", 1}}},
+            // A photograph already contains its lighting.
+            {"extensions", {{unlit, json::object()}}}};
 }
 
-void print_texture(json *out, const glb_parts &parts) {
-    json_open_array(out, "textures");
-    json_open_object(out, nullptr);
-    json_integer(out, "sampler", 0);
-    json_integer(out, "source", 0);
-    json_close_object(out);
-    json_close_array(out);
-    json_open_array(out, "samplers");
-    json_open_object(out, nullptr);
-    json_integer(out, "magFilter", filter_linear);
-    json_integer(out, "minFilter", filter_mipmap);
-    json_integer(out, "wrapS", wrap_clamp);
-    json_integer(out, "wrapT", wrap_clamp);
-    json_close_object(out);
-    json_close_array(out);
-    json_open_array(out, "images");
-    json_open_object(out, nullptr);
-    json_integer(out, "bufferView", number_of(parts, glb_parts::COUNT));
-    json_text(out, "mimeType", "image/jpeg");
-    json_close_object(out);
-    json_close_array(out);
-}
-
-void print_scene(json *out, const glb_parts &parts) {
-    json_integer(out, "scene", 0);
-    json_open_array(out, "scenes");
-    json_open_object(out, nullptr);
-    const double nodes[1] = {0};
-    json_reals(out, "nodes", nodes, 1, 1);
-    json_close_object(out);
-    json_close_array(out);
-    json_open_array(out, "nodes");
-    json_open_object(out, nullptr);
-    json_text(out, "name", "surface");
-    json_integer(out, "mesh", 0);
+json node_of(const glb_parts &parts) {
+    json node = {{"name", "surface"}, {"mesh", 0}};
     if (parts.part[glb_parts::POSITIONS].component == glb_u16) {
-        const double scale[3] = {parts.scale_m, parts.scale_m, parts.scale_m};
-        json_reals(out, "translation", parts.offset_m, 3, 9);
-        json_reals(out, "scale", scale, 3, 9);
+        node["translation"] = parts.offset_m;
+        node["scale"] = {parts.scale_m, parts.scale_m, parts.scale_m};
     }
-    json_close_object(out);
-    json_close_array(out);
-    json_open_array(out, "meshes");
-    json_open_object(out, nullptr);
-    json_open_array(out, "primitives");
-    json_open_object(out, nullptr);
-    json_open_object(out, "attributes");
-    json_integer(out, "POSITION", 0);
-    if (parts.part[glb_parts::NORMALS].count > 0) {
-        json_integer(out, "NORMAL", number_of(parts, glb_parts::NORMALS));
-    }
-    json_integer(out, "TEXCOORD_0", number_of(parts, glb_parts::PLACES));
-    json_close_object(out);
-    json_integer(out, "indices", number_of(parts, glb_parts::INDICES));
-    json_integer(out, "material", 0);
-    json_close_object(out);
-    json_close_array(out);
-    json_close_object(out);
-    json_close_array(out);
+    return node;
 }
 
-void print_asset(json *out, const reconstruct_context &context) {
+json primitive_of(const glb_parts &parts) {
+    json attributes = {{"POSITION", 0}};
+    if (parts.part[glb_parts::NORMALS].count > 0) {
+        attributes["NORMAL"] = number_of(parts, glb_parts::NORMALS);
+    }
+    attributes["TEXCOORD_0"] = number_of(parts, glb_parts::PLACES);
+    return {{"attributes", attributes},
+            {"indices", number_of(parts, glb_parts::INDICES)},
+            {"material", 0}};
+}
+
+json asset_of(const reconstruct_context &context) {
     char crc[16];
     std::snprintf(crc, sizeof crc, "%08x", context.result->calibration_crc);
-    const std::string generator =
-        std::string("vergence ") + context.version + " build " + context.build_id;
-    json_open_object(out, "asset");
-    json_text(out, "version", "2.0");
-    json_text(out, "generator", generator.c_str());
-    json_open_object(out, "extras");
-    json_text(out, "calibration_id", context.calibration->id);
-    json_text(out, "calibration_crc32", crc);
-    json_bool(out, "metric", context.metric);
-    json_text(out, "mismatch", context.mismatch.text[0] != '\0' ? context.mismatch.text : nullptr);
+    json extras = {{"calibration_id", context.calibration->id},
+                   {"calibration_crc32", crc},
+                   {"metric", context.metric},
+                   {"mismatch", context.mismatch.text[0] != '\0' ? json(context.mismatch.text)
+                                                                 : json(nullptr)}};
     if (context.depth_sigma_common_mm >= 0) {
-        json_real(out, "depth_sigma_common_mm", context.depth_sigma_common_mm, 6);
+        extras["depth_sigma_common_mm"] = context.depth_sigma_common_mm;
     }
-    capture_info_json(&context.capture, out);
-    json_close_object(out);
-    json_close_object(out);
-    for (const char *name : {"extensionsUsed", "extensionsRequired"}) {
-        json_open_array(out, name);
-        if (std::strcmp(name, "extensionsUsed") == 0) {
-            json_text(out, nullptr, unlit);
-        }
-        json_text(out, nullptr, quantization);
-        if (context.compress) {
-            json_text(out, nullptr, compression);
-            json_text(out, nullptr, transform);
-        }
-        json_close_array(out);
-    }
+    extras.update(json_of([&](auto *out) { capture_info_json(&context.capture, out); }));
+    return {
+        {"version", "2.0"},
+        {"generator", std::string("vergence ") + context.version + " build " + context.build_id},
+        {"extras", extras}};
 }
 
-/// The JSON chunk's text, padded with spaces; empty when memory runs out.
+/// The JSON chunk's text, padded with spaces.
 std::string make_text(const content &content) {
-    char *text = nullptr;
-    size_t length = 0;
-    FILE *stream = open_memstream(&text, &length);
-    if (stream == nullptr) {
-        return "";
+    json required = {quantization};
+    if (content.context.compress) {
+        required.push_back(compression);
+        required.push_back(transform);
     }
-    json out;
-    json_begin(&out, stream);
-    json_open_object(&out, nullptr);
-    print_asset(&out, content.context);
-    print_scene(&out, content.parts);
-    print_material(&out, content);
-    print_texture(&out, content.parts);
-    print_accessors(&out, content.parts);
-    print_views(&out, content);
-    print_buffers(&out, content);
-    json_close_object(&out);
-    json_end(&out);
-    const bool good = std::ferror(stream) == 0;
-    const bool closed = std::fclose(stream) == 0;
-    std::string result = good && closed ? std::string(text, length) : "";
-    std::free(text);
-    result.resize(padded(result.size()), ' ');
-    return result;
+    json used = {unlit};
+    used.insert(used.end(), required.begin(), required.end());
+    const glb_parts &parts = content.parts;
+    const json document = {
+        {"asset", asset_of(content.context)},
+        {"extensionsUsed", used},
+        {"extensionsRequired", required},
+        {"scene", 0},
+        {"scenes", {{{"nodes", {0}}}}},
+        {"nodes", {node_of(parts)}},
+        {"meshes", {{{"primitives", {primitive_of(parts)}}}}},
+        {"materials", {material_of(content)}},
+        {"textures", {{{"sampler", 0}, {"source", 0}}}},
+        {"samplers",
+         {{{"magFilter", filter_linear},
+           {"minFilter", filter_mipmap},
+           {"wrapS", wrap_clamp},
+           {"wrapT", wrap_clamp}}}},
+        {"images",
+         {{{"bufferView", number_of(parts, glb_parts::COUNT)}, {"mimeType", "image/jpeg"}}}},
+        {"accessors", accessors_of(parts)},
+        {"bufferViews", views_of(content)},
+        {"buffers", buffers_of(content)}};
+    std::string text = document.dump(-1, ' ', false, json::error_handler_t::replace);
+    text.resize(padded(text.size()), ' ');
+    return text;
 }
 
 void write_padded(const glb_bytes &bytes, output_file *file) {
@@ -352,7 +260,7 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
         0};
     lay_out(&content);
     const std::string text = make_text(content);
-    if (content.texture.empty() || text.empty()) {
+    if (content.texture.empty()) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", path);
     }
     const size_t total = 12 + 8 + text.size() + 8 + content.end;
