@@ -2,9 +2,7 @@
 #include "daemon/settings/saved_settings.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
@@ -246,168 +244,138 @@ int saved_settings_parse(const char *text, size_t length, struct saved_settings 
 
 // ---- whether an instrument can take the values
 
-static int refuse(struct message *message, int error, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static int refuse(struct message *message, int error, const char *format, ...) {
-    char why[MESSAGE_BYTES - 128];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(why, sizeof why, format, arguments);
-    va_end(arguments);
-    return message_set(message, error,
-                       "saved settings do not fit this instrument: %s (set it up, then use "
-                       "\"settings save\")",
-                       why);
-}
-
-static int check_window(const struct saved_settings *saved, const struct rig *rig,
-                        struct message *message) {
-    struct mt9t001_window window;
-    const bool good = !rig->profile.bridge
-                          ? saved->skip == 1
-                          : mt9t001_centred_window(saved->width_px, saved->height_px, saved->skip,
-                                                   1, &window) == 0;
-    return saved->width_px == 0 || good
-               ? 0
-               : refuse(message, ERROR_RANGE, "unsupported window %u x %u px, skip %u",
-                        (unsigned)saved->width_px, (unsigned)saved->height_px,
-                        (unsigned)saved->skip);
-}
-
-static int check_pan(const struct saved_settings *saved, const struct rig *rig, unsigned side,
-                     struct message *message) {
+/// Range of a value on this instrument; false: it does not have the part.
+static bool range_of(struct rig *rig, unsigned side, int value, int32_t *min, int32_t *max) {
     const struct rig_profile *profile = &rig->profile;
-    const int32_t pan_urad = saved->values[side][SAVED_PAN_URAD];
-    if (pan_urad == NOT_KEPT) {
-        return 0;
+    struct lens_limits limits = {.min = values[value].min, .max = values[value].max};
+    bool there = true;
+    if (value == SAVED_PAN_URAD) {
+        there = profile->servos;
+        limits = (struct lens_limits){.min = profile->pan_min_urad, .max = profile->pan_max_urad};
+    } else if (value >= SAVED_ZOOM) {
+        const int axis = value - SAVED_ZOOM;
+        there = rig_has_axis(profile, side, (enum lens_axis)axis) &&
+                rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) == 0;
     }
-    if (!profile->servos) {
-        return refuse(message, ERROR_NOT_CONNECTED, "no pan servos");
-    }
-    uint16_t width_q4 = 0;
-    char angle[QUANTITY_BYTES];
-    quantity_print(QUANTITY_ANGLE, pan_urad, angle);
-    const bool good = pan_urad >= profile->pan_min_urad && pan_urad <= profile->pan_max_urad &&
-                      servo_width_q4(&profile->servo[side], pan_urad, &width_q4) == 0;
-    return good ? 0
-                : refuse(message, ERROR_RANGE, "%s pan %s out of range", side_names[side], angle);
+    *min = limits.min;
+    *max = limits.max;
+    return there;
 }
 
-static int check_lens(const struct saved_settings *saved, struct rig *rig, unsigned side,
-                      struct message *message) {
-    for (int axis = 0; axis < LENS_AXES; axis++) {
-        const int32_t position = saved->values[side][SAVED_ZOOM + axis];
-        const char *name = values[SAVED_ZOOM + axis].name;
-        struct lens_limits limits;
-        if (position == NOT_KEPT) {
+static int check_side(const struct saved_settings *saved, struct rig *rig, unsigned side,
+                      struct message *why) {
+    for (int i = 0; i < SAVED_VALUES; i++) {
+        const int32_t value = saved->values[side][i];
+        char text[QUANTITY_BYTES], range[QUANTITY_RANGE_BYTES];
+        int32_t min = 0, max = 0;
+        if (value == NOT_KEPT) {
             continue;
         }
-        if (!rig_has_axis(&rig->profile, side, (enum lens_axis)axis) ||
-            rig_lens_limits(rig, side, (enum lens_axis)axis, &limits) != 0) {
-            return refuse(message, ERROR_NOT_CONNECTED, "no %s %s motor", side_names[side], name);
+        if (!range_of(rig, side, i, &min, &max)) {
+            return message_set(why, ERROR_NOT_CONNECTED, "no motor for %s %s", side_names[side],
+                               values[i].name);
         }
-        if (position < limits.min || position > limits.max) {
-            return refuse(message, ERROR_RANGE,
-                          "%s %s %" PRId32 " out of range (%" PRId32 " to %" PRId32 " counts)",
-                          side_names[side], name, position, limits.min, limits.max);
+        if (value < min || value > max) {
+            quantity_print(values[i].quantity, value, text);
+            quantity_print_range(values[i].quantity, min, max, range);
+            return message_set(why, ERROR_RANGE, "%s %s %s out of range (%s)", side_names[side],
+                               values[i].name, text, range);
         }
     }
     return 0;
 }
 
+static int check_all(const struct saved_settings *saved, struct rig *rig, struct message *why) {
+    struct mt9t001_window window;
+    if (strcmp(saved->profile, rig->profile.name) != 0) {
+        return message_set(why, ERROR_ARGUMENT, "saved with the profile %s, this one is %s",
+                           saved->profile, rig->profile.name);
+    }
+    const bool fits = rig->profile.bridge
+                          ? mt9t001_centred_window(saved->width_px, saved->height_px, saved->skip,
+                                                   1, &window) == 0
+                          : saved->skip == 1;
+    if (saved->width_px != 0 && !fits) {
+        return message_set(why, ERROR_RANGE, "unsupported window %u x %u px, skip %u",
+                           (unsigned)saved->width_px, (unsigned)saved->height_px,
+                           (unsigned)saved->skip);
+    }
+    const int error = check_side(saved, rig, RIG_LEFT, why);
+    return error != 0 ? error : check_side(saved, rig, RIG_RIGHT, why);
+}
+
 int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
                          struct message *message) {
+    struct message why;
     INVARIANT(rig->state == RIG_READY);
-    if (strcmp(saved->profile, rig->profile.name) != 0) {
-        return refuse(message, ERROR_ARGUMENT, "saved with the profile %s, this one is %s",
-                      saved->profile, rig->profile.name);
-    }
-    int error = check_window(saved, rig, message);
-    for (unsigned side = 0; side < RIG_SIDES && error == 0; side++) {
-        error = check_pan(saved, rig, side, message);
-        error = error != 0 ? error : check_lens(saved, rig, side, message);
-    }
-    return error;
+    const int error = check_all(saved, rig, &why);
+    return error == 0 ? 0
+                      : message_set(message, error,
+                                    "saved settings do not fit this instrument: %.800s (set it up, "
+                                    "then use \"settings save\")",
+                                    why.text);
 }
 
 // ---- commands
 
-struct list {
-    char (*lines)[SAVED_SETTINGS_LINE_BYTES];
-    size_t count;
-};
-
-static void add(struct list *list, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void add(struct list *list, const char *format, ...) {
-    INVARIANT(list->count < SAVED_SETTINGS_LINES);
-    va_list arguments;
-    va_start(arguments, format);
-    const int length =
-        vsnprintf(list->lines[list->count++], SAVED_SETTINGS_LINE_BYTES, format, arguments);
-    va_end(arguments);
-    INVARIANT(length > 0 && length < SAVED_SETTINGS_LINE_BYTES);
+/// The value in the unit of its command, with enough decimals to give the same integer.
+static const char *in_command(int value, int32_t number, char text[QUANTITY_BYTES]) {
+    const double degrees = number * 180e-6 / 3.14159265358979323846;
+    if (value == SAVED_GAIN_Q3 || value == SAVED_PAN_URAD) {
+        snprintf(text, QUANTITY_BYTES, "%.*f", value == SAVED_GAIN_Q3 ? 3 : 6,
+                 value == SAVED_GAIN_Q3 ? number / 8.0 : degrees);
+    } else {
+        snprintf(text, QUANTITY_BYTES, "%" PRId32, number);
+    }
+    return text;
 }
 
-static void add_cameras(const struct saved_settings *saved, const struct rig *rig,
-                        struct list *list) {
-    struct saved_settings now;
-    saved_settings_take(rig, &now);
-    // An unchanged window does not restart the cameras.
-    const bool same = saved->width_px == now.width_px && saved->height_px == now.height_px &&
-                      saved->skip == now.skip;
-    if (saved->width_px != 0 && !same) {
-        add(list, "window %u %u %u", (unsigned)saved->width_px, (unsigned)saved->height_px,
-            (unsigned)saved->skip);
+/// Appends the commands for a value of both sides.
+static size_t add(const struct saved_settings *saved, int value,
+                  char (*lines)[SAVED_SETTINGS_LINE_BYTES], size_t count) {
+    const int32_t left = saved->values[RIG_LEFT][value], right = saved->values[RIG_RIGHT][value];
+    const bool both = left != NOT_KEPT && right != NOT_KEPT;
+    char text[RIG_SIDES][QUANTITY_BYTES];
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        in_command(value, saved->values[side][value], text[side]);
+    }
+    INVARIANT(count + RIG_SIDES <= SAVED_SETTINGS_LINES);
+    // Axes of both sides move at once.
+    if (value == SAVED_PAN_URAD && both) {
+        snprintf(lines[count++], sizeof lines[0], "pan both %s %s", text[RIG_LEFT],
+                 text[RIG_RIGHT]);
+        return count;
+    }
+    if (value > SAVED_PAN_URAD && both && left == right) {
+        snprintf(lines[count++], sizeof lines[0], "%s both %s", values[value].name, text[RIG_LEFT]);
+        return count;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const int32_t *value = saved->values[side];
-        if (value[SAVED_EXPOSURE_US] != NOT_KEPT) {
-            add(list, "exposure %s %" PRId32, side_names[side], value[SAVED_EXPOSURE_US]);
-        }
-        if (value[SAVED_GAIN_Q3] != NOT_KEPT) {
-            add(list, "gain %s %.3f", side_names[side], value[SAVED_GAIN_Q3] / 8.0);
+        if (saved->values[side][value] != NOT_KEPT) {
+            snprintf(lines[count++], sizeof lines[0], "%s %s %s", values[value].name,
+                     side_names[side], text[side]);
         }
     }
-}
-
-/// With enough decimals to give the same angle in urad.
-static double degrees(int32_t urad) {
-    return urad * 180e-6 / 3.14159265358979323846;
-}
-
-static void add_axes(const struct saved_settings *saved, struct list *list) {
-    const int32_t *left = saved->values[RIG_LEFT], *right = saved->values[RIG_RIGHT];
-    const bool both = left[SAVED_PAN_URAD] != NOT_KEPT && right[SAVED_PAN_URAD] != NOT_KEPT;
-    if (both) {
-        add(list, "pan both %.6f %.6f", degrees(left[SAVED_PAN_URAD]),
-            degrees(right[SAVED_PAN_URAD]));
-    }
-    for (unsigned side = 0; side < RIG_SIDES && !both; side++) {
-        if (saved->values[side][SAVED_PAN_URAD] != NOT_KEPT) {
-            add(list, "pan %s %.6f", side_names[side],
-                degrees(saved->values[side][SAVED_PAN_URAD]));
-        }
-    }
-    for (int i = SAVED_ZOOM; i <= SAVED_IRIS; i++) {
-        if (left[i] != NOT_KEPT && left[i] == right[i]) {
-            add(list, "%s both %" PRId32, values[i].name, left[i]);
-            continue;
-        }
-        for (unsigned side = 0; side < RIG_SIDES; side++) {
-            if (saved->values[side][i] != NOT_KEPT) {
-                add(list, "%s %s %" PRId32, values[i].name, side_names[side],
-                    saved->values[side][i]);
-            }
-        }
-    }
+    return count;
 }
 
 size_t saved_settings_commands(const struct saved_settings *saved, const struct rig *rig,
                                char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
                                size_t *of_cameras) {
-    struct list list = {.lines = lines};
-    add_cameras(saved, rig, &list);
-    *of_cameras = list.count;
-    add_axes(saved, &list);
-    return list.count;
+    struct saved_settings now;
+    size_t count = 0;
+    saved_settings_take(rig, &now);
+    // An unchanged window does not restart the cameras.
+    if (saved->width_px != 0 && (saved->width_px != now.width_px ||
+                                 saved->height_px != now.height_px || saved->skip != now.skip)) {
+        snprintf(lines[count++], sizeof lines[0], "window %u %u %u", (unsigned)saved->width_px,
+                 (unsigned)saved->height_px, (unsigned)saved->skip);
+    }
+    for (int i = 0; i < SAVED_VALUES; i++) {
+        if (i == SAVED_PAN_URAD) {
+            *of_cameras = count;
+        }
+        count = add(saved, i, lines, count);
+    }
+    return count;
 }

@@ -34,7 +34,7 @@ extern "C" {
 #define SAVED_SETTINGS_RECORD "settings"
 enum {
     SAVED_SETTINGS_BYTES = 1024,  ///< largest text, with its end
-    SAVED_SETTINGS_LINE_BYTES = 96,
+    SAVED_SETTINGS_LINE_BYTES = 128,
     SAVED_SETTINGS_LINES = 16,
 };
 

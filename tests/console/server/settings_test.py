@@ -90,10 +90,10 @@ class Rig(Kept, DaemonTest):
                     for line in lines_of(os.path.join(self.files, "restored"))
                     if line.startswith("command ")]
         self.assertEqual(commands, [
-            "bringup", "window 640 480 2", commands[2], "gain left 2.500", commands[4],
+            "bringup", "window 640 480 2", commands[2], commands[3], "gain left 2.500",
             "gain right 4.000", commands[6], "zoom both 420", "focus left 500", "focus right 505",
             "capture"])
-        self.assertEqual([commands[i].rsplit(" ", 1)[0] for i in (2, 4)],
+        self.assertEqual([commands[i].rsplit(" ", 1)[0] for i in (2, 3)],
                          ["exposure left", "exposure right"])
         self.assertRegex(commands[6], r"^pan both 3\.9\d{5} -3\.[45]\d{5}$")
         self.ok(client, "settings forget", "replay restored")
