@@ -41,41 +41,6 @@ struct Bus {
 
 }  // namespace
 
-TEST_CASE("the calls of opening, a transfer, and closing") {
-    const Kernel kernel;
-    fake_i2c *adapter = fake_i2c_add(kPath, kBridge);
-    adapter->registers[0x10] = 0x16;
-    adapter->registers[0x11] = 0x21;
-    i2c_dev bus;
-    message text;
-    REQUIRE(i2c_dev_open(&bus, kPath, &text) == ERROR_OK);
-    CHECK(record() ==
-          "i2c-1 open rdwr noctty cloexec\n"
-          "i2c-1 ioctl I2C_FUNCS\n"
-          "i2c-1 ioctl I2C_RETRIES 0\n");
-    CHECK(adapter->retries == 0);
-
-    size_t begun = 0;
-    std::array<uint8_t, 2> word{};
-    CHECK(read_word(bus, kStart_us + 29999, &begun, &word) == ERROR_OK);
-    CHECK(word == std::array<uint8_t, 2>{0x16, 0x21});
-    CHECK(begun == 5);
-    CHECK(record() ==
-          "i2c-1 ioctl I2C_TIMEOUT 2\n"
-          "i2c-1 ioctl I2C_RDWR w5d:10 r5d:2\n");
-
-    // The same limit is not set again.
-    CHECK(read_word(bus, kStart_us + 20000, &begun, &word) == ERROR_OK);
-    CHECK(record() == "i2c-1 ioctl I2C_RDWR w5d:10 r5d:2\n");
-
-    i2c_dev_close(&bus);
-    CHECK(record() == "i2c-1 close\n");
-    i2c_dev_close(&bus);
-    CHECK(record().empty());
-    const bool reaches_lines = bus.hal.operations->lines != nullptr;
-    CHECK_FALSE(reaches_lines);
-}
-
 TEST_CASE("one transfer may have as many messages and bytes as the interface allows") {
     const Kernel kernel;
     fake_i2c_add(kPath, kBridge);

@@ -96,47 +96,6 @@ std::string take(int fd, size_t bytes) {
 
 }  // namespace
 
-TEST_CASE("the calls of opening, writing, reading and closing; bytes pass unchanged") {
-    Line line;
-    termios before;
-    REQUIRE(tcgetattr(line.master, &before) == 0);
-    before.c_cflag |= CSTOPB | CRTSCTS;
-    before.c_iflag |= IXON | IXOFF | ISTRIP;
-    REQUIRE(tcsetattr(line.master, TCSANOW, &before) == 0);
-    {
-        Uart uart(line);
-        const std::string n = line.name();
-        CHECK(record() == n + " open rdwr noctty nonblock cloexec\n" + n + " flock\n" + n +
-                              " ioctl TIOCEXCL\n" + n + " tcgetattr\n" + n + " tcsetattr now\n" +
-                              n + " tcgetattr\n" + n + " tcflush both\n");
-        termios now;
-        REQUIRE(tcgetattr(line.master, &now) == 0);
-        CHECK(cfgetospeed(&now) == B9600);
-        CHECK((now.c_cflag & (CSIZE | PARENB | CSTOPB | CRTSCTS)) == CS8);
-        CHECK((now.c_lflag & (ICANON | ECHO | ISIG | IEXTEN)) == 0);
-        CHECK((now.c_iflag & (IXON | IXOFF | ICRNL | INLCR | ISTRIP | BRKINT | PARMRK)) == 0);
-        CHECK((now.c_oflag & OPOST) == 0);
-
-        std::string all;
-        for (int c = 0; c < 256; c++) {
-            all.push_back(static_cast<char>(c));
-        }
-        CHECK(uart.write(all) == ERROR_OK);
-        CHECK(take(line.master, 256) == all);
-        CHECK(record() == n + " poll out\n" + n + " write 256\n");
-
-        REQUIRE(::write(line.master, all.data(), all.size()) == 256);
-        std::string got, more;
-        while (got.size() < 256 && uart.read(&more, 1000000, 100) == ERROR_OK) {
-            CHECK(more.size() <= 100);
-            got += more;
-        }
-        CHECK(got == all);
-        record();
-    }
-    CHECK(record() == line.name() + " ioctl TIOCNXCL\n" + line.name() + " close\n");
-}
-
 TEST_CASE("the line is exclusive, even for root") {
     const Line line;
     {

@@ -16,50 +16,6 @@ fake_video *grey_camera() {
 
 }  // namespace
 
-TEST_CASE("the calls of opening, starting, taking, stopping and closing") {
-    const Kernel kernel;
-    grey_camera();
-    hal_camera_frame frame;
-    {
-        Camera camera;
-        REQUIRE(camera.opened == ERROR_OK);
-        CHECK(record() ==
-              "video0 open rdwr noctty nonblock cloexec\n"
-              "video0 ioctl QUERYCAP\n");
-        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
-        CHECK(record() ==
-              "video0 ioctl S_FMT BA10 64x48\n"
-              "video0 ioctl S_FMT GRBG 64x48\n"
-              "video0 ioctl S_FMT GREY 64x48\n"
-              "video0 ioctl G_PARM\n"
-              "video0 ioctl REQBUFS 4\n"
-              "video0 ioctl QUERYBUF 0\nvideo0 mmap 4096 at 0x0\n"
-              "video0 ioctl QUERYBUF 1\nvideo0 mmap 4096 at 0x1000\n"
-              "video0 ioctl QUERYBUF 2\nvideo0 mmap 4096 at 0x2000\n"
-              "video0 ioctl QUERYBUF 3\nvideo0 mmap 4096 at 0x3000\n"
-              "video0 ioctl QBUF 0\nvideo0 ioctl QBUF 1\n"
-              "video0 ioctl QBUF 2\nvideo0 ioctl QBUF 3\n"
-              "video0 ioctl STREAMON\n");
-        REQUIRE(camera.take(&frame) == ERROR_OK);
-        CHECK(record() ==
-              "video0 ioctl DQBUF\n"
-              "video0 poll in 1000000us\n"
-              "video0 ioctl DQBUF\n"
-              "video0 ioctl QBUF 0\n");
-        raw_image_release(&frame.image);
-        CHECK(record().empty());
-        // Starting it again makes no calls.
-        REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
-        CHECK(record().empty());
-        REQUIRE(camera.stop() == ERROR_OK);
-        CHECK(record() == "video0 ioctl STREAMOFF\nvideo0 ioctl REQBUFS 0\n");
-        CHECK(mappings() == 0);
-        REQUIRE(camera.stop() == ERROR_OK);
-        CHECK(record().empty());
-    }
-    CHECK(record() == "video0 ioctl REQBUFS 0\nvideo0 close\n");
-}
-
 TEST_CASE("a frame has correct metadata") {
     const Kernel kernel;
     grey_camera();

@@ -98,53 +98,6 @@ TEST_CASE("corners of the raw images, mapped to the rectified ones") {
     check_not_worse("mapped corners", our_residuals, their_residuals);
 }
 
-TEST_CASE("corners found in the rectified images") {
-    const Board &b = board();
-    const Theirs theirs = their_rectification(b.rig);
-    const Table tables[2] = {Table(b.plan, b.rig, RECTIFY_LEFT),
-                             Table(b.plan, b.rig, RECTIFY_RIGHT)};
-    // The same images by cv::remap in our own frames and in OpenCV's.
-    cv::Mat map[2][2][2];  // side, ours or theirs, x or y
-    for (int side = 0; side < 2; side++) {
-        const lens &lens = side == 0 ? b.rig.left : b.rig.right;
-        cv::initUndistortRectifyMap(
-            camera_matrix(lens), coefficients(lens),
-            rotation(side == 0 ? b.plan.R_rect_left : b.plan.R_rect_right),
-            rectified_matrix(b.plan, side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT),
-            cv::Size(b.plan.width_px, b.plan.height_px), CV_32FC1, map[side][0][0],
-            map[side][0][1]);
-        cv::initUndistortRectifyMap(camera_matrix(lens), coefficients(lens), theirs.R[side],
-                                    theirs.P[side], theirs.size, CV_32FC1, map[side][1][0],
-                                    map[side][1][1]);
-    }
-    std::vector<double> ours, remapped, their_own;
-    int lost = 0;
-    for (const BoardPair &pair : b.pairs) {
-        std::vector<cv::Point2f> corners[3][2];
-        bool found = true;
-        for (int side = 0; side < 2; side++) {
-            const cv::Mat &raw = pair.image[side];
-            cv::Mat remap_ours, remap_theirs;
-            cv::remap(raw, remap_ours, map[side][0][0], map[side][0][1], cv::INTER_LINEAR);
-            cv::remap(raw, remap_theirs, map[side][1][0], map[side][1][1], cv::INTER_LINEAR);
-            found = find_corners(rectified(tables[side].table, raw), &corners[0][side]) &&
-                    find_corners(remap_ours, &corners[1][side]) &&
-                    find_corners(remap_theirs, &corners[2][side]) && found;
-        }
-        if (!found) {
-            lost++;  // a board that leaves one of the frames
-            continue;
-        }
-        add_vertical(corners[0][0], corners[0][1], b.plan.f_px, &ours);
-        add_vertical(corners[1][0], corners[1][1], b.plan.f_px, &remapped);
-        add_vertical(corners[2][0], corners[2][1], theirs.P[0].at<double>(0, 0), &their_own);
-    }
-    MESSAGE(lost << " of " << b.pairs.size() << " pairs without all corners in all frames");
-    CHECK(lost <= 4);
-    check_not_worse("ours against cv::remap in our frames", ours, remapped);
-    check_not_worse("ours against cv::remap in OpenCV's frames", ours, their_own);
-}
-
 TEST_CASE("the squares of the board are 30 mm") {
     const Board &b = board();
     triangulate_plan fixed;

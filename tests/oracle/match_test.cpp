@@ -132,21 +132,6 @@ TEST_CASE("on synthetic scenes we are wrong less often than three-way SGBM") {
     CHECK(our_mean < their_mean);
 }
 
-TEST_CASE("images without relation give less than they give to three-way SGBM") {
-    const uint64_t seed = test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    const Rig rig = rectified_rig(256, 160, 800, 100);
-    const Pair one = render(wall(rig, 20, 0, 0, {3, 0.15}, seed), rig, {});
-    Pair other = render(wall(rig, 20, 0, 0, {3, 0.15}, seed + 1), rig, {});
-    other.left = one.left;
-    const Task task = task_of(other, 48);
-    const double our_density = assessed(task, ours(task)).density_all_percent;
-    const double their_density =
-        assessed(task, sgbm(task, cv::StereoSGBM::MODE_SGBM_3WAY)).density_all_percent;
-    MESSAGE("claimed: ours ", our_density, " %, three-way ", their_density, " %");
-    CHECK(our_density < 0.5 * their_density);
-}
-
 TEST_CASE("on a recorded pair we are wrong less often than three-way SGBM") {
     // Half the size of aloe, as the full one takes a second per method. Its ground truth is in
     // whole pixels.

@@ -218,38 +218,3 @@ TEST_CASE("depth of flat and bent sheets") {
         });
     }
 }
-
-TEST_CASE("normals are those of the depth map") {
-    const world::Scene scene = world::load_scene(file("scenes/figurine.yaml"));
-    const world::Rig rig = perfect_rig();
-    world::Mechanics m = straight(rig, 850, 1800, 700);
-    m.pan_rad = rig.camera[0].pan_rad;
-    world::FrameRequest request = steady(m);
-    request.window = {900, 700, 200, 200, 1, 1, 1, 1};
-    const world::Truth truth = world::truth(scene, rig, world::Side::kLeft, request);
-    const world::Camera &camera = truth.camera(0);
-    const auto point = [&](int column, int row) {
-        const world::Vec2 s = camera.slopes_of(request.window.centre(column, row));
-        const double z = static_cast<double>(
-            truth.depth_mm[static_cast<std::size_t>(row * truth.columns + column)]);
-        return z * world::Vec3{s.x, s.y, 1};
-    };
-    int checked = 0;
-    for (int row = 10; row < 190; row += 7) {
-        for (int column = 10; column < 190; column += 7) {
-            const auto pixel = static_cast<std::size_t>(row * truth.columns + column);
-            const world::Vec3 a = point(column + 8, row) - point(column - 8, row);
-            const world::Vec3 b = point(column, row + 8) - point(column, row - 8);
-            if (truth.id[pixel] != 3 || world::length(a) > 3 || world::length(b) > 3) {
-                continue;
-            }
-            const world::Vec3 from_depth = world::unit(world::cross(b, a));
-            const world::Vec3 normal = {static_cast<double>(truth.normal[3 * pixel]),
-                                        static_cast<double>(truth.normal[3 * pixel + 1]),
-                                        static_cast<double>(truth.normal[3 * pixel + 2])};
-            CHECK(world::dot(from_depth, normal) > 0.999);
-            checked++;
-        }
-    }
-    CHECK(checked > 200);
-}

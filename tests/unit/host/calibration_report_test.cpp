@@ -46,25 +46,6 @@ std::string page_of(const calib::observations &seen, const calib::solution &resu
 
 }  // namespace
 
-TEST_CASE("ticks are round numbers within the axis") {
-    CHECK(calibration_report_ticks({0, 1, false, ""}, 5) ==
-          std::vector<double>{0, 1 * 0.2, 2 * 0.2, 3 * 0.2, 4 * 0.2, 5 * 0.2});
-    CHECK(calibration_report_ticks({-30, 30, false, ""}, 4) == std::vector<double>{-20, 0, 20});
-    CHECK(calibration_report_ticks({3, 60, true, ""}, 4) == std::vector<double>{5, 10, 20, 50});
-    CHECK(calibration_report_round_up(0.03) == doctest::Approx(0.05));
-    CHECK(calibration_report_round_up(200) == doctest::Approx(200));
-    CHECK(calibration_report_round_up(600) == doctest::Approx(1000));
-}
-
-TEST_CASE("a picture is shrunk by averaging") {
-    calibration_picture picture{{0, 10, 20, 30, 40, 50, 60, 70}, 4, 2};
-    const calibration_picture small = calibration_picture_shrink(picture, 2);
-    CHECK(small.width_px == 2);
-    CHECK(small.height_px == 1);
-    CHECK(small.grey == std::vector<std::uint8_t>{25, 45});
-    CHECK(calibration_picture_shrink(picture, 100).grey == picture.grey);
-}
-
 TEST_CASE("figures follow from corners and boards") {
     const synthetic::RigViews views = make_views(0.5, 0.6, 12);
     const calib::solution result = solve(views.seen);

@@ -79,58 +79,6 @@ double largest_difference_px(const lens &one, const lens &other) {
 
 }  // namespace
 
-TEST_CASE("OpenCV's and ROS's files are read back as they were") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    random_rig::Random random(seed);
-    for (int i = 0; i < 60; i++) {
-        const folder here;
-        const calibration rig = random_calibration(random);
-        import_options options;
-        const loaded opencv = load(exported(rig, "opencv", here), options);
-        INFO(opencv.message);
-        REQUIRE(opencv.code == ERROR_OK);
-        check_same(opencv.value, rig, 2e-12);
-        const loaded ros = load(exported(rig, "ros", here));
-        INFO(ros.message);
-        REQUIRE(ros.code == ERROR_OK);
-        check_same(ros.value, rig, 2e-12);
-        // The rectified cameras of the same files are a valid rectified pair with the same
-        // baseline.
-        options.rectified = true;
-        const loaded rectified = load(here / "opencv", options);
-        INFO(rectified.message);
-        REQUIRE(rectified.code == ERROR_OK);
-        CHECK(calibration_baseline_mm(&rectified.value) ==
-              doctest::Approx(calibration_baseline_mm(&rig)).epsilon(1e-9));
-    }
-}
-
-TEST_CASE("Kalibr's and mrcal's files are read back as they were") {
-    const uint64_t seed = synthetic::test_seed();
-    INFO("VERGENCE_SEED=", seed);
-    random_rig::Random random(seed);
-    for (int i = 0; i < 60; i++) {
-        const folder here;
-        calibration rig = random_calibration(random);
-        const loaded mrcal = load(exported(rig, "mrcal", here));
-        INFO(mrcal.message);
-        REQUIRE(mrcal.code == ERROR_OK);
-        CHECK(mrcal.report.format == "mrcal");
-        check_same(mrcal.value, rig, 2e-12);
-        CHECK(load(here / "mrcal" + "/right.cameramodel").code == ERROR_OK);
-        rig.left.k3 = rig.right.k3 = 0;
-        if (lens_validate(&rig.left) != ERROR_OK || lens_validate(&rig.right) != ERROR_OK) {
-            continue;
-        }
-        const loaded kalibr = load(exported(rig, "kalibr", here));
-        INFO(kalibr.message);
-        REQUIRE(kalibr.code == ERROR_OK);
-        CHECK(kalibr.report.format == "Kalibr");
-        check_same(kalibr.value, rig, 2e-12);
-    }
-}
-
 TEST_CASE("a lens with k3 is approximated for Kalibr, and the reported error is true") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);

@@ -23,17 +23,6 @@
 
 namespace {
 
-/// Relative luminance of an sRGB colour (IEC 61966-2-1).
-double luminance(const colormap_rgb &colour) {
-    const double weights[3] = {0.2126, 0.7152, 0.0722};
-    double sum = 0;
-    for (std::size_t i = 0; i < 3; i++) {
-        const double v = colour[i] / 255.0;
-        sum += weights[i] * (v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-    }
-    return sum;
-}
-
 /// A flat grey pair, where nothing can be measured.
 struct flat_run {
     std::vector<std::uint16_t> pixels = std::vector<std::uint16_t>(96 * 64, 128);
@@ -117,32 +106,6 @@ TEST_CASE("packed bytes unpack") {
     uLongf size = back.size();
     REQUIRE(uncompress(back.data(), &size, packed.data(), packed.size()) == Z_OK);
     CHECK(back == bytes);
-}
-
-TEST_CASE("the sequential scale brightens in steps that look equal") {
-    const colormap_table table = colormap_sequential();
-    double min = 1e9, max = 0;
-    for (std::size_t i = 8; i < table.size(); i += 8) {
-        CHECK(luminance(table[i]) > luminance(table[i - 8]));
-        // CIE lightness is another model of equal steps than the one used for the scale.
-        const double step = 116 * (std::cbrt(luminance(table[i]) + 0.002) -
-                                   std::cbrt(luminance(table[i - 8]) + 0.002));
-        min = std::fmin(min, step);
-        max = std::fmax(max, step);
-    }
-    CHECK(max < 4 * min);
-}
-
-TEST_CASE("the diverging scale is lightest in the middle and symmetric in lightness") {
-    const colormap_table table = colormap_diverging();
-    for (std::size_t i = 8; i < 128; i += 8) {
-        CHECK(luminance(table[i]) > luminance(table[i - 8]));
-        CHECK(luminance(table[255 - i]) > luminance(table[263 - i]));
-        CHECK(std::cbrt(luminance(table[i])) ==
-              doctest::Approx(std::cbrt(luminance(table[255 - i]))).epsilon(0.12));
-    }
-    CHECK(table[0][2] > table[0][0]);
-    CHECK(table[255][0] > table[255][2]);
 }
 
 TEST_CASE("sigma codes come back within their step") {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The greedy-path baseline: results on synthetic pairs, and its contract. The oracle test compares
-// its results bit by bit.
+// The greedy-path baseline on synthetic pairs. tests/portable compares its digest on all
+// processors.
 #include "stereo/match/match_paper.h"
 
 #include <doctest/doctest.h>
