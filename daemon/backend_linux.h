@@ -13,10 +13,6 @@
 #include "daemon/settings/config.h"
 #include "rig/rig.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum backend_linux_device {
     BACKEND_LINUX_I2C,
     BACKEND_LINUX_LEFT_CAMERA,
@@ -50,9 +46,5 @@ void backend_linux_open(struct backend_linux *self, const struct config *config,
 const struct v4l2_camera *backend_linux_camera(const struct backend_linux *self, int side);
 /// Closes everything; harmless if nothing was opened.
 void backend_linux_close(struct backend_linux *self);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

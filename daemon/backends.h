@@ -13,10 +13,6 @@
 #include "daemon/settings/config.h"
 #include "daemon/settings/fault_plan.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /// All backends. Use static storage: it is large and must not move.
 struct backends {
     struct sim_backend sim;
@@ -51,9 +47,5 @@ const struct hal_watchdog *backends_watchdog(struct backends *self,
 /// Logs once why a replay ended, if it did.
 void backends_report_mismatch(struct backends *self);
 void backends_close(struct backends *self);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

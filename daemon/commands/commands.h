@@ -13,7 +13,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/daemon.h"
-#include "daemon/server/job.h"
 
 #define COMMANDS_DECLARE(name) const struct command *commands_##name##_table(size_t *count);
 COMMAND_MODULES(COMMANDS_DECLARE)

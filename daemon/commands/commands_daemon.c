@@ -8,7 +8,7 @@
 #include "daemon/base/version.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
-#include "daemon/server/completion.h"
+#include "daemon/server/server.h"
 
 enum { LOG_DEFAULT_LINES = 20, USAGE_BYTES = 160 };
 

@@ -9,10 +9,6 @@
 
 #include "console/command.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { FILES_NAME_MAX = 200, FILES_BLOCK_MAX = 49152, FILES_BLOCK_DEFAULT = 3072 };
 
 /// Opens a regular file for reading. Returns its descriptor, which the caller closes, or an error
@@ -65,9 +61,5 @@ int files_check_new(const struct command_call *call, const char *name);
 /// Converts `number`, the errno of a system call on the file `name`, into an error with the call's
 /// message.
 int files_refuse(const struct command_call *call, const char *name, int number);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -9,10 +9,6 @@
 
 #include "console/command.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /// vergenced.conf(5).
 void manuals_print_config(FILE *file);
 
@@ -22,9 +18,5 @@ void manuals_print_console(FILE *file, const struct command *table, size_t count
 /// Words for the shell: settings after `vergenced`, commands after `vergence --connect WHERE`
 /// (shell_completion.h).
 void manuals_print_completion(FILE *file, const struct command *table, size_t count);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

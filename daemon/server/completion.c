@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/server/completion.h"
-
 #include <stdio.h>
 #include <string.h>
 
 #include "console/command_text.h"
 #include "console/command_words.h"
+#include "daemon/server/server.h"
 
 /// The list under construction; `begun`: the last word of the line.
 struct list {

@@ -18,128 +18,30 @@
 
 /// The allowed calls. No new programs, other processes, tracing, mounting or change of user;
 /// sockets only of the families below, and device requests only from `requests`.
-static const int allowed[] = {
-    // Memory and threads. Reconstruction threads start later and end with the job, so clone is
-    // allowed for threads only (below). A thread pool started before confinement would keep its
-    // stacks on a small board and gain nothing: a thread has the rights of its process, and the
-    // filter applies to new threads.
-    SCMP_SYS(brk),
-    SCMP_SYS(mmap),
-    SCMP_SYS(mmap2),
-    SCMP_SYS(munmap),
-    SCMP_SYS(mremap),
-    SCMP_SYS(mprotect),
-    SCMP_SYS(madvise),
-    SCMP_SYS(futex),
-    SCMP_SYS(futex_time64),
-    SCMP_SYS(set_robust_list),
-    SCMP_SYS(rseq),
-    SCMP_SYS(exit),
-    SCMP_SYS(exit_group),
-    SCMP_SYS(sched_yield),
-    SCMP_SYS(sched_getaffinity),
-    SCMP_SYS(gettid),
-    SCMP_SYS(getpid),
-    SCMP_SYS(tgkill),
-    SCMP_SYS(getrandom),
-    SCMP_SYS(getrusage),
-    SCMP_SYS(sysinfo),
-    SCMP_SYS(uname),
+///
+/// Reconstruction threads start later and end with the job, so clone is allowed for threads only
+/// (below). A thread pool started before confinement would keep its stacks on a small board and
+/// gain nothing: a thread has the rights of its process, and the filter applies to new threads.
+static const char allowed[] =
+    // Memory and threads.
+    "brk mmap mmap2 munmap mremap mprotect madvise futex futex_time64 set_robust_list rseq exit "
+    "exit_group sched_yield sched_getaffinity gettid getpid tgkill getrandom getrusage sysinfo "
+    "uname "
     // Signals and time.
-    SCMP_SYS(rt_sigaction),
-    SCMP_SYS(rt_sigprocmask),
-    SCMP_SYS(rt_sigreturn),
-    SCMP_SYS(sigaltstack),
-    SCMP_SYS(restart_syscall),
-    SCMP_SYS(clock_gettime),
-    SCMP_SYS(clock_gettime64),
-    SCMP_SYS(clock_nanosleep),
-    SCMP_SYS(clock_nanosleep_time64),
-    SCMP_SYS(nanosleep),
-    SCMP_SYS(gettimeofday),
-    SCMP_SYS(time),
+    "rt_sigaction rt_sigprocmask rt_sigreturn sigaltstack restart_syscall clock_gettime "
+    "clock_gettime64 clock_nanosleep clock_nanosleep_time64 nanosleep gettimeofday time "
     // Files, devices, terminals.
-    SCMP_SYS(read),
-    SCMP_SYS(write),
-    SCMP_SYS(readv),
-    SCMP_SYS(writev),
-    SCMP_SYS(pread64),
-    SCMP_SYS(pwrite64),
-    SCMP_SYS(open),
-    SCMP_SYS(openat),
-    SCMP_SYS(openat2),
-    SCMP_SYS(close),
-    SCMP_SYS(lseek),
-    SCMP_SYS(_llseek),
-    SCMP_SYS(fcntl),
-    SCMP_SYS(fcntl64),
-    SCMP_SYS(dup),
-    SCMP_SYS(fstat),
-    SCMP_SYS(fstat64),
-    SCMP_SYS(stat),
-    SCMP_SYS(stat64),
-    SCMP_SYS(lstat),
-    SCMP_SYS(lstat64),
-    SCMP_SYS(newfstatat),
-    SCMP_SYS(fstatat64),
-    SCMP_SYS(statx),
-    SCMP_SYS(statfs),
-    SCMP_SYS(fstatfs),
-    SCMP_SYS(fstatfs64),
-    SCMP_SYS(access),
-    SCMP_SYS(faccessat),
-    SCMP_SYS(faccessat2),
-    SCMP_SYS(readlink),
-    SCMP_SYS(readlinkat),
-    SCMP_SYS(getdents),
-    SCMP_SYS(getdents64),
-    SCMP_SYS(getcwd),
-    SCMP_SYS(mkdir),
-    SCMP_SYS(mkdirat),
-    SCMP_SYS(rmdir),
-    SCMP_SYS(unlink),
-    SCMP_SYS(unlinkat),
-    SCMP_SYS(rename),
-    SCMP_SYS(renameat),
-    SCMP_SYS(renameat2),
-    SCMP_SYS(linkat),
-    SCMP_SYS(ftruncate),
-    SCMP_SYS(ftruncate64),
-    SCMP_SYS(fallocate),
-    SCMP_SYS(fsync),
-    SCMP_SYS(fdatasync),
-    SCMP_SYS(sync_file_range),
-    SCMP_SYS(flock),
-    SCMP_SYS(utimensat),
-    SCMP_SYS(copy_file_range),
-    SCMP_SYS(sendfile),
+    "read write readv writev pread64 pwrite64 open openat openat2 close lseek _llseek fcntl "
+    "fcntl64 dup fstat fstat64 stat stat64 lstat lstat64 newfstatat fstatat64 statx statfs fstatfs "
+    "fstatfs64 access faccessat faccessat2 readlink readlinkat getdents getdents64 getcwd mkdir "
+    "mkdirat rmdir unlink unlinkat rename renameat renameat2 linkat ftruncate ftruncate64 "
+    "fallocate fsync fdatasync sync_file_range flock utimensat copy_file_range sendfile "
     // Waiting for events.
-    SCMP_SYS(poll),
-    SCMP_SYS(ppoll),
-    SCMP_SYS(ppoll_time64),
-    SCMP_SYS(select),
-    SCMP_SYS(pselect6),
-    SCMP_SYS(eventfd2),
-    SCMP_SYS(signalfd4),
-    SCMP_SYS(timerfd_create),
-    SCMP_SYS(timerfd_settime),
-    SCMP_SYS(pipe2),
-    // New clients, and reconnecting to a simulated rig.
-    SCMP_SYS(accept),
-    SCMP_SYS(accept4),
-    SCMP_SYS(connect),
-    SCMP_SYS(send),  // separate calls on 32-bit ARM, used by its C library
-    SCMP_SYS(recv),
-    SCMP_SYS(sendto),
-    SCMP_SYS(recvfrom),
-    SCMP_SYS(sendmsg),
-    SCMP_SYS(recvmsg),
-    SCMP_SYS(shutdown),
-    SCMP_SYS(getsockopt),
-    SCMP_SYS(setsockopt),
-    SCMP_SYS(getsockname),
-    SCMP_SYS(getpeername),
-};
+    "poll ppoll ppoll_time64 select pselect6 eventfd2 signalfd4 timerfd_create timerfd_settime "
+    "pipe2 "
+    // Sockets; send and recv are used by the C library of 32-bit ARM.
+    "accept accept4 connect send recv sendto recvfrom sendmsg recvmsg shutdown getsockopt "
+    "setsockopt getsockname getpeername ";
 
 // Masks: the whole request, letter and number, letter and one direction, or the letter. The upper
 // half of a register is not compared: the kernel ignores it.
@@ -183,10 +85,15 @@ static int allow_masked(scmp_filter_ctx filter, int call, unsigned argument, scm
 }
 
 static int add_rules(scmp_filter_ctx filter) {
+    char names[sizeof allowed];
+    char *rest = NULL;
     int error = 0;
-    for (size_t i = 0; error == 0 && i < sizeof allowed / sizeof allowed[0]; i++) {
-        error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
-        // Calls that this architecture does not have are not an error.
+    memcpy(names, allowed, sizeof names);
+    for (char *name = strtok_r(names, " ", &rest); error == 0 && name != NULL;
+         name = strtok_r(NULL, " ", &rest)) {
+        // Calls that this architecture or libseccomp does not have are not an error.
+        const int call = seccomp_syscall_resolve_name(name);
+        error = call == __NR_SCMP_ERROR ? 0 : seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0);
         error = error == -EDOM || error == -EOPNOTSUPP ? 0 : error;
     }
     // Threads, but no processes. The filter cannot see the flags of clone3; without clone3 the C

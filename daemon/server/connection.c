@@ -11,7 +11,6 @@
 #include "core/invariant.h"
 #include "daemon/base/framing.h"
 #include "daemon/files/token.h"
-#include "daemon/server/completion.h"
 #include "daemon/server/server.h"
 
 enum {

@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "daemon/cli/editor.h"
-#include "daemon/server/job.h"
+#include "daemon/server/worker.h"
 
 enum { CONNECTION_INPUT_BYTES = 16384 };
 

@@ -12,10 +12,6 @@
 #include "daemon/server/connection.h"
 #include "daemon/settings/config.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 struct console {
     const struct config *config;
     struct connection *client;  ///< its client slot
@@ -43,9 +39,5 @@ void console_left(struct console *self, bool gone);
 
 /// Tries to reopen a serial console that has disappeared (an adapter that is plugged in again).
 void console_retry(struct console *self, uint64_t now_us);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 #include "daemon/base/message.h"
 #include "daemon/files/token.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /// Suffix of a socket's name until it listens.
 #define LISTENER_BESIDE ".new"
 
@@ -41,9 +37,5 @@ void listener_turn_away(int fd);
 /// Rejects a client after accept() failed for want of a descriptor (errno EMFILE or ENFILE;
 /// otherwise does nothing), using `reserve_fd`, which is reserved for that.
 void listener_turn_away_without_descriptor(int listener, int *reserve_fd);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -12,10 +12,6 @@
 
 #include "hal/log.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { LOG_RING_LINES = 256, LOG_RING_LINE_BYTES = 240 };
 
 struct log_ring_line {
@@ -68,9 +64,5 @@ const char *log_ring_level_name(enum hal_log_level level);
 
 /// Formats microseconds since 1970 in UTC, as "2026-01-31 12:00:00.123", into `text` (32 bytes).
 void log_ring_time_text(int64_t time_us, char *text);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /// Reads whether a service manager expects reports. Call before the process confines itself.
 void notify_open(void);
 
@@ -19,9 +15,5 @@ uint64_t notify_period_us(void);
 
 /// Sends a line such as "READY=1". Does nothing without a service manager; never blocks.
 void notify_send(const char *state);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /// Larger than the longest reply: a command's reply always fits once its client has read the
 /// earlier ones.
 enum { OUTPUT_BYTES = 256 * 1024 };
@@ -43,9 +39,5 @@ void output_take(struct output *self, size_t bytes);
 
 size_t output_length(struct output *self);
 bool output_overrun(struct output *self);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

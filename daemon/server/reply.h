@@ -24,10 +24,6 @@
 #include "daemon/server/output.h"
 #include "daemon/server/request.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { REPLY_DEPTH_MAX = 8, REPLY_UNITS_BYTES = 2048, REPLY_PATH_BYTES = 160 };
 
 /// Each thread that answers has one and uses it for one answer after the other.
@@ -65,9 +61,5 @@ void reply_progress(struct reply *self, const char *what, uint32_t done, uint32_
 void reply_end(struct reply *self, int error, const char *message);
 /// Ends one round of `watch`; `reply_begin` begins the next.
 void reply_end_round(struct reply *self);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -13,10 +13,6 @@
 #include "daemon/server/daemon.h"
 #include "daemon/server/listener.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 struct server {
     struct daemon *daemon;                              ///< NULL: not open
     struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
@@ -47,6 +43,12 @@ int server_run(struct server *self);
 /// Ends the workers (which makes the rig safe) and closes everything.
 void server_close(struct server *self);
 
+/// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
+/// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
+/// quotes are omitted. Uses the table, the configuration and the files of `daemon`.
+void completion_candidates(const struct daemon *daemon, const char *typed, char *words,
+                           size_t bytes);
+
 /// For connections: parses a command line into `job`, see command_parse.
 int server_parse(struct server *self, const char *line, struct job *job, char *message,
                  size_t message_bytes);
@@ -54,9 +56,5 @@ int server_parse(struct server *self, const char *line, struct job *job, char *m
 void server_submit(struct server *self, struct job *job);
 /// Answers at once, with an error or (0) with success; no worker has the job.
 void server_answer(struct server *self, struct job *job, int error, const char *message);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

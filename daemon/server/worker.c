@@ -2,7 +2,6 @@
 #include "daemon/server/worker.h"
 
 #include <errno.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -70,30 +69,24 @@ enum { REPORTED_LINE_BYTES = 60 };
 
 /// Whether the error is a fault of the instrument or the machine, and not of the input.
 static bool is_fault(const struct worker *self, int error) {
-    static const int faults[] = {
-        ERROR_I2C_NACK, ERROR_I2C_ARBITRATION, ERROR_I2C_STUCK, ERROR_TIMEOUT,
-        ERROR_DEVICE,   ERROR_VERIFY,          ERROR_RESTARTED, ERROR_IO,
-        ERROR_FULL,     ERROR_JAMMED,          ERROR_FRAME,     ERROR_MEMORY,
-    };
-    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
-        if (error == faults[i]) {
+    switch (error) {
+        case ERROR_I2C_NACK:
+        case ERROR_I2C_ARBITRATION:
+        case ERROR_I2C_STUCK:
+        case ERROR_TIMEOUT:
+        case ERROR_DEVICE:
+        case ERROR_VERIFY:
+        case ERROR_RESTARTED:
+        case ERROR_IO:
+        case ERROR_FULL:
+        case ERROR_JAMMED:
+        case ERROR_FRAME:
+        case ERROR_MEMORY:
             return true;
-        }
+        default:
+            // Without the rig it is a file that clients may not use.
+            return error == ERROR_REFUSED && self->has_rig;
     }
-    // Without the rig it is a file that clients may not use.
-    return error == ERROR_REFUSED && self->has_rig;
-}
-
-static void report(const struct worker *self, enum hal_log_level level, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static void report(const struct worker *self, enum hal_log_level level, const char *format, ...) {
-    const struct hal_log *log = &self->daemon->log;
-    char text[LOG_RING_LINE_BYTES];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    log->operations->write(log->self, level, text);
 }
 
 /// Logs a change of the instrument's state and its cause; for an error, with its message.
@@ -105,10 +98,11 @@ static bool report_state(struct worker *self, const char *line, int error, const
     }
     self->reported_state = self->daemon->rig.state;
     const bool worked = error == 0;
-    report(self, worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
-           "the instrument is %s: %.*s%s%s%s%s", states[self->reported_state],
-           (int)REPORTED_LINE_BYTES, line, worked ? "" : ": ERR ", worked ? "" : error_name(error),
-           worked ? "" : " ", worked ? "" : message);
+    log_ring_print(&self->daemon->log_ring,
+                   worked || error == ERROR_CANCELLED ? HAL_LOG_NOTICE : HAL_LOG_ERROR,
+                   "the instrument is %s: %.*s%s%s%s%s", states[self->reported_state],
+                   (int)REPORTED_LINE_BYTES, line, worked ? "" : ": ERR ",
+                   worked ? "" : error_name(error), worked ? "" : " ", worked ? "" : message);
     return true;
 }
 
@@ -116,7 +110,7 @@ static bool report_state(struct worker *self, const char *line, int error, const
 static void report_cut(struct worker *self) {
     const char *cut = self->has_rig ? record_cut(&self->daemon->record) : NULL;
     if (cut != NULL && !self->cut_reported) {
-        report(self, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_ERROR, "the recording is cut off: %s", cut);
     }
     self->cut_reported = cut != NULL;
 }
@@ -125,8 +119,8 @@ static void report_cut(struct worker *self) {
 static void report_outcome(struct worker *self, const char *line, int error, const char *message) {
     report_cut(self);
     if (!report_state(self, line, error, message) && is_fault(self, error)) {
-        report(self, HAL_LOG_ERROR, "%.*s: ERR %s %s", (int)REPORTED_LINE_BYTES, line,
-               error_name(error), message);
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_ERROR, "%.*s: ERR %s %s",
+                       (int)REPORTED_LINE_BYTES, line, error_name(error), message);
     }
 }
 
