@@ -52,35 +52,35 @@ struct arguments {
     bool version;
 };
 
-static const struct option options[] = {
+static const struct command_argument options[] = {
     {.name = "config",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, config),
      .value_name = "FILE",
      .help = "Settings file. Default: /etc/vergence/vergenced.conf for root and systemd services, "
              "else ~/.config/vergence/vergenced.conf ($XDG_CONFIG_HOME), if that file exists; "
              "else built-in defaults."},
     {.name = "check",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, check),
      .value_name = "FILE",
      .help = "Check a settings file and the profile that it names, or a profile (a name ending in "
              ".profile), and exit. Shows how to write keys that are in an old notation."},
     {.name = "help-config",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, help_config),
      .help = "Print all settings with explanations and defaults, as a file to start from."},
     {.name = "help-profile",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, help_profile),
      .value_name = "NAME",
      .help = "Print a built-in profile with explanations, as a file to start from."},
     {.name = "help-lenses",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, help_lenses),
      .help = "Print the lens controllers that a profile's \"lenses\" may name."},
     {.name = "version",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, version),
      .help = "Print version and build."},
 };

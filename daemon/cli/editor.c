@@ -262,7 +262,7 @@ static void complete(struct editor *self) {
         bell(self);
     } else if (count == 1) {
         INVARIANT(shared > 0);
-        const bool whole = words[shared - 1] != '/';
+        const bool whole = words[shared - 1] != '/' && words[shared - 1] != '=';
         words[shared] = ' ';
         insert(self, words + begun, shared - begun + whole);
     } else if (shared > begun) {

@@ -36,7 +36,7 @@ struct editor {
     /// Sends bytes to the terminal.
     void (*send)(void *self, const char *data, size_t bytes);
     /// Puts the completions of `typed` (the line up to the cursor), separated by blanks, into
-    /// `words` (EDITOR_WORDS_BYTES). A completion that ends in / is not finished. NULL: no
+    /// `words` (EDITOR_WORDS_BYTES). A completion that ends in / or = is not finished. NULL: no
     /// completion.
     void (*complete)(void *self, const char *typed, char *words);
     void *self;

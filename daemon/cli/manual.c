@@ -172,8 +172,8 @@ void manual_options(FILE *file, const struct option_page *page, int section) {
     manual_heading(file, "DESCRIPTION");
     manual_text(file, page->description);
     manual_heading(file, "OPTIONS");
-    for (int i = 0; i < page->option_count; i++) {
-        const struct option *option = &page->options[i];
+    for (unsigned i = 0; i < page->option_count; i++) {
+        const struct command_argument *option = &page->options[i];
         snprintf(dashed, sizeof dashed, "--%s", option->name);
         manual_entry(file, dashed, option->value_name);
         manual_text(file, option->help);

@@ -1,34 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Command-line options from one table: parser, messages and `--help` use the same entries, so they
-/// cannot diverge.
+/// Command-line options from a table in the grammar of the console (console/command.h): parser,
+/// messages, `--help`, manual page and completion use the same entries.
 #ifndef VERGENCE_DAEMON_CLI_OPTIONS_H
 #define VERGENCE_DAEMON_CLI_OPTIONS_H
 
 #include <stddef.h>
 
+#include "console/command.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-enum option_kind {
-    OPTION_FLAG,    // no value; sets a bool to true
-    OPTION_INT,     // `count` integers into int[count]
-    OPTION_REAL,    // `count` decimal numbers into double[count]; "inf" when maximum is INFINITY
-    OPTION_TEXT,    // a const char * to the argument itself
-    OPTION_CHOICE,  // a word of `choices`; its index (0, 1, ...) into an int
-};
-
-struct option {
-    const char *name;  // without the dashes
-    enum option_kind kind;
-    size_t offset;            // of the value in the command's struct of values
-    const char *value_name;   // as help shows it, e.g. "NEAR:FAR"; NULL for a flag
-    const char *help;         // sentences: meaning, unit, default
-    double minimum, maximum;  // of every number, inclusive
-    int count;                // numbers in one value; 0 means 1
-    char separator;           // between them
-    const char *choices;      // separated by spaces
-};
 
 struct option_page {
     const char *command;  // "vergence reconstruct"
@@ -38,8 +20,8 @@ struct option_page {
     const char *summary;      // one line, no full stop
     const char *description;  // paragraphs separated by one line feed; wrapped by the printer
     const char *examples;     // lines without indentation; NULL for none
-    const struct option *options;
-    int option_count;
+    const struct command_argument *options;  // their `offset` is into the struct of values
+    unsigned option_count;
     int operands_min, operands_max;
 };
 
@@ -54,10 +36,6 @@ enum { OPTIONS_CONTINUE = -1 };
 /// one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count);
-
-/// The word of `candidates` (`count` of them) nearest to `typed` by edit distance, or NULL if none
-/// is near. For "did you mean".
-const char *options_closest(const char *typed, const char *const *candidates, int count);
 
 #ifdef __cplusplus
 }

@@ -36,16 +36,14 @@ void options_help_print_wrapped(FILE *file, int indent, const char *text) {
     fputc('\n', file);
 }
 
-void options_help_limits(const struct option *option, char *text, size_t bytes) {
-    const bool number = option->kind == OPTION_INT || option->kind == OPTION_REAL;
-    int length = 0;
-    text[0] = '\0';
-    if (number && isfinite(option->maximum)) {
-        length = snprintf(text, bytes, "(%.10g to %.10g)", option->minimum, option->maximum);
-    } else if (option->kind == OPTION_CHOICE) {
-        length = snprintf(text, bytes, "(one of: %s)", option->choices);
+void options_help_limits(const struct command_argument *option, char *text, size_t bytes) {
+    const bool number = option->kind == COMMAND_INTEGER || option->kind == COMMAND_NUMBER;
+    struct command_text limits = command_text_begin(text, bytes);
+    if (option->kind == COMMAND_CHOICE || (number && isfinite(option->max))) {
+        command_text_add(&limits, "(");
+        command_expected(option, &limits);
+        command_text_add(&limits, ")");
     }
-    INVARIANT(length >= 0 && (size_t)length < bytes);
 }
 
 void options_help_usage(const struct option_page *page, char *text, size_t bytes) {
@@ -71,8 +69,8 @@ void options_help_print(const struct option_page *page, FILE *file) {
     fprintf(file, "%s - %s\n\nusage: %s\n\n", page->command, page->summary, text);
     options_help_print_wrapped(file, 0, page->description);
     fputs("\nOptions\n", file);
-    for (int i = 0; i < page->option_count; i++) {
-        const struct option *option = &page->options[i];
+    for (unsigned i = 0; i < page->option_count; i++) {
+        const struct command_argument *option = &page->options[i];
         fprintf(file, "%*s--%s%s%s\n", HELP_INDENT, "", option->name,
                 option->value_name != NULL ? " " : "",
                 option->value_name != NULL ? option->value_name : "");

@@ -21,9 +21,10 @@ void options_help_print(const struct option_page *page, FILE *file);
 void options_help_print_wrapped(FILE *file, int indent, const char *text);
 
 /// The usage line of a command, "vergence reconstruct LEFT RIGHT [OPTIONS]"; and the limits of an
-/// option's values, "(1 to 64)", or "" if there are none. `text` has OPTIONS_HELP_TEXT_BYTES.
+/// option's values, "(an integer from 1 to 64)", or "" if there are none. `text` has
+/// OPTIONS_HELP_TEXT_BYTES.
 void options_help_usage(const struct option_page *page, char *text, size_t bytes);
-void options_help_limits(const struct option *option, char *text, size_t bytes);
+void options_help_limits(const struct command_argument *option, char *text, size_t bytes);
 
 #ifdef __cplusplus
 }

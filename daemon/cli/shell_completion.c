@@ -19,20 +19,20 @@ void shell_completion_add(FILE *file, const char *key, const char *word) {
 
 void shell_completion_options(FILE *file, const struct option_page *page) {
     char dashed[64];
-    for (int i = 0; i < page->option_count; i++) {
-        const struct option *option = &page->options[i];
+    for (unsigned i = 0; i < page->option_count; i++) {
+        const struct command_argument *option = &page->options[i];
         const int length = snprintf(dashed, sizeof dashed, "--%s", option->name);
         INVARIANT(length > 0 && (size_t)length < sizeof dashed);
         shell_completion_add(file, page->command, dashed);
-        if (option->kind == OPTION_FLAG) {
+        if (option->kind == COMMAND_FLAG) {
             continue;
         }
         // An instrument is completed with the addresses known on this machine.
         const bool address = strcmp(option->name, "connect") == 0;
         shell_completion_print(file, page->command, dashed,
-                               option->kind == OPTION_CHOICE ? option->choices
-                               : address                     ? "@addresses"
-                                                             : "");
+                               option->kind == COMMAND_CHOICE ? option->choices
+                               : address                      ? "@addresses"
+                                                              : "");
     }
     shell_completion_add(file, page->command, "--help");
 }

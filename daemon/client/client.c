@@ -10,13 +10,14 @@
 #include <unistd.h>
 
 #include "core/invariant.h"
+#include "core/suggest.h"
 #include "daemon/base/message.h"
 #include "daemon/base/version.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/client_help.h"
 #include "daemon/client/remote.h"
 
-enum { CLIENT_COMMANDS_MAX = 32, CLIENT_NAME_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
+enum { CLIENT_NAME_MAX = 32, CLIENT_CLOSED_PIPE = 128 + SIGPIPE };
 
 static const struct client_command *find_command(const char *name,
                                                  const struct client_command *commands,
@@ -26,20 +27,16 @@ static const struct client_command *find_command(const char *name,
             return &commands[i];
         }
     }
-    const char *names[CLIENT_COMMANDS_MAX];
+    struct suggest suggest;
+    suggest_begin(&suggest, name);
     for (int i = 0; i < command_count; i++) {
-        names[i] = commands[i].name;
+        suggest_consider(&suggest, commands[i].name);
     }
-    const char *closest = options_closest(name, names, command_count);
     struct message line;
-    if (closest != NULL) {
-        message_set(&line, 0, "unknown command \"%s\"; did you mean \"%s\"?", name, closest);
-    } else {
-        message_set(&line, 0,
-                    "unknown command \"%s\" (\"vergence --help\" lists all, \"vergence --connect "
-                    "help\" those of an instrument)",
-                    name);
-    }
+    message_set(&line, 0, "unknown command \"%s\"%s", name,
+                suggest.text[0] != '\0' ? suggest.text
+                                        : " (\"vergence --help\" lists all, \"vergence --connect "
+                                          "help\" those of an instrument)");
     fprintf(stderr, "vergence: %s\n", line.text);
     return NULL;
 }
@@ -164,7 +161,7 @@ int client_finish_output(const char *program, int exit_code) {
 }
 
 int client_main(int argc, char **argv, const struct client_command *commands, int command_count) {
-    INVARIANT(command_count >= 1 && command_count <= CLIENT_COMMANDS_MAX);
+    INVARIANT(command_count >= 1);
     if (!client_occupy_standard_streams()) {
         return CLIENT_FAILED;
     }

@@ -50,7 +50,7 @@ bool remote_files_command(const char *name, const char *after, char *command) {
         return false;
     }
     const int length = snprintf(command, REMOTE_REQUEST_BYTES, "files %s%s%s", quoted[0],
-                                after != NULL ? " " : "", quoted[1]);
+                                after != NULL ? " after=" : "", quoted[1]);
     return length > 0 && length < REMOTE_REQUEST_BYTES;
 }
 

@@ -27,25 +27,25 @@ struct arguments {
     bool keep_going;
 };
 
-static const struct option options[] = {
+static const struct command_argument options[] = {
     {.name = "connect",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, connect),
      .value_name = "[ADDRESS]",
      .help = "unix:PATH, tcp:HOST:PORT, serial:DEVICE or serial:DEVICE:BAUD (115200). Without it: "
              "the default socket of this user's vergenced, else the system's."},
     {.name = "token",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, token),
      .value_name = "FILE",
      .help = "File with the token for tcp:HOST:PORT, if not the one that vergenced creates by "
              "default."},
     {.name = "json",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, json),
      .help = "Print answers as JSON, one object a line, including the client's own errors."},
     {.name = "keep-going",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, keep_going),
      .help = "Continue a script on standard input after a command that failed."},
 };
@@ -187,22 +187,21 @@ static int ask_code(struct remote *self, int result, const struct message *messa
 /// Runs a line of a script, or the command of the command line.
 static int run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
-    const char *words[COMMAND_WORDS_MAX];
-    size_t count = 0;
+    struct command_words words;
     const char *why = NULL;
     struct message message;
-    if (command_words_split(line, storage, words, &count, &why) != 0) {
+    if (command_words_split(line, storage, &words, &why) != 0) {
         message_set(&message, 0, "%s", why);
         return refuse(self, &message);
     }
-    if (count == 0) {
+    if (words.count == 0) {
         return CLIENT_OK;
     }
-    if (words[0][0] == '@') {
+    if (words.word[0][0] == '@') {
         message_set(
             &message, 0,
             "\"%.80s\": lines beginning with @ are reserved for the client (use --json for JSON)",
-            words[0]);
+            words.word[0]);
         return refuse(self, &message);
     }
     int error = 0;
@@ -211,7 +210,7 @@ static int run_line(struct remote *self, const char *line) {
     }
     const int result = remote_ask(self, line, show, NULL, &message);
     if (result >= 0) {
-        self->over = result == 0 && strcmp(words[0], "quit") == 0;
+        self->over = result == 0 && strcmp(words.word[0], "quit") == 0;
     }
     return ask_code(self, result, &message);
 }
@@ -267,7 +266,7 @@ static size_t append_word(char *line, size_t length, size_t bytes, const char *w
 static bool join(char *const *words, int count, char *line, size_t bytes) {
     size_t length = 0;
     for (int i = 0; i < count; i++) {
-        // A single word may be a whole line: 'pan left 3'.
+        // A single word may be a whole line: 'pan 3 side=left'.
         const bool quoted = count > 1 && (words[i][0] == '\0' || strpbrk(words[i], " \t\"#"));
         const char *const lead = i > 0 ? " " : "";
         length += (size_t)snprintf(line + length, bytes - length, "%s%s", lead, quoted ? "\"" : "");
@@ -284,8 +283,8 @@ static bool join(char *const *words, int count, char *line, size_t bytes) {
 /// The first of the client's own flags among the words of a command; NULL: none.
 static const char *misplaced(char *const *words, int count) {
     for (int i = 1; i < count; i++) {
-        for (int j = 0; j < page.option_count; j++) {
-            if (options[j].kind == OPTION_FLAG && strncmp(words[i], "--", 2) == 0 &&
+        for (unsigned j = 0; j < page.option_count; j++) {
+            if (options[j].kind == COMMAND_FLAG && strncmp(words[i], "--", 2) == 0 &&
                 strcmp(words[i] + 2, options[j].name) == 0) {
                 return words[i];
             }

@@ -83,7 +83,7 @@ static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct 
     int64_t at = -1;
     uint32_t crc = 0;
     const int max = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
-    snprintf(rest, sizeof rest, " %" PRIu64 " %d", offset, max);
+    snprintf(rest, sizeof rest, " offset=%" PRIu64 " bytes=%d", offset, max);
     int error = make_command(self, rest, command, message);
     error = error != 0 ? error : remote_call(self->remote, command, &result, message);
     if (error != 0) {

@@ -53,16 +53,23 @@ static int move_file(struct remote *self, bool fetch, const char *name, const ch
 /// What a line does with whole files.
 enum transfer { NO_TRANSFER, FETCH, SEND, SNAPSHOT };
 
-static enum transfer transfer_of(const char *const *words, size_t count) {
-    if (strcmp(words[0], "snapshot") == 0) {
+static enum transfer transfer_of(const struct command_words *words) {
+    static const struct command_parser parser = {.dashes = ""};
+    const char *const *word = words->word;
+    const size_t count = words->count;
+    if (count > 0 && strcmp(word[0], "snapshot") == 0) {
         return SNAPSHOT;
     }
-    if (count > 1 && strcmp(words[0], "send") == 0) {
+    if (count < 2 || count > 3) {
+        return NO_TRANSFER;
+    }
+    if (strcmp(word[0], "send") == 0) {
         return SEND;
     }
-    // "fetch NAME OFFSET" is for the instrument.
-    const bool is_block = count == 3 && words[2][strspn(words[2], "0123456789")] == '\0';
-    return count > 1 && !is_block && strcmp(words[0], "fetch") == 0 ? FETCH : NO_TRANSFER;
+    // "fetch NAME offset=0" is for the instrument.
+    const bool block =
+        count == 3 && (words->quoted >> 2 & 1) == 0 && command_is_option(&parser, word[2]);
+    return !block && strcmp(word[0], "fetch") == 0 ? FETCH : NO_TRANSFER;
 }
 
 /// Shows an error as an answer in JSON.
@@ -80,14 +87,10 @@ static void show_failure(struct remote *self, remote_show *show, void *cookie, i
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message) {
     char storage[COMMAND_LINE_MAX + 1];
-    const char *words[COMMAND_WORDS_MAX];
-    size_t count = 0;
+    struct command_words words;
     const char *why = NULL;
-    if (command_words_split(line, storage, words, &count, &why) != 0 || count < 1 || count > 3) {
-        return 0;
-    }
-    INVARIANT(words[0] != NULL);
-    const enum transfer transfer = transfer_of(words, count);
+    const enum transfer transfer =
+        command_words_split(line, storage, &words, &why) == 0 ? transfer_of(&words) : NO_TRANSFER;
     if (transfer == NO_TRANSFER) {
         return 0;
     }
@@ -97,8 +100,8 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     } else {
         char plain[COMMAND_LINE_MAX + 1];
         const bool fetch = transfer == FETCH;
-        const char *name = fetch ? without_end(words[1], plain) : words[1];
-        const char *other = count == 3 ? words[2] : base_name(name);
+        const char *name = fetch ? without_end(words.word[1], plain) : words.word[1];
+        const char *other = words.count == 3 ? words.word[2] : base_name(name);
         *error = move_file(self, fetch, name, other, show, cookie, message);
     }
     if (self->json) {

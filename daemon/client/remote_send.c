@@ -86,7 +86,7 @@ static int send_block(struct send *self, struct message *message) {
                            bytes == 0 ? "changed during the transfer" : strerror(errno));
     }
     base64_encode(data, (size_t)bytes, text);
-    snprintf(rest, sizeof rest, " %" PRIu64 " %08" PRIX32 " %s", offset,
+    snprintf(rest, sizeof rest, " offset=%" PRIu64 " block-crc=%08" PRIX32 " data=%s", offset,
              crc_update(0, data, (size_t)bytes), text);
     const int error = report(self, rest, message);
     if (error == 0 && !self->whole && self->have <= offset) {

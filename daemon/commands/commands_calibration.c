@@ -13,10 +13,7 @@
 #include "stereo/geometry/calibration.h"
 
 enum { SHOW, SET, FORGET };
-enum { WHAT, FILE_NAME, ACCEPT, ALSO, ARGUMENTS };
-/// Values of ACCEPT and ALSO, in the order of ACCEPT_WORDS.
-enum { ACCEPT_MISMATCH, ACCEPT_MM };
-#define ACCEPT_WORDS CAPTURE_ACCEPT_WORD " mm"
+enum { WHAT, FILE_NAME, ACCEPT, UNIT, ARGUMENTS };
 
 _Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
                "the buffers fit the longest calibration");
@@ -256,12 +253,6 @@ static int run_show(const struct command_call *call) {
     return error;
 }
 
-static bool accepts(const struct command_call *call, int what) {
-    const struct command_value *const values = call->values;
-    return (values[ACCEPT].given && values[ACCEPT].choice == what) ||
-           (values[ALSO].given && values[ALSO].choice == what);
-}
-
 /// Rejects a calibration of another instrument or of other axis positions, unless accepted.
 static int check_match(const struct command_call *call, const struct calibration *calibration) {
     struct calibration_match_state state;
@@ -274,7 +265,7 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     state_now(call, &state);
-    const bool accepted = accepts(call, ACCEPT_MISMATCH);
+    const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error != 0 && accepted) {
         reply_text(call, "accepted_mismatch", message.text);
@@ -294,9 +285,9 @@ static int run_set(const struct command_call *call) {
         return error;
     }
     struct message message;
-    if (!accepts(call, ACCEPT_MM) &&
+    if (!call->values[UNIT].given &&
         length_check_baseline(calibration_baseline_mm(&calibration), job.name,
-                              "\"calibration set FILE mm\" accepts it", &message) != 0) {
+                              "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
     error = do_record(call, SET, &job);
@@ -348,18 +339,13 @@ static const struct command_argument arguments[] = {
      .optional = true,
      .help = "calibration to set, one of the instrument's files",
      .candidates = files_candidates_file},
-    {.name = "ACCEPT",
+    {.name = CAPTURE_ACCEPT_NAME,
+     .kind = COMMAND_FLAG,
+     .help = "accept one made with other axes, cameras or windows"},
+    {.name = "unit",
      .kind = COMMAND_CHOICE,
-     .choices = ACCEPT_WORDS,
-     .optional = true,
-     .help =
-         CAPTURE_ACCEPT_WORD ": accept one made with other axes, cameras or windows; mm: accept a "
-                             "baseline below 5 mm"},
-    {.name = "ALSO",
-     .kind = COMMAND_CHOICE,
-     .choices = ACCEPT_WORDS,
-     .optional = true,
-     .help = "a second one of these, if both apply"},
+     .choices = "mm",
+     .help = "accept a baseline below 5 mm"},
 };
 
 static const struct command commands[] = {

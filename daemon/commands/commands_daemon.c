@@ -10,7 +10,7 @@
 #include "daemon/commands/commands.h"
 #include "daemon/server/server.h"
 
-enum { LOG_DEFAULT_LINES = 20, USAGE_BYTES = 160 };
+enum { LOG_DEFAULT_LINES = 20 };
 
 static const double us_per_s = 1e6;
 
@@ -18,20 +18,11 @@ static void describe_argument(const struct command_call *call,
                               const struct command_argument *argument) {
     reply_group_begin(call, argument->name, false);
     reply_text(call, "meaning", argument->help);
-    if (argument->kind == COMMAND_CHOICE) {
-        reply_text(call, "choices", argument->choices);
-    } else {
-        char min[32];
-        struct command_text text = command_text_begin(min, sizeof min);
-        command_text_add_number(&text, argument->min, 6);
-        command_text_add(&text, " to ");
-        command_text_add_number(&text, argument->max, 6);
-        reply_text(call, argument->kind == COMMAND_TEXT ? "length" : "range", min);
-        if (argument->unit != NULL) {
-            reply_text(call, "unit", argument->unit);
-        }
-    }
-    if (argument->optional) {
+    char expected[160];
+    struct command_text text = command_text_begin(expected, sizeof expected);
+    command_expected(argument, &text);
+    reply_text(call, "expected", expected);
+    if (argument->optional || command_argument_is_option(argument)) {
         reply_text(call, "optional", "yes");
     }
     reply_group_end(call);
@@ -48,12 +39,10 @@ static int run_help(const struct command_call *call) {
     const char *name = call->values[0].text;
     const struct command *command = command_find(daemon->table, daemon->table_count, name);
     if (command == NULL) {
-        const char *nearest = command_nearest(daemon->table, daemon->table_count, name);
-        return command_fail(call, ERROR_ARGUMENT, "unknown command \"%s\"%s%s%s", name,
-                            nearest != NULL ? "; did you mean \"" : "",
-                            nearest != NULL ? nearest : "", nearest != NULL ? "\"?" : "");
+        struct command_text message = command_text_begin(call->message, call->message_bytes);
+        return command_unknown(daemon->table, daemon->table_count, name, &message);
     }
-    char usage[USAGE_BYTES];
+    char usage[COMMAND_USAGE_BYTES];
     command_usage(command, usage, sizeof usage);
     reply_text(call, "usage", usage);
     reply_text(call, "does", command->summary);
@@ -216,18 +205,19 @@ static const struct command_argument watch_arguments[] = {
      .max = 400,
      .help = "the command to repeat, in quotes if it has arguments",
      .candidates = add_commands},
-    {.name = "COUNT",
+    {.name = "count",
      .kind = COMMAND_INTEGER,
      .min = 1,
      .max = 1000000,
-     .optional = true,
      .help = "rounds; default: until Ctrl-C"},
 };
 
 static const struct command commands[] = {
     {.name = "help",
      .summary = "list the commands, or explain one",
-     .help = "Arguments in brackets are optional. An answer ends with OK, or with ERR, an error "
+     .help = "Arguments in brackets are optional; those with = are options, given by name in any "
+             "order: reconstruct scene near=500 far=2000. An answer ends with OK, or with ERR, an "
+             "error "
              "code and a message. Ctrl-C cancels the running command.",
      .arguments = help_arguments,
      .argument_count = 1,
@@ -235,7 +225,7 @@ static const struct command commands[] = {
      .run = run_help},
     {.name = "complete",
      .summary = "list possible continuations of a line, as Tab does",
-     .help = "For terminals. A word that ends in / is incomplete.",
+     .help = "For terminals. A word that ends in / or = is incomplete.",
      .arguments = complete_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
@@ -263,7 +253,8 @@ static const struct command commands[] = {
      .run = run_log},
     {.name = "watch",
      .summary = "repeat a command at an interval",
-     .help = "Example: watch 2 \"pan left\" 10. Rounds are skipped while the instrument or the "
+     .help = "Example: watch 2 \"pan side=left\" count=10. Rounds are skipped while the instrument "
+             "or the "
              "reader is not ready for them. Ends when the command fails.",
      .arguments = watch_arguments,
      .argument_count = 3,

@@ -64,7 +64,7 @@ static int run_files(const struct command_call *call) {
     if (listed > FILES_LISTED_MAX) {
         reply_text(
             call, "more",
-            "the list is incomplete: \"files DIRECTORY LAST\" continues after the last name");
+            "the list is incomplete: \"files DIRECTORY after=LAST\" continues after the last name");
     }
     return 0;
 }
@@ -136,11 +136,11 @@ static const struct command_argument files_arguments[] = {
      .optional = true,
      .help = "a directory in \"files\"; default: \"files\" itself",
      .candidates = files_candidates_directory},
-    {.name = "AFTER",
+    {.name = "after",
      .kind = COMMAND_TEXT,
+     .value_name = "NAME",
      .min = 1,
      .max = FILES_NAME_MAX,
-     .optional = true,
      .help = "list only names after this one"},
 };
 
@@ -151,19 +151,17 @@ static const struct command_argument fetch_arguments[] = {
      .max = FILES_NAME_MAX,
      .help = "path of the file below \"files\"",
      .candidates = files_candidates_file},
-    {.name = "OFFSET",
+    {.name = "offset",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
      .min = 0,
      .max = 1e15,
-     .optional = true,
      .help = "start of the block; default: report length and CRC-32 of the whole file"},
-    {.name = "BYTES",
+    {.name = "bytes",
      .kind = COMMAND_INTEGER,
      .unit = "bytes",
      .min = 1,
      .max = FILES_BLOCK_MAX,
-     .optional = true,
      .help = "maximum size of the block; default: 3072"},
 };
 

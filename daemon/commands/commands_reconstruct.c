@@ -20,12 +20,13 @@
 #include "daemon/surface/reconstruct_session.h"
 #include "daemon/surface/result/result_figures.h"
 
-enum { SESSION, PAIR, SCALE, NEAR, FAR, ACCEPT, ARGUMENTS };
+/// The options follow: the first RECONSTRUCT_SHARED of reconstruct_arguments.
+enum { SESSION, OPTIONS, ARGUMENTS = OPTIONS + RECONSTRUCT_SHARED };
 
-static const struct reconstruct_texts texts = {.scale = "SCALE",
-                                               .smaller = "SCALE",
-                                               .depth = "NEAR and FAR",
-                                               .search = "NEAR and FAR",
+static const struct reconstruct_texts texts = {.scale = "scale",
+                                               .smaller = "scale",
+                                               .depth = "near and far",
+                                               .search = "near and far",
                                                .accept = CAPTURE_ACCEPT_WORD};
 
 /// One call. Allocated, as it is large.
@@ -94,7 +95,7 @@ static int choose_session(struct surface *self) {
     if (error != 0) {
         return error;
     }
-    if (value->given && strcmp(value->text, "-") != 0) {
+    if (value->given) {
         error = files_check_plain(call, value->text);
         snprintf(self->session, sizeof self->session, "%s", value->text);
     } else if (!commands_session_last(self->session, sizeof self->session) &&
@@ -133,28 +134,21 @@ static void load_saved(struct surface *self) {
 static int make_request(struct surface *self) {
     const struct command_value *values = self->call->values;
     self->request = reconstruct_request_defaults();
-    if (values[SCALE].given) {
-        self->request.scale = values[SCALE].number;
+    command_store(reconstruct_arguments, RECONSTRUCT_SHARED, values + OPTIONS, &self->request);
+    const char *wrong = reconstruct_request_check_search(&self->request);
+    if (wrong != NULL) {
+        return command_fail(self->call, ERROR_RANGE, "reconstruct: %s", wrong);
     }
-    if (values[NEAR].given && !values[FAR].given) {
-        return command_fail(self->call, ERROR_MISSING, "reconstruct: NEAR requires FAR");
-    }
-    if (values[FAR].given && !(values[NEAR].number < values[FAR].number)) {
-        return command_fail(self->call, ERROR_RANGE, "reconstruct: NEAR must be less than FAR");
-    }
-    self->request.depth_mm[0] = values[NEAR].given ? values[NEAR].number : 0;
-    self->request.depth_mm[1] = values[FAR].given ? values[FAR].number : 0;
-    self->request.accept_mismatch = values[ACCEPT].given;
     struct message message;
     const int error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
-                                         "reconstruct: NEAR and FAR", "", &message);
+                                         "reconstruct: near and far", "", &message);
     if (error != 0) {
         return command_fail(self->call, error, "%s", message.text);
     }
     self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
     self->source.parent = daemon_of(self->call)->files_fd;
     self->source.path = self->session;
-    self->source.pair = values[PAIR].given ? (uint32_t)values[PAIR].integer : 0;
+    self->source.pair = (uint32_t)self->request.pair;
     return 0;
 }
 
@@ -285,48 +279,14 @@ static int run_reconstruct(const struct command_call *call) {
     return error;
 }
 
-static const struct command_argument reconstruct_arguments[] = {
+static struct command_argument arguments[ARGUMENTS] = {
     {.name = "SESSION",
      .kind = COMMAND_TEXT,
      .min = 1,
      .max = FILES_NAME_MAX,
      .optional = true,
-     .help = "session of the pair; default (or -): the last one captured, else the newest",
+     .help = "session of the pair; default: the last one captured, else the newest",
      .candidates = files_candidates_session},
-    {.name = "PAIR",
-     .kind = COMMAND_INTEGER,
-     .min = 0,
-     .max = 1000000,
-     .optional = true,
-     .help = "pair of the session, from 1; default (or 0): the last"},
-    {.name = "SCALE",
-     .kind = COMMAND_NUMBER,
-     .min = 0.05,
-     .max = 4,
-     .optional = true,
-     .help = "size of the rectified images relative to the frames; default: 1"},
-    {.name = "NEAR",
-     .kind = COMMAND_NUMBER,
-     .unit = "mm",
-     .min = 1e-3,
-     .max = 1e6,
-     .optional = true,
-     .help = "minimum depth to search, from the left camera; no point lies outside NEAR to FAR; "
-             "default: the range of the calibration"},
-    {.name = "FAR",
-     .kind = COMMAND_NUMBER,
-     .unit = "mm",
-     .min = 1e-3,
-     .max = 1e6,
-     .optional = true,
-     .help = "maximum depth to search"},
-    {.name = "MISMATCH",
-     .kind = COMMAND_CHOICE,
-     .choices = CAPTURE_ACCEPT_WORD,
-     .optional = true,
-     .help = CAPTURE_ACCEPT_WORD
-     ": accept a calibration made with other axes, cameras or windows; lengths are then wrong, and "
-     "the results say so"},
 };
 
 static const struct command commands[] = {
@@ -336,15 +296,17 @@ static const struct command commands[] = {
          "Writes mesh.ply, points.pcd, disparity.pfm, reasons.pgm and result.json to the directory "
          "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
          "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
-         "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower SCALE "
+         "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower scale "
          "takes less memory and time.",
-     .arguments = reconstruct_arguments,
+     .arguments = arguments,
      .argument_count = ARGUMENTS,
      .flags = COMMAND_NO_RIG | COMMAND_LONG,
      .run = run_reconstruct},
 };
 
 const struct command *commands_reconstruct_table(size_t *count) {
+    memcpy(&arguments[OPTIONS], reconstruct_arguments,
+           RECONSTRUCT_SHARED * sizeof reconstruct_arguments[0]);
     *count = 1;
     return commands;
 }

@@ -46,11 +46,6 @@ bool commands_session_last(char *name, size_t bytes) {
     return name[0] != '\0';
 }
 
-/// "-" means no name, so that later arguments can be given.
-static bool is_name(const struct command_value *value) {
-    return value->given && strcmp(value->text, "-") != 0;
-}
-
 /// Writes the saved calibration, if there is one: it is part of every session.
 static int write_calibration(const struct command_call *call, struct message *message) {
     const struct hal_store *store = daemon_of(call)->store;
@@ -92,7 +87,7 @@ static void look_for_name(void *cookie) {
 static int check_name(const struct command_call *call, const struct command_value *name) {
     struct beginning beginning = {.call = call, .name = name};
     int error = files_need_directory(call);
-    if (error != 0 || !is_name(name)) {
+    if (error != 0 || !name->given) {
         return error;
     }
     error = files_check_new(call, name->text);
@@ -110,7 +105,7 @@ static void write_beginning(void *cookie) {
     const time_t now = time(NULL);
     struct tm parts;
     char date[32];
-    if (is_name(self->name)) {
+    if (self->name->given) {
         snprintf(session.name, sizeof session.name, "%s", self->name->text);
     } else {
         files_name_now(call, self->kind, "", session.name);
@@ -218,11 +213,12 @@ static void write_pair(void *cookie) {
 static int save_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
     struct daemon *daemon = daemon_of(call);
-    struct writing writing = {
-        .pair = pair,
-        .registers = registers,
-        .command = call->values[CAPTURE_ACCEPT].given ? "capture " CAPTURE_ACCEPT_WORD : "capture",
-        .files_fd = daemon->files_fd};
+    struct writing writing = {.pair = pair,
+                              .registers = registers,
+                              .command = command_is_set(&call->values[CAPTURE_ACCEPT])
+                                             ? "capture " CAPTURE_ACCEPT_WORD
+                                             : "capture",
+                              .files_fd = daemon->files_fd};
     if (session.recording) {
         writing.error = record_flush(&daemon->record, &writing.message);
     }
@@ -241,7 +237,7 @@ static int match_calibration(const struct command_call *call, const struct pair 
     struct message message;
     commands_calibration_instrument(call, &instrument);
     calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
-    const bool accepted = call->values[CAPTURE_ACCEPT].given;
+    const bool accepted = command_is_set(&call->values[CAPTURE_ACCEPT]);
     const int error =
         commands_calibration_match(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error != ERROR_MISMATCH) {
@@ -277,7 +273,7 @@ static int take_pair(const struct command_call *call, const struct pair_options 
 
 static int run_capture(const struct command_call *call) {
     const struct pair_options options = capture_options(call->values);
-    if (session.recording && is_name(&call->values[CAPTURE_NAME])) {
+    if (session.recording && call->values[CAPTURE_NAME].given) {
         return command_fail(call, ERROR_ARGUMENT,
                             "capture: NAME is not allowed while recording %s (omit it, or use -)",
                             session.name);

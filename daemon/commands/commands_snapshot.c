@@ -55,7 +55,7 @@ static void make_file(void *cookie) {
     struct snapshot *self = cookie;
     const struct raw_image *left = &self->frame[RIG_LEFT].image;
     struct picture *picture = &self->picture;
-    const bool full = self->call->values[SNAPSHOT_SIZE].given;
+    const bool full = command_is_set(&self->call->values[SNAPSHOT_FULL]);
     const int shrink = shrink_of(left, full);
     picture->channels = full && left->layout != RAW_GREY ? 3 : 1;
     picture->width_px = RIG_SIDES * (left->width_px / shrink);

@@ -9,7 +9,7 @@
 #include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 
-enum { USAGE_BYTES = 160, LIMITS_BYTES = 256 };
+enum { LIMITS_BYTES = 256 };
 
 void manuals_print_config(FILE *file) {
     struct config defaults;
@@ -41,16 +41,8 @@ void manuals_print_config(FILE *file) {
 static void print_argument(FILE *file, const struct command_argument *argument) {
     char limits[LIMITS_BYTES];
     struct command_text text = command_text_begin(limits, sizeof limits);
-    command_text_add(&text, argument->kind == COMMAND_TEXT ? "(length: " : "(");
-    if (argument->kind == COMMAND_CHOICE) {
-        command_text_add(&text, "one of: ");
-        command_text_add(&text, argument->choices);
-    } else {
-        command_text_add_number(&text, argument->min, 6);
-        command_text_add(&text, " to ");
-        command_text_add_number(&text, argument->max, 6);
-        command_text_add_unit(&text, argument->unit);
-    }
+    command_text_add(&text, "(");
+    command_expected(argument, &text);
     command_text_add(&text, argument->optional ? "; optional)" : ")");
     manual_entry(file, argument->name, NULL);
     manual_text(file, argument->help);
@@ -58,7 +50,7 @@ static void print_argument(FILE *file, const struct command_argument *argument) 
 }
 
 void manuals_print_console(FILE *file, const struct command *table, size_t count) {
-    char usage[USAGE_BYTES];
+    char usage[COMMAND_USAGE_BYTES];
     manual_begin(file, "vergence-console", 7, "commands of an instrument");
     manual_heading(file, "DESCRIPTION");
     manual_text(file, "The output of \"help\" and \"help COMMAND\" at the console of vergenced.");
@@ -82,7 +74,7 @@ void manuals_print_console(FILE *file, const struct command *table, size_t count
 
 void manuals_print_completion(FILE *file, const struct command *table, size_t count) {
     static const char console[] = "vergence --connect WHERE";
-    char place[COMMAND_LINE_MAX];
+    char place[COMMAND_LINE_MAX], word[COMMAND_CHOICE_MAX + 2];
     size_t key_count = 0;
     const struct config_key *keys = config_keys(&key_count);
     for (size_t i = 0; i < key_count; i++) {
@@ -94,10 +86,23 @@ void manuals_print_completion(FILE *file, const struct command *table, size_t co
     }
     for (size_t i = 0; i < count; i++) {
         shell_completion_add(file, console, table[i].name);
+        unsigned operands = 0;
         for (unsigned j = 0; j < table[i].argument_count; j++) {
-            if (table[i].arguments[j].kind == COMMAND_CHOICE) {
-                snprintf(place, sizeof place, "%s %u", table[i].name, j + 1);
-                shell_completion_print(file, console, place, table[i].arguments[j].choices);
+            const struct command_argument *argument = &table[i].arguments[j];
+            const bool option = command_argument_is_option(argument);
+            operands += !option;
+            if (option) {
+                snprintf(place, sizeof place, "%s %s", console, table[i].name);
+                snprintf(word, sizeof word, "%s=", argument->name);
+                shell_completion_add(file, place, word);
+                if (argument->kind == COMMAND_FLAG || argument->kind == COMMAND_CHOICE) {
+                    shell_completion_print(
+                        file, place, argument->name,
+                        argument->kind == COMMAND_FLAG ? "yes" : argument->choices);
+                }
+            } else if (argument->kind == COMMAND_CHOICE) {
+                snprintf(place, sizeof place, "%s %u", table[i].name, operands);
+                shell_completion_print(file, console, place, argument->choices);
             }
         }
     }

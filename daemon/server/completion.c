@@ -23,10 +23,50 @@ static void add(void *cookie, const char *word) {
     command_text_add(&self->text, word);
 }
 
-static void add_choices(struct list *list, const char *choices) {
+/// Adds the values of an argument, each after `before`: "side=" of an option.
+static void add_values(const struct command_argument *argument, const char *before,
+                       const struct command_words *words, const void *context, struct list *list) {
     char word[COMMAND_CHOICE_MAX];
-    for (int i = 0; command_words_choice_at(choices, i, word); i++) {
-        add(list, word);
+    const char *choices = argument->kind == COMMAND_FLAG ? "yes" : argument->choices;
+    for (int i = 0; choices != NULL && command_words_choice_at(choices, i, word); i++) {
+        char whole[2 * COMMAND_CHOICE_MAX];
+        struct command_text text = command_text_begin(whole, sizeof whole);
+        command_text_add(&text, before);
+        command_text_add(&text, word);
+        add(list, whole);
+    }
+    if (choices == NULL && argument->candidates != NULL) {
+        const struct command_candidates candidates = {list->begun, words->word, words->count,
+                                                      context,     add,         list};
+        argument->candidates(&candidates);
+    }
+}
+
+/// Adds what may follow the words: the next operand, and options.
+static void add_arguments(const struct command *command, const struct command_words *words,
+                          const void *context, struct list *list) {
+    const struct command_parser parser = {.command = command->name, .dashes = ""};
+    size_t operands = 0;
+    for (size_t i = 1; i < words->count; i++) {
+        operands += (words->quoted >> i & 1) != 0 || !command_is_option(&parser, words->word[i]);
+    }
+    for (unsigned i = 0; i < command->argument_count; i++) {
+        const struct command_argument *argument = &command->arguments[i];
+        if (!command_argument_is_option(argument)) {
+            if (operands-- == 0) {
+                add_values(argument, "", words, context, list);
+            }
+            continue;
+        }
+        char name[COMMAND_CHOICE_MAX + 2];
+        struct command_text text = command_text_begin(name, sizeof name);
+        command_text_add(&text, argument->name);
+        command_text_add(&text, "=");
+        if (strncmp(list->begun, name, strlen(name)) == 0) {
+            add_values(argument, name, words, context, list);
+        } else {
+            add(list, name);
+        }
     }
 }
 
@@ -35,8 +75,7 @@ void completion_candidates(const struct daemon *daemon, const char *typed, char 
     struct list list = {command_text_begin(words, bytes), typed};
     char before[COMMAND_LINE_MAX + 1];
     char storage[COMMAND_LINE_MAX + 1];
-    const char *found[COMMAND_WORDS_MAX];
-    size_t count = 0;
+    struct command_words found;
     const char *why = NULL;
     const char *blank = strrchr(typed, ' ');
     const size_t before_bytes = blank == NULL ? 0 : (size_t)(blank + 1 - typed);
@@ -46,24 +85,18 @@ void completion_candidates(const struct daemon *daemon, const char *typed, char 
     }
     memcpy(before, typed, before_bytes);
     before[before_bytes] = '\0';
-    if (command_words_split(before, storage, found, &count, &why) != 0) {
+    if (command_words_split(before, storage, &found, &why) != 0) {
         return;
     }
-    if (count == 0) {
+    if (found.count == 0) {
         for (size_t i = 0; i < daemon->table_count; i++) {
             add(&list, daemon->table[i].name);
         }
         return;
     }
-    const struct command *command = command_find(daemon->table, daemon->table_count, found[0]);
-    if (command == NULL || count > command->argument_count) {
-        return;
-    }
-    const struct command_argument *argument = &command->arguments[count - 1];
-    const struct command_candidates candidates = {list.begun, found, count, daemon, add, &list};
-    if (argument->kind == COMMAND_CHOICE) {
-        add_choices(&list, argument->choices);
-    } else if (argument->candidates != NULL) {
-        argument->candidates(&candidates);
+    const struct command *command =
+        command_find(daemon->table, daemon->table_count, found.word[0]);
+    if (command != NULL) {
+        add_arguments(command, &found, daemon, &list);
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Optional prefix of a command: @ and options separated by commas, which select the form of the
-/// answer. `@json,progress,crc=1A2B3C4D pan left 3`.
+/// answer. `@json,progress,crc=1A2B3C4D pan 3 side=left`.
 ///
 ///   json      answer with one JSON object on a line
 ///   text      answer with text: items, then OK or ERR NAME text

@@ -217,9 +217,9 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
                     side_name, name, decimals, here->mean, unit, decimals, then->mean, unit,
                     decimals, fabs(then->mean - here->mean), unit, decimals, limit);
     }
-    snprintf(advice, sizeof advice, "move it%s (\"%s %s %.*f\"), calibrate again",
-             unset ? "" : " back", name, side_name, axis == CALIBRATION_PAN ? decimals : 0,
-             then->mean);
+    snprintf(advice, sizeof advice, "move it%s (\"%s %.*f side=%s\"), calibrate again",
+             unset ? "" : " back", name, axis == CALIBRATION_PAN ? decimals : 0, then->mean,
+             side_name);
     return advise(message, advice, accept);
 }
 

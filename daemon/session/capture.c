@@ -9,31 +9,23 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
          .max = 60,
          .optional = true,
          .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
-    [CAPTURE_CHECK] =
-        {.name = "CHECK",
-         .kind = COMMAND_CHOICE,
-         .choices = "static",
-         .optional = true,
-         .help = "static: take the left image twice and check that the scene has not moved"},
-    [CAPTURE_ACCEPT] = {.name = "MISMATCH",
-                        .kind = COMMAND_CHOICE,
-                        .choices = CAPTURE_ACCEPT_WORD,
-                        .optional = true,
-                        .help = CAPTURE_ACCEPT_WORD
-                        ": accept a saved calibration made with other axes, cameras or windows"},
+    [CAPTURE_CHECK] = {.name = "static",
+                       .kind = COMMAND_FLAG,
+                       .help = "take the left image twice and check that the scene has not moved"},
+    [CAPTURE_ACCEPT] = {.name = CAPTURE_ACCEPT_NAME,
+                        .kind = COMMAND_FLAG,
+                        .help =
+                            "accept a saved calibration made with other axes, cameras or windows"},
 };
 
 const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
-    [SNAPSHOT_SIZE] = {.name = "SIZE",
-                       .kind = COMMAND_CHOICE,
-                       .choices = "full",
-                       .optional = true,
-                       .help =
-                           "full: all pixels, in colour; default: grey, at most 640 pixels a side"},
+    [SNAPSHOT_FULL] = {.name = "full",
+                       .kind = COMMAND_FLAG,
+                       .help = "all pixels, in colour; default: grey, at most 640 pixels a side"},
 };
 
 struct pair_options capture_options(const struct command_value *values) {
-    return (struct pair_options){.check_static = values[CAPTURE_CHECK].given};
+    return (struct pair_options){.check_static = command_is_set(&values[CAPTURE_CHECK])};
 }
 
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,

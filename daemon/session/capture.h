@@ -14,9 +14,11 @@ extern "C" {
 enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ACCEPT, CAPTURE_ARGUMENTS };
 
 /// The argument that accepts a calibration that does not belong to the instrument's current state.
-#define CAPTURE_ACCEPT_WORD "accept-mismatch"
+#define CAPTURE_ACCEPT_NAME "accept-mismatch"
+/// How it is written at the console.
+#define CAPTURE_ACCEPT_WORD CAPTURE_ACCEPT_NAME "=yes"
 
-enum { SNAPSHOT_SIZE, SNAPSHOT_ARGUMENTS };
+enum { SNAPSHOT_FULL, SNAPSHOT_ARGUMENTS };
 
 extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
 extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];

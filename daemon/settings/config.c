@@ -235,10 +235,10 @@ int config_key_set(struct config *config, const struct config_key *key, const ch
 int config_set(struct config *config, const char *name, const char *value,
                struct message *message) {
     bool old = false;
-    const char *nearest = NULL;
-    const struct config_key *key = config_key_find(name, false, &old, &nearest);
+    struct suggest suggest;
+    const struct config_key *key = config_key_find(name, false, &old, &suggest);
     if (key == NULL) {
-        return message_set(message, ERROR_ARGUMENT, "unknown key \"%s\"", name);
+        return message_set(message, ERROR_ARGUMENT, "unknown key \"%s\"%s", name, suggest.text);
     }
     old = config_key_is_old(key, old, value);
     return config_key_set(config, key, name, value, old, message);

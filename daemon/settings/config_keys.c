@@ -247,10 +247,9 @@ static bool is_of_rig(const struct config_key *key) {
     return strncmp(key->name, CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
 }
 
-/// The key of this name, or a similar name.
-static const struct config_key *find(const char *called, bool in_profile, const char **nearest) {
-    int min = COMMAND_SLIPS_MAX + 1;
-    *nearest = NULL;
+/// The key of this name, or NULL and a similar name.
+static const struct config_key *find(const char *called, bool in_profile, struct suggest *suggest) {
+    suggest_begin(suggest, called);
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const bool of_rig = is_of_rig(&keys[i]);
         if (in_profile && keys[i].kind != CONFIG_PROFILE && !of_rig) {
@@ -260,21 +259,17 @@ static const struct config_key *find(const char *called, bool in_profile, const 
         if (strcmp(name, called) == 0 || (of_rig && strcmp(keys[i].name, called) == 0)) {
             return &keys[i];
         }
-        const int distance = command_words_distance(called, name);
-        if (distance < min) {
-            min = distance;
-            *nearest = name;
-        }
+        suggest_consider(suggest, name);
     }
     return NULL;
 }
 
 const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
-                                         const char **nearest) {
-    const struct config_key *key = find(called, in_profile, nearest);
+                                         struct suggest *suggest) {
+    const struct config_key *key = find(called, in_profile, suggest);
     const bool prefixed = strncmp(called, CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
     const char *name = called + (prefixed ? strlen(CONFIG_RIG) : 0);
-    const char *other = NULL;
+    struct suggest other;
     *old = false;
     for (size_t i = 0;
          key == NULL && (prefixed || in_profile) && i < sizeof old_names / sizeof old_names[0];

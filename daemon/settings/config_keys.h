@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "core/suggest.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/quantity.h"
 
@@ -59,9 +60,9 @@ const struct config_key *config_keys(size_t *count);
 const char *config_key_called(const struct config_key *key, bool in_profile);
 
 /// The key of this name; `*old`: under a name of an older version. A profile's keys have their full
-/// names, too. NULL if not found: then `*nearest` is a similar name, or NULL.
+/// names, too. NULL if not found: then `suggest` has a similar name.
 const struct config_key *config_key_find(const char *called, bool in_profile, bool *old,
-                                         const char **nearest);
+                                         struct suggest *suggest);
 
 /// Whether a value is in the notation of older versions: it has an old name, or no unit.
 bool config_key_is_old(const struct config_key *key, bool old_name, const char *value);

@@ -30,12 +30,11 @@ int config_line_error(const struct config_line *line, int error, struct message 
                : message_set(message, error, "%s:%d: %.900s", line->file, line->number, inner.text);
 }
 
-static int reject_key(const struct loading *self, const char *called, const char *nearest) {
+static int reject_key(const struct loading *self, const struct suggest *suggest) {
     const char *see =
-        self->in_profile ? "see vergenced --help-profile rig" : "see vergenced --help-config";
-    return message_set(self->message, ERROR_ARGUMENT, "unknown key \"%s\" (%s%s%s)", called,
-                       nearest != NULL ? "did you mean \"" : see, nearest != NULL ? nearest : "",
-                       nearest != NULL ? "\"?" : "");
+        self->in_profile ? " (see vergenced --help-profile rig)" : " (see vergenced --help-config)";
+    return message_set(self->message, ERROR_ARGUMENT, "unknown key \"%s\"%s", suggest->typed,
+                       suggest->text[0] != '\0' ? suggest->text : see);
 }
 
 /// Takes a line or an argument.
@@ -44,10 +43,10 @@ static int take(void *cookie, const char *called, const char *value, int number,
     struct loading *self = cookie;
     size_t count = 0;
     bool old_name = false;
-    const char *nearest = NULL;
-    const struct config_key *key = config_key_find(called, self->in_profile, &old_name, &nearest);
+    struct suggest suggest;
+    const struct config_key *key = config_key_find(called, self->in_profile, &old_name, &suggest);
     if (key == NULL) {
-        return reject_key(self, called, nearest);
+        return reject_key(self, &suggest);
     }
     struct config_line *line = &self->lines[key - config_keys(&count)];
     INVARIANT(count <= CONFIG_KEYS_MAX && strlen(called) < sizeof line->called);

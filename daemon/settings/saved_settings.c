@@ -342,18 +342,18 @@ static size_t add(const struct saved_settings *saved, int value,
     INVARIANT(count + RIG_SIDES <= SAVED_SETTINGS_LINES);
     // Axes of both sides move at once.
     if (value == SAVED_PAN_URAD && both) {
-        snprintf(lines[count++], sizeof lines[0], "pan both %s %s", text[RIG_LEFT],
+        snprintf(lines[count++], sizeof lines[0], "pan %s right=%s", text[RIG_LEFT],
                  text[RIG_RIGHT]);
         return count;
     }
     if (value > SAVED_PAN_URAD && both && left == right) {
-        snprintf(lines[count++], sizeof lines[0], "%s both %s", values[value].name, text[RIG_LEFT]);
+        snprintf(lines[count++], sizeof lines[0], "%s %s", values[value].name, text[RIG_LEFT]);
         return count;
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if (saved->values[side][value] != NOT_KEPT) {
-            snprintf(lines[count++], sizeof lines[0], "%s %s %s", values[value].name,
-                     side_names[side], text[side]);
+            snprintf(lines[count++], sizeof lines[0], "%s %s side=%s", values[value].name,
+                     text[side], side_names[side]);
         }
     }
     return count;
@@ -368,7 +368,7 @@ size_t saved_settings_commands(const struct saved_settings *saved, const struct 
     // An unchanged window does not restart the cameras.
     if (saved->width_px != 0 && (saved->width_px != now.width_px ||
                                  saved->height_px != now.height_px || saved->skip != now.skip)) {
-        snprintf(lines[count++], sizeof lines[0], "window %u %u %u", (unsigned)saved->width_px,
+        snprintf(lines[count++], sizeof lines[0], "window %u %u skip=%u", (unsigned)saved->width_px,
                  (unsigned)saved->height_px, (unsigned)saved->skip);
     }
     for (int i = 0; i < SAVED_VALUES; i++) {

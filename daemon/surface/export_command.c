@@ -47,26 +47,26 @@ struct run {
     struct message message;
 };
 
-static const struct option options[] = {
+static const struct command_argument options[] = {
     {.name = "png",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, png),
      .help = "As PNG, 8 bits a value, in colour if the camera is. The only format so far, so it "
              "may be left out."},
     {.name = "pair",
-     .kind = OPTION_INT,
+     .kind = COMMAND_INTEGER,
      .offset = offsetof(struct arguments, pair),
      .value_name = "N",
      .help = "Export only pair N, from 1. Default: all.",
-     .minimum = 1,
-     .maximum = PAIRS_MAX},
+     .min = 1,
+     .max = PAIRS_MAX},
     {.name = "out",
-     .kind = OPTION_TEXT,
+     .kind = COMMAND_TEXT,
      .offset = offsetof(struct arguments, out),
      .value_name = "DIR",
      .help = "Directory for the images; created if missing. Default: the working directory."},
     {.name = "quiet",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, quiet),
      .help = "Print only errors."},
 };

@@ -17,8 +17,8 @@
 static const struct reconstruct_texts texts = {
     .scale = "--scale",
     .smaller = "--scale or --region",
-    .depth = "--depth",
-    .search = "--depth or --disparity",
+    .depth = "--near and --far",
+    .search = "--near and --far, or --disparity",
     .accept = "--accept-mismatch",
 };
 

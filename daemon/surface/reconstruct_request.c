@@ -19,118 +19,122 @@
 
 #define FIELD(name) offsetof(struct reconstruct_request, name)
 
+/// The first RECONSTRUCT_SHARED are also those of the console's command.
 // clang-format off
-static const struct option options[] = {
-    {.name = "calibration", .kind = OPTION_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
-     .help = "The calibration of the pair, in Vergence's own format or one that \"vergence info\" "
-             "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Required unless --rectified is given "
-             "or the session contains one."},
-    {.name = "pair", .kind = OPTION_INT, .offset = FIELD(pair), .value_name = "N",
-     .minimum = 1, .maximum = 1000000,
-     .help = "Pair number in a session, from 1. Default: the last."},
-    {.name = "out", .kind = OPTION_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
-     .help = "Directory for the results; created if missing. Results of an earlier run in it are "
-             "replaced. Required."},
-    {.name = "depth", .kind = OPTION_REAL, .offset = FIELD(depth_mm), .value_name = "NEAR:FAR",
-     .minimum = 1e-3, .maximum = INFINITY, .count = 2, .separator = ':',
-     .help = "Depths to search, in mm from the left camera; FAR may be inf. No point lies outside "
-             "them unless --keep-all is given. Default: the calibration's range, else around the point where the cameras' axes meet, else "
+const struct command_argument reconstruct_arguments[] = {
+    {.name = "pair", .kind = COMMAND_INTEGER, .offset = FIELD(pair), .value_name = "N",
+     .min = 1, .max = 1000000,
+     .help = "Number of the pair in the session, from 1. Default: the last."},
+    {.name = "near", .kind = COMMAND_NUMBER, .offset = FIELD(depth_mm[0]), .value_name = "MM",
+     .unit = "mm", .min = 1e-3, .max = 1e6,
+     .help = "Minimum depth to search, from the left camera. No point lies outside near to far unless keep-all "
+             "is set. Default: the calibration's range, else around the point where the cameras' axes meet, else "
              "disparities up to a quarter of the width."},
-    {.name = "disparity", .kind = OPTION_INT, .offset = FIELD(disparity), .value_name = "MIN:COUNT",
-     .minimum = -MATCH_DISPARITY_LIMIT, .maximum = MATCH_DISPARITY_LIMIT, .count = 2, .separator = ':',
-     .help = "Disparities to search instead, in pixels of the rectified images: MIN to "
+    {.name = "far", .kind = COMMAND_NUMBER, .offset = FIELD(depth_mm[1]), .value_name = "MM",
+     .unit = "mm", .min = 1e-3, .max = INFINITY,
+     .help = "Maximum depth to search; requires near. Default with near: inf."},
+    {.name = "disparity", .kind = COMMAND_INTEGER, .offset = FIELD(disparity), .value_name = "MIN:COUNT",
+     .min = -MATCH_DISPARITY_LIMIT, .max = MATCH_DISPARITY_LIMIT, .count = 2, .separator = ':',
+     .help = "Disparities to search instead of depths, in pixels of the rectified images: MIN to "
              "MIN+COUNT-1. MIN may be negative."},
-    {.name = "region", .kind = OPTION_INT, .offset = FIELD(region_px), .value_name = "X,Y,W,H",
-     .minimum = 0, .maximum = IMAGE_MAX_SIDE_PX, .count = 4, .separator = ',',
+    {.name = "region", .kind = COMMAND_INTEGER, .offset = FIELD(region_px), .value_name = "X,Y,W,H",
+     .min = 0, .max = IMAGE_MAX_SIDE_PX, .count = 4, .separator = ',',
      .help = "Reconstruct only this window of the rectified left image, in its pixels."},
-    {.name = "scale", .kind = OPTION_REAL, .offset = FIELD(scale), .value_name = "S",
-     .minimum = 0.01, .maximum = 4,
+    {.name = "scale", .kind = COMMAND_NUMBER, .offset = FIELD(scale), .value_name = "S",
+     .min = 0.01, .max = 4,
      .help = "Size of the rectified images relative to the raw ones. Default: 1. Images above the maximum of "
              "4096 x 4096 pixels require a smaller scale."},
-    {.name = "threads", .kind = OPTION_INT, .offset = FIELD(threads), .value_name = "N",
-     .minimum = 1, .maximum = WORKERS_MAX_THREADS,
-     .help = "Number of threads; the result does not depend on it. Default: all processors."},
-    {.name = "rectified", .kind = OPTION_FLAG, .offset = FIELD(rectified),
-     .help = "The images are already rectified. With --calibration the file's rectified cameras are "
-             "used. Without it the geometry comes from --focal and --baseline, or is assumed: "
-             "shapes are then correct only up to a stretch in depth and lengths are meaningless; the "
-             "results say so."},
-    {.name = "focal", .kind = OPTION_REAL, .offset = FIELD(focal_px), .value_name = "PX",
-     .minimum = 1, .maximum = 1e6,
-     .help = "With --rectified and no calibration: focal length in pixels of the images in the files."},
-    {.name = "baseline", .kind = OPTION_REAL, .offset = FIELD(baseline_mm), .value_name = "MM",
-     .minimum = 1e-3, .maximum = 1e5,
-     .help = "With --rectified and no calibration: distance between the cameras in mm."},
-    {.name = "unit", .kind = OPTION_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
-     .choices = "mm cm m",
-     .help = "Unit of length of an imported calibration whose format states none. Default: mm. Options and "
-             "results are always in mm. Without it a baseline below 5 mm or a depth below "
-             "10 mm is rejected, as metres are probably meant; --unit mm accepts them."},
-    {.name = "first-camera", .kind = OPTION_INT, .offset = FIELD(first_camera), .value_name = "N",
-     .minimum = 0, .maximum = 8,
-     .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
-    {.name = "bayer", .kind = OPTION_CHOICE, .offset = FIELD(bayer), .value_name = "PATTERN",
-     .choices = "none grbg",
-     .help = "Whether grey images are mosaics of a colour sensor. Default: grbg for .raw files, "
-             "none for all others."},
-    {.name = "bits", .kind = OPTION_INT, .offset = FIELD(bits), .value_name = "N",
-     .minimum = 8, .maximum = 16,
-     .help = "Significant bits of a pixel. Default: as the file states; 10 for .raw files."},
-    {.name = "raw", .kind = OPTION_INT, .offset = FIELD(raw_px), .value_name = "WxH",
-     .minimum = 1, .maximum = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
-     .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
-    {.name = "preset", .kind = OPTION_CHOICE, .offset = FIELD(preset), .value_name = "NAME",
+    {.name = "preset", .kind = COMMAND_CHOICE, .offset = FIELD(preset), .value_name = "NAME",
      .choices = "fast standard best board paper",
      .help = "Matcher effort: fast (every other row), standard, best (all disparities "
              "everywhere: thin objects and repeating texture), board (as on the instrument), paper "
              "(the original greedy path). Default: standard."},
-    {.name = "no-refine", .kind = OPTION_FLAG, .offset = FIELD(no_refine),
+    {.name = "no-refine", .kind = COMMAND_FLAG, .offset = FIELD(no_refine),
      .help = "Skip the sub-pixel refinement and its predicted deviation."},
-    {.name = "keep-all", .kind = OPTION_FLAG, .offset = FIELD(keep_all),
+    {.name = "keep-all", .kind = COMMAND_FLAG, .offset = FIELD(keep_all),
      .help = "Keep every match, however doubtful: for evaluating the matcher."},
-    {.name = "accept-mismatch", .kind = OPTION_FLAG, .offset = FIELD(accept_mismatch),
+    {.name = "accept-mismatch", .kind = COMMAND_FLAG, .offset = FIELD(accept_mismatch),
      .help = "Accept a calibration made at another pan, zoom, focus or iris, with "
-             "other cameras, or with another window than SESSION: lengths are then wrong, and every "
+             "other cameras, or with another window than those of SESSION: lengths are then wrong, and every "
              "result says so."},
-    {.name = "speckle", .kind = OPTION_INT, .offset = FIELD(speckle_px), .value_name = "N",
-     .minimum = 0, .maximum = 1000000,
+    {.name = "speckle", .kind = COMMAND_INTEGER, .offset = FIELD(speckle_px), .value_name = "N",
+     .min = 0, .max = 1000000,
      .help = "Reject regions of fewer than N pixels. Default: 60."},
-    {.name = "files", .kind = OPTION_TEXT, .offset = FIELD(files), .value_name = "LIST",
+    {.name = "calibration", .kind = COMMAND_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
+     .help = "The calibration of the pair, in Vergence's own format or one that \"vergence info\" "
+             "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Required unless --rectified is given "
+             "or the session contains one."},
+    {.name = "out", .kind = COMMAND_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
+     .help = "Directory for the results; created if missing. Results of an earlier run in it are "
+             "replaced. Required."},
+    {.name = "threads", .kind = COMMAND_INTEGER, .offset = FIELD(threads), .value_name = "N",
+     .min = 1, .max = WORKERS_MAX_THREADS,
+     .help = "Number of threads; the result does not depend on it. Default: all processors."},
+    {.name = "rectified", .kind = COMMAND_FLAG, .offset = FIELD(rectified),
+     .help = "The images are already rectified. With --calibration the file's rectified cameras are "
+             "used. Without it the geometry comes from --focal and --baseline, or is assumed: "
+             "shapes are then correct only up to a stretch in depth and lengths are meaningless; the "
+             "results say so."},
+    {.name = "focal", .kind = COMMAND_NUMBER, .offset = FIELD(focal_px), .value_name = "PX",
+     .min = 1, .max = 1e6,
+     .help = "With --rectified and no calibration: focal length in pixels of the images in the files."},
+    {.name = "baseline", .kind = COMMAND_NUMBER, .offset = FIELD(baseline_mm), .value_name = "MM",
+     .min = 1e-3, .max = 1e5,
+     .help = "With --rectified and no calibration: distance between the cameras in mm."},
+    {.name = "unit", .kind = COMMAND_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
+     .choices = "mm cm m",
+     .help = "Unit of length of an imported calibration whose format states none. Default: mm. Options and "
+             "results are always in mm. Without it a baseline below 5 mm or a depth below "
+             "10 mm is rejected, as metres are probably meant; --unit mm accepts them."},
+    {.name = "first-camera", .kind = COMMAND_INTEGER, .offset = FIELD(first_camera), .value_name = "N",
+     .min = 0, .max = 8,
+     .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},
+    {.name = "bayer", .kind = COMMAND_CHOICE, .offset = FIELD(bayer), .value_name = "PATTERN",
+     .choices = "none grbg",
+     .help = "Whether grey images are mosaics of a colour sensor. Default: grbg for .raw files, "
+             "none for all others."},
+    {.name = "bits", .kind = COMMAND_INTEGER, .offset = FIELD(bits), .value_name = "N",
+     .min = 8, .max = 16,
+     .help = "Significant bits of a pixel. Default: as the file states; 10 for .raw files."},
+    {.name = "raw", .kind = COMMAND_INTEGER, .offset = FIELD(raw_px), .value_name = "WxH",
+     .min = 1, .max = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
+     .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
+    {.name = "files", .kind = COMMAND_TEXT, .offset = FIELD(files), .value_name = "LIST",
      .help = "Write only these results, e.g. mesh.glb,result.json,report.html. Other results of an earlier run in "
              "the same directory are removed. Default: all."},
-    {.name = "triangles", .kind = OPTION_INT, .offset = FIELD(triangles), .value_name = "N",
-     .minimum = 1, .maximum = INT_MAX,
+    {.name = "triangles", .kind = COMMAND_INTEGER, .offset = FIELD(triangles), .value_name = "N",
+     .min = 1, .max = INT_MAX,
      .help = "Maximum number of triangles in mesh.glb and mesh.ply: simplified where it changes the surface "
              "least, in pixels. Holes stay open. Default: mesh.glb is simplified within half of the predicted "
              "deviation and a tenth of a pixel, mesh.ply contains every point. Not on the board."},
-    {.name = "error", .kind = OPTION_REAL, .offset = FIELD(error_mm), .value_name = "MM",
-     .minimum = 1e-3, .maximum = 1e6,
+    {.name = "error", .kind = COMMAND_NUMBER, .offset = FIELD(error_mm), .value_name = "MM",
+     .min = 1e-3, .max = 1e6,
      .help = "Use the fewest triangles in mesh.glb and mesh.ply that keep 99 % of the measured points within MM of "
              "the surface; result.json states the distances. Not on the board."},
-    {.name = "compress", .kind = OPTION_FLAG, .offset = FIELD(compress),
+    {.name = "compress", .kind = COMMAND_FLAG, .offset = FIELD(compress),
      .help = "Compress mesh.glb (EXT_meshopt_compression): about a third of the size, for three.js, "
              "Babylon.js and other viewers with the decoder; Blender before 5.2 cannot open it. Not on the board."},
-    {.name = "mesh-unit", .kind = OPTION_CHOICE, .offset = FIELD(mesh_unit), .value_name = "UNIT",
+    {.name = "mesh-unit", .kind = COMMAND_CHOICE, .offset = FIELD(mesh_unit), .value_name = "UNIT",
      .choices = "mm cm m",
      .help = "Unit of length in mesh.ply and points.pcd. Default: mm. (mesh.glb is in metres, as glTF requires.)"},
-    {.name = "ground-truth", .kind = OPTION_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
+    {.name = "ground-truth", .kind = COMMAND_TEXT, .offset = FIELD(ground_truth_path), .value_name = "FILE",
      .help = "True disparities of the rectified left image, for the error map of the report."},
-    {.name = "mask", .kind = OPTION_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",
+    {.name = "mask", .kind = COMMAND_TEXT, .offset = FIELD(mask_path), .value_name = "FILE",
      .help = "With --ground-truth: which pixels count (255 visible in both, 128 occluded, 0 unknown)."},
-    {.name = "ground-truth-scale", .kind = OPTION_REAL, .offset = FIELD(ground_truth_scale), .value_name = "S",
-     .minimum = 1e-3, .maximum = 1e6,
+    {.name = "ground-truth-scale", .kind = COMMAND_NUMBER, .offset = FIELD(ground_truth_scale), .value_name = "S",
+     .min = 1e-3, .max = 1e6,
      .help = "With --ground-truth: factor by which the values of an 8 bit image were multiplied."},
-    {.name = "debug", .kind = OPTION_TEXT, .offset = FIELD(debug_path), .value_name = "DIR",
+    {.name = "debug", .kind = COMMAND_TEXT, .offset = FIELD(debug_path), .value_name = "DIR",
      .help = "Also write an image of each matching stage and a page that "
              "explains them (debug.html) into this directory. The results do not change. "
              "Not on the board."},
-    {.name = "debug-row", .kind = OPTION_INT, .offset = FIELD(debug_row), .value_name = "N",
-     .minimum = 0, .maximum = IMAGE_MAX_SIDE_PX - 1,
+    {.name = "debug-row", .kind = COMMAND_INTEGER, .offset = FIELD(debug_row), .value_name = "N",
+     .min = 0, .max = IMAGE_MAX_SIDE_PX - 1,
      .help = "With --debug: the row of the rectified left image whose costs are drawn. "
              "Default: the middle one."},
-    {.name = "json", .kind = OPTION_FLAG, .offset = FIELD(json),
+    {.name = "json", .kind = COMMAND_FLAG, .offset = FIELD(json),
      .help = "Print result.json to standard output instead of the summary."},
-    {.name = "quiet", .kind = OPTION_FLAG, .offset = FIELD(quiet),
+    {.name = "quiet", .kind = COMMAND_FLAG, .offset = FIELD(quiet),
      .help = "Print no summary, warnings or progress."},
 };
 // clang-format on
@@ -150,14 +154,14 @@ static const struct option_page page = {
         "failure, nothing of this run exists under its name. Ctrl-C stops within a second.",
     .examples =
         "vergence reconstruct left.png right.png --calibration rig.txt --out result\n"
-        "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --depth 400:900 "
+        "vergence reconstruct l.pgm r.pgm --calibration intrinsics.yml --near 400 --far 900 "
         "--out result\n"
         "vergence reconstruct files/scene --calibration calibrated/rig.calibration --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:128 --out result\n"
         "vergence reconstruct im0.png im1.png --rectified --disparity 0:64 --out result "
         "--debug why",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
+    .options = reconstruct_arguments,
+    .option_count = sizeof reconstruct_arguments / sizeof reconstruct_arguments[0],
     .operands_min = 1,
     .operands_max = 2,
 };
@@ -198,19 +202,25 @@ static const char *check_calibration(const struct reconstruct_request *request) 
     return NULL;
 }
 
-/// What is wrong with the search range; NULL: nothing.
-static const char *check_search(const struct reconstruct_request *request) {
-    if (request->depth_mm[1] > 0 && !(request->depth_mm[0] < request->depth_mm[1])) {
-        return "--depth NEAR:FAR is empty (NEAR must be less than FAR)";
+const char *reconstruct_request_check_search(struct reconstruct_request *request) {
+    double *depth_mm = request->depth_mm;
+    if (depth_mm[0] == 0 && depth_mm[1] > 0) {
+        return "far requires near";
     }
-    if (request->depth_mm[1] > 0 && request->disparity[1] != 0) {
-        return "--depth and --disparity cannot be combined";
+    if (depth_mm[0] > 0 && depth_mm[1] == 0) {
+        depth_mm[1] = INFINITY;
+    }
+    if (depth_mm[1] > 0 && !(depth_mm[0] < depth_mm[1])) {
+        return "near must be less than far";
+    }
+    if (depth_mm[1] > 0 && request->disparity[1] != 0) {
+        return "near and far cannot be combined with disparity";
     }
     if (request->disparity[1] < 0 || (request->disparity[0] != 0 && request->disparity[1] == 0)) {
-        return "--disparity MIN:COUNT is empty (COUNT must be at least 1)";
+        return "disparity MIN:COUNT is empty (COUNT must be at least 1)";
     }
     if (request->region_px[2] == 0 || request->region_px[3] == 0) {
-        return "--region X,Y,W,H is empty (W and H must be at least 1)";
+        return "region X,Y,W,H is empty (W and H must be at least 1)";
     }
     return NULL;
 }
@@ -231,16 +241,11 @@ static const char *check_outputs(const struct reconstruct_request *request) {
 }
 
 /// Contradictions that the option table cannot express; NULL if there are none.
-static const char *find_contradiction(const struct reconstruct_request *request) {
-    static const char *(*const checks[])(const struct reconstruct_request *) = {
-        check_images, check_calibration, check_search, check_outputs};
-    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
-        const char *const wrong = checks[i](request);
-        if (wrong != NULL) {
-            return wrong;
-        }
-    }
-    return NULL;
+static const char *find_contradiction(struct reconstruct_request *request) {
+    const char *wrong = check_images(request);
+    wrong = wrong != NULL ? wrong : check_calibration(request);
+    wrong = wrong != NULL ? wrong : reconstruct_request_check_search(request);
+    return wrong != NULL ? wrong : check_outputs(request);
 }
 
 /// Rejects lengths that look like metres; returns 0, or an error code with `message` set.
@@ -248,8 +253,9 @@ static int check_lengths(const struct reconstruct_request *request, struct messa
     if (request->unit == 0) {
         return 0;
     }
-    const int error = length_check_depth(request->depth_mm[0], request->depth_mm[1], "--depth",
-                                         ", or confirm with --unit mm", message);
+    const int error =
+        length_check_depth(request->depth_mm[0], request->depth_mm[1], "--near and --far",
+                           ", or confirm with --unit mm", message);
     return error != 0 || request->baseline_mm == 0
                ? error
                : length_check_baseline(request->baseline_mm, "--baseline", "confirm with --unit mm",

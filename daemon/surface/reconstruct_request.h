@@ -5,6 +5,8 @@
 
 #include <stdbool.h>
 
+#include "console/command.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -42,12 +44,21 @@ struct reconstruct_request {
     bool json, quiet;
 };
 
+/// The options, with offsets into the request. The first RECONSTRUCT_SHARED are those of the
+/// console's command `reconstruct`, too.
+enum { RECONSTRUCT_SHARED = 11 };
+extern const struct command_argument reconstruct_arguments[];
+
 /// The request with all defaults.
 struct reconstruct_request reconstruct_request_defaults(void);
 
 /// Parses and checks the command line. Returns OPTIONS_CONTINUE or the exit code to end with, see
 /// options.h.
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request);
+
+/// What is wrong with the depths, disparities and the region to search, in one line; NULL: nothing.
+/// Completes them: near without far searches to infinity.
+const char *reconstruct_request_check_search(struct reconstruct_request *request);
 
 /// "mm", "cm", "m", or NULL if --unit was not given.
 const char *reconstruct_request_unit(const struct reconstruct_request *request);

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/command.h"
 
+#include <math.h>
 #include <string.h>
 
-#include "console/command_text.h"
-#include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/suggest.h"
 
-enum { NEAR = 2 };  // a larger distance means another word
+enum { NUMBER_BYTES = 32 };
 
-/// What a message about an argument needs.
-struct place {
-    const struct command *command;
-    const struct command_argument *argument;
-    struct command_text *sentence;
-};
+static const char flag_choices[] = "no yes";
 
 const struct command *command_find(const struct command *table, size_t count, const char *name) {
     for (size_t i = 0; i < count; i++) {
@@ -26,24 +21,55 @@ const struct command *command_find(const struct command *table, size_t count, co
     return NULL;
 }
 
-/// Whether `distance` is small enough for a typo: at least half of the letters must be right, as a
-/// short word is close to anything.
-static bool is_near(const char *word, const char *other, int distance) {
-    const size_t length = strlen(word) > strlen(other) ? strlen(word) : strlen(other);
-    return distance <= NEAR && 2 * (size_t)distance <= length;
+int command_unknown(const struct command *table, size_t count, const char *name,
+                    struct command_text *message) {
+    struct suggest suggest;
+    suggest_begin(&suggest, name);
+    for (size_t i = 0; i < count; i++) {
+        suggest_consider(&suggest, table[i].name);
+    }
+    command_text_add(message, "unknown command \"");
+    command_text_add_typed(message, name);
+    command_text_add(message, "\"");
+    command_text_add(message,
+                     suggest.text[0] != '\0' ? suggest.text : " (\"help\" lists all commands)");
+    return ERROR_ARGUMENT;
 }
 
-const char *command_nearest(const struct command *table, size_t count, const char *name) {
-    const char *nearest = NULL;
-    int min = NEAR + 1;
-    for (size_t i = 0; i < count; i++) {
-        const int distance = command_words_distance(name, table[i].name);
-        if (distance < min && is_near(name, table[i].name, distance)) {
-            min = distance;
-            nearest = table[i].name;
-        }
+bool command_argument_is_option(const struct command_argument *argument) {
+    return argument->name[0] >= 'a' && argument->name[0] <= 'z';
+}
+
+/// The words of a choice or a flag.
+static const char *choices_of(const struct command_argument *argument) {
+    INVARIANT(argument->kind == COMMAND_FLAG || argument->choices != NULL);
+    return argument->kind == COMMAND_FLAG ? flag_choices : argument->choices;
+}
+
+/// Adds the words of a choice, separated by `between`, and by `last` before the last one.
+static void add_choices(struct command_text *text, const char *choices, const char *between,
+                        const char *last) {
+    char word[COMMAND_CHOICE_MAX];
+    char next[COMMAND_CHOICE_MAX];
+    for (int i = 0; command_words_choice_at(choices, i, word); i++) {
+        const bool more = command_words_choice_at(choices, i + 1, next);
+        command_text_add(text, i == 0 ? "" : more ? between : last);
+        command_text_add(text, word);
     }
-    return nearest;
+}
+
+static void add_option_usage(struct command_text *usage, const struct command_argument *argument) {
+    command_text_add(usage, " [");
+    command_text_add(usage, argument->name);
+    command_text_add(usage, "=");
+    if (argument->kind == COMMAND_FLAG) {
+        command_text_add(usage, "yes");
+    } else if (argument->kind == COMMAND_CHOICE) {
+        add_choices(usage, argument->choices, "|", "|");
+    } else {
+        command_text_add(usage, argument->value_name != NULL ? argument->value_name : "N");
+    }
+    command_text_add(usage, "]");
 }
 
 void command_usage(const struct command *command, char *text, size_t bytes) {
@@ -51,247 +77,384 @@ void command_usage(const struct command *command, char *text, size_t bytes) {
     command_text_add(&usage, command->name);
     for (unsigned i = 0; i < command->argument_count; i++) {
         const struct command_argument *argument = &command->arguments[i];
+        if (command_argument_is_option(argument)) {
+            add_option_usage(&usage, argument);
+            continue;
+        }
         command_text_add(&usage, argument->optional ? " [" : " ");
         command_text_add(&usage, argument->name);
         command_text_add(&usage, argument->optional ? "]" : "");
     }
 }
 
-/// "left, right or both".
-static void add_choices(struct command_text *sentence, const char *choices) {
-    char word[COMMAND_CHOICE_MAX];
-    char next[COMMAND_CHOICE_MAX];
-    for (int i = 0; command_words_choice_at(choices, i, word); i++) {
-        const bool last = !command_words_choice_at(choices, i + 1, next);
-        command_text_add(sentence, i == 0 ? "" : last ? " or " : ", ");
-        command_text_add(sentence, word);
+static void expect_number(const struct command_argument *argument, struct command_text *text) {
+    const bool whole = argument->kind == COMMAND_INTEGER;
+    if (argument->count > 1) {
+        command_text_add(text, argument->value_name);
+        command_text_add(text, whole ? ", integers" : ", numbers");
+    } else {
+        command_text_add(text, whole ? "an integer" : "a number");
     }
+    command_text_add(text, isinf(argument->max) ? " of at least " : " from ");
+    command_text_add_number(text, argument->min, 6);
+    command_text_add(text, isinf(argument->max) ? ", or inf" : " to ");
+    if (!isinf(argument->max)) {
+        command_text_add_number(text, argument->max, 6);
+    }
+    command_text_add_unit(text, argument->unit);
 }
 
-/// Adds the accepted values.
-static void add_wanted(const struct place *place) {
-    const struct command_argument *argument = place->argument;
-    struct command_text *sentence = place->sentence;
+void command_expected(const struct command_argument *argument, struct command_text *text) {
     switch (argument->kind) {
         case COMMAND_NUMBER:
         case COMMAND_INTEGER:
-            command_text_add(
-                sentence, argument->kind == COMMAND_NUMBER ? "a number from " : "an integer from ");
-            command_text_add_number(sentence, argument->min, 6);
-            command_text_add(sentence, " to ");
-            command_text_add_number(sentence, argument->max, 6);
-            command_text_add_unit(sentence, argument->unit);
+            expect_number(argument, text);
             break;
+        case COMMAND_FLAG:
         case COMMAND_CHOICE:
-            add_choices(sentence, argument->choices);
+            add_choices(text, choices_of(argument), ", ", " or ");
             break;
         case COMMAND_TEXT:
-            command_text_add(sentence, "text of ");
-            command_text_add_number(sentence, argument->min, 0);
-            command_text_add(sentence, " to ");
-            command_text_add_number(sentence, argument->max, 0);
-            command_text_add(sentence, " characters");
+            if (argument->max == 0) {
+                command_text_add(text,
+                                 argument->value_name != NULL ? argument->value_name : "text");
+                break;
+            }
+            command_text_add(text, "text of ");
+            command_text_add_number(text, argument->min, 0);
+            command_text_add(text, " to ");
+            command_text_add_number(text, argument->max, 0);
+            command_text_add(text, " characters");
             break;
     }
 }
 
-/// Writes `pan: ANGLE "x" is not a number (expected ...)`.
-static int refuse(const struct place *place, int error, const char *word, const char *what) {
+/// Begins a message about the command.
+static struct command_text *begin(const struct command_parser *parser) {
+    command_text_add(parser->message, parser->command);
+    command_text_add(parser->message, ": ");
+    return parser->message;
+}
+
+static void add_name(const struct command_parser *parser, const struct command_argument *argument) {
+    command_text_add(parser->message, command_argument_is_option(argument) ? parser->dashes : "");
+    command_text_add(parser->message, argument->name);
+}
+
+static void add_quoted(struct command_text *message, const char *word) {
+    command_text_add(message, "\"");
+    command_text_add_typed(message, word);
+    command_text_add(message, "\"");
+}
+
+/// Writes `pan: ANGLE "x" is not a number (expected ...)`. `word` NULL: there is none.
+static int refuse(const struct command_parser *parser, const struct command_argument *argument,
+                  int error, const char *word, const char *what) {
+    struct command_text *message = begin(parser);
     INVARIANT(error < 0);
-    const bool unknown = place->argument->kind == COMMAND_CHOICE && word != NULL;
-    command_text_add(place->sentence, place->command->name);
-    command_text_add(place->sentence, unknown ? ": unknown " : ": ");
-    command_text_add(place->sentence, place->argument->name);
+    add_name(parser, argument);
     if (word != NULL) {
-        command_text_add(place->sentence, " \"");
-        command_text_add_typed(place->sentence, word);
-        command_text_add(place->sentence, "\"");
+        command_text_add(message, " ");
+        add_quoted(message, word);
     }
-    command_text_add(place->sentence, what);
-    command_text_add(place->sentence, " (expected ");
-    add_wanted(place);
-    command_text_add(place->sentence, ")");
+    command_text_add(message, what);
+    command_text_add(message, " (expected ");
+    command_expected(argument, message);
+    command_text_add(message, ")");
     return error;
 }
 
-static int take_number(const struct place *place, const char *word, struct command_value *value) {
-    const struct command_argument *argument = place->argument;
+/// Reads a number from `text`, which has no other characters.
+static int read_number(const struct command_argument *argument, const char *text, double *number,
+                       int64_t *integer) {
     if (argument->kind == COMMAND_INTEGER) {
-        if (!command_words_integer(word, &value->integer)) {
-            return refuse(place, ERROR_SYNTAX, word, " is not an integer");
-        }
-        value->number = (double)value->integer;
-    } else {
-        if (!command_words_number(word, &value->number)) {
-            return refuse(place, ERROR_SYNTAX, word, " is not a number");
-        }
-        value->integer = (int64_t)value->number;
+        const bool valid = command_words_integer(text, integer);
+        *number = (double)*integer;
+        return valid ? 0 : ERROR_SYNTAX;
     }
-    if (value->number < argument->min || value->number > argument->max) {
-        const bool small = value->number < argument->min;
-        return refuse(place, ERROR_RANGE, word, small ? " is too small" : " is too large");
+    if (isinf(argument->max) && strcmp(text, "inf") == 0) {
+        *number = INFINITY;
+        return 0;
+    }
+    const bool valid = command_words_number(text, number);
+    *integer = valid ? (int64_t)*number : 0;
+    return valid ? 0 : ERROR_SYNTAX;
+}
+
+static int take_numbers(const struct command_parser *parser,
+                        const struct command_argument *argument, const char *word,
+                        struct command_value *value) {
+    const int count = argument->count > 0 ? argument->count : 1;
+    const char *at = word;
+    int64_t integer = 0;
+    INVARIANT(count <= COMMAND_NUMBERS_MAX);
+    for (int i = 0; i < count; i++) {
+        const bool last = i + 1 == count;
+        const char *end = last ? at + strlen(at) : strchr(at, argument->separator);
+        char text[NUMBER_BYTES];
+        const size_t length = end != NULL ? (size_t)(end - at) : sizeof text;
+        int error = length < sizeof text ? 0 : ERROR_SYNTAX;
+        if (error == 0) {
+            memcpy(text, at, length);
+            text[length] = '\0';
+            error = read_number(argument, text, &value->numbers[i], &integer);
+        }
+        if (error != 0) {
+            return refuse(parser, argument, error, word,
+                          argument->count > 1                 ? " is invalid"
+                          : argument->kind == COMMAND_INTEGER ? " is not an integer"
+                                                              : " is not a number");
+        }
+        if (value->numbers[i] < argument->min || value->numbers[i] > argument->max) {
+            const bool small = value->numbers[i] < argument->min;
+            return refuse(parser, argument, ERROR_RANGE, word,
+                          small ? " is too small" : " is too large");
+        }
+        at = last ? end : end + 1;
+        value->integer = i == 0 ? integer : value->integer;
     }
     return 0;
 }
 
-static int take_choice(const struct place *place, const char *word, struct command_value *value) {
-    const char *choices = place->argument->choices;
-    value->choice = command_words_choice(word, choices);
+static int take_choice(const struct command_parser *parser, const struct command_argument *argument,
+                       const char *word, struct command_value *value) {
+    struct command_text *message = parser->message;
+    struct suggest suggest;
+    value->choice = command_words_choice(word, choices_of(argument));
     if (value->choice >= 0) {
         return 0;
     }
-    const int error = refuse(place, ERROR_ARGUMENT, word, "");
-    char choice[COMMAND_CHOICE_MAX];
-    for (int i = 0; command_words_choice_at(choices, i, choice); i++) {
-        if (is_near(word, choice, command_words_distance(word, choice))) {
-            command_text_add(place->sentence, "; did you mean \"");
-            command_text_add(place->sentence, choice);
-            command_text_add(place->sentence, "\"?");
-            break;
-        }
-    }
-    return error;
+    suggest_begin(&suggest, word);
+    suggest_consider_all(&suggest, choices_of(argument));
+    begin(parser);
+    command_text_add(message, "unknown ");
+    add_name(parser, argument);
+    command_text_add(message, " ");
+    add_quoted(message, word);
+    command_text_add(message, suggest.text);
+    command_text_add(message, suggest.text[0] != '\0' ? "; expected " : " (expected ");
+    command_expected(argument, message);
+    command_text_add(message, suggest.text[0] != '\0' ? "" : ")");
+    return ERROR_ARGUMENT;
 }
 
-static int take_value(const struct place *place, const char *word, struct command_value *value) {
-    const struct command_argument *argument = place->argument;
-    INVARIANT(argument->kind != COMMAND_CHOICE || argument->choices != NULL);
-    value->given = true;
-    value->text = word;
+static int take_value(const struct command_parser *parser, const struct command_argument *argument,
+                      const char *word, struct command_value *value) {
+    *value = (struct command_value){.given = true, .choice = -1, .text = word};
     switch (argument->kind) {
         case COMMAND_NUMBER:
         case COMMAND_INTEGER:
-            return take_number(place, word, value);
+            return take_numbers(parser, argument, word, value);
+        case COMMAND_FLAG:
         case COMMAND_CHOICE:
-            return take_choice(place, word, value);
+            return take_choice(parser, argument, word, value);
         case COMMAND_TEXT:
             break;
     }
     const double length = (double)strlen(word);
-    if (length < argument->min || length > argument->max) {
-        return refuse(place, ERROR_RANGE, word,
-                      length < argument->min ? " is too short" : " is too long");
+    const double min = argument->max == 0 ? 1 : argument->min;
+    if (length < min) {
+        return refuse(parser, argument, ERROR_RANGE, word, " is too short");
     }
-    return 0;
+    return argument->max > 0 && length > argument->max
+               ? refuse(parser, argument, ERROR_RANGE, word, " is too long")
+               : 0;
 }
 
-static int unknown_command(const struct command *table, size_t count, const char *name,
-                           struct command_text *sentence) {
-    const char *nearest = command_nearest(table, count, name);
-    command_text_add(sentence, "unknown command \"");
-    command_text_add_typed(sentence, name);
-    if (nearest != NULL) {
-        command_text_add(sentence, "\"; did you mean \"");
-        command_text_add(sentence, nearest);
-        command_text_add(sentence, "\"?");
-    } else {
-        command_text_add(sentence, "\" (\"help\" lists all commands)");
+/// Length of the option's name in a word that is one; `*name` receives its begin.
+static size_t name_of(const char *word, const char **name) {
+    *name = word + (strncmp(word, "--", 2) == 0 ? 2 : 0);
+    return strcspn(*name, "=");
+}
+
+bool command_is_option(const struct command_parser *parser, const char *word) {
+    if (strncmp(word, "--", 2) == 0) {
+        return word[2] >= 'a' && word[2] <= 'z';
     }
+    const size_t letters = strspn(word, "abcdefghijklmnopqrstuvwxyz-");
+    return parser->dashes[0] == '\0' && letters > 0 && word[0] != '-' && word[letters] == '=';
+}
+
+static int unknown_option(const struct command_parser *parser, const char *word) {
+    char typed[SUGGEST_WORD_MAX + 1] = "";
+    struct suggest suggest;
+    const char *name = NULL;
+    const size_t length = name_of(word, &name);
+    memcpy(typed, name, length < sizeof typed ? length : 0);
+    suggest_begin(&suggest, typed);
+    for (unsigned i = 0; i < parser->count; i++) {
+        if (command_argument_is_option(&parser->arguments[i])) {
+            suggest_consider(&suggest, parser->arguments[i].name);
+        }
+    }
+    command_text_add(begin(parser), "unknown option ");
+    add_quoted(parser->message, word);
+    command_text_add(parser->message, suggest.text);
     return ERROR_ARGUMENT;
 }
 
-static int too_many(const struct command *command, const char *word,
-                    struct command_text *sentence) {
-    char usage[128];
-    command_usage(command, usage, sizeof usage);
-    command_text_add(sentence, command->name);
-    command_text_add(sentence, ": unexpected \"");
-    command_text_add_typed(sentence, word);
-    command_text_add(sentence, "\" (usage: ");
-    command_text_add(sentence, usage);
-    command_text_add(sentence, ")");
-    return ERROR_ARGUMENT;
+int command_parse_option(const struct command_parser *parser, const char *const *words,
+                         size_t word_count, size_t *at, struct command_value *values) {
+    const char *word = words[*at];
+    const char *name = NULL;
+    const size_t length = name_of(word, &name);
+    unsigned i = 0;
+    while (i < parser->count && (!command_argument_is_option(&parser->arguments[i]) ||
+                                 strncmp(parser->arguments[i].name, name, length) != 0 ||
+                                 parser->arguments[i].name[length] != '\0')) {
+        i++;
+    }
+    if (i == parser->count) {
+        return unknown_option(parser, word);
+    }
+    const struct command_argument *argument = &parser->arguments[i];
+    if (name[length] == '=') {
+        return take_value(parser, argument, name + length + 1, &values[i]);
+    }
+    if (argument->kind == COMMAND_FLAG) {
+        return take_value(parser, argument, "yes", &values[i]);
+    }
+    if (*at + 1 >= word_count) {
+        return refuse(parser, argument, ERROR_MISSING, NULL, " requires a value");
+    }
+    (*at)++;
+    return take_value(parser, argument, words[*at], &values[i]);
 }
 
-/// Whether a later choice accepts this word, and all arguments up to it are optional.
-static bool later_choice_has(const struct command *command, unsigned place, const char *word) {
-    for (unsigned i = place + 1; i < command->argument_count; i++) {
-        const struct command_argument *later = &command->arguments[i];
-        if (!later->optional) {
-            return false;
+void command_store(const struct command_argument *arguments, unsigned count,
+                   const struct command_value *values, void *into) {
+    for (unsigned i = 0; i < count; i++) {
+        const struct command_argument *argument = &arguments[i];
+        void *to = (char *)into + argument->offset;
+        const int numbers = argument->count > 0 ? argument->count : 1;
+        if (!values[i].given || !command_argument_is_option(argument)) {
+            continue;
         }
-        if (later->kind == COMMAND_CHOICE && command_words_choice(word, later->choices) >= 0) {
-            return true;
+        switch (argument->kind) {
+            case COMMAND_FLAG:
+                *(bool *)to = values[i].choice == 1;
+                break;
+            case COMMAND_CHOICE:
+                *(int *)to = values[i].choice;
+                break;
+            case COMMAND_TEXT:
+                *(const char **)to = values[i].text;
+                break;
+            case COMMAND_INTEGER:
+            case COMMAND_NUMBER:
+                for (int j = 0; j < numbers; j++) {
+                    if (argument->kind == COMMAND_INTEGER) {
+                        ((int *)to)[j] = (int)values[i].numbers[j];
+                    } else {
+                        ((double *)to)[j] = values[i].numbers[j];
+                    }
+                }
+                break;
         }
     }
-    return false;
 }
 
-/// Whether the argument is a number and the word can be one.
-static bool takes_number(const struct command_argument *argument, const char *word) {
-    double number = 0;
-    int64_t integer = 0;
-    return (argument->kind == COMMAND_NUMBER || argument->kind == COMMAND_INTEGER) &&
-           (command_words_number(word, &number) || command_words_integer(word, &integer));
-}
-
-/// Whether the word belongs to a later argument, so that this one was left out. "exposure 5000"
-/// leaves out the camera choice: the word is the number after it. "capture static" leaves out a
-/// name, but only if the word is the last one, as a name may be "static". "reconstruct scene
-/// accept-mismatch" leaves out numbers.
-static bool is_left_out(const struct command *command, unsigned place, const char *word,
-                        bool is_last) {
-    const struct command_argument *argument = &command->arguments[place];
-    if (!argument->optional || place + 1 >= command->argument_count) {
+/// Whether the word is a value of this option that used to be given without its name: "left" of
+/// side=left, "accept-mismatch" of accept-mismatch=yes.
+static bool is_bare_value(const struct command_argument *argument, const char *word) {
+    if (!command_argument_is_option(argument)) {
         return false;
     }
-    switch (argument->kind) {
-        case COMMAND_CHOICE:
-            return command_words_choice(word, argument->choices) < 0 &&
-                   (later_choice_has(command, place, word) || takes_number(argument + 1, word));
-        case COMMAND_TEXT:
-            return is_last && later_choice_has(command, place, word);
-        case COMMAND_NUMBER:
-        case COMMAND_INTEGER:
-            return later_choice_has(command, place, word);
+    return argument->kind == COMMAND_FLAG     ? strcmp(word, argument->name) == 0
+           : argument->kind == COMMAND_CHOICE ? command_words_choice(word, argument->choices) >= 0
+                                              : false;
+}
+
+/// Rejects a word that is neither an option nor an expected operand, and says what to write.
+static int unexpected(const struct command *command, const struct command_parser *parser,
+                      const char *word) {
+    char usage[COMMAND_USAGE_BYTES];
+    command_text_add(begin(parser), "unexpected ");
+    add_quoted(parser->message, word);
+    for (unsigned i = 0; i < command->argument_count; i++) {
+        const struct command_argument *argument = &command->arguments[i];
+        if (is_bare_value(argument, word)) {
+            command_text_add(parser->message, " (write ");
+            command_text_add(parser->message, argument->name);
+            command_text_add(parser->message, "=");
+            command_text_add(parser->message, argument->kind == COMMAND_FLAG ? "yes" : word);
+            command_text_add(parser->message, ")");
+            return ERROR_ARGUMENT;
+        }
     }
-    return false;
+    command_usage(command, usage, sizeof usage);
+    command_text_add(parser->message, " (usage: ");
+    command_text_add(parser->message, usage);
+    command_text_add(parser->message, ")");
+    return ERROR_ARGUMENT;
+}
+
+/// Takes a word as the next operand, which is at `*next` of the arguments.
+static int take_operand(const struct command *command, const struct command_parser *parser,
+                        const char *word, unsigned *next, struct command_value *values) {
+    while (*next < command->argument_count &&
+           command_argument_is_option(&command->arguments[*next])) {
+        (*next)++;
+    }
+    if (*next == command->argument_count || strcmp(word, "-") == 0) {
+        return unexpected(command, parser, word);
+    }
+    for (unsigned i = 0; i < command->argument_count; i++) {
+        const enum command_kind kind = command->arguments[*next].kind;
+        if ((kind == COMMAND_NUMBER || kind == COMMAND_INTEGER) &&
+            is_bare_value(&command->arguments[i], word)) {
+            return unexpected(command, parser, word);
+        }
+    }
+    const unsigned i = (*next)++;
+    return take_value(parser, &command->arguments[i], word, &values[i]);
+}
+
+static int parse_arguments(const struct command *command, const struct command_words *words,
+                           struct command_value *values, struct command_text *message) {
+    const struct command_parser parser = {command->name, command->arguments,
+                                          command->argument_count, "", message};
+    unsigned next = 0;
+    int error = 0;
+    INVARIANT(command->argument_count <= COMMAND_ARGUMENTS_MAX);
+    for (unsigned i = 0; i < command->argument_count; i++) {
+        values[i] = (struct command_value){.choice = -1};
+    }
+    for (size_t at = 1; at < words->count && error == 0; at++) {
+        const bool quoted = (words->quoted >> at & 1) != 0;
+        error = !quoted && command_is_option(&parser, words->word[at])
+                    ? command_parse_option(&parser, words->word, words->count, &at, values)
+                    : take_operand(command, &parser, words->word[at], &next, values);
+    }
+    for (unsigned i = 0; error == 0 && i < command->argument_count; i++) {
+        const struct command_argument *argument = &command->arguments[i];
+        if (!values[i].given && !argument->optional && !command_argument_is_option(argument)) {
+            error = refuse(&parser, argument, ERROR_MISSING, NULL, " is missing");
+        }
+    }
+    return error;
 }
 
 int command_parse(const char *line, const struct command *table, size_t count, char *storage,
                   struct command_value *values, const struct command **found, char *message,
                   size_t message_bytes) {
-    struct command_text sentence = command_text_begin(message, message_bytes);
-    const char *words[COMMAND_WORDS_MAX];
-    size_t word_count = 0;
+    struct command_text text = command_text_begin(message, message_bytes);
+    struct command_words words;
     const char *why = NULL;
-    const int error = command_words_split(line, storage, words, &word_count, &why);
+    *found = NULL;
+    int error = command_words_split(line, storage, &words, &why);
     if (error != 0) {
-        command_text_add(&sentence, why);
+        command_text_add(&text, why);
         return error;
     }
-    *found = NULL;
-    if (word_count == 0) {
+    if (words.count == 0) {
         return 0;
     }
-    const struct command *command = command_find(table, count, words[0]);
+    const struct command *command = command_find(table, count, words.word[0]);
     if (command == NULL) {
-        return unknown_command(table, count, words[0], &sentence);
+        return command_unknown(table, count, words.word[0], &text);
     }
-    INVARIANT(command->argument_count <= COMMAND_ARGUMENTS_MAX);
-    if (word_count - 1 > command->argument_count) {
-        return too_many(command, words[command->argument_count + 1], &sentence);
-    }
-    size_t next = 1;
-    for (unsigned i = 0; i < command->argument_count; i++) {
-        const struct place place = {command, &command->arguments[i], &sentence};
-        values[i] = (struct command_value){.choice = -1};
-        int wrong = 0;
-        if (next < word_count && is_left_out(command, i, words[next], next + 1 == word_count)) {
-            continue;
-        }
-        if (next < word_count) {
-            wrong = take_value(&place, words[next++], &values[i]);
-        } else if (!command->arguments[i].optional) {
-            wrong = refuse(&place, ERROR_MISSING, NULL, " is missing");
-        }
-        if (wrong != 0) {
-            return wrong;
-        }
-    }
-    if (next < word_count) {
-        return too_many(command, words[next], &sentence);
-    }
-    *found = command;
-    return 0;
+    error = parse_arguments(command, &words, values, &text);
+    *found = error == 0 ? command : NULL;
+    return error;
 }

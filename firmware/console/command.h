@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "console/command_text.h"
 #include "console/command_words.h"
 
 #ifdef __cplusplus
@@ -20,11 +21,14 @@ extern "C" {
 struct rig;
 
 enum {
-    COMMAND_ARGUMENTS_MAX = 8,
+    COMMAND_ARGUMENTS_MAX = 40,
+    COMMAND_NUMBERS_MAX = 4,
+    COMMAND_USAGE_BYTES = 384,  ///< longer than any usage
 };
 
 enum command_kind {
-    COMMAND_NUMBER,   ///< decimal, in the argument's unit
+    COMMAND_FLAG,     ///< yes or no
+    COMMAND_NUMBER,   ///< decimal, in the argument's unit; "inf" if `max` is INFINITY
     COMMAND_INTEGER,  ///< decimal or 0x..., in the argument's unit
     COMMAND_CHOICE,   ///< one of the words in `choices`
     COMMAND_TEXT,     ///< a word, or "quoted words"
@@ -41,15 +45,21 @@ struct command_candidates {
     void *self;
 };
 
-/// An argument. All strings are static storage.
+/// An argument. A name in capitals, as FILE, is an operand: it is given by its position, and
+/// optional ones come last. A name in small letters is an option, given by name in any order: the
+/// console's `near=500` is the PC's `--near 500`. All strings are static storage.
 struct command_argument {
     const char *name;
     enum command_kind kind;
-    const char *unit;     ///< NULL: none
-    double min, max;      ///< of a number; for a text, limits of its length
-    const char *choices;  ///< words separated by one blank; NULL: none
-    bool optional;        ///< optional arguments come last
+    size_t offset;           ///< of an option's value in the command's own struct: command_store
+    const char *value_name;  ///< of an option, as help shows it, "X,Y,W,H"; NULL: not shown
     const char *help;
+    double min, max;      ///< of a number; for a text, limits of its length (0, 0: not empty)
+    int count;            ///< numbers in one value; 0 means 1
+    char separator;       ///< between them
+    const char *choices;  ///< words separated by one blank; NULL: none
+    const char *unit;     ///< NULL: none
+    bool optional;        ///< of an operand
     /// Adds the values that exist; NULL: they are not known.
     void (*candidates)(const struct command_candidates *to);
 };
@@ -57,11 +67,19 @@ struct command_argument {
 /// An argument's value.
 struct command_value {
     bool given;
-    double number;
-    int64_t integer;
-    int choice;  ///< index of the word
+    union {
+        double number;
+        double numbers[COMMAND_NUMBERS_MAX];
+    };
+    int64_t integer;  ///< `number` as an integer
+    int choice;       ///< index of the word; of a flag 0 (no) or 1 (yes)
     const char *text;
 };
+
+/// Whether a flag was given as yes.
+static inline bool command_is_set(const struct command_value *flag) {
+    return flag->given && flag->choice == 1;
+}
 
 /// Where the answer goes. Strings are copied or sent before a function returns.
 struct command_reply_operations {
@@ -111,13 +129,12 @@ struct command {
 };
 
 /// Parses a line and checks it against the table. Words are separated by blanks. A word in double
-/// quotes may contain blanks, \" and \\. A # at the beginning of a word ends the line. Optional
-/// arguments may be left out: a choice before a number, a text before a choice that ends the line,
-/// and anything but a text before a choice.
+/// quotes may contain blanks, \" and \\, and is never an option; so may the value in name="value".
+/// A # at the beginning of a word ends the line. Of an option given twice the last counts.
 ///
 /// Returns 0, or an error with one line in `message` that says what is wrong and what is expected:
 /// ERROR_SYNTAX (malformed line or number), ERROR_RANGE, ERROR_MISSING (an argument),
-/// ERROR_ARGUMENT (unknown command or choice, or too many arguments). The other outputs are
+/// ERROR_ARGUMENT (unknown command, option or choice, or too many operands). The other outputs are
 /// undefined after an error. `storage` (COMMAND_LINE_MAX + 1 bytes) holds the texts of the values;
 /// `values` has room for COMMAND_ARGUMENTS_MAX. An empty line or a comment returns 0 with `*found`
 /// NULL.
@@ -125,17 +142,48 @@ int command_parse(const char *line, const struct command *table, size_t count, c
                   struct command_value *values, const struct command **found, char *message,
                   size_t message_bytes);
 
+/// Arguments that are being parsed, and how options are written.
+struct command_parser {
+    const char *command;  ///< its name, for messages
+    const struct command_argument *arguments;
+    unsigned count;
+    const char *dashes;  ///< how messages write options: "--near", or "": near=VALUE
+    struct command_text *message;
+};
+
+/// Whether the word is an option: "--name" always, "name=value" at the console.
+bool command_is_option(const struct command_parser *parser, const char *word);
+
+/// Parses the option at words[*at]: "name=value", "--name=value", "--name value", or "--name" of a
+/// flag. Leaves `*at` on the last word used, and the value in `values`. Errors of command_parse.
+int command_parse_option(const struct command_parser *parser, const char *const *words,
+                         size_t word_count, size_t *at, struct command_value *values);
+
+/// Copies the given values into a struct, at each argument's `offset`: an int or double for each
+/// number, an int for a choice, a bool for a flag, a const char * for a text.
+void command_store(const struct command_argument *arguments, unsigned count,
+                   const struct command_value *values, void *into);
+
+/// Whether an argument is an option.
+bool command_argument_is_option(const struct command_argument *argument);
+
+/// Writes the limits of a value: "a number from 1 to 1000 us", "left, right or both".
+void command_expected(const struct command_argument *argument, struct command_text *text);
+
 /// Runs a command that command_parse has found. Returns ERROR_NOT_READY if the command needs the
 /// rig and the rig is not RIG_READY. Every error comes with a message.
 int command_run(const struct command *command, const struct command_call *call);
 
-/// Writes the usage: the name and the arguments, optional ones in brackets. Truncated if longer
-/// than `bytes` (> 0).
+/// Writes the usage: the name and the arguments, optional ones in brackets, options as
+/// [name=VALUE]. Truncated if longer than `bytes` (> 0).
 void command_usage(const struct command *command, char *text, size_t bytes);
 
-/// Returns the command of that name, or NULL; and the most similar name, or NULL if none is close.
+/// Returns the command of that name, or NULL.
 const struct command *command_find(const struct command *table, size_t count, const char *name);
-const char *command_nearest(const struct command *table, size_t count, const char *name);
+
+/// Writes `unknown command "NAME" (did you mean "..."?)`; returns ERROR_ARGUMENT.
+int command_unknown(const struct command *table, size_t count, const char *name,
+                    struct command_text *message);
 
 /// The rig's own commands: those that need only the rig.
 const struct command *command_rig_table(size_t *count);

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
-enum { NUMBER_DIGITS_MAX = 15, FAR_AWAY = 1000 };
+enum { NUMBER_DIGITS_MAX = 15 };
 
 static bool is_blank(char c) {
     return c == ' ' || c == '\t';
@@ -29,7 +29,20 @@ static bool copy_quoted(const char **at, char **to) {
     return is_blank(**at) || **at == '\0';
 }
 
-int command_words_split(const char *line, char *storage, const char **words, size_t *count,
+/// Copies a word up to the next blank; `*at` is on its first character, and on return behind it.
+static bool copy_plain(const char **at, char **to) {
+    while (**at != '\0' && !is_blank(**at)) {
+        const bool value = **at == '"' && (*at)[-1] == '=';
+        if (value) {
+            (*at)++;
+            return copy_quoted(at, to);
+        }
+        *(*to)++ = *(*at)++;
+    }
+    return true;
+}
+
+int command_words_split(const char *line, char *storage, struct command_words *words,
                         const char **why) {
     const size_t length = strlen(line);
     if (length > COMMAND_LINE_MAX) {
@@ -43,29 +56,27 @@ int command_words_split(const char *line, char *storage, const char **words, siz
         }
     }
     char *to = storage;
-    *count = 0;
+    words->count = 0;
+    words->quoted = 0;
     for (const char *at = line;;) {
         at += strspn(at, " \t");
         if (*at == '\0' || *at == '#') {
             break;
         }
         const char *word = to;
-        if (*at == '"') {
-            at++;
-            if (!copy_quoted(&at, &to)) {
-                *why = "unterminated quote (a word that begins with \" must end with it)";
-                return ERROR_SYNTAX;
-            }
-        } else {
-            const size_t bytes = strcspn(at, " \t");
-            memcpy(to, at, bytes);
-            to += bytes;
-            at += bytes;
+        const bool quoted = *at == '"';
+        at += quoted;
+        if (!(quoted ? copy_quoted(&at, &to) : copy_plain(&at, &to))) {
+            *why = "unterminated quote (a word that begins with \" must end with it)";
+            return ERROR_SYNTAX;
         }
         *to++ = '\0';
-        if (*count < COMMAND_WORDS_MAX) {
-            words[(*count)++] = word;
+        if (words->count == COMMAND_WORDS_MAX) {
+            *why = "the line has more than 24 words";
+            return ERROR_SYNTAX;
         }
+        words->quoted |= (uint32_t)quoted << words->count;
+        words->word[words->count++] = word;
     }
     // Each word is followed by a blank or the line's end, so there is room for its zero.
     INVARIANT(to <= storage + COMMAND_LINE_MAX + 1);
@@ -160,39 +171,4 @@ int command_words_choice(const char *word, const char *choices) {
         }
     }
     return -1;
-}
-
-/// Levenshtein's distance, row by row; words of at most COMMAND_CHOICE_MAX letters.
-static int edit_distance(const char *word, size_t length, const char *other, size_t columns) {
-    int row[COMMAND_CHOICE_MAX + 1];
-    for (size_t j = 0; j <= columns; j++) {
-        row[j] = (int)j;
-    }
-    for (size_t i = 0; i < length; i++) {
-        int diagonal = row[0];
-        row[0] = (int)i + 1;
-        for (size_t j = 1; j <= columns; j++) {
-            const int replaced = diagonal + (word[i] != other[j - 1]);
-            diagonal = row[j];
-            const int gap = (row[j] < row[j - 1] ? row[j] : row[j - 1]) + 1;
-            row[j] = replaced < gap ? replaced : gap;
-        }
-    }
-    INVARIANT(row[columns] >= 0 && row[columns] <= COMMAND_CHOICE_MAX);
-    return row[columns];
-}
-
-int command_words_distance(const char *word, const char *other) {
-    const size_t length = strlen(word);
-    const size_t columns = strlen(other);
-    if (length > COMMAND_CHOICE_MAX || columns > COMMAND_CHOICE_MAX) {
-        return FAR_AWAY;
-    }
-    if (length >= 3 && strncmp(word, other, length) == 0) {
-        return length == columns ? 0 : 1;
-    }
-    if (length > columns + COMMAND_SLIPS_MAX || columns > length + COMMAND_SLIPS_MAX) {
-        return FAR_AWAY;
-    }
-    return edit_distance(word, length, other, columns);
 }

@@ -15,12 +15,19 @@ extern "C" {
 /// Longest line, without its end.
 enum { COMMAND_LINE_MAX = 512 };
 
-enum { COMMAND_WORDS_MAX = 10, COMMAND_CHOICE_MAX = 32 };
+enum { COMMAND_WORDS_MAX = 24, COMMAND_CHOICE_MAX = 32 };
 
-/// Splits a line. `words` (COMMAND_WORDS_MAX) point into `storage` (COMMAND_LINE_MAX + 1 bytes).
-/// Extra words are not stored but counted as one. Returns ERROR_SYNTAX with `*why` (static storage)
-/// if the line is too long, contains a control character or has an unterminated quote.
-int command_words_split(const char *line, char *storage, const char **words, size_t *count,
+/// The words of a line.
+struct command_words {
+    const char *word[COMMAND_WORDS_MAX];
+    size_t count;
+    uint32_t quoted;  ///< bit i: word[i] was in quotes
+};
+
+/// Splits a line. The words are in `storage` (COMMAND_LINE_MAX + 1 bytes). Returns ERROR_SYNTAX
+/// with `*why` (static storage) if the line is too long, has too many words, contains a control
+/// character or has an unterminated quote.
+int command_words_split(const char *line, char *storage, struct command_words *words,
                         const char **why);
 
 /// Parses a decimal number of at most 15 digits, with or without a point; false: not a number.
@@ -36,14 +43,6 @@ int command_words_choice(const char *word, const char *choices);
 /// Copies the `index`-th word of such a list into `word` (COMMAND_CHOICE_MAX bytes); false: the
 /// list is shorter. Each word is shorter than that.
 bool command_words_choice_at(const char *choices, int index, char *word);
-
-/// A larger distance is not a typo.
-enum { COMMAND_SLIPS_MAX = 3 };
-
-/// Edit distance: number of letters to change, insert or delete. Returns a large value for words
-/// longer than COMMAND_CHOICE_MAX, or whose lengths differ by more than COMMAND_SLIPS_MAX. A word
-/// of three or more letters that is a prefix of the other has distance 1.
-int command_words_distance(const char *word, const char *other);
 
 #ifdef __cplusplus
 }

@@ -28,14 +28,14 @@ static int show_pan(const struct command_call *call, unsigned sides) {
 
 /// Converts an argument to an angle and checks it against the limits of this instrument.
 static int angle_of(const struct command_call *call, const struct command_value *value,
-                    int32_t *angle_urad) {
+                    const char *name, int32_t *angle_urad) {
     const struct rig_profile *profile = &call->rig->profile;
     const double exact_urad = value->number * urad_per_degree;
     // Rounds first, so that a limit itself, typed with limited digits, is accepted.
     const int64_t urad = (int64_t)(exact_urad < 0 ? exact_urad - 0.5 : exact_urad + 0.5);
     if (urad < profile->pan_min_urad || urad > profile->pan_max_urad) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "pan: ANGLE ");
+        command_text_add(&sentence, name);
         command_text_add_typed(&sentence, value->text);
         command_text_add(&sentence, " is out of range (expected ");
         command_text_add_number(&sentence, profile->pan_min_urad / urad_per_degree, ANGLE_DECIMALS);
@@ -49,29 +49,29 @@ static int angle_of(const struct command_call *call, const struct command_value 
 }
 
 int commands_aim_pan(const struct command_call *call) {
-    const unsigned sides = commands_sides(&call->values[0]);
+    const unsigned sides = commands_sides(&call->values[1]);
     INVARIANT(sides > 0 && sides <= 3);
     if (!call->rig->profile.servos) {
         struct command_text sentence = commands_sentence(call);
         command_text_add(&sentence, "this instrument has no pan servos");
         return ERROR_NOT_CONNECTED;
     }
-    if (!call->values[1].given) {
+    if (call->values[2].given && (sides != 3 || !call->values[0].given)) {
+        struct command_text sentence = commands_sentence(call);
+        command_text_add(&sentence, "pan: right requires ANGLE, and no side");
+        return ERROR_ARGUMENT;
+    }
+    if (!call->values[0].given) {
         return show_pan(call, sides);
     }
     int32_t first_urad = 0;
-    int error = angle_of(call, &call->values[1], &first_urad);
+    int error = angle_of(call, &call->values[0], "pan: ANGLE ", &first_urad);
     if (error != 0) {
         return error;
     }
-    if (sides != 3 && call->values[2].given) {
-        struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "pan: a second ANGLE requires SIDE \"both\"");
-        return ERROR_ARGUMENT;
-    }
     int32_t second_urad = first_urad;
     if (call->values[2].given) {
-        error = angle_of(call, &call->values[2], &second_urad);
+        error = angle_of(call, &call->values[2], "pan: right=", &second_urad);
     }
     if (error == 0) {
         error = sides == 3 ? rig_pan_both(call->rig, first_urad, second_urad)
@@ -83,10 +83,10 @@ int commands_aim_pan(const struct command_call *call) {
 /// The sides meant: if none was named, all that have a lens.
 static int lens_sides(const struct command_call *call, unsigned *sides) {
     const struct rig_profile *profile = &call->rig->profile;
-    *sides = commands_sides(&call->values[0]);
+    *sides = commands_sides(&call->values[1]);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if ((*sides >> side & 1) != 0 && !rig_has_lens(profile, side)) {
-            if (!call->values[0].given && rig_has_lens(profile, RIG_LEFT)) {
+            if (!call->values[1].given && rig_has_lens(profile, RIG_LEFT)) {
                 *sides &= ~(1U << side);
                 continue;
             }
@@ -105,7 +105,7 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     if (error != 0) {
         return error;
     }
-    const int64_t position = call->values[1].integer;
+    const int64_t position = call->values[0].integer;
     if (position >= limits.min && position <= limits.max) {
         return 0;
     }
@@ -126,7 +126,7 @@ static int check_position(const struct command_call *call, unsigned side, enum l
 /// Adds a note where a lens was sent to a target that it cannot approach from the usual side.
 static void put_play(const struct command_call *call, enum lens_axis axis) {
     const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
-    if (!call->values[1].given || lens_move_has_room(settings, (int32_t)call->values[1].integer)) {
+    if (!call->values[0].given || lens_move_has_room(settings, (int32_t)call->values[0].integer)) {
         return;
     }
     reply_text(call, "note",
@@ -160,12 +160,12 @@ static int run_axis(const struct command_call *call, enum lens_axis axis) {
     unsigned sides = 0;
     int error = lens_sides(call, &sides);
     INVARIANT(error != 0 || sides != 0);
-    if (error == 0 && call->values[1].given) {
+    if (error == 0 && call->values[0].given) {
         for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
             error = (sides >> side & 1) != 0 ? check_position(call, side, axis) : 0;
         }
         if (error == 0) {
-            error = rig_lens_move_to(call->rig, sides, axis, (int32_t)call->values[1].integer);
+            error = rig_lens_move_to(call->rig, sides, axis, (int32_t)call->values[0].integer);
         }
     }
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {

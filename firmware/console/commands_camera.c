@@ -16,12 +16,12 @@ static void show(const struct command_call *call, unsigned side, double value, i
 }
 
 int commands_camera_exposure(const struct command_call *call) {
-    const unsigned sides = commands_sides(&call->values[0]);
+    const unsigned sides = commands_sides(&call->values[1]);
     uint32_t applied_us = 0;
     int error = 0;
-    if (call->values[1].given) {
-        INVARIANT(call->values[1].integer > 0 && call->values[1].integer <= UINT32_MAX);
-        error = rig_exposure(call->rig, sides, (uint32_t)call->values[1].integer, &applied_us);
+    if (call->values[0].given) {
+        INVARIANT(call->values[0].integer > 0 && call->values[0].integer <= UINT32_MAX);
+        error = rig_exposure(call->rig, sides, (uint32_t)call->values[0].integer, &applied_us);
     }
     for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
         if ((sides >> side & 1) != 0) {
@@ -32,10 +32,10 @@ int commands_camera_exposure(const struct command_call *call) {
 }
 
 int commands_camera_gain(const struct command_call *call) {
-    const unsigned sides = commands_sides(&call->values[0]);
+    const unsigned sides = commands_sides(&call->values[1]);
     int error = 0;
-    if (call->values[1].given) {
-        const double gain_q3 = call->values[1].number * 8 + 0.5;
+    if (call->values[0].given) {
+        const double gain_q3 = call->values[0].number * 8 + 0.5;
         INVARIANT(gain_q3 > 0 && gain_q3 <= UINT16_MAX);
         uint16_t applied_q3 = 0;
         error = rig_gain(call->rig, sides, (uint16_t)gain_q3, &applied_q3);
@@ -64,7 +64,7 @@ static int check_size(const struct command_call *call, unsigned which, const cha
     command_text_add(&sentence, name);
     command_text_add(&sentence, " ");
     command_text_add_integer(&sentence, size_px);
-    command_text_add(&sentence, " is not supported (expected with SKIP ");
+    command_text_add(&sentence, " is not supported (expected with skip=");
     command_text_add_integer(&sentence, skip);
     command_text_add(&sentence, ": ");
     command_text_add_integer(&sentence, min_px);
@@ -85,9 +85,9 @@ static int check_window(const struct command_call *call, int64_t skip) {
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, "window: SKIP ");
+    command_text_add(&sentence, "window: skip=");
     command_text_add_integer(&sentence, skip);
-    command_text_add(&sentence, ": cameras without a bridge cannot skip pixels (leave SKIP out)");
+    command_text_add(&sentence, ": cameras without a bridge cannot skip pixels (leave skip out)");
     return ERROR_UNSUPPORTED;
 }
 
@@ -96,7 +96,7 @@ int commands_camera_window(const struct command_call *call) {
     int error = 0;
     if (values[0].given && !values[1].given) {
         struct command_text sentence = commands_sentence(call);
-        command_text_add(&sentence, "window: HEIGHT is missing (expected WIDTH HEIGHT [SKIP])");
+        command_text_add(&sentence, "window: HEIGHT is missing (expected WIDTH HEIGHT [skip=N])");
         return ERROR_MISSING;
     }
     if (values[0].given) {

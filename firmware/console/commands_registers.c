@@ -6,6 +6,7 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/suggest.h"
 #include "rig/registers.h"
 
 enum { VALUE_BYTES = 24 };
@@ -42,18 +43,16 @@ static int read_one(const struct command_call *call, enum registers_device where
 static int no_such(const struct command_call *call, const char *word,
                    const struct registers_entry *entries, size_t count) {
     struct command_text sentence = commands_sentence(call);
+    struct suggest suggest;
     command_text_add(&sentence, "registers: unknown or unreadable register \"");
     command_text_add_typed(&sentence, word);
     command_text_add(&sentence, "\"");
+    suggest_begin(&suggest, word);
     for (size_t i = 0; i < count; i++) {
-        if (command_words_distance(word, entries[i].name) <= 2) {
-            command_text_add(&sentence, "; did you mean \"");
-            command_text_add(&sentence, entries[i].name);
-            command_text_add(&sentence, "\"?");
-            return ERROR_ARGUMENT;
-        }
+        suggest_consider(&suggest, entries[i].name);
     }
-    command_text_add(&sentence, " (leave NAME out to show all)");
+    command_text_add(&sentence,
+                     suggest.text[0] != '\0' ? suggest.text : " (leave NAME out to show all)");
     return ERROR_ARGUMENT;
 }
 

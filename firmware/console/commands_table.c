@@ -7,28 +7,28 @@
 
 #define COUNT(list) ((unsigned)(sizeof(list) / sizeof(list)[0]))
 
-#define SIDE_ARGUMENT                                                                        \
-    {                                                                                        \
-        .name = "SIDE", .kind = COMMAND_CHOICE, .choices = COMMANDS_SIDES, .optional = true, \
-        .help = "camera (default: both)"                                                     \
+#define SIDE_OPTION                                                        \
+    {                                                                      \
+        .name = "side", .kind = COMMAND_CHOICE, .choices = COMMANDS_SIDES, \
+        .help = "camera; default: both"                                    \
     }
 
-#define ANGLE_ARGUMENT(text, help_text)                                                 \
-    {                                                                                   \
-        .name = (text), .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180, \
-        .optional = true, .help = (help_text)                                           \
-    }
+#define ANGLE_VALUE .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180
 
 static const struct command_argument pan_arguments[] = {
-    SIDE_ARGUMENT,
-    ANGLE_ARGUMENT("ANGLE",
-                   "angle from the middle, positive to the right, within the settings "
-                   "rig.pan_min and rig.pan_max; without it the angle is shown"),
-    ANGLE_ARGUMENT("RIGHT_ANGLE", "angle of the right camera (default: that of the left)"),
+    {.name = "ANGLE",
+     ANGLE_VALUE,
+     .optional = true,
+     .help = "angle from the middle, positive to the right, within the settings rig.pan_min and "
+             "rig.pan_max; without it the angle is shown"},
+    SIDE_OPTION,
+    {.name = "right",
+     ANGLE_VALUE,
+     .value_name = "ANGLE",
+     .help = "angle of the right camera; default: that of the left"},
 };
 
 static const struct command_argument position_arguments[] = {
-    SIDE_ARGUMENT,
     {.name = "POSITION",
      .kind = COMMAND_INTEGER,
      .unit = "counts",
@@ -37,6 +37,7 @@ static const struct command_argument position_arguments[] = {
      .optional = true,
      .help = "position in counts of the lens controller, within the limits of the lens; without it "
              "position and limits are shown"},
+    SIDE_OPTION,
 };
 
 #define VALUE_HELP                                                                      \
@@ -44,7 +45,6 @@ static const struct command_argument position_arguments[] = {
     "with its own port then keeps its previous value."
 
 static const struct command_argument exposure_arguments[] = {
-    SIDE_ARGUMENT,
     {.name = "TIME",
      .kind = COMMAND_INTEGER,
      .unit = "us",
@@ -53,10 +53,10 @@ static const struct command_argument exposure_arguments[] = {
      .optional = true,
      .help = "the nearest possible value is used, but a camera with its own port rejects values "
              "outside its range; without it the value is shown"},
+    SIDE_OPTION,
 };
 
 static const struct command_argument gain_arguments[] = {
-    SIDE_ARGUMENT,
     {.name = "FACTOR",
      .kind = COMMAND_NUMBER,
      .min = 1,
@@ -64,6 +64,7 @@ static const struct command_argument gain_arguments[] = {
      .optional = true,
      .help = "factor, 1 is the camera's minimum; the nearest possible value is used; without it "
              "the value is shown"},
+    SIDE_OPTION,
 };
 
 static const struct command_argument window_arguments[] = {
@@ -81,12 +82,11 @@ static const struct command_argument window_arguments[] = {
      .max = 8192,
      .optional = true,
      .help = "height of the window"},
-    {.name = "SKIP",
+    {.name = "skip",
      .kind = COMMAND_INTEGER,
      .min = 1,
      .max = 8,
-     .optional = true,
-     .help = "use every SKIP-th pixel in both directions (default: 1)"},
+     .help = "use every N-th pixel in both directions; default: 1"},
 };
 
 static const struct command_argument registers_arguments[] = {
@@ -141,7 +141,7 @@ static const struct command commands[] = {
      .run = commands_state_safe},
     {.name = "pan",
      .summary = "turn the cameras, or show their angles",
-     .help = "Example: pan both 3.97 -3.97 points both cameras at an object 1.8 m in front of a "
+     .help = "Example: pan 3.97 right=-3.97 points both cameras at an object 1.8 m in front of a "
              "base of 250 mm. Waits until the cameras have stopped.",
      .arguments = pan_arguments,
      .argument_count = COUNT(pan_arguments),
@@ -186,8 +186,8 @@ static const struct command commands[] = {
     {.name = "window",
      .summary = "set the window of the sensors, or show the frame size",
      .help = "The window is centred. The size of the frames is shown. Sensors behind a bridge have "
-             "2048 x 1536 px, and accept multiples of 2 * SKIP; other cameras accept the sizes "
-             "that they support, without SKIP.",
+             "2048 x 1536 px, and accept multiples of 2 * skip; other cameras accept the sizes "
+             "that they support, without skip.",
      .arguments = window_arguments,
      .argument_count = COUNT(window_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,

@@ -36,13 +36,13 @@ class Arguments(pairs.Fixture):
             (["reconstruct", "a", "b", "c"], "unexpected argument"),
             (["reconstruct", "a", "b", "--out", "o"], "--calibration"),
             (["reconstruct", "a", "b", "--out"], "--out"),
-            (["reconstruct", "a", "b", "--dept", "1:2"], "--depth"),
+            (["reconstruct", "a", "b", "--neer", "1"], '(did you mean "near"?)'),
             (["reconstruct", "a", "b", "--threads", "0"], "--threads"),
             (["reconstruct", "a", "b", "--scale", "nan"], "--scale"),
             (["reconstruct", "a", "b", "--bits", "17"], "16"),
-            (["reconstruct", "a", "b", "--calibration", "c", "--depth", "0.3:3", "--out", "o"],
+            (["reconstruct", "a", "b", "--calibration", "c", "--near", "0.3", "--far", "3", "--out", "o"],
              "possibly in metres"),
-            (["reconstruct", "a", "b", "--calibration", "c", "--depth", "9.9:inf", "--unit", "m",
+            (["reconstruct", "a", "b", "--calibration", "c", "--near", "9.9", "--far", "inf", "--unit", "m",
               "--out", "o"], "possibly in metres"),
             (["reconstruct", "a", "b", "--rectified", "--focal", "500", "--baseline", "0.06",
               "--out", "o"], "possibly in metres"),
@@ -303,8 +303,8 @@ class Calibrations(pairs.Fixture):
         micro = self.edited("translation_right_left_mm", "-5.000000000 0.000000000 0.000000000")
         path.write_text(micro)
         self.assertEqual(pairs.run("info", path).returncode, 0)
-        taken = pairs.run("reconstruct", "no.pgm", "no.pgm", "--calibration", path, "--depth",
-                          "6:50", "--unit", "mm", "--out", self.out)
+        taken = pairs.run("reconstruct", "no.pgm", "no.pgm", "--calibration", path, "--near",
+                          "6", "--far", "50", "--unit", "mm", "--out", self.out)
         self.assertNotIn("possibly in metres", taken.stderr)
 
     def test_another_size(self):
@@ -312,7 +312,7 @@ class Calibrations(pairs.Fixture):
 
     def test_searches_that_find_nothing(self):
         text = self.calibration_text().read_text()
-        self.refuse(text, "depth", arguments=["--depth", "10:10.1"])
+        self.refuse(text, "depth", arguments=["--near", "10", "--far", "10.1"])
         self.refuse(text, "--region", arguments=["--region", "200,100,100,100"])
         self.refuse(text, "small", arguments=["--region", "0,0,8,4"])
         self.refuse(text, "small", arguments=["--scale", "0.01"])

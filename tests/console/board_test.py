@@ -141,10 +141,10 @@ class Everything(Board):
         for axis, position in (("zoom", 320), ("focus", 540), ("iris", 800)):
             for side in self.asked(f"{axis} both {position}").values():
                 self.assertAlmostEqual(side["position"], position, delta=6)
-        self.assertAlmostEqual(self.asked("exposure both 6000")["left"], 6000, delta=60)
-        self.assertEqual(self.asked("gain right 2"), {"right": 2})
+        self.assertAlmostEqual(self.asked("exposure 6000")["left"], 6000, delta=60)
+        self.assertEqual(self.asked("gain 2 side=right"), {"right": 2})
         self.assertEqual(self.asked("window 96 64"), {"width": 96, "height": 64})
-        pair = self.asked("capture - static")
+        pair = self.asked("capture static=yes")
         self.assertEqual((pair["left"]["width"], pair["right"]["gain"]), (96, 2))
         self.asked("wait 0.1")  # all registers were read: see the drift above
         self.assertEqual(self.asked("registers bridge id"), {"id": "0x5B1D"})
@@ -152,7 +152,7 @@ class Everything(Board):
         health = self.asked("health")
         self.assertEqual({part["state"] for part in health["parts"]}, {"works"})
         self.assertEqual(self.asked("selftest")["picture"], "arrives bit for bit")
-        self.assertAlmostEqual(self.asked("pan both 3 -3")["left"], 3, delta=0.01)
+        self.assertAlmostEqual(self.asked("pan 3 right=-3")["left"], 3, delta=0.01)
         self.asked("capture")
         self.assertEqual(self.asked("safe")["state"], "safe")
 

@@ -44,12 +44,12 @@ class TwoCameras(DeviceTest):
         # Units of 100 us, from 1 to 5000 of them.
         self.assertEqual(self.asked("exposure 5040"), {"left": 5000, "right": 5000})
         # 256 steps from 1 to 128, rounded to the nearest.
-        self.assertEqual(self.asked("gain left 1.3"), {"left": 1.5})
-        self.assertEqual(self.asked("gain left 2"), {"left": 2})
-        self.assertEqual(self.asked("gain right"), {"right": "not set"})
+        self.assertEqual(self.asked("gain 1.3 side=left"), {"left": 1.5})
+        self.assertEqual(self.asked("gain 2 side=left"), {"left": 2})
+        self.assertEqual(self.asked("gain side=right"), {"right": "not set"})
         self.refused("exposure 600000", "ERR RANGE left camera: ", "600000 us", "500000 us")
         self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
-        pair = self.captured("capture one static")
+        pair = self.captured("capture one static=yes")
         self.assertLess(abs(pair["skew"]), FRAME_US / 2)
         self.assertEqual((pair["change"], pair["left"]["gain"]), (0, 2))
         self.assertEqual(len(self.frames_of("one")), 2)
@@ -76,8 +76,8 @@ class TwoCameras(DeviceTest):
         self.assertEqual(len(answer), 1)
         self.assertRegex(answer[0], "^ERR UNSUPPORTED left camera: left_camera = /dev/video0: .*"
                          "320 x 240.* nearest .*640 x 480")
-        self.assertRegex(self.first.ask("window 640 480 2")[-1],
-                         "^ERR UNSUPPORTED window: SKIP 2: .*bridge")
+        self.assertRegex(self.first.ask("window 640 480 skip=2")[-1],
+                         "^ERR UNSUPPORTED window: skip=2: .*bridge")
         # A rejected request is not an error of a part.
         health = self.asked("health")
         self.assertNotIn("error", health)
@@ -92,7 +92,7 @@ class TwoCameras(DeviceTest):
             self.asked(command)
         for side, picture in enumerate(self.pictures):
             show(picture, texture(7 + side))
-        commands.append("capture - static")
+        commands.append("capture static=yes")
         # The new image may arrive between the two looks of one capture.
         while self.first.ask(commands[-1])[-1] != "OK":
             commands.append(commands[-1])
@@ -135,7 +135,7 @@ class TwoCameras(DeviceTest):
         shutil.copytree(os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x"),
                         os.path.join(self.files, "cylinder"))
         other = self.client()
-        other.send("@json,progress reconstruct cylinder 1 1\n")
+        other.send("@json,progress reconstruct cylinder pair=1\n")
         event = json.loads(other.line())
         self.assertEqual(event["event"], "progress")
         self.plug("plug", False)
@@ -231,7 +231,7 @@ class TwoCamerasAndLenses(DeviceTest):
     def test_a_lens_is_moved_pulled_out_and_put_back(self):
         self.serve(self.cameras(), "profile=two-cameras-lens", f"lens_uart={self.lens_path}")
         self.assertEqual(self.asked("bringup")["state"], "ready")
-        self.assertAlmostEqual(self.asked("zoom both 400")["right"]["position"], 400, delta=4)
+        self.assertAlmostEqual(self.asked("zoom 400")["right"]["position"], 400, delta=4)
         self.assertEqual(self.lens.positions[1][0], 400)
         self.captured()
         self.lens.pull_out()
@@ -239,7 +239,7 @@ class TwoCamerasAndLenses(DeviceTest):
         self.refused("bringup", f"ERR DEVICE left lens: lens_uart = {self.lens_path}: {NOT_THERE}")
         self.lens = LensController(self.lens_path)
         self.assertEqual(self.asked("bringup")["state"], "ready")
-        self.assertAlmostEqual(self.asked("focus left 450")["left"]["position"], 450, delta=4)
+        self.assertAlmostEqual(self.asked("focus 450 side=left")["left"]["position"], 450, delta=4)
 
 
 class OneLens(DeviceTest):
@@ -250,11 +250,11 @@ class OneLens(DeviceTest):
                    f"lens_uart={lens.path}")
         self.assertEqual(self.asked("bringup")["state"], "ready")
         began = time.monotonic()
-        self.assertAlmostEqual(self.asked("zoom left 178")["left"]["position"], 178, delta=2)
+        self.assertAlmostEqual(self.asked("zoom 178 side=left")["left"]["position"], 178, delta=2)
         self.assertGreater(time.monotonic() - began, (178 - 50) / 20 - 0.5)
-        self.assertRegex(self.first.ask("zoom left 200")[-1],
+        self.assertRegex(self.first.ask("zoom 200 side=left")[-1],
                          "^ERR RANGE zoom: POSITION 200 .*left lens.*44 to 180 counts")
-        self.assertRegex(self.first.ask("zoom right 100")[-1],
+        self.assertRegex(self.first.ask("zoom 100 side=right")[-1],
                          "^ERR NOT_CONNECTED .*lens on the right")
         self.captured()
 

@@ -171,7 +171,7 @@ class Endurance:
             f"exposure {side} {pick.randrange(100, 40000)}",
             f"gain {side} {pick.uniform(1, 15):.2f}",
             f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
-            "capture x static", "status", "health", "registers bridge", "registers left",
+            "capture x static=yes", "status", "health", "registers bridge", "registers left",
             "selftest", "log 20", "help", "config", "files", "bugreport", "snapshot", "safe",
             "record start r", "record stop", "settings save", "settings restore"))
         if command.startswith("capture"):
@@ -219,7 +219,7 @@ class Endurance:
 
     def cancel(self):
         """Sends Ctrl-C during a command."""
-        command = self.chance.choice(("bringup", "pan both 20 -20", "zoom both 800", "capture x",
+        command = self.chance.choice(("bringup", "pan 20 right=-20", "zoom 800", "capture x",
                                       "selftest", "wait 1000"))
         shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
         self.report(f"{command}, and Ctrl-C")
@@ -234,7 +234,7 @@ class Endurance:
 
     def vanish(self):
         client = self.new_client()
-        client.send(self.chance.choice((b"wait 1000\n", b"bringup\n", b"@json pan left 2",
+        client.send(self.chance.choice((b"wait 1000\n", b"bringup\n", b"@json pan 2 side=left",
                                         b"zoom 700\nfocus 600\n", b"")))
         time.sleep(self.chance.uniform(0, 0.1))
         client.socket.close()

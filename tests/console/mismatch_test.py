@@ -70,8 +70,8 @@ class Instrument(DaemonTest):
                 self.assertIn(word, answer["message"])
             return answer
 
-        for command in ("bringup", "window 128 96", "exposure both 2000", "pan both 3.57 -3.27",
-                        "zoom both 422", "focus both 500", "iris both 800", "capture before"):
+        for command in ("bringup", "window 128 96", "exposure 2000", "pan 3.57 right=-3.27",
+                        "zoom 422", "focus 500", "iris 800", "capture before"):
             works(command)
         before = os.path.join(self.files, "before")
         self.assertTrue(any(line.startswith("instrument ") for line in lines_of(before)))
@@ -81,9 +81,9 @@ class Instrument(DaemonTest):
         self.assertEqual(works("status")["calibration"]["match"], "yes")
         works("capture there")
 
-        for move, back, name in (("pan left 4.57", "pan left 3.57", "left pan"),
-                                 ("zoom right 427", "zoom right 422", "right zoom"),
-                                 ("focus left 494", "focus left 500", "left focus"),
+        for move, back, name in (("pan 4.57 side=left", "pan 3.57 side=left", "left pan"),
+                                 ("zoom 427 side=right", "zoom 422 side=right", "right zoom"),
+                                 ("focus 494 side=left", "focus 500 side=left", "left focus"),
                                  ("window 96 96", "window 128 96", "window")):
             works(move)
             refused("capture away", name, "accept-mismatch")
@@ -95,13 +95,13 @@ class Instrument(DaemonTest):
             works(back)
             if name == "left pan":
                 works("capture back")  # as far as can be determined
-        works("pan left 4.57")
-        kept = works("capture anyway accept-mismatch")
+        works("pan 4.57 side=left")
+        kept = works("capture anyway accept-mismatch=yes")
         self.assertIn("left pan", kept["accepted_mismatch"])
-        self.assertIn("command text=capture%20accept-mismatch",
+        self.assertIn("command text=capture%20accept-mismatch=yes",
                       [" ".join(line.split()[:2]) for line in lines_of(
                           os.path.join(self.files, "anyway"))])
-        self.assertIn("left pan", works("calibration set rig.txt accept-mismatch")
+        self.assertIn("left pan", works("calibration set rig.txt accept-mismatch=yes")
                       ["accepted_mismatch"])
         works("bringup")  # the servo positions are unknown until set
         works("window 128 96")
@@ -157,7 +157,7 @@ class Pairs(Surfaces):
                  ("instrument", lambda line: line, {"instrument": "bench"}))
         for number, (word, change, origin) in enumerate(cases):
             folder = self.changed(f"s{number}", change, **origin)
-            error, text = self.refused(f"reconstruct s{number} 1 0.5")
+            error, text = self.refused(f"reconstruct s{number} pair=1 scale=0.5")
             self.assertEqual(error, "MISMATCH")
             self.assertIn(word, text)
             self.assertIn("accept-mismatch", text)
@@ -178,7 +178,7 @@ class Pairs(Surfaces):
 
     def test_every_output_of_an_accepted_mismatch_reports_so(self):
         folder = self.changed("moved", self.moved("left", 1, 5))
-        figures = self.asked("reconstruct moved 1 0.5 accept-mismatch")
+        figures = self.asked("reconstruct moved pair=1 scale=0.5 accept-mismatch=yes")
         self.assertIn("left zoom", figures["accepted_mismatch"])
         with open(os.path.join(self.files, "surface-moved-1", "reasons.pgm"), "rb") as file:
             self.assertIn(b"left zoom is at", file.read())
@@ -199,7 +199,7 @@ class Pairs(Surfaces):
 
     def test_the_common_deviation(self):
         folder = self.changed("same", lambda line: line)
-        figures = self.asked("reconstruct same 1 0.5")
+        figures = self.asked("reconstruct same pair=1 scale=0.5")
         out = os.path.join(self.folder, "same")
         done = self.on_pc(folder, "--scale", "0.5", "--out", out)
         self.assertEqual(done.returncode, 0, done.stderr)

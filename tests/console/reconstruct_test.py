@@ -125,7 +125,7 @@ class Surfaces(DaemonTest):
 class Reconstruct(Surfaces):
     def test_the_same_bytes_as_the_command_line(self):
         folder = self.session("c")
-        figures = self.asked("reconstruct c 1 1 1600 2300")
+        figures = self.asked("reconstruct c pair=1 near=1600 far=2300")
         self.assertEqual((figures["session"], figures["pair"], figures["result"]),
                          ("c", 1, "surface-c-1"))
         self.assertGreater(figures["density"], 40)
@@ -140,7 +140,7 @@ class Reconstruct(Surfaces):
         out = os.path.join(self.folder, "line")
         done = subprocess.run(
             [VERGENCE, "reconstruct", *frames, "--calibration", calibration, "--bayer", "grbg",
-             "--bits", "10", "--depth", "1600:2300", "--out", out, "--json"],
+             "--bits", "10", "--near", "1600", "--far", "2300", "--out", out, "--json"],
             capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in FILES - {"result.json"}:
@@ -151,7 +151,7 @@ class Reconstruct(Surfaces):
         self.assertEqual(figures["points"], reported["counts"]["vertices"])
         self.assertAlmostEqual(figures["depth_median"], reported["depth_mm"]["median"], places=2)
         # Again over existing files; and its files can be fetched.
-        self.asked("reconstruct c 1 1 1600 2300")
+        self.asked("reconstruct c pair=1 near=1600 far=2300")
         done = self.vergence("fetch", "surface-c-1/mesh.ply", os.path.join(self.folder, "mesh"))
         self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -159,7 +159,7 @@ class Reconstruct(Surfaces):
         """Skew, settings and positions of the pair, as the session's index has them."""
         pair = dict(word.split("=", 1) for line in lines_of(self.session("c"))
                     if line.startswith("pair ") for word in line.split()[1:])
-        figures = self.asked("reconstruct c 1 0.5 1600 2300")
+        figures = self.asked("reconstruct c pair=1 scale=0.5 near=1600 far=2300")
         self.assertEqual(figures["skew"], int(pair["skew_us"]))
         reported = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
         self.assertEqual((reported["session"], reported["pair"], reported["skew_us"]),
@@ -196,18 +196,18 @@ class Reconstruct(Surfaces):
         os.mkdir(killed)
         with open(os.path.join(killed, "session.index"), "wb") as file:
             file.write(framed_index(lines_of(SESSION)[:1]))
-        self.assertEqual(self.asked("reconstruct - 0 0.5")["session"], "new")
+        self.assertEqual(self.asked("reconstruct scale=0.5")["session"], "new")
         self.assertIn("no pair", self.first.ask("reconstruct killed")[-1])
         shutil.rmtree(killed)
         self.assertEqual(self.asked("reconstruct old")["session"], "old")
         shutil.rmtree(os.path.join(self.files, "surface-new-1"))
         shutil.rmtree(os.path.join(self.files, "surface-old-1"))
-        self.assertEqual(self.refused("reconstruct new 2"), ("MISSING", "new: no pair 2 (the session has 1)"))
+        self.assertEqual(self.refused("reconstruct new pair=2"), ("MISSING", "new: no pair 2 (the session has 1)"))
         self.assertEqual(self.refused("reconstruct none")[0], "MISSING")
         self.assertEqual(self.refused("reconstruct ../files/new")[0], "ARGUMENT")
-        self.assertEqual(self.refused("reconstruct new 1 1 2000 1000")[0], "RANGE")
-        self.assertEqual(self.refused("reconstruct new 1 1 2000")[0], "MISSING")
-        error, text = self.refused("reconstruct new 1 1 0.3 3")
+        self.assertEqual(self.refused("reconstruct new pair=1 near=2000 far=1000")[0], "RANGE")
+        self.assertEqual(self.refused("reconstruct new far=2000")[0], "RANGE")
+        error, text = self.refused("reconstruct new pair=1 near=0.3 far=3")
         self.assertEqual(error, "RANGE")
         self.assertIn("possibly in metres", text)
         os.symlink(self.files, os.path.join(self.files, "link"))
@@ -217,10 +217,10 @@ class Reconstruct(Surfaces):
         outside = os.path.join(self.folder, "outside")
         os.mkdir(outside)
         os.symlink(outside, os.path.join(self.files, "surface-new-1"))
-        self.assertEqual(self.first.ask_json("reconstruct new 1 0.5")["error"], "ARGUMENT")
+        self.assertEqual(self.first.ask_json("reconstruct new pair=1 scale=0.5")["error"], "ARGUMENT")
         self.assertEqual(os.listdir(outside), [])
         os.unlink(os.path.join(self.files, "surface-new-1"))
-        error, text = self.refused("reconstruct new 1 1 300 310")
+        error, text = self.refused("reconstruct new pair=1 near=300 far=310")
         self.assertNotIn("--", text)
         self.assertIn(error, ("DISPARITY_RANGE", "NO_SURFACE", "OVERLAP"))
 
@@ -228,7 +228,7 @@ class Reconstruct(Surfaces):
         whole = calibration_of(SESSION)
         corner = [(SENSOR[i] - WINDOW[i]) // 2 for i in range(2)]
         self.session("own")
-        own = self.asked("reconstruct own 1 1 1600 2300")
+        own = self.asked("reconstruct own pair=1 near=1600 far=2300")
         shutil.rmtree(os.path.join(self.files, "surface-own-1"))
         self.assertEqual((own["calibration_from"], own["calibration_cut"]), ("session", "no"))
         self.session("none", calibration=False, window=f"{corner[0]},{corner[1]},1")
@@ -237,18 +237,18 @@ class Reconstruct(Surfaces):
         self.assertIn("calibration set", text)
         # A calibration of the same size is used, and that is reported.
         self.keep(whole)
-        kept = self.asked("reconstruct none 1 1 1600 2300")
+        kept = self.asked("reconstruct none pair=1 near=1600 far=2300")
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((kept["calibration_from"], kept["calibration_cut"]), ("kept", "no"))
         self.assertTrue(any("same part of the sensor" in note for note in kept["notes"]))
         # If there is no surface, the report is part of the error.
         self.keep(resized(whole, WINDOW, (0, 60), sides=["right"]))
-        error, text = self.refused("reconstruct none 1 1 1600 2300")
+        error, text = self.refused("reconstruct none pair=1 near=1600 far=2300")
         self.assertEqual(error, "NO_SURFACE")
         self.assertIn("same part of the sensor", text)
         # A calibration of the whole sensor is cut.
         self.keep(resized(whole, SENSOR, corner))
-        cut = self.asked("reconstruct none 1 1 1600 2300")
+        cut = self.asked("reconstruct none pair=1 near=1600 far=2300")
         self.assert_the_same_with_the_calibration_given("none")
         shutil.rmtree(os.path.join(self.files, "surface-none-1"))
         self.assertEqual((cut["calibration_from"], cut["calibration_cut"]), ("kept", "yes"))
@@ -268,7 +268,7 @@ class Reconstruct(Surfaces):
         out = os.path.join(self.folder, "given")
         done = subprocess.run(
             [VERGENCE, "reconstruct", os.path.join(self.files, session), "--calibration",
-             os.path.join(self.files, "kept.txt"), "--depth", "1600:2300", "--out", out],
+             os.path.join(self.files, "kept.txt"), "--near", "1600", "--far", "2300", "--out", out],
             capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         name = "disparity.pfm"
@@ -293,7 +293,7 @@ class Reconstruct(Surfaces):
 
     def test_cancelled(self):
         self.session("c")
-        self.first.send("@json,progress reconstruct c 1 3\n")
+        self.first.send("@json,progress reconstruct c pair=1 scale=3\n")
         event = json.loads(self.first.line())
         self.assertEqual(event["event"], "progress")
         # Commands for the instrument do not wait meanwhile.
@@ -315,7 +315,7 @@ class Reconstruct(Surfaces):
         output_text = self.first.ask_json("help reconstruct")["result"]["more"]
         self.assertRegex(output_text, "1 % .*depth_near.*1 % .*depth_far")
         self.session("d")
-        figures = self.asked("reconstruct d 1 0.5 1600 2300")
+        figures = self.asked("reconstruct d pair=1 scale=0.5 near=1600 far=2300")
         with open(os.path.join(self.files, "surface-d-1", "points.pcd"), "rb") as file:
             data = file.read().split(b"DATA binary\n", 1)[1]
         points = numpy.frombuffer(data, numpy.float32).reshape(figures["points"], 5)
@@ -336,17 +336,17 @@ class Reconstruct(Surfaces):
         self.session("m")
         with open(f"/proc/{self.daemon.pid}/statm", encoding="ascii") as file:
             used = int(file.read().split()[0]) * resource.getpagesize()
-        error, text = self.limited(resource.RLIMIT_AS, used + 80_000_000, "reconstruct m 1 3")
+        error, text = self.limited(resource.RLIMIT_AS, used + 80_000_000, "reconstruct m pair=1 scale=3")
         self.assertEqual(error, "MEMORY", text)
         self.assertIn("out of memory", text)
-        self.assertTrue(self.asked("reconstruct m 1 0.5")["points"] > 0)
+        self.assertTrue(self.asked("reconstruct m pair=1 scale=0.5")["points"] > 0)
 
     def test_a_full_disk(self):
         self.session("f")
-        error, text = self.limited(resource.RLIMIT_FSIZE, 100_000, "reconstruct f 1 0.5")
+        error, text = self.limited(resource.RLIMIT_FSIZE, 100_000, "reconstruct f pair=1 scale=0.5")
         self.assertEqual(error, "FULL", text)
         self.assertRegex(text, "^writing .*/surface-f-1/.* failed: File too large; ")
-        self.asked("reconstruct f 1 0.5")
+        self.asked("reconstruct f pair=1 scale=0.5")
 
 
 class SmallStack(Surfaces):
@@ -355,7 +355,7 @@ class SmallStack(Surfaces):
 
     def test_the_work_has_room(self):
         self.session("s")
-        self.assertGreater(self.asked("reconstruct s 1 0.5")["points"], 0)
+        self.assertGreater(self.asked("reconstruct s pair=1 scale=0.5")["points"], 0)
 
 
 class BrokenStore(Surfaces):
@@ -375,20 +375,20 @@ class BrokenStore(Surfaces):
         self.keep(calibration_of(SESSION))
         self.session("none", calibration=False, window="688,568,1")
         self.session("own")
-        self.assertTrue(self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
+        self.assertTrue(self.first.ask_json("reconstruct none pair=1 scale=0.5 near=1600 far=2300")["ok"])
         for failure in self.failures[1:]:
             self.end(self.daemon)
             type(self).failures = (failure, *self.failures[1:])
             self.start()
             self.first = self.client()
             shutil.rmtree(os.path.join(self.files, "surface-none-1"), ignore_errors=True)
-            self.assertEqual(self.refused("reconstruct none 1 0.5 1600 2300"), (
+            self.assertEqual(self.refused("reconstruct none pair=1 scale=0.5 near=1600 far=2300"), (
                 "IO", "none: no calibration in the session, and the saved one cannot be read: "
                 "system error"))
             self.assertEqual("1 0" in failure,
-                             not self.first.ask_json("reconstruct none 1 0.5 1600 2300")["ok"])
+                             not self.first.ask_json("reconstruct none pair=1 scale=0.5 near=1600 far=2300")["ok"])
         # A session with its own calibration needs no other.
-        self.assertTrue(self.first.ask_json("reconstruct own 1 0.5 1600 2300")["ok"])
+        self.assertTrue(self.first.ask_json("reconstruct own pair=1 scale=0.5 near=1600 far=2300")["ok"])
 
 
 if __name__ == "__main__":

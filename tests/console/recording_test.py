@@ -70,7 +70,7 @@ class Recording(DaemonTest):
     def test_registers_stand_beside_each_pair(self):
         """In the index before the pair: registers of the bridge and of both sensors."""
         self.first.ask("wait 4")  # as in begin()
-        for command in (*LEAD, "pan both 2", "exposure left 3000", "gain right 2.5",
+        for command in (*LEAD, "pan 2", "exposure 3000 side=left", "gain 2.5 side=right",
                         "capture regs"):
             self.assertEqual(self.first.ask(command)[-1], "OK", command)
         lines = self.index("regs").splitlines()

@@ -13,7 +13,7 @@ from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED
 from played_pairs import SESSION, PlayedPairs, lines_of, write_index
 
 COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "snapshot", "capture", "wait 0.1",
-            "health", "capture - static"]
+            "health", "capture static=yes"]
 
 
 def calls_of(folder):
@@ -99,10 +99,10 @@ class Replay(PlayedPairs):
         self.assertRegex(done.stdout, ", 1 pair$")
 
     def test_all_commands_are_recorded(self):
-        self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure left\" 2",
+        self.record("noted", ["bringup", "gain", "watch 0.1 \"exposure side=left\" count=2",
                               "bugreport", "exposure 8000", "help", "version", "safe", "bringup"])
         self.assertEqual(self.commands_of("noted"), [
-            "bringup", "gain", "exposure left", "exposure left", "status", "health",
+            "bringup", "gain", "exposure side=left", "exposure side=left", "status", "health",
             "exposure 8000", "safe", "bringup"])  # registers are rejected: two cameras have none
         self.assertTrue(self.played("noted")["ok"])
 
@@ -110,7 +110,7 @@ class Replay(PlayedPairs):
         """The reason of the rejection is not in the recording: a name, another recording, a
         file."""
         self.record("refused", ["bringup"], stop=False)
-        for command in ("capture foo", "record start refused", "pan left 3", "zoom 3",
+        for command in ("capture foo", "record start refused", "pan 3 side=left", "zoom 3",
                         "calibration set nothing", "exposure 1e9", "capture"):
             ok = self.first.ask(command)[-1] == "OK"
             self.assertEqual(ok, command == "capture", command)
@@ -229,10 +229,10 @@ class Replay(PlayedPairs):
         write_index(folder, [line for line in lines if "health" not in line])
         answer = self.played("less")
         self.assertEqual(answer["error"], "VERIFY", answer)
-        write_index(folder, [line for line in lines if "capture%20-" not in line])
+        write_index(folder, [line for line in lines if "capture%20static" not in line])
         self.assertIn("not captured", self.played("less")["message"])
         lines = [line for line in lines if not line.startswith("pair number=2")]
-        write_index(folder, [line for line in lines if "capture%20-" not in line])
+        write_index(folder, [line for line in lines if "capture%20static" not in line])
         self.assertRegex(self.played("less")["message"], "the last \\d+ recorded calls ")
         write_index(folder, [line.replace("health", "dance") for line in lines])
         self.assertIn("cannot replay the command \"dance\"", self.played("less")["message"])

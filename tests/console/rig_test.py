@@ -35,10 +35,10 @@ class RigTest(DaemonTest):
 
 class Rig(RigTest):
     def test_pan(self):
-        angles = self.asked("pan both 3.97 -3.97")
+        angles = self.asked("pan 3.97 right=-3.97")
         self.assertAlmostEqual(angles["left"], 3.97, delta=0.01)
         self.assertAlmostEqual(angles["right"], -3.97, delta=0.01)
-        self.assertEqual(self.asked("pan left 1").keys(), {"left"})
+        self.assertEqual(self.asked("pan 1 side=left").keys(), {"left"})
         status = self.first.ask_json("status")
         self.assertAlmostEqual(status["result"]["left"]["pan"], 1, delta=0.01)
         self.assertEqual(status["units"]["left.pan"], "deg")
@@ -51,7 +51,10 @@ class Rig(RigTest):
             self.assertRegex(self.first.ask(f"pan {angle}")[-1],
                              f"^ERR RANGE pan: ANGLE {angle} .*-30 to 30 deg")
         self.assertIn("rig.pan_max", self.asked("help pan")["ANGLE"]["meaning"])
-        self.assertRegex(self.first.ask("pan left 1 2")[-1], "^ERR ARGUMENT pan: .*ANGLE.*both")
+        for line, words in (("pan 1 side=left right=2", "right requires ANGLE"),
+                            ("pan right=2", "right requires ANGLE"),
+                            ("pan left 1", "unexpected \"left\" .write side=left")):
+            self.assertRegex(self.first.ask(line)[-1], f"^ERR ARGUMENT pan: {words}")
 
     def test_lenses(self):
         for axis in ("zoom", "focus", "iris"):
@@ -66,24 +69,25 @@ class Rig(RigTest):
         self.assertAlmostEqual(self.asked("status")["left"]["zoom"], near["left"]["position"],
                                delta=3)
         self.assertNotIn("note", self.asked("zoom")["left"], "nothing was moved")
-        self.assertRegex(self.first.ask("zoom left 900")[-1],
+        self.assertRegex(self.first.ask("zoom 900 side=left")[-1],
                          "^ERR RANGE zoom: POSITION 900 .*left lens.*300 to 850 counts")
 
     def test_cameras(self):
         self.assertAlmostEqual(self.asked("exposure 5000")["left"], 5000, delta=60)
-        self.assertEqual(self.asked("gain right 2.5"), {"right": 2.5})
+        self.assertEqual(self.asked("gain 2.5 side=right"), {"right": 2.5})
         self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
         self.assertRegex(self.first.ask("window 640")[-1], "^ERR MISSING window: HEIGHT")
         self.assertRegex(self.first.ask("exposure 10000001")[-1],
                          '^ERR RANGE exposure: TIME "10000001" .*from 1 to 10000000 us')
-        self.assertEqual(self.asked("help exposure")["TIME"]["range"], "1 to 10000000")
+        self.assertEqual(self.asked("help exposure")["TIME"]["expected"],
+                         "an integer from 1 to 10000000 us")
         for window, words in (
-                ("5000 5000", "WIDTH 5000 .*SKIP 1: 16 to 2048 px in steps of 2"),
-                ("640 1538", "HEIGHT 1538 .*SKIP 1: 16 to 1536 px in steps of 2"),
-                ("17 33 3", "WIDTH 17 .*SKIP 3: 18 to 2046 px in steps of 6"),
-                ("2046 1530 4", "WIDTH 2046 .*SKIP 4: 16 to 2048 px in steps of 8")):
+                ("5000 5000", "WIDTH 5000 .*skip=1: 16 to 2048 px in steps of 2"),
+                ("640 1538", "HEIGHT 1538 .*skip=1: 16 to 1536 px in steps of 2"),
+                ("17 33 skip=3", "WIDTH 17 .*skip=3: 18 to 2046 px in steps of 6"),
+                ("2046 1530 skip=4", "WIDTH 2046 .*skip=4: 16 to 2048 px in steps of 8")):
             self.assertRegex(self.first.ask(f"window {window}")[-1], f"^ERR RANGE window: {words}")
-        self.assertEqual(self.asked("window 18 36 3"), {"width": 6, "height": 12})
+        self.assertEqual(self.asked("window 18 36 skip=3"), {"width": 6, "height": 12})
         self.assertNotIn("error", self.asked("health"))
         self.asked("safe")
         self.assertRegex(self.first.ask("health")[-1], "^ERR NOT_READY health: .*bringup")
@@ -113,13 +117,13 @@ class Rig(RigTest):
         self.assertLess(self.asked("system")["up"], 3600)
 
     def test_a_cancelled_move_leaves_the_rig_safe_or_ready(self):
-        self.first.send("@progress zoom both 800\n")
+        self.first.send("@progress zoom 800\n")
         self.assertTrue(self.first.line().startswith("... "))  # it moves
         self.first.send("\x03")
         self.assertEqual(self.first.answer()[-1][:13], "ERR CANCELLED")
         self.assertIn(self.asked("status")["state"], ("safe", "ready"))
         self.assertTrue(self.first.ask_json("bringup")["ok"])
-        self.assertAlmostEqual(self.asked("zoom left 400")["left"]["position"], 400, delta=6)
+        self.assertAlmostEqual(self.asked("zoom 400 side=left")["left"]["position"], 400, delta=6)
 
     def test_what_is_refused_after_a_cancelled_bringup(self):
         self.addCleanup(self.asked, "bringup")
@@ -131,7 +135,7 @@ class Rig(RigTest):
             self.assertNotEqual(self.asked("status").get("error"), "")  # a cancellation, not an error
             if self.asked("status")["state"] == "safe":
                 break  # otherwise it had not started yet, or had ended
-        self.assertRegex(self.first.ask("zoom both 500")[-1],
+        self.assertRegex(self.first.ask("zoom 500")[-1],
                          "^ERR NOT_READY zoom: .*safe state.*bringup")
 
     def frames_of(self, session):
@@ -143,7 +147,7 @@ class Rig(RigTest):
         """During a move, with frames of another size than at the bring-up."""
         self.asked("window 128 96")
         self.fault("bus scl")
-        answer = self.first.ask_json("focus both 429")
+        answer = self.first.ask_json("focus 429")
         self.assertEqual(answer["error"], "I2C_STUCK", answer)
         self.assertEqual(self.asked("status")["state"], "safe")
         self.fault("bus ok")
@@ -152,8 +156,8 @@ class Rig(RigTest):
     def test_a_recorded_session_replays_identically(self):
         self.asked("record start r1")
         self.assertEqual(self.first.ask("record start r2")[0][:8], "ERR BUSY")
-        commands = ["bringup", "window 320 240", "exposure 8000", "pan both 3 -3", "capture",
-                    "capture - static"]
+        commands = ["bringup", "window 320 240", "exposure 8000", "pan 3 right=-3", "capture",
+                    "capture static=yes"]
         answers = [self.asked(command) for command in commands]
         self.assertLess(answers[5]["change"], 1)
         self.assertNotEqual(answers[4]["skew"], 0)
@@ -168,7 +172,7 @@ class Rig(RigTest):
                          ("yes", len(commands), 2))
         # The same commands to a daemon that has only the recording.
         script = "".join(f"{command}\n" for command in commands).replace(
-            "capture\n", "capture p1\n").replace("capture - static", "capture p2 static")
+            "capture\n", "capture p1\n").replace("capture static=yes", "capture p2 static=yes")
         done = subprocess.run(
             [VERGENCED, f"backend=replay {os.path.join(self.files, 'r1')}", "socket=none",
              f"files={self.files}", "store=none", "console=stdio", "confine=no"],
@@ -180,7 +184,7 @@ class Rig(RigTest):
 
     def test_capture(self):
         self.asked("window 320 240")
-        answer = self.asked("capture one static")
+        answer = self.asked("capture one static=yes")
         self.assertEqual((answer["session"], answer["left"]["width"]), ("one", 320))
         with open(os.path.join(self.files, "one", "session.index"), encoding="ascii") as file:
             kept = dict(word.split("=") for word in file.read().split() if "_picture=" in word)
@@ -202,7 +206,7 @@ class Rig(RigTest):
         self.assertIn("A-Z a-z 0-9", self.first.ask("capture q\"x")[0])
         self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
         self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
-        other = self.asked("capture static")
+        other = self.asked("capture static=yes")
         self.assertRegex(other["session"], "^capture-[0-9]")
         self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
         last = self.asked("capture")["session"]
@@ -281,10 +285,10 @@ class Log(RigTest):
     def test_the_log_reports_faults(self):
         """Each once: the answer, and the resulting state."""
         for fault, repair, command, name in (
-                ("lens left zoom jam", "lens left zoom free", "zoom left 700", "JAMMED"),
+                ("lens left zoom jam", "lens left zoom free", "zoom 700 side=left", "JAMMED"),
                 ("camera left unplug", "camera left ok", "capture", "TIMEOUT"),
-                ("bus scl", "bus ok", "pan left 2", "I2C_STUCK"),
-                ("serial silent", "serial ok", "zoom left 400", "TIMEOUT")):
+                ("bus scl", "bus ok", "pan 2 side=left", "I2C_STUCK"),
+                ("serial silent", "serial ok", "zoom 400 side=left", "TIMEOUT")):
             self.asked("window 128 96")
             before = len(self.logged())
             self.fault(fault)
@@ -313,7 +317,7 @@ class Log(RigTest):
         self.fault("lens left focus jam")
         before = len(self.logged())
         for i in range(12):
-            self.assertEqual(self.first.ask(f"focus left {500 + 100 * (i % 2)}")[-1][:10],
+            self.assertEqual(self.first.ask(f"focus {500 + 100 * (i % 2)} side=left")[-1][:10],
                              "ERR JAMMED")
         lines = self.logged()[before:]
         self.assertEqual(len(lines), 8, lines)

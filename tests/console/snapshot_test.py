@@ -71,8 +71,8 @@ class OnTheRig(Looking, DaemonTest):
         # 1344 / 3 is the first whole fraction of at most 640.
         self.assert_shows(self.shown(self.asked("snapshot")["file"]), session, 3)
         self.asked("record start looked-at")
-        commands = ("bringup", "window 320 240", "snapshot", "capture", "snapshot full",
-                    "pan left 2", "capture")
+        commands = ("bringup", "window 320 240", "snapshot", "capture", "snapshot full=yes",
+                    "pan 2 side=left", "capture")
         for command in (*commands, "record stop"):
             self.asked(command)
         played = self.asked("replay looked-at")
@@ -96,7 +96,7 @@ class Snapshot(Looking, PlayedPairs):
 
     def test_full_size_is_as_export_makes_it(self):
         """In colour, pixel by pixel."""
-        image = self.shown(self.asked("snapshot full")["file"])
+        image = self.shown(self.asked("snapshot full=yes")["file"])
         out = os.path.join(self.folder, "exported")
         subprocess.run([VERGENCE, "export", SESSION, "--out", out, "--quiet"], check=True,
                        timeout=TIMEOUT_S)
@@ -121,11 +121,11 @@ class Snapshot(Looking, PlayedPairs):
         unlimited = resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE)
         resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, (20000, unlimited[1]))
         try:
-            self.assertRegex(self.first.ask("snapshot full")[-1], "^ERR FULL snapshot-")
+            self.assertRegex(self.first.ask("snapshot full=yes")[-1], "^ERR FULL snapshot-")
         finally:
             resource.prlimit(self.daemon.pid, resource.RLIMIT_FSIZE, unlimited)
         self.assertEqual(os.listdir(self.files), before)
-        self.asked("snapshot full")
+        self.asked("snapshot full=yes")
 
 
 class Fetched(Looking, PlayedPairs):
@@ -162,7 +162,7 @@ class Fetched(Looking, PlayedPairs):
         self.assertEqual(os.listdir(self.here), [name])
 
     def test_json_is_one_object(self):
-        answer = self.object_of("snapshot", "full")
+        answer = self.object_of("snapshot", "full=yes")
         self.assertTrue(answer["ok"])
         self.assertEqual(os.listdir(self.here), [answer["result"]["file"]])
         self.assertEqual(answer["result"]["size"],

@@ -50,7 +50,7 @@ class Trigger(DeviceTest):
                                                       "trigger line"), "works"))
         self.asked("selftest")
         # The left one again, to check that the scene does not move.
-        self.assertEqual(self.asked("capture - static")["change"], 0)
+        self.assertEqual(self.asked("capture static=yes")["change"], 0)
         # A snapshot compares nothing, and pulses for each camera.
         before = len(self.levels())
         self.asked("snapshot")
@@ -129,7 +129,7 @@ class Trigger(DeviceTest):
     def test_what_was_recorded_plays_again(self):
         self.serve(self.triggered(), *SETTINGS)
         self.asked("record start r1")
-        for command in ("bringup", "capture", "capture - static"):
+        for command in ("bringup", "capture", "capture static=yes"):
             self.asked(command)
         self.assertEqual(self.asked("record stop")["pairs"], 2)
         with open(os.path.join(self.files, "r1", "calls.log"), "rb") as file:

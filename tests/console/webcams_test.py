@@ -147,12 +147,12 @@ class Webcams(unittest.TestCase):
         self.run_one("cp calibrated/rig.calibration files/rig.txt")
         swapped = ("MISMATCH", "swapped", *cameras)
         self.refused(f"{ask} calibration set rig.txt", *swapped)
-        self.run_one(f"{ask} calibration set rig.txt accept-mismatch")
+        self.run_one(f"{ask} calibration set rig.txt accept-mismatch=yes")
         self.refused(f"{ask} capture again", *swapped)
         self.refused(f"{ask} status", *swapped)
         self.refused(f"{ask} reconstruct exchanged", *swapped)
         self.refused("vergence reconstruct files/exchanged --calibration calibrated/rig.calibration "
-                     "--depth 300:1500 --out exchanged", *swapped[1:])
+                     "--near 300 --far 1500 --out exchanged", *swapped[1:])
 
     def test_six_commands_from_two_webcams_to_a_surface(self):
         lines = commands()

@@ -151,7 +151,7 @@ class Compare(unittest.TestCase):
         render(cls.folder, "cylinder", "--window", "640,500,800,500")
         cls.result = cls.folder / "out"
         done = run(VERGENCE, "reconstruct", cls.folder / "left.pgm", cls.folder / "right.pgm",
-                   "--bayer", "grbg", "--calibration", cls.folder, "--depth", "1600:2400", "--out",
+                   "--bayer", "grbg", "--calibration", cls.folder, "--near", "1600", "--far", "2400", "--out",
                    cls.result, "--quiet")
         assert done.returncode == 0, done.stderr
 

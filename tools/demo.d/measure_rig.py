@@ -24,15 +24,15 @@ import time
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 TIMEOUT_S = 600
 # Both cameras look at and focus on the middle of the scene, 1.8 m away.
-AIM = ("bringup", "pan both 3.570 -3.272", "focus both 538")
+AIM = ("bringup", "pan 3.570 right=-3.272", "focus 538")
 # Scene, settings, scale of the reconstruction: if the texture is fainter than the noise of a pixel, a
 # smaller picture has less noise.
 PAIRS = {
-    "cylinder_1x": ("cylinder", ("zoom both 300", "iris both 800", "exposure both 9000"), 1),
-    "cylinder_3x": ("cylinder", ("zoom both 422", "iris both 500", "exposure both 160000"), 0.5),
-    "mug_1x": ("mug", ("zoom both 300", "iris both 800", "exposure both 10000"), 0.7),
+    "cylinder_1x": ("cylinder", ("zoom 300", "iris 800", "exposure 9000"), 1),
+    "cylinder_3x": ("cylinder", ("zoom 422", "iris 500", "exposure 160000"), 0.5),
+    "mug_1x": ("mug", ("zoom 300", "iris 800", "exposure 10000"), 0.7),
 }
-DEPTH_MM = "1600:2600"
+NEAR_MM, FAR_MM = "1600", "2600"
 
 
 # Rigs and daemons to terminate when interrupted.
@@ -111,8 +111,8 @@ def measure(vergence, out, name, work):
     run([vergence, "info", truth, "--convert", truth / "true.calibration"])
     shutil.rmtree(out, ignore_errors=True)
     print(f"   {name}: reconstructing", flush=True)
-    run([vergence, "reconstruct", session, "--calibration", truth / "true.calibration", "--depth",
-         DEPTH_MM, "--scale", scale, "--out", out, "--quiet"])
+    run([vergence, "reconstruct", session, "--calibration", truth / "true.calibration", "--near",
+         NEAR_MM, "--far", FAR_MM, "--scale", scale, "--out", out, "--quiet"])
     table = run([TOOLS / "simrig/compare", out, truth, "--object", scene, "--json", "--out",
                  out / "accuracy"])
     (out / "accuracy.json").write_text(table, encoding="utf-8")

@@ -19,13 +19,13 @@ struct arguments {
     bool quiet;
 };
 
-static const struct option options[] = {
+static const struct command_argument options[] = {
     {.name = "json",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, json),
      .help = "Print the result as JSON."},
     {.name = "quiet",
-     .kind = OPTION_FLAG,
+     .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, quiet),
      .help = "Print no progress, and nothing if everything matches."},
 };

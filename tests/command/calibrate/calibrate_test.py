@@ -143,7 +143,7 @@ class Output(Fixture):
         result = self.folder / "result"
         done = subprocess.run(
             [VERGENCE, "reconstruct", self.pictures / "left01.png", self.pictures / "right01.png",
-             "--calibration", self.out, "--depth", "350:800", "--out", result],
+             "--calibration", self.out, "--near", "350", "--far", "800", "--out", result],
             capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         depth = cv2.imread(str(result / "depth.png"), cv2.IMREAD_UNCHANGED)

@@ -52,7 +52,7 @@ class Completion(unittest.TestCase):
         options = re.findall(r"^    (--\S+)", page, re.M)
         self.assertEqual(sorted(self.offered("vergence reconstruct -")), sorted(options))
         self.assertEqual(self.offered("vergence reconstruct a b --pres"), ["--preset"])
-        choices = re.search(r"--preset.*?\(one of: (.*?)\)", page, re.S)[1].split()
+        choices = re.split(", | or ", re.search(r"--preset.*?\n +\(([a-z, ]*)\)\n", page, re.S)[1])
         self.assertEqual(self.offered("vergence reconstruct a b --preset "), choices)
         self.assertEqual(self.offered("vergence reconstruct --preset f"), ["fast"])
         # Bash completes only what follows the =.
@@ -100,8 +100,10 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.offered(begin + "bri"), ["bringup"])
         self.assertEqual(self.offered(begin + "--js"), ["--json"])
         for line in (begin + "pan ", begin + "--json pan ", "vergence --connect pan "):
-            self.assertEqual(self.offered(line), ["left", "right", "both"])
-        self.assertEqual(self.offered(begin + "pan left -"), [])
+            self.assertEqual(self.offered(line), ["side=", "right="])
+        self.assertEqual(self.offered(begin + "pan 3 side=l"), ["left"])
+        self.assertEqual(self.offered(begin + "calibration s"), ["show", "set"])
+        self.assertEqual(self.offered(begin + "pan -"), [])
 
     def test_a_user_presses_tab(self):
         pid, fd = pty.fork()

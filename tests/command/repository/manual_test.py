@@ -54,7 +54,7 @@ class Manuals(unittest.TestCase):
         for key, value in lines:
             self.assertIn(f" {key} {value} ", text)
         text = shown("vergence-console.7")
-        for usage in ("capture [NAME]", "pan [SIDE]", "fetch NAME", "replay SESSION"):
+        for usage in ("capture [NAME]", "pan [ANGLE]", "fetch NAME", "replay SESSION"):
             self.assertIn(usage, text)
 
     def test_they_are_well_formed(self):

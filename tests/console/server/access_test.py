@@ -74,17 +74,17 @@ class Port(WithPort):
     def test_a_web_page_moves_nothing(self):
         client = self.client()
         self.assertEqual(client.ask("bringup")[-1], "OK")
-        self.assertEqual(client.ask("pan left 1")[-1], "OK")
+        self.assertEqual(client.ask("pan 1 side=left")[-1], "OK")
         page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=TIMEOUT_S)
         self.addCleanup(page.close)
-        answered = post(page, "pan left 5\n")
+        answered = post(page, "pan 5 side=left\n")
         # What was sent with it has been read or never will be, as later requests are handled later.
         self.assertAlmostEqual(self.pan(), 1, delta=0.1)
         self.assertFalse(answered)
         # A proxy may forward the page to the Unix socket, with a path of any length.
         for path in ("/", "/" + 600 * "x"):
             client = self.client()
-            client.send(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\npan left 5\n")
+            client.send(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\npan 5 side=left\n")
             with self.assertRaises((AssertionError, ConnectionError)):
                 client.answer()
         self.assertAlmostEqual(self.pan(), 1, delta=0.1)

@@ -96,7 +96,7 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.line()[:10], "ERR SYNTAX")
 
     def test_watch(self):
-        lines = self.first.ask("watch 0.1 version 3")
+        lines = self.first.ask("watch 0.1 version count=3")
         self.assertEqual((sum(line.startswith("build") for line in lines), lines[-1]), (3, "OK"))
         self.first.send("@json watch 0.1 version\n")
         self.assertEqual(json.loads(self.first.line())["event"], "watch")
@@ -325,16 +325,16 @@ class Clients(DaemonTest):
         self.addCleanup(os.remove, os.path.join(self.files, "link"))
         self.assertEqual(self.first.ask_json('fetch "a b.txt"')["result"],
                          {"size": 5, "crc": f"{zlib.crc32(b'hello'):08X}"})
-        self.assertEqual(self.first.ask_json('fetch "a b.txt" 1 3')["result"]["data"], "ZWxs")
-        self.assertEqual(self.first.ask_json('fetch "a b.txt" 9')["result"]["bytes"], 0)
+        self.assertEqual(self.first.ask_json('fetch "a b.txt" offset=1 bytes=3')["result"]["data"], "ZWxs")
+        self.assertEqual(self.first.ask_json('fetch "a b.txt" offset=9')["result"]["bytes"], 0)
         for name in ("link", "../rig.sock", "/etc/passwd", "..", ".", "a/../../x", ".hidden", "no"):
             self.assertFalse(self.first.ask_json(f"fetch {name}")["ok"], name)
         self.assertIn("  - file a b.txt, size 5 bytes", self.first.ask("files"))
         self.assertEqual(self.first.ask_json("files")["units"], {"files[].size": "bytes"})
-        self.assertEqual(self.first.ask_json("help fetch")["result"]["OFFSET"]["range"],
-                         "0 to 1000000000000000")
-        self.assertRegex(self.first.ask('fetch "a b.txt" -1')[-1],
-                         '^ERR RANGE fetch: OFFSET "-1" .*from 0 to 1000000000000000 bytes')
+        self.assertEqual(self.first.ask_json("help fetch")["result"]["offset"]["expected"],
+                         "an integer from 0 to 1000000000000000 bytes")
+        self.assertRegex(self.first.ask('fetch "a b.txt" offset=-1')[-1],
+                         '^ERR RANGE fetch: offset "-1" .*from 0 to 1000000000000000 bytes')
 
     def test_calibration(self):
         self.assertEqual(self.first.ask("calibration")[0][:11], "ERR MISSING")

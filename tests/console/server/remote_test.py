@@ -39,14 +39,14 @@ class Remote(DaemonTest):
     def test_one_command(self):
         done = self.vergence("wait", "0.5")
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "OK\n", ""))
-        done = self.vergence("pan", "left", "-3")
+        done = self.vergence("pan", "-3", "--side", "left")
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertTrue(done.stderr.startswith("ERR NOT_READY pan: "), done.stderr)
         done = self.vergence("--json", "status")
         self.assertEqual((done.returncode, json.loads(done.stdout)["ok"]), (0, True))
         done = self.vergence("--json", "fly")
         self.assertEqual((done.returncode, json.loads(done.stdout)["error"]), (1, "ARGUMENT"))
-        done = self.vergence("watch", "0.1", "log 1", "2")
+        done = self.vergence("watch", "0.1", "log 1", "--count", "2")
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_a_script(self):
@@ -311,8 +311,8 @@ class Remote(DaemonTest):
         screen = terminal_user.screen
         terminal_user.type("vers\t\r")
         terminal_user.until(lambda: terminal_user.at_prompt() and "OK" in screen.lines)
-        terminal_user.type("zoom both 3\x01\x1b[C\x1b[C\x1b[C\x1b[C r\t")
-        terminal_user.until(lambda: screen.lines[-1].rstrip() == "vergence> zoom right  both 3")
+        terminal_user.type("zoom 3\x01\x1b[C\x1b[C\x1b[C\x1b[C side=r\t")
+        terminal_user.until(lambda: screen.lines[-1].rstrip() == "vergence> zoom side=right  3")
         terminal_user.type("\x03fetch sess\tfr\t")
         terminal_user.until(lambda: screen.lines[-1].rstrip() == "vergence> fetch session/frame.bin")
         terminal_user.type("\x03wait 100000\r")

@@ -26,8 +26,8 @@ def crc_of(data):
 
 def block_of(name, content, offset, data):
     """The line that sends this block."""
-    return (f"send {name} {len(content)} {crc_of(content)} {offset} {crc_of(data)} "
-            f"{base64.b64encode(data).decode()}")
+    return (f"send {name} {len(content)} {crc_of(content)} offset={offset} "
+            f"block-crc={crc_of(data)} data={base64.b64encode(data).decode()}")
 
 
 class Send(DaemonTest):
@@ -119,10 +119,10 @@ class Send(DaemonTest):
         for _ in range(2):
             self.assertEqual(report(450, data[450:])["result"], {"have": 600, "whole": "yes"})
         self.assertEqual(self.there("b"), data)
-        self.assertEqual(client.ask(f"send b 600 {crc_of(data)} 0")[0][:11], "ERR MISSING")
+        self.assertEqual(client.ask(f"send b 600 {crc_of(data)} offset=0")[0][:11], "ERR MISSING")
         self.assertEqual(client.ask("send b 600 0123456x")[0][:10], "ERR SYNTAX")
         self.assertEqual(client.ask_json(
-            f"send b 600 {crc_of(data)} 0 {crc_of(data)} A===")["error"], "CRC")
+            f"send b 600 {crc_of(data)} offset=0 block-crc={crc_of(data)} data=A===")["error"], "CRC")
 
     def test_a_kill_in_the_middle(self):
         data, path = self.content(4000)
@@ -217,7 +217,7 @@ class Send(DaemonTest):
         answer, = self.client().ask("calibration set metres.txt")
         self.assertEqual(answer[:12], "ERR BASELINE")
         self.assertIn("possibly in metres", answer)
-        self.assertTrue(self.client().ask_json("calibration set metres.txt mm")["ok"])
+        self.assertTrue(self.client().ask_json("calibration set metres.txt unit=mm")["ok"])
         self.assertTrue(self.client().ask_json("calibration set rig.txt")["ok"])
         with open(os.path.join(self.files, "bad.txt"), "w", encoding="ascii") as file:
             file.write("vergence-calibration 1\nid x\n")

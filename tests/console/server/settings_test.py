@@ -59,9 +59,9 @@ class Rig(Kept, DaemonTest):
         self.assertIn('"settings save"', self.refused(first, "settings", "MISSING"))
         self.assertIn("bringup", self.refused(first, "settings save", "NOT_READY"))
         default_value = self.ok(first, "bringup", "status")
-        kept = self.ok(first, "window 640 480 2", "exposure left 7000", "exposure right 9000",
-                       "gain left 2.5", "gain right 4", "pan both 3.97 -3.5", "zoom both 420",
-                       "focus left 500", "focus right 505", "settings save")
+        kept = self.ok(first, "window 640 480 skip=2", "exposure 7000 side=left", "exposure 9000 side=right",
+                       "gain 2.5 side=left", "gain 4 side=right", "pan 3.97 right=-3.5", "zoom 420",
+                       "focus 500 side=left", "focus 505 side=right", "settings save")
         self.assertEqual(kept["profile"], "rig")
         self.assertEqual(kept["window"], {"width": 640, "height": 480, "skip": 2})
         self.assertEqual((kept["left"]["zoom"], kept["right"]["focus"]), (420, 505))
@@ -90,17 +90,17 @@ class Rig(Kept, DaemonTest):
                     for line in lines_of(os.path.join(self.files, "restored"))
                     if line.startswith("command ")]
         self.assertEqual(commands, [
-            "bringup", "window 640 480 2", commands[2], commands[3], "gain left 2.500",
-            "gain right 4.000", commands[6], "zoom both 420", "focus left 500", "focus right 505",
+            "bringup", "window 640 480 skip=2", commands[2], commands[3], "gain 2.500 side=left",
+            "gain 4.000 side=right", commands[6], "zoom 420", "focus 500 side=left", "focus 505 side=right",
             "capture"])
-        self.assertEqual([commands[i].rsplit(" ", 1)[0] for i in (2, 3)],
-                         ["exposure left", "exposure right"])
-        self.assertRegex(commands[6], r"^pan both 3\.9\d{5} -3\.[45]\d{5}$")
+        self.assertEqual([commands[i].split()[::2] for i in (2, 3)],
+                         [["exposure", "side=left"], ["exposure", "side=right"]])
+        self.assertRegex(commands[6], r"^pan 3\.9\d{5} right=-3\.[45]\d{5}$")
         self.ok(client, "settings forget", "replay restored")
         self.assertIn("none saved", self.refused(client, "settings forget", "MISSING"))
 
         # Out of range, and of another profile: none of it is set.
-        self.ok(client, "pan both 29", "settings save")
+        self.ok(client, "pan 29", "settings save")
         self.again("rig.pan_max=17.188734deg")
         client = self.client()
         self.ok(client, "bringup", "exposure 5000")
@@ -108,7 +108,7 @@ class Rig(Kept, DaemonTest):
         self.assertRegex(self.refused(client, "settings restore", "RANGE"), r"left pan (29|28\.\d+) deg")
         self.assertEqual(self.status(client), before)
         # At a limit without a finite decimal value in degrees.
-        self.ok(client, "pan both 17.188734", "settings save", "pan both 0", "settings restore")
+        self.ok(client, "pan 17.188734", "settings save", "pan 0", "settings restore")
         self.assertAlmostEqual(self.ok(client, "pan")["left"], 17.189, delta=0.01)
         self.again("rig.pan_max=30deg", "rig.name=other")
         client = self.client()
@@ -152,7 +152,7 @@ class Cameras(CameraTest):
 
     def test_what_a_record_is(self):
         client = self.begin()
-        kept = self.ok(client, "bringup", "exposure left 7000", "gain left 1.5", "settings save")
+        kept = self.ok(client, "bringup", "exposure 7000 side=left", "gain 1.5 side=left", "settings save")
         self.assertEqual(kept, {"profile": "two-cameras",
                                 "window": {"width": 640, "height": 480, "skip": 1},
                                 "left": {"exposure": 7000, "gain": 1.5}, "right": {}})
@@ -169,7 +169,7 @@ class Cameras(CameraTest):
     def test_restored_by_bringup(self):
         client = self.begin("restore=yes")
         self.assertEqual(self.ok(client, "bringup")["settings"], "none saved")
-        self.ok(client, "exposure left 7000", "exposure right 8000", "gain right 2",
+        self.ok(client, "exposure 7000 side=left", "exposure 8000 side=right", "gain 2 side=right",
                 "settings save", "exposure 3000")
         client = self.begin()
         self.assertNotIn("settings", self.ok(client, "bringup"))
@@ -181,7 +181,7 @@ class Cameras(CameraTest):
                          ({"exposure": 7000}, {"exposure": 8000, "gain": 2}))
         # Restored settings are recorded as separate commands, and replay without the store.
         self.ok(client, "record start brought", "bringup", "capture", "record stop")
-        commands = ["bringup", "exposure left 7000", "exposure right 8000", "gain right 2.000",
+        commands = ["bringup", "exposure 7000 side=left", "exposure 8000 side=right", "gain 2.000 side=right",
                     "capture"]
         self.assertEqual(self.commands_of("brought"), commands)
         self.ok(client, "replay brought")
@@ -211,7 +211,7 @@ class Cameras(CameraTest):
         self.serve(self.cameras() + "fail 1 0 ENODEV video1 ioctl S_CTRL\n",
                    f"profile={self.profile}", f"store={self.store}", "restore=yes")
         message = self.refused(self.first, "bringup", "DEVICE")
-        self.assertIn('settings: "exposure right 7000" failed: right camera', message)
+        self.assertIn('settings: "exposure 7000 side=right" failed: right camera', message)
         self.assertEqual(self.ok(self.first, "status")["state"], "safe")
 
     def test_damaged(self):
@@ -291,9 +291,9 @@ class OneLens(CameraTest):
 
     def test_axes_move_again_and_can_be_broken_off(self):
         client = self.begin()
-        kept = self.ok(client, "bringup", "focus left 100", "zoom left 80", "settings save")
+        kept = self.ok(client, "bringup", "focus 100 side=left", "zoom 80 side=left", "settings save")
         self.assertEqual((kept["left"], kept["right"]), ({"zoom": 80, "focus": 100}, {}))
-        self.ok(client, "focus left 60", "zoom left 50")
+        self.ok(client, "focus 60 side=left", "zoom 50 side=left")
         client = self.begin("restore=yes")
         self.assertEqual(self.ok(client, "bringup")["settings"], "restored")
         self.assertAlmostEqual(self.ok(client, "zoom")["left"]["position"], 50, delta=2)  # unchanged

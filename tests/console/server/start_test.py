@@ -29,7 +29,7 @@ class Unconfined(DaemonTest):
         with self.client() as client:
             for command in ("bringup", "health", "pan 1", "log", "help", "version", "config",
                             "bugreport", "files", "record start r", "bringup", "record stop",
-                            "window 64 64", "capture", "watch 0.1 version 2", "safe", "fly"):
+                            "window 64 64", "capture", "watch 0.1 version count=2", "safe", "fly"):
                 client.ask(command)
             client.begin("wait 100000")
         self.end(self.daemon)

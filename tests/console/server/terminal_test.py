@@ -34,7 +34,7 @@ class Console(DaemonTest):
         self.assertEqual((shown[0], shown[-1]), ("state: down", "OK"))
         shown = self.terminal.run("stauts")
         self.assertEqual(shown,
-                         ['ERR ARGUMENT unknown command "stauts"; did you mean "status"?'])
+                         ['ERR ARGUMENT unknown command "stauts" (did you mean "status"?)'])
         self.assertEqual(self.terminal.run("   "), [])
 
     def test_editing_keys(self):
@@ -69,9 +69,9 @@ class Console(DaemonTest):
 
     def test_completion(self):
         self.typed("stat\t", "status")
-        self.typed("\x15zoom l\t", "zoom left")
+        self.typed("\x15zoom si\tl\t", "zoom side=left")
         self.typed("\x15calibration \tsh\t", "calibration show")
-        self.assertIn("show set forget", [line.strip() for line in self.terminal.screen.lines])
+        self.assertIn("show set forget accept-mismatch= unit=", [line.strip() for line in self.terminal.screen.lines])
         self.typed("\x15help ver\t", "help version")
         self.typed("\x15registers left chip_v\t", "registers left chip_version")
         self.typed("\x15config rig.wid\t", "config rig.width")
@@ -92,7 +92,7 @@ class Console(DaemonTest):
         self.typed("\x15files onl\t", "files only")
         self.typed("\x15replay o\t", "replay one")
         self.typed("\x15reconstruct o\t0", "reconstruct one 0")
-        self.typed("\x15fetch o\t", "fetch on")
+        self.typed("\x15fetch on\t", "fetch on")
         self.terminal.send("\t")
         self.terminal.wait(lambda t: any(sorted(line.split()) == ["one/", "only/"]
                                          for line in t.screen.lines))

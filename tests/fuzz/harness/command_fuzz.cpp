@@ -21,7 +21,7 @@ struct Call {
 void parse(const std::string &line, Call *call) {
     size_t count = 0;
     const command *table = command_rig_table(&count);
-    char message[160];
+    char message[512];
     std::memset(message, 'x', sizeof message);
     call->error = command_parse(line.c_str(), table, count, call->storage.data(), call->values,
                                 &call->found, message, sizeof message);
@@ -56,14 +56,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     for (unsigned i = 0; i < first.found->argument_count; i++) {
         const command_argument &argument = first.found->arguments[i];
         const command_value &value = first.values[i];
-        FUZZ_CHECK(value.given || argument.optional);
+        const bool option = command_argument_is_option(&argument);
+        FUZZ_CHECK(value.given || argument.optional || option);
         if (!value.given) {
             continue;
         }
         if (argument.kind == COMMAND_NUMBER || argument.kind == COMMAND_INTEGER) {
             FUZZ_CHECK(value.number >= argument.min && value.number <= argument.max);
         }
-        again += " " + quoted(value.text);
+        again += option ? std::string(" ") + argument.name + "=" : " ";
+        again += quoted(value.text);
     }
     if (again.size() > COMMAND_LINE_MAX) {
         return 0;

@@ -100,7 +100,7 @@ TEST_CASE("a moved axis is rejected by name, with both values and a remedy") {
                     pair.frame[RIG_LEFT].before.pan_q4 += degree_q4;
                     pair.frame[RIG_LEFT].after.pan_q4 += degree_q4;
                 }),
-                {"left pan", "4.5", "3.5", "deg", "pan left", "--accept-mismatch"});
+                {"left pan", "4.5", "3.5", "deg", "side=left", "--accept-mismatch"});
     const char *const names[] = {"zoom", "focus", "iris"};
     for (int axis = 0; axis < LENS_AXES; axis++) {
         const std::string text = changed([&](struct pair &pair) {
@@ -167,7 +167,7 @@ TEST_CASE("values that one side does not know are not compared, which is reporte
     const calibration_match_state unsent = state_of(pair);
     CHECK(unsent.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(calibration_match_is_partial(&value, &unsent.origin));
-    check_names(rejection_of(value, unsent), {"left pan", "not set", "pan left 3.568"});
+    check_names(rejection_of(value, unsent), {"left pan", "not set", "pan 3.568 side=left"});
     calibration_match_state elsewhere = unsent;  // of an instrument with unknown servos
     elsewhere.instrument.servo_q4_per_rad[0] = 0;
     CHECK(rejection_of(value, elsewhere, ERROR_OK).empty());

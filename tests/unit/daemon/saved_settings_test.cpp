@@ -67,8 +67,9 @@ TEST_CASE("what is in force, as text and back") {
           "pan = 3.9686 deg\n[right]\ngain = 2.5 x\niris = 400 counts\n");
     REQUIRE(parse(text, read) == ERROR_OK);
     CHECK(printed(read) == text);
-    CHECK(commands(read, up) == std::vector<std::string>{"exposure left 7001", "gain right 2.500",
-                                                         "pan left 3.968592", "iris right 400"});
+    CHECK(commands(read, up) ==
+          std::vector<std::string>{"exposure 7001 side=left", "gain 2.500 side=right",
+                                   "pan 3.968592 side=left", "iris 400 side=right"});
     // The same in older versions.
     REQUIRE(parse("vergence settings 2\nprofile rig\nwindow 1024 768 2\nleft_exposure 7001 us\n"
                   "left_pan 3.9686 deg\nright_gain 2.5 x\nright_iris 400 counts\n",
@@ -193,20 +194,20 @@ TEST_CASE("the commands are those of the table, and mean the same numbers again"
             const command *found = nullptr;
             REQUIRE(command_parse(line.c_str(), table, count, storage, values, &found, said,
                                   sizeof said) == ERROR_OK);
-            const unsigned side = values[0].choice == 1 ? RIG_RIGHT : RIG_LEFT;
+            const unsigned side = values[1].choice == 1 ? RIG_RIGHT : RIG_LEFT;
             const std::string name = found->name;
             const auto &kept_of = saved.values[side];
             if (name == "gain") {
-                CHECK(values[1].number * 8 == kept_of[SAVED_GAIN_Q3]);
+                CHECK(values[0].number * 8 == kept_of[SAVED_GAIN_Q3]);
             } else if (name == "exposure") {
-                CHECK(values[1].integer == kept_of[SAVED_EXPOSURE_US]);
+                CHECK(values[0].integer == kept_of[SAVED_EXPOSURE_US]);
             } else if (name == "pan") {
                 for (unsigned i = 0; i < RIG_SIDES; i++) {
-                    const double urad = values[1 + i].number * 1e6 * 3.14159265358979323846 / 180;
+                    const double urad = values[2 * i].number * 1e6 * 3.14159265358979323846 / 180;
                     CHECK(std::abs(urad - saved.values[i][SAVED_PAN_URAD]) < 0.1);
                 }
             } else if (name == "zoom") {
-                CHECK(values[1].integer == kept_of[SAVED_ZOOM]);
+                CHECK(values[0].integer == kept_of[SAVED_ZOOM]);
             }
         }
     }

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <initializer_list>
 #include <iterator>
@@ -14,6 +16,7 @@
 #include "console/command_text.h"
 #include "console/command_words.h"
 #include "core/error.h"
+#include "core/suggest.h"
 #include "synthetic/seed.hpp"
 
 namespace {
@@ -23,28 +26,42 @@ int run_nothing(const command_call *) {
 }
 
 const command_argument move_arguments[] = {
-    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", false, "which", nullptr},
-    {"ANGLE", COMMAND_NUMBER, "deg", -30.5, 30, nullptr, false, "where to", nullptr},
-    {"COUNT", COMMAND_INTEGER, nullptr, 0, 255, nullptr, true, "how often", nullptr},
-    {"NOTE", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "a word", nullptr},
+    {"SIDE", COMMAND_CHOICE, 0, nullptr, "which", 0, 0, 0, 0, "left right both", nullptr, false,
+     nullptr},
+    {"ANGLE", COMMAND_NUMBER, 0, nullptr, "where to", -30.5, 30, 0, 0, nullptr, "deg", false,
+     nullptr},
+    {"COUNT", COMMAND_INTEGER, 0, nullptr, "how often", 0, 255, 0, 0, nullptr, nullptr, true,
+     nullptr},
+    {"NOTE", COMMAND_TEXT, 0, nullptr, "a word", 1, 8, 0, 0, nullptr, nullptr, true, nullptr},
+};
+
+struct Stored {
+    int side = -1;
+    bool still = false;
+    int size[2] = {0, 0};
+    double far = 0;
+    const char *note = nullptr;
 };
 
 const command_argument expose_arguments[] = {
-    {"SIDE", COMMAND_CHOICE, nullptr, 0, 0, "left right both", true, "which", nullptr},
-    {"TIME", COMMAND_INTEGER, "us", 1, 1000, nullptr, true, "how long", nullptr},
-};
-
-const command_argument save_arguments[] = {
-    {"NAME", COMMAND_TEXT, nullptr, 1, 8, nullptr, true, "as what", nullptr},
-    {"CHECK", COMMAND_CHOICE, nullptr, 0, 0, "still twice", true, "how", nullptr},
+    {"TIME", COMMAND_INTEGER, 0, nullptr, "how long", 1, 1000, 0, 0, nullptr, "us", true, nullptr},
+    {"side", COMMAND_CHOICE, offsetof(Stored, side), nullptr, "which", 0, 0, 0, 0,
+     "left right both", nullptr, false, nullptr},
+    {"still", COMMAND_FLAG, offsetof(Stored, still), nullptr, "wait", 0, 0, 0, 0, nullptr, nullptr,
+     false, nullptr},
+    {"size", COMMAND_INTEGER, offsetof(Stored, size), "WxH", "of the window", 1, 100, 2, 'x',
+     nullptr, nullptr, false, nullptr},
+    {"far", COMMAND_NUMBER, offsetof(Stored, far), "MM", "limit", 0.5, INFINITY, 0, 0, nullptr,
+     "mm", false, nullptr},
+    {"note", COMMAND_TEXT, offsetof(Stored, note), "TEXT", "any", 0, 0, 0, 0, nullptr, nullptr,
+     false, nullptr},
 };
 
 const command table[] = {
     {"status", "says", "", nullptr, 0, 0, run_nothing},
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
-    {"expose", "sets", "", expose_arguments, 2, 0, run_nothing},
-    {"keep", "keeps", "", save_arguments, 2, 0, run_nothing},
+    {"expose", "sets", "", expose_arguments, 6, 0, run_nothing},
 };
 
 struct Parsed {
@@ -97,34 +114,60 @@ TEST_CASE("a line becomes a command and its values") {
     CHECK_FALSE(shorter.values[3].given);
 }
 
-TEST_CASE("an optional choice may be left out in front of a number") {
-    const Parsed all = parse("expose 500");
-    REQUIRE(all.error == 0);
-    CHECK_FALSE(all.values[0].given);
-    CHECK(all.values[1].integer == 500);
-    const Parsed one = parse("expose right 500");
-    REQUIRE(one.error == 0);
-    CHECK(one.values[0].choice == 1);
-    CHECK(one.values[1].integer == 500);
-    refused("expose 5000", ERROR_RANGE, {"expose: TIME \"5000\"", "too large", "1 to 1000 us"});
-    refused("expose 500 left", ERROR_ARGUMENT, {"\"left\"", "expose [SIDE] [TIME]"});
-    refused("expose x", ERROR_ARGUMENT, {"unknown SIDE \"x\"", "left, right or both"});
+TEST_CASE("options are given by name, in any order and in both spellings") {
+    for (const char *line :
+         {"expose 500 side=right still=yes size=3x4 far=inf note=\"a b\"",
+          "expose note=\"a b\" far=inf side=left size=3x4 500 still=no still=yes side=right",
+          "expose --side right --still --size=3x4 500 --far inf --note \"a b\""}) {
+        const Parsed parsed = parse(line);
+        CAPTURE(line);
+        CAPTURE(parsed.message);
+        REQUIRE(parsed.error == 0);
+        CHECK(parsed.values[0].integer == 500);
+        Stored stored;
+        command_store(expose_arguments, 6, parsed.values.data(), &stored);
+        CHECK(stored.side == 1);
+        CHECK(stored.still);
+        CHECK(stored.size[0] == 3);
+        CHECK(stored.size[1] == 4);
+        CHECK(std::isinf(stored.far));
+        CHECK(std::string(stored.note) == "a b");
+    }
+    const Parsed none = parse("expose");
+    REQUIRE(none.error == 0);
+    Stored stored;
+    command_store(expose_arguments, 6, none.values.data(), &stored);
+    CHECK(stored.side == -1);
+    CHECK(stored.note == nullptr);
 }
 
-TEST_CASE("an optional text may be left out in front of a choice that ends the line") {
-    const Parsed one = parse("keep twice");
-    REQUIRE(one.error == 0);
-    CHECK_FALSE(one.values[0].given);
-    CHECK(one.values[1].choice == 1);
-    const Parsed both = parse("keep still still");
-    REQUIRE(both.error == 0);
-    CHECK(std::string(both.values[0].text) == "still");
-    CHECK(both.values[1].choice == 0);
-    const Parsed named = parse("keep stilly");
-    REQUIRE(named.error == 0);
-    CHECK(std::string(named.values[0].text) == "stilly");
-    CHECK_FALSE(named.values[1].given);
-    refused("keep still x", ERROR_ARGUMENT, {"unknown CHECK \"x\"", "still or twice"});
+TEST_CASE("wrong options") {
+    refused("expose sied=left", ERROR_ARGUMENT,
+            {"unknown option \"sied=left\"", "(did you mean \"side\"?)"});
+    refused("expose --shutter 5", ERROR_ARGUMENT, {"unknown option \"--shutter\""});
+    refused("status a=b", ERROR_ARGUMENT, {"unknown option"});
+    refused("expose side=lift", ERROR_ARGUMENT,
+            {"unknown side \"lift\"", "(did you mean \"left\"?)", "left, right or both"});
+    refused("expose still=maybe", ERROR_ARGUMENT, {"unknown still", "no or yes"});
+    refused("expose --side", ERROR_MISSING, {"side requires a value", "left, right or both"});
+    for (const char *size : {"3", "3x", "3x4x5", "x4", "3,4", "3x4x", "1.5x4"}) {
+        refused(std::string("expose size=") + size, ERROR_SYNTAX, {"size", "WxH"});
+    }
+    refused("expose size=3x101", ERROR_RANGE, {"too large", "from 1 to 100"});
+    refused("expose far=0.1", ERROR_RANGE, {"too small", "at least 0.5", "inf mm"});
+    refused("expose note=", ERROR_RANGE, {"too short"});
+    refused("expose note=\"a", ERROR_SYNTAX, {"quote"});
+    // Quoted, it is not an option.
+    refused("expose \"side=left\"", ERROR_SYNTAX, {"TIME \"side=left\"", "not an integer"});
+}
+
+TEST_CASE("a line in the old positional form says what to write") {
+    refused("expose left 500", ERROR_ARGUMENT, {"unexpected \"left\"", "write side=left"});
+    refused("expose 500 still", ERROR_ARGUMENT, {"unexpected \"still\"", "write still=yes"});
+    refused(
+        "expose - left", ERROR_ARGUMENT,
+        {"unexpected \"-\"", "usage: expose [TIME] [side=left|right|both] [still=yes] [size=WxH]"});
+    refused("expose 500 3", ERROR_ARGUMENT, {"unexpected \"3\"", "[far=MM]"});
 }
 
 TEST_CASE("an empty line is not a command") {
@@ -136,34 +179,37 @@ TEST_CASE("an empty line is not a command") {
     }
 }
 
-TEST_CASE("the distance between words is that of letters, and of lengths where those are far") {
-    CHECK(command_words_distance("zoom", "zoom") == 0);
-    CHECK(command_words_distance("zomo", "zoom") == 2);
-    CHECK(command_words_distance("socket", "sockt_x") == 3);
-    CHECK(command_words_distance("cal", "calibration") == 1);  // begins it
-    CHECK(command_words_distance("ca", "cabin") == 3);
-    CHECK(command_words_distance("cabin", "ca") == 3);
-    CHECK(command_words_distance("ca", "cabins") > COMMAND_CHOICE_MAX);
-    CHECK(command_words_distance("cabins", "ca") > COMMAND_CHOICE_MAX);
-    CHECK(command_words_distance(std::string(COMMAND_CHOICE_MAX + 1, 'a').c_str(),
-                                 std::string(COMMAND_CHOICE_MAX - 1, 'a').c_str()) >
-          COMMAND_CHOICE_MAX);
+TEST_CASE("similar words are suggested, distant ones are not") {
+    const auto suggested = [](const char *typed) {
+        suggest suggest;
+        suggest_begin(&suggest, typed);
+        suggest_consider_all(&suggest, "reconstruct evaluate info calibration cabin");
+        return std::string(suggest.text);
+    };
+    CHECK(suggested("recnstruct") == " (did you mean \"reconstruct\"?)");
+    CHECK(suggested("inof") == " (did you mean \"info\"?)");
+    CHECK(suggested("cal") == " (did you mean \"calibration\"?)");  // begins it
+    for (const char *typed : {"ca", "banana", "x", "", "infinite"}) {
+        CAPTURE(typed);
+        CHECK(suggested(typed).empty());
+    }
+    CHECK(suggested(std::string(1000, 'r').c_str()).empty());
 }
 
 TEST_CASE("rejections name argument, range and unit") {
-    refused("stats", ERROR_ARGUMENT, {"unknown command \"stats\"", "did you mean \"status\"?"});
+    refused("stats", ERROR_ARGUMENT, {"unknown command \"stats\"", "(did you mean \"status\"?)"});
     refused("fly", ERROR_ARGUMENT, {"unknown command \"fly\"", "help"});
     refused("status now", ERROR_ARGUMENT, {"status:", "\"now\"", "usage: status"});
     refused("move left 1 1 a b c d e f g", ERROR_ARGUMENT,
             {"\"b\"", "usage: move SIDE ANGLE [COUNT] [NOTE]"});
     refused("move", ERROR_MISSING, {"move: SIDE", "missing", "left, right or both"});
     refused("move lift 1", ERROR_ARGUMENT,
-            {"unknown SIDE \"lift\"", "left, right or both", "did you mean \"left\"?"});
+            {"unknown SIDE \"lift\"", "left, right or both", "(did you mean \"left\"?)"});
     const char *range = "from -30.5 to 30 deg";
     refused("move left", ERROR_MISSING, {"move: ANGLE", "missing", range});
     refused("move left 30.01", ERROR_RANGE, {"ANGLE \"30.01\"", "too large", range});
     refused("move left -31", ERROR_RANGE, {"ANGLE \"-31\"", "too small", range});
-    for (const char *word : {"x", "1e3", "0x10", "1.", ".", "-", "--1", "nan", "inf", "1,5"}) {
+    for (const char *word : {"x", "1e3", "0x10", "1.", ".", "--1", "nan", "inf", "1,5"}) {
         refused(std::string("move left ") + word, ERROR_SYNTAX,
                 {"move: ANGLE", word, "not a number", range});
     }
@@ -244,10 +290,15 @@ TEST_CASE("the instrument's table is whole") {
         CHECK(rig[i].summary[std::strlen(rig[i].summary) - 1] != '.');
         CHECK(std::strlen(rig[i].help) > 0);
         bool optional = false;
+        char usage[COMMAND_USAGE_BYTES];
+        command_usage(&rig[i], usage, sizeof usage);
+        CHECK(std::strlen(usage) + 1 < sizeof usage);
         for (unsigned a = 0; a < rig[i].argument_count; a++) {
             const command_argument &argument = rig[i].arguments[a];
-            CHECK((argument.optional || !optional));
-            optional = argument.optional;
+            if (!command_argument_is_option(&argument)) {
+                CHECK((argument.optional || !optional));
+                optional = argument.optional;
+            }
             CHECK(std::strlen(argument.help) > 0);
             CHECK((argument.kind == COMMAND_CHOICE) == (argument.choices != nullptr));
             CHECK((argument.kind == COMMAND_CHOICE || argument.min < argument.max));

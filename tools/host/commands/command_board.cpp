@@ -20,29 +20,32 @@ struct request {
     const char *paper, *out;
 };
 
-const option options[] = {
-    {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
-     "Inner corners, along a row and from row to row; squares are one more each way. A plain board "
-     "with an odd and an even count has a unique orientation. Required.",
-     2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, board.square), "MM", "Side of one square. Required.",
-     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
-    {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
-     "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard does: 4x4_50 "
-     "to 7x7_1000, aruco_original, apriltag_36h11 and others.",
-     0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
-     "With --charuco: side of a marker, including its black border; about 3/4 of a square is best.",
-     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
-    {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
-     "Unit of --square and --marker. Default: mm, but boards below 20 mm across are then rejected.",
-     0, 0, 0, 0, calibrate_board_units},
-    {"paper", OPTION_TEXT, offsetof(request, paper), "PAPER",
-     "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is rotated if the "
-     "board then fits better. Default: A4.",
-     0, 0, 0, 0, nullptr},
-    {"out", OPTION_TEXT, offsetof(request, out), "FILE", "The PDF to write. Required.", 0, 0, 0, 0,
-     nullptr},
+const command_argument options[] = {
+    number_option("board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
+                  "Inner corners, along a row and from row to row; squares are one more each way. "
+                  "A plain board "
+                  "with an odd and an even count has a unique orientation. Required.",
+                  2, 255, 2, 'x'),
+    number_option("square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
+                  "Side of one square. Required.", calibrate_board_side_min,
+                  calibrate_board_side_max),
+    text_option("charuco", offsetof(request, board.dictionary), "DICT",
+                "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard "
+                "does: 4x4_50 "
+                "to 7x7_1000, aruco_original, apriltag_36h11 and others."),
+    number_option("marker", COMMAND_NUMBER, offsetof(request, board.marker), "MM",
+                  "With --charuco: side of a marker, including its black border; about 3/4 of a "
+                  "square is best.",
+                  calibrate_board_side_min, calibrate_board_side_max),
+    choice_option("unit", offsetof(request, board.unit), "UNIT",
+                  "Unit of --square and --marker. Default: mm, but boards below 20 mm across are "
+                  "then rejected.",
+                  calibrate_board_units),
+    text_option(
+        "paper", offsetof(request, paper), "PAPER",
+        "A4, A3, A2, A1, A0, letter, legal, tabloid, or WIDTHxHEIGHT in mm. It is rotated if the "
+        "board then fits better. Default: A4."),
+    text_option("out", offsetof(request, out), "FILE", "The PDF to write. Required."),
 };
 
 const option_page page = {

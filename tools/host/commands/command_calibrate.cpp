@@ -27,58 +27,60 @@ struct request {
     bool single, json, quiet;
 };
 
-const option options[] = {
-    {"board", OPTION_INT, offsetof(request, board.corners), "COLUMNSxROWS",
-     "Inner corners of the board: one less than squares, along a row and from row to row. This "
-     "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required.",
-     2, 255, 2, 'x', nullptr},
-    {"square", OPTION_REAL, offsetof(request, board.square), "MM",
-     "Side of one square in mm, measured on the print over as many squares as possible: all "
-     "reconstructed lengths depend on it. Required.",
-     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
-    {"charuco", OPTION_TEXT, offsetof(request, board.dictionary), "DICT",
-     "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
-     "board may be partly hidden and has a unique orientation.",
-     0, 0, 0, 0, nullptr},
-    {"marker", OPTION_REAL, offsetof(request, board.marker), "MM",
-     "With --charuco: side of a marker in mm, including its black border.",
-     calibrate_board_side_min, calibrate_board_side_max, 0, 0, nullptr},
-    {"unit", OPTION_CHOICE, offsetof(request, board.unit), "UNIT",
-     "Unit of --square and --marker; results are in mm. Default: mm, but boards below 20 mm across "
-     "are then rejected.",
-     0, 0, 0, 0, calibrate_board_units},
-    {"model", OPTION_CHOICE, offsetof(request, model), "MODEL",
-     "Distortion of the lenses: auto (the simplest that predicts board positions that were "
-     "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
-     "More than the views determine makes the image's corners worse. Default: auto.",
-     0, 0, 0, 0, "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"},
-    {"out", OPTION_TEXT, offsetof(request, out), "DIR",
-     "Directory for the results; created when missing. Files of an earlier run in it are "
-     "replaced. Default: calibration.",
-     0, 0, 0, 0, nullptr},
-    {"corners", OPTION_TEXT, offsetof(request, corner_cache), "FILE",
-     "Known corners, in mrcal's and mrgingham's format (vnlog); pictures that it does "
-     "not name are searched. Every run writes such a file, corners.vnl.",
-     0, 0, 0, 0, nullptr},
-    {"single", OPTION_FLAG, offsetof(request, single), nullptr,
-     "Only one camera: calibrate its lens. rig.calibration is not written.", 0, 0, 0, 0, nullptr},
-    {"id", OPTION_TEXT, offsetof(request, id), "NAME",
-     "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
-     "the corners.",
-     0, 0, 0, 0, nullptr},
-    {"date", OPTION_TEXT, offsetof(request, date), "YYYY-MM-DD",
-     "Date that the calibration states. Default: none, so that the same pictures give the same "
-     "bytes.",
-     0, 0, 0, 0, nullptr},
-    {"note", OPTION_TEXT, offsetof(request, note), "TEXT",
-     "A remark stored in the calibration, in printable ASCII.", 0, 0, 0, 0, nullptr},
-    {"threads", OPTION_INT, offsetof(request, threads), "N",
-     "Number of threads; the result does not depend on it. Default: all processors.", 1,
-     WORKERS_MAX_THREADS, 0, 0, nullptr},
-    {"json", OPTION_FLAG, offsetof(request, json), nullptr,
-     "Print calibration.json on standard output instead of the summary.", 0, 0, 0, 0, nullptr},
-    {"quiet", OPTION_FLAG, offsetof(request, quiet), nullptr,
-     "Print no summary, notes or progress.", 0, 0, 0, 0, nullptr},
+const command_argument options[] = {
+    number_option(
+        "board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
+        "Inner corners of the board: one less than squares, along a row and from row to row. This "
+        "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required.",
+        2, 255, 2, 'x'),
+    number_option(
+        "square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
+        "Side of one square in mm, measured on the print over as many squares as possible: all "
+        "reconstructed lengths depend on it. Required.",
+        calibrate_board_side_min, calibrate_board_side_max),
+    text_option(
+        "charuco", offsetof(request, board.dictionary), "DICT",
+        "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
+        "board may be partly hidden and has a unique orientation."),
+    number_option("marker", COMMAND_NUMBER, offsetof(request, board.marker), "MM",
+                  "With --charuco: side of a marker in mm, including its black border.",
+                  calibrate_board_side_min, calibrate_board_side_max),
+    choice_option("unit", offsetof(request, board.unit), "UNIT",
+                  "Unit of --square and --marker; results are in mm. Default: mm, but boards below "
+                  "20 mm across "
+                  "are then rejected.",
+                  calibrate_board_units),
+    choice_option(
+        "model", offsetof(request, model), "MODEL",
+        "Distortion of the lenses: auto (the simplest that predicts board positions that were "
+        "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
+        "More than the views determine makes the image's corners worse. Default: auto.",
+        "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"),
+    text_option(
+        "out", offsetof(request, out), "DIR",
+        "Directory for the results; created when missing. Files of an earlier run in it are "
+        "replaced. Default: calibration."),
+    text_option("corners", offsetof(request, corner_cache), "FILE",
+                "Known corners, in mrcal's and mrgingham's format (vnlog); pictures that it does "
+                "not name are searched. Every run writes such a file, corners.vnl."),
+    flag_option("single", offsetof(request, single),
+                "Only one camera: calibrate its lens. rig.calibration is not written."),
+    text_option(
+        "id", offsetof(request, id), "NAME",
+        "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
+        "the corners."),
+    text_option(
+        "date", offsetof(request, date), "YYYY-MM-DD",
+        "Date that the calibration states. Default: none, so that the same pictures give the same "
+        "bytes."),
+    text_option("note", offsetof(request, note), "TEXT",
+                "A remark stored in the calibration, in printable ASCII."),
+    number_option("threads", COMMAND_INTEGER, offsetof(request, threads), "N",
+                  "Number of threads; the result does not depend on it. Default: all processors.",
+                  1, WORKERS_MAX_THREADS),
+    flag_option("json", offsetof(request, json),
+                "Print calibration.json on standard output instead of the summary."),
+    flag_option("quiet", offsetof(request, quiet), "Print no summary, notes or progress."),
 };
 
 const option_page page = {

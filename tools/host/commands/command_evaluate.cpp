@@ -22,22 +22,22 @@ struct request {
     bool json;
 };
 
-const option options[] = {
-    {"ground-truth", OPTION_TEXT, offsetof(request, truth_path), "FILE",
-     "True disparities of the left view, in the size of the result: PFM (inf where unknown), "
-     "16-bit PNG as KITTI has it (256 = 1 px, 0 unknown) or 8-bit PNG (0 unknown; needs "
-     "--ground-truth-scale). Required.",
-     0, 0, 0, 0, nullptr},
-    {"ground-truth-scale", OPTION_REAL, offsetof(request, truth_scale), "S",
-     "PNG values per pixel of disparity, e.g. 1 or 4.", 1e-3, 65535, 0, 0, nullptr},
-    {"mask", OPTION_TEXT, offsetof(request, mask_path), "FILE",
-     "PNG of the same size: 255 seen by both cameras, 128 occluded in the right one, 0 unknown. "
-     "Without it occlusion is not known, and only the figures for all pixels are given.",
-     0, 0, 0, 0, nullptr},
-    {"round", OPTION_FLAG, offsetof(request, round), nullptr,
-     "Round the disparities to whole pixels first: fair if the truth is in whole pixels.", 0, 0, 0,
-     0, nullptr},
-    {"json", OPTION_FLAG, offsetof(request, json), nullptr, "Print JSON.", 0, 0, 0, 0, nullptr},
+const command_argument options[] = {
+    text_option(
+        "ground-truth", offsetof(request, truth_path), "FILE",
+        "True disparities of the left view, in the size of the result: PFM (inf where unknown), "
+        "16-bit PNG as KITTI has it (256 = 1 px, 0 unknown) or 8-bit PNG (0 unknown; needs "
+        "--ground-truth-scale). Required."),
+    number_option("ground-truth-scale", COMMAND_NUMBER, offsetof(request, truth_scale), "S",
+                  "PNG values per pixel of disparity, e.g. 1 or 4.", 1e-3, 65535),
+    text_option(
+        "mask", offsetof(request, mask_path), "FILE",
+        "PNG of the same size: 255 seen by both cameras, 128 occluded in the right one, 0 unknown. "
+        "Without it occlusion is not known, and only the figures for all pixels are given."),
+    flag_option(
+        "round", offsetof(request, round),
+        "Round the disparities to whole pixels first: fair if the truth is in whole pixels."),
+    flag_option("json", offsetof(request, json), "Print JSON."),
 };
 
 const option_page page = {

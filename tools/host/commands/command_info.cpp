@@ -28,40 +28,44 @@ struct request {
     int unit = -1, first_camera = -1, export_format = -1;
 };
 
-const option options[] = {
-    {"json", OPTION_FLAG, offsetof(request, json), nullptr,
-     "Print one JSON document: a list with an object for each file.", 0, 0, 0, 0, nullptr},
-    {"convert", OPTION_TEXT, offsetof(request, convert), "NEW",
-     "Write the calibration as our own text to the file NEW.", 0, 0, 0, 0, nullptr},
-    {"export", OPTION_CHOICE, offsetof(request, export_format), "FORMAT",
-     "Write the calibration as the files of another program into the directory of --out: "
-     "intrinsics.yml and extrinsics.yml; left.yaml and right.yaml; camchain.yaml; left.cameramodel "
-     "and right.cameramodel.",
-     0, 0, 0, 0, export_formats},
-    {"out", OPTION_TEXT, offsetof(request, out), "DIR", "Where --export writes.", 0, 0, 0, 0,
-     nullptr},
-    {"size", OPTION_INT, offsetof(request, size_px), "WIDTHxHEIGHT",
-     "Size of the raw images in pixels, for calibrations that do not state it (OpenCV's, some of "
-     "KITTI's).",
-     1, 32768, 2, 'x', nullptr},
-    {"unit", OPTION_CHOICE, offsetof(request, unit), "UNIT",
-     "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. A baseline "
-     "below 5 mm is rejected, as metres are likely, unless --unit mm is given.",
-     0, 0, 0, 0, "mm cm m"},
-    {"rectified", OPTION_FLAG, offsetof(request, rectified), nullptr,
-     "The images are already rectified: use the rectified cameras (P1 and P2, P_rect) of the file "
-     "instead of the raw ones.",
-     0, 0, 0, 0, nullptr},
-    {"first-camera", OPTION_INT, offsetof(request, first_camera), "N",
-     "KITTI: number of the left camera, 0 for the grey pair, 2 for the colour one (default where "
-     "the file has it).",
-     0, 8, 0, 0, nullptr},
-    {"accept-edits", OPTION_FLAG, offsetof(request, accept_edits), nullptr,
-     "Accept a calibration of our own text whose checksum does not match because it was edited on "
-     "purpose; with --convert the new file gets the right checksum.",
-     0, 0, 0, 0, nullptr},
-    {"grammar", OPTION_FLAG, offsetof(request, grammar), nullptr,
-     "Print the table of fields of our calibration text and exit.", 0, 0, 0, 0, nullptr},
+const command_argument options[] = {
+    flag_option("json", offsetof(request, json),
+                "Print one JSON document: a list with an object for each file."),
+    text_option("convert", offsetof(request, convert), "NEW",
+                "Write the calibration as our own text to the file NEW."),
+    choice_option(
+        "export", offsetof(request, export_format), "FORMAT",
+        "Write the calibration as the files of another program into the directory of --out: "
+        "intrinsics.yml and extrinsics.yml; left.yaml and right.yaml; camchain.yaml; "
+        "left.cameramodel "
+        "and right.cameramodel.",
+        export_formats),
+    text_option("out", offsetof(request, out), "DIR", "Where --export writes."),
+    number_option("size", COMMAND_INTEGER, offsetof(request, size_px), "WIDTHxHEIGHT",
+                  "Size of the raw images in pixels, for calibrations that do not state it "
+                  "(OpenCV's, some of "
+                  "KITTI's).",
+                  1, 32768, 2, 'x'),
+    choice_option("unit", offsetof(request, unit), "UNIT",
+                  "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. "
+                  "A baseline "
+                  "below 5 mm is rejected, as metres are likely, unless --unit mm is given.",
+                  "mm cm m"),
+    flag_option("rectified", offsetof(request, rectified),
+                "The images are already rectified: use the rectified cameras (P1 and P2, P_rect) "
+                "of the file "
+                "instead of the raw ones."),
+    number_option("first-camera", COMMAND_INTEGER, offsetof(request, first_camera), "N",
+                  "KITTI: number of the left camera, 0 for the grey pair, 2 for the colour one "
+                  "(default where "
+                  "the file has it).",
+                  0, 8),
+    flag_option("accept-edits", offsetof(request, accept_edits),
+                "Accept a calibration of our own text whose checksum does not match because it was "
+                "edited on "
+                "purpose; with --convert the new file gets the right checksum."),
+    flag_option("grammar", offsetof(request, grammar),
+                "Print the table of fields of our calibration text and exit."),
 };
 
 const int files_max = 256;

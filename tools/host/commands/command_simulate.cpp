@@ -27,53 +27,51 @@ struct request {
     bool wall, pty, every_clock;
 };
 
-const option options[] = {
-    {"rig", OPTION_TEXT, offsetof(request, rig), "RIG",
-     "The rig: \"default\" (realistic, with all faults), \"perfect\", or a YAML file.", 0, 0, 0, 0,
-     nullptr},
-    {"listen", OPTION_TEXT, offsetof(request, listen), "ADDRESS",
-     "Where programs connect: unix:PATH, or tcp:PORT on this machine's loopback (0: any free "
-     "one). Default: unix:simrig.sock in this directory.",
-     0, 0, 0, 0, nullptr},
-    {"seed", OPTION_INT, offsetof(request, seed), "N",
-     "Seed of all randomness: the same seed and the same requests give the same answers. "
-     "Default: 1.",
-     0, 2147483647, 1, 0, nullptr},
-    {"begin", OPTION_INT, offsetof(request, begin_s), "SECONDS",
-     "The rig's time at its start, like the uptime of a machine. Default: 0.", 0, 1000000, -1, 0,
-     nullptr},
-    {"wall", OPTION_FLAG, offsetof(request, wall), nullptr,
-     "The rig's time follows the wall clock. Otherwise only requests advance it.", 0, 0, 0, 0,
-     nullptr},
-    {"every-clock", OPTION_FLAG, offsetof(request, every_clock), nullptr,
-     "Both sensors' clocks and pixels reach the FPGA all the time, not only while a frame is "
-     "armed: "
-     "its counts of frames are then of all. Slow.",
-     0, 0, 0, 0, nullptr},
-    {"pty", OPTION_FLAG, offsetof(request, pty), nullptr,
-     "With --wall: the lens controller's line also as a pseudo terminal.", 0, 0, 0, 0, nullptr},
-    {"view", OPTION_TEXT, offsetof(request, view), "DIR",
-     "Save what each camera sees (left.png, right.png) and a drawing of rig and scene (rig.svg), "
-     "then exit, unless --listen is also given.",
-     0, 0, 0, 0, nullptr},
-    {"zoom", OPTION_REAL, offsetof(request, zoom), "FACTOR", "Zoom of --view: 1 (default) to 10.",
-     1, 10, 0, 0, nullptr},
-    {"focus", OPTION_REAL, offsetof(request, focus_mm), "MM",
-     "Focus distance of --view. Default: 1800.", 300, 1e7, 0, 0, nullptr},
-    {"script", OPTION_TEXT, offsetof(request, script), "FILE",
-     "Control commands to run first, one per line: timed faults, poses.", 0, 0, 0, 0, nullptr},
-    {"files", OPTION_TEXT, offsetof(request, files), "DIR",
-     "Directory where the control commands truth and view may write.", 0, 0, 0, 0, nullptr},
-    {"log", OPTION_TEXT, offsetof(request, log), "FILE",
-     "Write all requests to this file, for --replay and --from.", 0, 0, 0, 0, nullptr},
-    {"replay", OPTION_TEXT, offsetof(request, replay), "LOG",
-     "Repeat all logged requests, compare the answers, and exit.", 0, 0, 0, 0, nullptr},
-    {"from", OPTION_TEXT, offsetof(request, from), "LOG", "Repeat all logged requests, then serve.",
-     0, 0, 0, 0, nullptr},
-    {"until", OPTION_REAL, offsetof(request, until_s), "SECONDS",
-     "With --from: only requests before this time of the rig.", 0, 1e6, 0, 0, nullptr},
-    {"threads", OPTION_INT, offsetof(request, threads), "N", "Threads for rendering. Default: 1.",
-     1, 64, 1, 0, nullptr},
+const command_argument options[] = {
+    text_option("rig", offsetof(request, rig), "RIG",
+                "The rig: \"default\" (realistic, with all faults), \"perfect\", or a YAML file."),
+    text_option(
+        "listen", offsetof(request, listen), "ADDRESS",
+        "Where programs connect: unix:PATH, or tcp:PORT on this machine's loopback (0: any free "
+        "one). Default: unix:simrig.sock in this directory."),
+    number_option(
+        "seed", COMMAND_INTEGER, offsetof(request, seed), "N",
+        "Seed of all randomness: the same seed and the same requests give the same answers. "
+        "Default: 1.",
+        0, 2147483647, 1, 0),
+    number_option("begin", COMMAND_INTEGER, offsetof(request, begin_s), "SECONDS",
+                  "The rig's time at its start, like the uptime of a machine. Default: 0.", 0,
+                  1000000, -1, 0),
+    flag_option("wall", offsetof(request, wall),
+                "The rig's time follows the wall clock. Otherwise only requests advance it."),
+    flag_option(
+        "every-clock", offsetof(request, every_clock),
+        "Both sensors' clocks and pixels reach the FPGA all the time, not only while a frame is "
+        "armed: "
+        "its counts of frames are then of all. Slow."),
+    flag_option("pty", offsetof(request, pty),
+                "With --wall: the lens controller's line also as a pseudo terminal."),
+    text_option("view", offsetof(request, view), "DIR",
+                "Save what each camera sees (left.png, right.png) and a drawing of rig and scene "
+                "(rig.svg), "
+                "then exit, unless --listen is also given."),
+    number_option("zoom", COMMAND_NUMBER, offsetof(request, zoom), "FACTOR",
+                  "Zoom of --view: 1 (default) to 10.", 1, 10),
+    number_option("focus", COMMAND_NUMBER, offsetof(request, focus_mm), "MM",
+                  "Focus distance of --view. Default: 1800.", 300, 1e7),
+    text_option("script", offsetof(request, script), "FILE",
+                "Control commands to run first, one per line: timed faults, poses."),
+    text_option("files", offsetof(request, files), "DIR",
+                "Directory where the control commands truth and view may write."),
+    text_option("log", offsetof(request, log), "FILE",
+                "Write all requests to this file, for --replay and --from."),
+    text_option("replay", offsetof(request, replay), "LOG",
+                "Repeat all logged requests, compare the answers, and exit."),
+    text_option("from", offsetof(request, from), "LOG", "Repeat all logged requests, then serve."),
+    number_option("until", COMMAND_NUMBER, offsetof(request, until_s), "SECONDS",
+                  "With --from: only requests before this time of the rig.", 0, 1e6),
+    number_option("threads", COMMAND_INTEGER, offsetof(request, threads), "N",
+                  "Threads for rendering. Default: 1.", 1, 64, 1, 0),
 };
 
 const option_page page = {
