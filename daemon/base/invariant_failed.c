@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "core/invariant.h"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 
 void invariant_failed(const char *file, int line, const char *condition) {
     fprintf(stderr, "vergence: internal error at %s:%d: %s (build %s)\n", file, line, condition,

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "daemon/base/message.h"
 
 void json_begin(struct json *json, FILE *stream) {
     *json = (struct json){.stream = stream};
@@ -19,53 +20,21 @@ void json_begin_line(struct json *json, FILE *stream) {
     json->one_line = true;
 }
 
-/// Length of the well-formed UTF-8 sequence at `text`, 0 if there is none (RFC 3629).
-static int utf8_length(const unsigned char *text) {
-    const unsigned char lead = text[0];
-    if (lead < 0x80) {
-        return 1;
-    }
-    // The second byte's range excludes overlong forms, surrogates, and all beyond U+10FFFF.
-    static const struct {
-        unsigned char first, last;  // of the lead byte
-        unsigned char second_min, second_max;
-        int length;
-    } forms[] = {
-        {0xc2, 0xdf, 0x80, 0xbf, 2}, {0xe0, 0xe0, 0xa0, 0xbf, 3}, {0xe1, 0xec, 0x80, 0xbf, 3},
-        {0xed, 0xed, 0x80, 0x9f, 3}, {0xee, 0xef, 0x80, 0xbf, 3}, {0xf0, 0xf0, 0x90, 0xbf, 4},
-        {0xf1, 0xf3, 0x80, 0xbf, 4}, {0xf4, 0xf4, 0x80, 0x8f, 4},
-    };
-    for (size_t i = 0; i < sizeof forms / sizeof forms[0]; i++) {
-        if (lead < forms[i].first || lead > forms[i].last) {
-            continue;
-        }
-        if (text[1] < forms[i].second_min || text[1] > forms[i].second_max) {
-            return 0;
-        }
-        for (int k = 2; k < forms[i].length; k++) {
-            if ((text[k] & 0xc0) != 0x80) {
-                return 0;
-            }
-        }
-        return forms[i].length;
-    }
-    return 0;
-}
-
 static void put_text(FILE *stream, const char *text) {
     fputc('"', stream);
-    for (const unsigned char *at = (const unsigned char *)text; *at != '\0';) {
-        const int length = utf8_length(at);
+    while (*text != '\0') {
+        uint32_t character = 0;
+        const size_t length = utf8_character(text, &character);
         if (length == 0) {
             fputs("\\ufffd", stream);
-        } else if (*at == '"' || *at == '\\') {
-            fprintf(stream, "\\%c", *at);
-        } else if (*at < ' ' || *at == 0x7f) {
-            fprintf(stream, "\\u%04x", *at);
+        } else if (*text == '"' || *text == '\\') {
+            fprintf(stream, "\\%c", *text);
+        } else if (character < ' ' || character == 0x7f) {
+            fprintf(stream, "\\u%04x", (unsigned)character);
         } else {
-            fwrite(at, 1, (size_t)length, stream);
+            fwrite(text, 1, length, stream);
         }
-        at += length > 0 ? length : 1;
+        text += length > 0 ? length : 1;
     }
     fputc('"', stream);
 }

@@ -2,7 +2,8 @@
 #include "daemon/base/message.h"
 
 #include <stdarg.h>
-#include <stdio.h>
+#include <stdbool.h>
+#include <string.h>
 
 int message_set(struct message *message, int code, const char *format, ...) {
     va_list arguments;
@@ -18,4 +19,97 @@ int message_set(struct message *message, int code, const char *format, ...) {
         }
     }
     return code;
+}
+
+size_t utf8_character(const char *text, uint32_t *character) {
+    static const struct {
+        unsigned char mask, lead;
+        uint32_t min;
+    } forms[] = {{0x80, 0, 0}, {0xE0, 0xC0, 0x80}, {0xF0, 0xE0, 0x800}, {0xF8, 0xF0, 0x10000}};
+    const unsigned char *byte = (const unsigned char *)text;
+    size_t more = 0;
+    while (more < sizeof forms / sizeof forms[0] &&
+           (byte[0] & forms[more].mask) != forms[more].lead) {
+        more++;
+    }
+    if (more == sizeof forms / sizeof forms[0]) {
+        return 0;
+    }
+    uint32_t value = byte[0] & (unsigned char)~forms[more].mask;
+    for (size_t i = 1; i <= more; i++) {
+        if ((byte[i] & 0xC0) != 0x80) {
+            return 0;
+        }
+        value = value << 6 | (byte[i] & 0x3F);
+    }
+    if (value < forms[more].min || value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
+        return 0;
+    }
+    *character = value;
+    return more + 1;
+}
+
+static bool is_control(uint32_t character) {
+    return character < 0x20 || (character >= 0x7F && character < 0xA0);
+}
+
+/// Number of printable bytes at the start of a text, in whole characters.
+static size_t count_printable(const char *text) {
+    size_t length = 0;
+    uint32_t character = 0;
+    while (text[length] != '\0') {
+        const size_t bytes = utf8_character(text + length, &character);
+        if (bytes == 0 || is_control(character)) {
+            break;
+        }
+        length += bytes;
+    }
+    return length;
+}
+
+void printable_print(FILE *file, const char *text) {
+    for (;;) {
+        const size_t bytes = count_printable(text);
+        fwrite(text, 1, bytes, file);
+        text += bytes;
+        if (*text == '\0') {
+            return;
+        }
+        // The second byte of a two-byte character follows as one that is not UTF-8.
+        fprintf(file, "\\x%02x", (unsigned)(unsigned char)*text++);
+    }
+}
+
+void printable_print_json(FILE *file, const char *text) {
+    while (*text != '\0') {
+        uint32_t character = 0;
+        const size_t bytes = utf8_character(text, &character);
+        if (bytes == 0) {
+            fputc(*text, file);
+        } else if (character < 0x20) {
+            fputc(' ', file);  // between values: strings contain none
+        } else if (is_control(character)) {
+            fprintf(file, "\\u%04x", (unsigned)character);
+        } else {
+            fwrite(text, 1, bytes, file);
+        }
+        text += bytes != 0 ? bytes : 1;
+    }
+}
+
+void printable_copy(const char *text, char *to, size_t bytes) {
+    size_t length = 0;
+    while (*text != '\0' && length + 1 < bytes) {
+        const size_t good = count_printable(text);
+        const size_t room = bytes - 1 - length;
+        const size_t copied = good < room ? good : room;
+        memcpy(to + length, text, copied);
+        length += copied;
+        text += copied;
+        if (good == 0) {
+            to[length++] = '?';
+            text++;
+        }
+    }
+    to[length] = '\0';
 }

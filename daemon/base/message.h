@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /// One line for people: what is wrong and what to do about it. Written where the error is found,
-/// next to the file name and the limit; the error code that goes with it is for programs.
+/// next to the file name and the limit; the error code that goes with it is for programs. And text
+/// from elsewhere (another program, a file, a name), printed safely: control characters never reach
+/// the terminal.
 #ifndef VERGENCE_DAEMON_BASE_MESSAGE_H
 #define VERGENCE_DAEMON_BASE_MESSAGE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -19,6 +25,20 @@ struct message {
 /// become '?', so that the message stays one line.
 int message_set(struct message *message, int code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/// The UTF-8 character (RFC 3629) at the start of a text; returns its length, 0: not valid UTF-8.
+size_t utf8_character(const char *text, uint32_t *character);
+
+/// Prints a text; each byte of a control character (including U+0080 to U+009F) and each byte that
+/// is not UTF-8 is printed as \xHH.
+void printable_print(FILE *file, const char *text);
+
+/// Prints a line of JSON, which stays valid: control characters as \u00HH, white space between
+/// values as spaces, other bytes unchanged.
+void printable_print_json(FILE *file, const char *text);
+
+/// Copies as much of a text as fits into `bytes`, with ? in place of each such byte.
+void printable_copy(const char *text, char *to, size_t bytes);
 
 #ifdef __cplusplus
 }

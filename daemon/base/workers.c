@@ -3,17 +3,11 @@
 
 #include <pthread.h>
 #include <sched.h>
-#include <stdatomic.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdlib.h>
 
 #include "core/invariant.h"
-#include "daemon/base/thread.h"
-
-// A run is published as one word: its number in the upper half, the parts not yet taken in the
-// lower. Taking a part is one compare-and-swap of that word, so a thread that is late for a run can
-// neither take a part of the next one by mistake nor does any thread have to wait for it.
+#include "daemon/base/process.h"
 
 enum { SPINS_BEFORE_SLEEP = 4000 };  // about 20..50 us: longer than the gaps between bands of rows
 
@@ -28,18 +22,15 @@ struct workers {
     struct worker worker[WORKERS_MAX_THREADS];
     int started;
 
-    _Atomic uint64_t ticket;      // run number << 32 | parts not yet taken
-    _Atomic uint32_t unfinished;  // parts, taken or not, that are not done
-    void (*_Atomic part)(void *context, int index);
-    void *_Atomic context;
-    _Atomic uint32_t count;
-
-    atomic_flag busy;
-    _Atomic bool stop;
-    _Atomic int sleeping_count;
-    _Atomic bool caller_sleeps;
-    pthread_mutex_t mutex;  // only for sleeping and waking up
+    pthread_mutex_t mutex;  // guards what follows; the atomics are also read without it, to spin
     pthread_cond_t wake, done;
+    bool busy;
+    void (*part)(void *context, int index);
+    void *context;
+    int count;
+    _Atomic int left;        // parts not yet taken
+    _Atomic int unfinished;  // parts, taken or not, that are not done
+    _Atomic bool stop;
 };
 
 static void relax(void) {
@@ -62,48 +53,41 @@ static void relax_or_yield(void *self) {
     }
 }
 
-/// Takes and does parts until none are left.
+/// Takes and does parts until none are left; the mutex is locked before and after.
 static void do_parts(struct workers *workers) {
-    uint64_t ticket = atomic_load(&workers->ticket);
-    while ((uint32_t)ticket != 0) {
-        // These three belong to the ticket's run: they change only after all its parts were taken,
-        // and then the compare-and-swap below fails.
-        void (*part)(void *, int) = atomic_load(&workers->part);
-        void *context = atomic_load(&workers->context);
-        const uint32_t count = atomic_load(&workers->count);
-        if (!atomic_compare_exchange_weak(&workers->ticket, &ticket, ticket - 1)) {
-            continue;
-        }
-        INVARIANT(count >= (uint32_t)ticket);
-        part(context, (int)(count - (uint32_t)ticket));
-        if (atomic_fetch_sub(&workers->unfinished, 1) == 1 &&
-            atomic_load(&workers->caller_sleeps)) {
-            pthread_mutex_lock(&workers->mutex);
+    while (workers->left > 0) {
+        const int index = workers->count - workers->left--;
+        void (*part)(void *, int) = workers->part;
+        void *context = workers->context;
+        pthread_mutex_unlock(&workers->mutex);
+        part(context, index);
+        pthread_mutex_lock(&workers->mutex);
+        INVARIANT(workers->unfinished > workers->left);
+        if (--workers->unfinished == 0) {
             pthread_cond_signal(&workers->done);
-            pthread_mutex_unlock(&workers->mutex);
         }
-        ticket = atomic_load(&workers->ticket);
     }
 }
 
 static bool has_work(struct workers *workers) {
-    return (uint32_t)atomic_load(&workers->ticket) != 0 || atomic_load(&workers->stop);
+    return workers->left > 0 || workers->stop;
 }
 
-static void wait_for_work(struct workers *workers) {
-    for (int i = 0; i < SPINS_BEFORE_SLEEP; i++) {
-        if (has_work(workers)) {
-            return;
-        }
+static bool is_finished(struct workers *workers) {
+    return workers->unfinished == 0;
+}
+
+/// Waits, spinning first; the mutex is locked before and after.
+static void wait_until(bool (*holds)(struct workers *), struct workers *workers,
+                       pthread_cond_t *condition) {
+    pthread_mutex_unlock(&workers->mutex);
+    for (int i = 0; i < SPINS_BEFORE_SLEEP && !holds(workers); i++) {
         relax();
     }
     pthread_mutex_lock(&workers->mutex);
-    atomic_fetch_add(&workers->sleeping_count, 1);
-    while (!has_work(workers)) {
-        pthread_cond_wait(&workers->wake, &workers->mutex);
+    while (!holds(workers)) {
+        pthread_cond_wait(condition, &workers->mutex);
     }
-    atomic_fetch_sub(&workers->sleeping_count, 1);
-    pthread_mutex_unlock(&workers->mutex);
 }
 
 // Number of the thread in its pool; 0 for other threads, including a pool's caller.
@@ -118,56 +102,38 @@ static void *thread_main(void *argument) {
     const struct worker *worker = argument;
     struct workers *workers = worker->workers;
     thread_number = worker->number;
-    while (!atomic_load(&workers->stop)) {
-        do_parts(workers);
-        wait_for_work(workers);
-    }
-    return NULL;
-}
-
-static void wake_all(struct workers *workers) {
-    if (atomic_load(&workers->sleeping_count) > 0) {
-        pthread_mutex_lock(&workers->mutex);
-        pthread_cond_broadcast(&workers->wake);
-        pthread_mutex_unlock(&workers->mutex);
-    }
-}
-
-static void wait_for_others(struct workers *workers) {
-    for (int i = 0; i < SPINS_BEFORE_SLEEP; i++) {
-        if (atomic_load(&workers->unfinished) == 0) {
-            return;
-        }
-        relax();
-    }
     pthread_mutex_lock(&workers->mutex);
-    atomic_store(&workers->caller_sleeps, true);
-    while (atomic_load(&workers->unfinished) != 0) {
-        pthread_cond_wait(&workers->done, &workers->mutex);
+    while (!workers->stop) {
+        do_parts(workers);
+        wait_until(has_work, workers, &workers->wake);
     }
-    atomic_store(&workers->caller_sleeps, false);
     pthread_mutex_unlock(&workers->mutex);
+    return NULL;
 }
 
 static void run(void *self, void (*part)(void *context, int index), void *context, int count) {
     struct workers *workers = self;
     INVARIANT(count >= 0);
-    if (count <= 1 || workers->started == 0 || atomic_flag_test_and_set(&workers->busy)) {
+    pthread_mutex_lock(&workers->mutex);
+    if (count <= 1 || workers->started == 0 || workers->busy) {
+        pthread_mutex_unlock(&workers->mutex);
         for (int index = 0; index < count; index++) {
             part(context, index);
         }
         return;
     }
-    atomic_store(&workers->part, part);
-    atomic_store(&workers->context, context);
-    atomic_store(&workers->count, (uint32_t)count);
-    atomic_store(&workers->unfinished, (uint32_t)count);
-    const uint64_t number = (atomic_load(&workers->ticket) >> 32) + 1;
-    atomic_store(&workers->ticket, number << 32 | (uint32_t)count);
-    wake_all(workers);
+    INVARIANT(workers->left == 0 && workers->unfinished == 0);
+    workers->busy = true;
+    workers->part = part;
+    workers->context = context;
+    workers->count = count;
+    workers->unfinished = count;
+    workers->left = count;
+    pthread_cond_broadcast(&workers->wake);
     do_parts(workers);
-    wait_for_others(workers);
-    atomic_flag_clear(&workers->busy);
+    wait_until(is_finished, workers, &workers->done);
+    workers->busy = false;
+    pthread_mutex_unlock(&workers->mutex);
 }
 
 static int usable_processors(void) {
@@ -184,7 +150,6 @@ struct workers *workers_create(int threads) {
     }
     int wanted = threads > 0 ? threads : usable_processors();
     wanted = wanted > WORKERS_MAX_THREADS ? WORKERS_MAX_THREADS : wanted;
-    atomic_flag_clear(&workers->busy);
     pthread_mutex_init(&workers->mutex, NULL);
     pthread_cond_init(&workers->wake, NULL);
     pthread_cond_init(&workers->done, NULL);
@@ -207,8 +172,8 @@ void workers_destroy(struct workers *workers) {
     if (workers == NULL) {
         return;
     }
-    atomic_store(&workers->stop, true);
     pthread_mutex_lock(&workers->mutex);
+    workers->stop = true;
     pthread_cond_broadcast(&workers->wake);
     pthread_mutex_unlock(&workers->mutex);
     for (int i = 0; i < workers->started; i++) {

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/options_help.h"
 
 enum { MANUAL_COLUMNS = 78, NAME_BYTES = 64 };

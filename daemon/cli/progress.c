@@ -7,7 +7,7 @@
 
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/base/printable.h"
+#include "daemon/base/message.h"
 #include "daemon/cli/screen.h"
 
 enum {

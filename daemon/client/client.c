@@ -12,7 +12,7 @@
 #include "core/invariant.h"
 #include "core/suggest.h"
 #include "daemon/base/message.h"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/client_help.h"
 #include "daemon/client/remote.h"

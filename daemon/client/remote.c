@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "daemon/base/framing.h"
+#include "daemon/base/message.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/cli/progress.h"
 #include "daemon/cli/screen.h"

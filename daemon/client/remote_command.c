@@ -11,7 +11,7 @@
 #include "console/command_words.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/printable.h"
+#include "daemon/base/message.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/printable.h"
+#include "daemon/base/message.h"
 #include "daemon/cli/editor.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/screen.h"

@@ -5,7 +5,7 @@
 
 #include "console/command_text.h"
 #include "console/command_words.h"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
 #include "daemon/server/server.h"

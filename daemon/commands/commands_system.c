@@ -6,8 +6,8 @@
 #include <time.h>
 
 #include "daemon/backends/linux/v4l2_camera.h"
-#include "daemon/base/memory_available.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
 
 static const double bytes_per_mib = 1 << 20;

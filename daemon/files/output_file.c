@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "daemon/files/file_error.h"
 
 static void remember_error(struct output_file *file) {

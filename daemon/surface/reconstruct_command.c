@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 #include "core/error.h"
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"

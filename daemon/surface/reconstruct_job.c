@@ -10,10 +10,8 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/interrupt.h"
-#include "daemon/base/memory_available.h"
 #include "daemon/base/monotonic.h"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 #include "daemon/base/workers.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/surface/reconstruct_pictures.h"

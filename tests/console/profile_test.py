@@ -226,17 +226,6 @@ class OwnInstrument(PlayedPairs):
             ends = [line for line in done.stdout.splitlines() if line[:3] in ("OK", "ERR")]
             self.assertEqual(ends, 5 * ["OK"], done.stdout + done.stderr)
             shutil.rmtree(os.path.join(self.files, "again"))
-        # A session of version 2, whose settings had no units, plays as well.
-        self.assertIn("version=3", lines[0].split())
-        old = [line.replace("version=3", "version=2").replace("rig.width%20=%20672%20px",
-                                                             "rig.width_px%20=%20672")
-               .replace("rig.height%20=%20400%20px", "rig.height_px%20=%20400")
-               .replace("rig.skew_limit%20=%205000%20ms", "rig.skew_limit_us%20=%205000000")
-               for line in lines]
-        self.assertEqual(sum(a != b for a, b in zip(old, lines)), 4)
-        write_index(folder, old)
-        answer = self.first.ask_json("replay own")
-        self.assertTrue(answer["ok"], answer)
 
     def test_a_recording_opens_no_file(self):
         """Replaying another user's session opens no file that it names."""

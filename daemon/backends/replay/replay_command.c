@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "daemon/backends/replay/play.h"
-#include "daemon/base/interrupt.h"
 #include "daemon/base/json.h"
+#include "daemon/base/process.h"
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"

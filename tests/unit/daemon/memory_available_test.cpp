@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much memory is available, also if /proc does not state it.
-#include "daemon/base/memory_available.h"
+#include "daemon/base/process.h"
 
 #include <doctest/doctest.h>
 #include <sys/sysinfo.h>

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/solve/uncertainty.hpp"
-#include "daemon/base/version.h"
+#include "daemon/base/process.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_result.hpp"
 

@@ -12,7 +12,7 @@
 #include <jpeglib.h>
 
 #include "core/error.h"
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "tools/host/formats/exif.hpp"
 
 namespace {

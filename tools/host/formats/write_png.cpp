@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "daemon/files/output_file.h"
 
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "tools/host/mesh/mesh_distance.hpp"
 
 namespace {

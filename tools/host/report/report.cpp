@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "daemon/files/output_file.h"
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/report/report_figures.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/base/interrupt.h"
+#include "daemon/base/process.h"
 #include "daemon/surface/result/result_figures.h"
 #include "tools/host/evaluate/evaluate_truth.hpp"
 

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/base/process.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <sys/sysinfo.h>
+#include <unistd.h>
+
+// Written into the build directory by build_id.cmake.
+#include "build_id.h"
+#include "core/invariant.h"
+
+const char *version_text(void) {
+    return VERGENCE_VERSION;
+}
+
+const char *version_build_id(void) {
+    return VERGENCE_BUILD_ID;
+}
+
+const char *version_build_date(void) {
+    return VERGENCE_BUILD_DATE;
+}
+
+bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self) {
+    pthread_attr_t attributes;
+    if (pthread_attr_init(&attributes) != 0) {
+        return false;
+    }
+    const bool started = pthread_attr_setstacksize(&attributes, THREAD_STACK_BYTES) == 0 &&
+                         pthread_create(thread, &attributes, run, self) == 0;
+    pthread_attr_destroy(&attributes);
+    return started;
+}
+
+enum { LINE_BYTES = 128, KIB = 1024 };
+
+uint64_t memory_available_as_in(const char *meminfo) {
+    char line[LINE_BYTES];
+    uint64_t available_kib = 0;
+    uint64_t swap_kib = 0;
+    uint64_t free_kib = 0;
+    bool known = false;
+    FILE *file = fopen(meminfo, "re");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        known = sscanf(line, "MemAvailable: %" SCNu64, &available_kib) == 1 || known;
+        if (sscanf(line, "SwapFree: %" SCNu64, &free_kib) == 1) {
+            swap_kib = free_kib;
+        }
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    if (known) {
+        return (available_kib + swap_kib) * KIB;
+    }
+    struct sysinfo all;
+    if (sysinfo(&all) != 0) {
+        return UINT64_MAX;
+    }
+    return ((uint64_t)all.freeram + all.bufferram + all.freeswap) * all.mem_unit;
+}
+
+uint64_t memory_available_bytes(void) {
+    return memory_available_as_in("/proc/meminfo");
+}
+
+static volatile sig_atomic_t caught_signal;
+
+static _Thread_local struct {
+    bool (*should_stop)(void *self);
+    void *self;
+} asked;
+
+/// Calls only async-signal-safe functions.
+static void set_handler(int number, void (*handler)(int)) {
+    struct sigaction action = {.sa_handler = handler};
+    sigemptyset(&action.sa_mask);
+    sigaction(number, &action, NULL);
+}
+
+static void end_at_once(int number) {
+    static const char text[] =
+        "vergence: ended at once; a hidden directory .vergence-* may remain, which the next run "
+        "removes\n";
+    const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
+    (void)written;  // nothing can be done about a failure
+    set_handler(number, SIG_DFL);
+    raise(number);
+}
+
+static void remember(int number) {
+    caught_signal = number;
+    set_handler(number, end_at_once);
+}
+
+void interrupt_catch(void) {
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
+        struct sigaction old;
+        if (sigaction(signals[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {
+            set_handler(signals[i], remember);
+        }
+    }
+}
+
+void interrupt_ask(bool (*should_stop)(void *self), void *self) {
+    asked.should_stop = should_stop;
+    asked.self = self;
+}
+
+bool interrupt_requested(void) {
+    return caught_signal != 0 || (asked.should_stop != NULL && asked.should_stop(asked.self));
+}
+
+int interrupt_exit_code(void) {
+    INVARIANT(caught_signal != 0);
+    return 128 + caught_signal;
+}
