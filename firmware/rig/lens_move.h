@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How rig_lens_move_to moves lenses, and how long it may take.
+/// Moves of lenses, in steps that do not block: begin, step until done. Several moves can be under
+/// way at once, of different lenses or axes, with frames between the steps; rig_lens_move_to
+/// (rig/rig.h) is a loop over the steps of one.
+///
+///     struct rig_lens_move move;
+///     int error = rig_lens_move_begin(rig, &move, sides, LENS_FOCUS, position);
+///     while (error == ERROR_OK && !rig_lens_move_done(&move)) {
+///         error = rig_lens_move_step(rig, &move, 0);  // and what else there is to do
+///     }
 ///
 /// A motor turns its ring through gears with play, so the ring's position is repeatable only if it
-/// is always approached from the same side. A move first goes down to target -
-/// (lens_backlash_counts + lens_tolerance_counts), unless the lens is already below that, and then
-/// up. Close to the lower limit there is no room for this, and the play remains.
+/// is always approached from the same side, usually from below. A move then first goes down to
+/// target - (backlash + tolerance), unless the lens is already below that, and then up. Close to
+/// the lower limit there is no room for this, and the play remains. With an approach from above all
+/// of this is mirrored.
 ///
 /// The controller reports only noisy positions. A lens has arrived when the median of three
 /// readings is within the tolerance, and stays so for three more readings. It is jammed when that
@@ -14,6 +23,10 @@
 /// has drifted), is sent as far the other way on the next approach, up to three times; the
 /// correction is kept in `lens_offset`. At an end of the controller's range no correction is
 /// possible: the lens has arrived when a second approach ends at the same position.
+///
+/// A controller without position sensors that reports whether a motor runs counts as moving for as
+/// long as it says so; it cannot report jams. If it cannot be stopped either, a cancelled move
+/// rests when the motor has ended its leg.
 ///
 /// A drift smaller than the tolerance is corrected by one count per move.
 ///
@@ -32,10 +45,11 @@
 /// motors (motion_lens_move_test, 10,000): reported after 2.1 s (median), p99 4.4, max 4.9.
 ///
 /// After a jam, a failure or ERROR_CANCELLED the motors are stopped, or sent to their present
-/// position.
+/// position, and waited for until they are at rest.
 #ifndef VERGENCE_RIG_LENS_MOVE_H
 #define VERGENCE_RIG_LENS_MOVE_H
 
+#include "rig/lens_mover.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -52,6 +66,46 @@ enum {
     LENS_MOVE_OFFSET_COUNTS = 20,
     LENS_MOVE_REST_US = 2500000,  ///< longest time to stop
 };
+
+/// A move that is under way. The caller owns it, and does not touch its fields.
+struct rig_lens_move {
+    enum {
+        LENS_MOVE_DONE,
+        LENS_MOVE_GOING,
+        LENS_MOVE_STOPPING,  ///< the motors, one after the other
+        LENS_MOVE_TURNING,   ///< they may be about to reverse
+        LENS_MOVE_RESTING,   ///< until each is seen at rest
+    } phase;
+    int error;                ///< why it failed
+    struct rig_error reason;  ///< what `last_error` was then
+    struct lens_mover movers[RIG_SIDES];
+    unsigned count;
+    unsigned turn;         ///< the one that is read now
+    uint64_t asked_us;     ///< since when
+    uint64_t stepped_us;   ///< when the last step ended
+    uint64_t deadline_us;  ///< of the move
+    uint64_t stop_us;      ///< when it began to stop
+    int32_t readings[LENS_READ_MEDIAN];
+    unsigned alike;  ///< number of these, or of equal readings at rest
+};
+
+/// Begins to move an axis of the lenses `sides` (bits RIG_LEFT, RIG_RIGHT) to a position. Returns
+/// 0, ERROR_ARGUMENT, ERROR_NOT_CONNECTED, ERROR_RANGE, or ERROR_NOT_READY if the rig is not up or
+/// another move has this axis. After an error nothing is to be done.
+int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned sides,
+                        enum lens_axis axis, int32_t position);
+
+/// Does what is due, and waits for the controller until `until_us` at most; 0: does not wait. A
+/// lens should be stepped every 20 ms; it continues to its target, but arrives later, if not.
+/// Returns 0 while it is under way and when it has arrived; the error of a failed or cancelled move
+/// once all its motors are at rest. Checks the observer's should_stop and the bridge's watchdog.
+int rig_lens_move_step(struct rig *self, struct rig_lens_move *move, uint64_t until_us);
+
+/// Ends a move that is under way with ERROR_CANCELLED, which the step returns that sees it at rest.
+void rig_lens_move_cancel(struct rig *self, struct rig_lens_move *move);
+
+/// Whether it has arrived, or failed and its motors are at rest.
+bool rig_lens_move_done(const struct rig_lens_move *move);
 
 /// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US, plus twice the
 /// time in which the slowest motor moves LENS_MOVE_STEP_COUNTS.

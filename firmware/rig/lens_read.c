@@ -46,11 +46,9 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
     return ERROR_OK;
 }
 
-int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
+int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t until_us,
                   struct lens_reading readings[LENS_AXES]) {
-    const struct lens_drive *lens = &self->camera[side].lens.drive;
-    const uint64_t deadline_us = rig_now_us(self) + RIG_POLL_US;
-    const int error = lens_read(lens, deadline_us, readings);
+    const int error = lens_read(&self->camera[side].lens.drive, until_us, readings);
     if (error == ERROR_TIMEOUT) {
         return error;
     }
@@ -81,7 +79,7 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
 static int read_now(struct rig *self, unsigned side, struct lens_reading readings[LENS_AXES]) {
     const uint64_t since_us = rig_now_us(self);
     for (;;) {
-        int error = lens_read_try(self, side, since_us, readings);
+        int error = lens_read_try(self, side, since_us, rig_now_us(self) + RIG_POLL_US, readings);
         if (error != ERROR_TIMEOUT) {
             return error;
         }

@@ -23,9 +23,10 @@ enum {
 /// any). Returns 0, ERROR_ARGUMENT, ERROR_NOT_CONNECTED or ERROR_NOT_READY with `last_error` set.
 int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis);
 
-/// Waits for at most RIG_POLL_US for readings of all axes requested at `since_us` or later.
-/// ERROR_TIMEOUT: not yet, call again; other errors as in lens.h with `last_error` set.
-int lens_read_try(struct rig *self, unsigned side, uint64_t since_us,
+/// Takes readings of all axes requested at `since_us` or later; waits for them until `until_us`, a
+/// time in the past: not at all. ERROR_TIMEOUT: not yet, call again; other errors as in
+/// device/lens_driver.h with `last_error` set.
+int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t until_us,
                   struct lens_reading readings[LENS_AXES]);
 
 /// To be called after a try without a reading. Returns 0 while a reading requested at `since_us`

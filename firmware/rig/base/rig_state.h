@@ -119,7 +119,9 @@ struct rig_lens {
     struct lens_drive drive;
     int32_t commanded[LENS_AXES];
     int32_t position[LENS_AXES];  ///< last reading
-    int32_t offset[LENS_AXES];    ///< added to commands: see rig/lens_move.h
+    int32_t offset[LENS_AXES];    ///< added to commands, away from the side of approach: see
+                                  ///< rig/lens_move.h
+    uint8_t moving;               ///< bits of the axes that a move has
     uint64_t stopped_at_us;       ///< when it was last seen to have arrived
 };
 
