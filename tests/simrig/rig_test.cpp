@@ -140,3 +140,106 @@ TEST_CASE("lens motors move at their speed, and the controller reports their pos
     CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%d", &zoom) == 1);
     CHECK(std::abs(zoom - 600) <= 5);
 }
+
+TEST_CASE("after days the rig works as in its first second, and time never stops") {
+    for (const uint32_t begin_s : {0u, 5000u, 86400u, 890298u, 999999u}) {
+        CAPTURE(begin_s);
+        simrig::RigSettings settings;
+        settings.begin_s = begin_s;
+        for (simrig::LensSettings &lens : settings.lens) {
+            for (simrig::LensMotorSettings &motor : lens.motor) {
+                motor.drift_counts_per_h = 0.5;
+                motor.outlier_chance = 0;
+            }
+        }
+        Bench bench(settings);
+        const double begin_us = begin_s * 1e6;
+        CHECK(bench.rig.now_us() >= begin_us + 200);
+        CHECK(bench.rig.now_us() < begin_us + 300);
+        // Answers of the lens controller, at any fraction of a microsecond, awaited or not.
+        for (int i = 1; i <= 40; i++) {
+            const std::string ask = "1?\n";
+            bench.rig.serial().send(bench.rig.now_ps(), {ask.begin(), ask.end()});
+            const uint32_t wake = i % 2 == 0 ? uint32_t(simrig::kWakeSerial) : 0u;
+            const double until_us = begin_us + i * 100 * kMs + i;
+            CHECK(bench.rig.advance(until_us, wake) == wake);
+            CHECK((wake != 0 || bench.rig.now_us() == until_us));
+            CHECK(bench.rig.now_us() >= until_us - (wake != 0 ? 100 * kMs : 0.0));
+            CHECK(bench.rig.now_us() <= until_us);
+            bench.rig.advance(until_us, 0);
+            const std::vector<uint8_t> bytes = bench.rig.serial().take(bench.rig.now_ps());
+            const std::string text(bytes.begin(), bytes.end());
+            CAPTURE(text);
+            int iris = 0;
+            CHECK(std::sscanf(text.c_str(), "V3LC 1\rZoom:%*d\rFocus:%*d\rIris:%d", &iris) == 1);
+            CHECK(std::abs(iris - 850) <= 8);
+        }
+        bench.wake_sensors();
+        bench.set_window(kLeft, 64, 48, 21, 5);
+        CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+        bench.rig.advance(bench.rig.now_us() + 20 * kMs, 0);
+        const simrig::PpiFrame frame = bench.capture(64, 48);
+        CHECK_FALSE((frame.short_line || frame.short_frame || frame.long_frame));
+        REQUIRE(frame.pixels.size() == 64 * 48);
+        CHECK(frame.pixels[64 + 1] == pixel_of(0, 1, 1));
+    }
+}
+
+TEST_CASE("a clock that stops or starts while all rest is reported without extra delay") {
+    Bench bench;
+    bench.wake_sensors();
+    CHECK(bench.write(kBridge, 0x08, 0x0100) == I2cStatus::kOk);
+    const auto lost = [&bench] { return (bench.read(kBridge, 0x09) >> 3) & 3; };
+    const auto pass = [&bench](double duration_us) {
+        bench.rig.advance(bench.rig.now_us() + duration_us, 0);
+    };
+    pass(1000);
+    CHECK(lost() == 0);
+    for (const double rest_us : {3000.0, 17123.4, 1e6}) {
+        CAPTURE(rest_us);
+        pass(rest_us);
+        CHECK(lost() == 0);
+        const auto plug = [&bench, rest_us](int camera, bool silent) {
+            bench.rig.wires().at(bench.rig.now_ps() + uint64_t(rest_us) * 1000000 / 2,
+                                 [&bench, camera, silent] {
+                                     simrig::SensorFaults faults;
+                                     faults.silent = silent;
+                                     bench.rig.sensor(camera).set_faults(faults);
+                                 });
+        };
+        CHECK(bench.write(kBridge, 0x0A, 0x0008) == I2cStatus::kOk);
+        CHECK(bench.write(kBridge, 0x0B, 0x0008) == I2cStatus::kOk);
+        const double silent_us = bench.rig.now_us() + rest_us / 2;
+        plug(1, true);
+        CHECK(bench.rig.advance(silent_us + 10 * kMs, simrig::kWakeGpio) == simrig::kWakeGpio);
+        CHECK(bench.rig.now_us() > silent_us + 50);
+        CHECK(bench.rig.now_us() < silent_us + 210);
+        CHECK(bench.write(kBridge, 0x0B, 0) == I2cStatus::kOk);
+        bench.rig.take_irq_edges();
+        CHECK(lost() == 2);
+        plug(1, false);
+        pass(rest_us / 2 + 250);
+        CHECK(lost() == 0);
+        plug(0, true);
+        pass(rest_us);
+        CHECK(lost() == 1);
+        pass(rest_us);
+        CHECK(lost() == 1);
+        plug(0, false);
+        pass(rest_us);
+    }
+}
+
+TEST_CASE("the first pulse of another width is as exact as the others") {
+    simrig::RigSettings settings;
+    settings.servo[0].repeatability_degrees = 0;
+    Bench bench(settings);
+    CHECK(bench.write(kBridge, 0x08, 0x0001) == I2cStatus::kOk);
+    bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+    // The servo follows the first pulse, and keeps to it within its dead band.
+    for (const double width_us : {1515.25, 1502.5, 1487.75, 1500.0}) {
+        CHECK(bench.write(kBridge, 0x10, uint16_t(width_us * 16)) == I2cStatus::kOk);
+        bench.rig.advance(bench.rig.now_us() + 200 * kMs, 0);
+        CHECK(std::abs(bench.rig.state(0).pan_deg - (width_us - 1500) / 10.3) < 0.01);
+    }
+}

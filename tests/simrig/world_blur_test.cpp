@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edges out of focus, against the thin lens.
+// Edges out of focus and in focus, against the thin lens and the pixel's aperture.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -171,5 +171,108 @@ TEST_CASE("the outline of an object out of focus is as blurred as its texture") 
         MESSAGE("object at " << front_mm << ": radius " << radius_px << " px, measured "
                              << measured);
         CHECK(measured == doctest::Approx(radius_px).epsilon(0.03));
+    }
+}
+
+TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no more beyond") {
+    for (const double spot_um : {0.0, 1.0}) {
+        world::Rig rig = perfect_rig();
+        rig.camera[0].lens.spot_rms_um = spot_um;
+        const world::Mechanics m = straight(rig, 600, 1800, 700);
+        const world::Camera camera = world::camera_at(rig.camera[0], m);
+        const double slant_deg = 5;
+        const world::Window window = {1024 - 40, 768 - 200, 80, 400, 1, 1, 1, 1};
+        const world::Frame frame =
+            edge_frame(rig, m, 1800, slant_deg, window, exposure_for(camera));
+        const double step = 0.125;
+        const std::vector<double> p = profile(
+            seen_edge(frame, window, rig.camera[0].sensor, world::radians(slant_deg)), 12, step);
+        std::printf("spot %.1f um: cycles a pixel, measured, expected\n", spot_um);
+        for (const double f : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2}) {
+            std::complex<double> sum = 0;
+            for (std::size_t i = 0; i + 1 < p.size(); i++) {
+                sum += (p[i + 1] - p[i]) *
+                       std::polar(1.0, -2 * world::kPi * f * static_cast<double>(i) * step);
+            }
+            const auto sinc = [](double x) { return std::sin(world::kPi * x) / (world::kPi * x); };
+            // Across a slanted edge the pixel's square is two boxes; so are bins and differences.
+            const double a = world::radians(slant_deg);
+            const double pixel = sinc(f * std::cos(a)) * sinc(f * std::sin(a));
+            const double spot_px = spot_um / 3.2;
+            const double lens = std::exp(-2 * world::kPi * world::kPi * f * f * spot_px * spot_px);
+            const double measured =
+                std::abs(sum) / std::fabs(p.back() - p.front()) / sinc(f * step) / sinc(f * step);
+            const double expected = std::fabs(pixel * lens);
+            std::printf("  %.1f  %.3f  %.3f\n", f, measured, expected);
+            if (f <= 1) {
+                CHECK(measured == doctest::Approx(expected).epsilon(0.015));
+            }
+            // Beyond that nothing may be there that the pixel itself does not let through.
+            CHECK(measured < std::fabs(pixel) + 0.015);
+        }
+    }
+}
+
+namespace {
+
+// Mean of a colour's numbers, and how much they differ from those of the same colour around them.
+struct Grain {
+    double mean_e = 0;
+    double square_e2 = 0;
+};
+
+Grain grain(const world::Frame &frame, const world::Sensor &sensor, int first_x, int first_y) {
+    const double e_per_dn = sensor.full_well_e / (1023 - sensor.black_level_dn);
+    const auto at = [&](int x, int y) {
+        return e_per_dn * (frame.pixels[static_cast<std::size_t>(y * frame.columns + x)] -
+                           sensor.black_level_dn);
+    };
+    Grain grain;
+    int count = 0;
+    for (int y = first_y + 2; y + 2 < frame.rows; y += 2) {
+        for (int x = first_x + 2; x + 2 < frame.columns; x += 2) {
+            const double around =
+                0.25 * (at(x - 2, y) + at(x + 2, y) + at(x, y - 2) + at(x, y + 2));
+            grain.mean_e += at(x, y);
+            grain.square_e2 += (at(x, y) - around) * (at(x, y) - around) / 1.25;
+            count++;
+        }
+    }
+    return {grain.mean_e / count, grain.square_e2 / count};
+}
+
+}  // namespace
+
+TEST_CASE("ornaments out of focus keep their colours, and have no grain but the sensor's") {
+    const world::Scene scene = world::load_scene(file("scenes/cylinder.yaml"));
+    const world::Rig rig = perfect_rig();
+    struct Case {
+        double aside_deg, sharp_mm;
+    };
+    // The middle of its front, where it turns away, next to its outline.
+    for (const Case &c : {Case{0, 1820}, Case{2, 1860}, Case{2.5, 1890}}) {
+        Grain seen[2][2];
+        for (const int out_of_focus : {0, 1}) {
+            world::Mechanics m = straight(rig, 850, c.sharp_mm + 350 * out_of_focus, 850);
+            m.pan_rad = rig.camera[0].pan_rad + world::radians(c.aside_deg);
+            world::FrameRequest request = steady(m);
+            request.window = {884, 628, 280, 280, 1, 1, 1, 1};
+            request.exposure_us = 12000;
+            request.threads = 2;
+            const world::Frame frame = world::render(scene, rig, world::Side::kLeft, request);
+            seen[out_of_focus][0] = grain(frame, rig.camera[0].sensor, 0, 0);
+            seen[out_of_focus][1] = grain(frame, rig.camera[0].sensor, 1, 0);
+        }
+        for (const int colour : {0, 1}) {
+            const Grain &soft = seen[1][colour];
+            // Half of the pixel's own noise, and the rounding to numbers.
+            const double e_per_dn = 8500.0 / 981;
+            const double allowed_e2 = 0.25 * (soft.mean_e + 64) + e_per_dn * e_per_dn / 12;
+            MESSAGE("aside " << c.aside_deg << ": sharp " << seen[0][colour].mean_e << " e, soft "
+                             << soft.mean_e << " e, grain " << std::sqrt(soft.square_e2)
+                             << " e, allowed " << std::sqrt(allowed_e2));
+            CHECK(soft.mean_e == doctest::Approx(seen[0][colour].mean_e).epsilon(0.05));
+            CHECK(soft.square_e2 < allowed_e2);
+        }
     }
 }

@@ -218,3 +218,131 @@ TEST_CASE("depth of flat and bent sheets") {
         });
     }
 }
+
+namespace {
+
+// What a ray meets first by searching, and how far: objects as in three_bodies(); 0 is nothing.
+std::pair<int, double> searched_object(const world::Camera &camera, const world::Scene &scene,
+                                       world::Vec2 pixel) {
+    // A bent sheet, a rounded can before it, and a ball half before both.
+    const double bend = 1 / 700.0;
+    static const Inside inside[] = {
+        [bend](double x, double y, double z) {
+            const bool on = std::fabs(x) <= 100 && std::fabs(y) <= 60;
+            return on && z >= 0.5 * bend * x * x && z <= 0.5 * bend * x * x + 0.3;
+        },
+        [](double x, double y, double z) { return in_rounded(std::hypot(x, z), y, 25, 30, 4); },
+        [](double x, double y, double z) { return x * x + y * y + z * z <= 20 * 20; },
+    };
+    std::pair<int, double> first = {0, 1e30};
+    for (std::size_t i = 0; i < scene.objects.size(); i++) {
+        const double z = searched_depth(camera, *scene.objects[i], pixel, 1640, 1960, inside[i]);
+        if (z > 0 && z < first.second) {
+            first = {static_cast<int>(i) + 1, z};
+        }
+    }
+    return first;
+}
+
+world::Scene three_bodies() {
+    return scene_of(
+        even_light() +
+        "materials:\n  - m: {kind: clay, colours: [[0.5, 0.5, 0.5]]}\n"
+        "  - p: {kind: paper, colours: [[0.5, 0.5, 0.5]]}\nobjects:\n"
+        // Longer along the bend than the search's piece of it: edges are not compared.
+        "  - sheet: {name: back, material: p, position_mm: [0, 0, 60], turn_deg: [8, -12, 3], "
+        "size_mm: [200.7, 120], bend_radius_mm: 700}\n"
+        "  - solid: {name: can, material: m, position_mm: [-20, 5, 10], turn_deg: [20, 0, 25], "
+        "parts: [{can: {centre_mm: [0, 0, 0], radius_mm: 25, height_mm: 60, rounding_mm: 4}}]}\n"
+        "  - solid: {name: ball, material: m, position_mm: [15, -10, -20], parts: [{ball: "
+        "{centre_mm: [0, 0, 0], radius_mm: 20}}]}\n");
+}
+
+}  // namespace
+
+TEST_CASE("normals and objects are those of a search along rays") {
+    const world::Scene scene = three_bodies();
+    const world::Rig rig = world::load_rig(file("rigs/default.yaml"));
+    world::FrameRequest request = steady(straight(rig, 480, 1800, 700));
+    request.window = {0, 0, 2048, 1536, 16, 16, 1, 1};
+    const world::Truth truth = world::truth(scene, rig, world::Side::kLeft, request);
+    const auto searched = [&](world::Vec2 pixel) {
+        return searched_object(truth.camera(0), scene, pixel);
+    };
+    int checked[4] = {};
+    int other_object = 0;
+    int other_normal = 0;
+    for (int row = 0; row < truth.rows; row += 2) {
+        for (int column = 0; column < truth.columns; column += 2) {
+            const auto pixel = static_cast<std::size_t>(row * truth.columns + column);
+            const world::Vec2 centre = request.window.centre(column, row);
+            const auto [object, z] = searched(centre);
+            other_object += object != truth.id[pixel];
+            checked[object]++;
+            // From depths of neighbouring rays, where they hit the same side of the same object.
+            world::Vec3 point[4];
+            bool same = object != 0 && object == truth.id[pixel];
+            for (int i = 0; i < 4 && same; i++) {
+                const double off = i % 2 == 0 ? -1 : 1;
+                const world::Vec2 beside = {centre.x + (i < 2 ? off : 0),
+                                            centre.y + (i < 2 ? 0 : off)};
+                const auto [its_object, its_z] = searched(beside);
+                const world::Vec2 s = truth.camera(0).slopes_of(beside);
+                point[i] = its_z * world::Vec3{s.x, s.y, 1};
+                same = its_object == object && std::fabs(its_z - z) < 2;
+            }
+            if (same) {
+                const world::Vec3 n =
+                    world::unit(world::cross(point[3] - point[2], point[1] - point[0]));
+                const double along = n.x * static_cast<double>(truth.normal[3 * pixel]) +
+                                     n.y * static_cast<double>(truth.normal[3 * pixel + 1]) +
+                                     n.z * static_cast<double>(truth.normal[3 * pixel + 2]);
+                other_normal += along < std::cos(world::radians(2));
+            }
+        }
+    }
+    MESSAGE("nothing " << checked[0] << ", sheet " << checked[1] << ", can " << checked[2]
+                       << ", ball " << checked[3] << "; another object " << other_object
+                       << ", another normal " << other_normal);
+    CHECK(checked[1] > 100);
+    CHECK(checked[2] > 40);
+    CHECK(checked[3] > 40);
+    // Rays that scratch an edge, and the can's rim, whose curvature a pixel sees.
+    CHECK(other_object <= 4);
+    CHECK(other_normal <= 6);
+}
+
+TEST_CASE("normals are those of the depth map") {
+    const world::Scene scene = world::load_scene(file("scenes/figurine.yaml"));
+    const world::Rig rig = perfect_rig();
+    world::Mechanics m = straight(rig, 850, 1800, 700);
+    m.pan_rad = rig.camera[0].pan_rad;
+    world::FrameRequest request = steady(m);
+    request.window = {900, 700, 200, 200, 1, 1, 1, 1};
+    const world::Truth truth = world::truth(scene, rig, world::Side::kLeft, request);
+    const world::Camera &camera = truth.camera(0);
+    const auto point = [&](int column, int row) {
+        const world::Vec2 s = camera.slopes_of(request.window.centre(column, row));
+        const double z = static_cast<double>(
+            truth.depth_mm[static_cast<std::size_t>(row * truth.columns + column)]);
+        return z * world::Vec3{s.x, s.y, 1};
+    };
+    int checked = 0;
+    for (int row = 10; row < 190; row += 7) {
+        for (int column = 10; column < 190; column += 7) {
+            const auto pixel = static_cast<std::size_t>(row * truth.columns + column);
+            const world::Vec3 a = point(column + 8, row) - point(column - 8, row);
+            const world::Vec3 b = point(column, row + 8) - point(column, row - 8);
+            if (truth.id[pixel] != 3 || world::length(a) > 3 || world::length(b) > 3) {
+                continue;
+            }
+            const world::Vec3 from_depth = world::unit(world::cross(b, a));
+            const world::Vec3 normal = {static_cast<double>(truth.normal[3 * pixel]),
+                                        static_cast<double>(truth.normal[3 * pixel + 1]),
+                                        static_cast<double>(truth.normal[3 * pixel + 2])};
+            CHECK(world::dot(from_depth, normal) > 0.999);
+            checked++;
+        }
+    }
+    CHECK(checked > 200);
+}
