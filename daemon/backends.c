@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/backends/replay/replay_profile.h"
 
 static int open_sim(struct backends *self, const struct config *config, struct rig_ports *ports,
                     struct message *message) {
@@ -19,20 +18,6 @@ static int open_sim(struct backends *self, const struct config *config, struct r
     self->has_sim = true;
     *ports = sim_backend_ports(&self->sim);
     return 0;
-}
-
-/// For a replay the instrument is the recorded one, whatever the settings say.
-static int take_profile(struct config *config, struct message *message) {
-    int error = replay_profile(AT_FDCWD, config->backend_address, config, message);
-    if (error == 0) {
-        error = config_check(config, message);
-    }
-    if (error == 0) {
-        return 0;
-    }
-    const struct message why = *message;
-    return message_set(message, error, "backend = replay %s: %.900s", config->backend_address,
-                       why.text);
 }
 
 void backends_report_mismatch(struct backends *self) {
@@ -62,15 +47,17 @@ static const char *why_played_part_fails(void *opaque, enum rig_part part) {
 
 static int open_replay(struct backends *self, struct config *config, struct rig_ports *ports,
                        struct message *message) {
-    int error = replay_open(&self->replay, AT_FDCWD, config->backend_address, NULL, message);
+    // With calls, the instrument is the recorded one, whatever the settings say. Pairs alone can be
+    // replayed for any profile of two cameras.
+    const int error =
+        replay_open(&self->replay, AT_FDCWD, config->backend_address, config, message);
     self->has_replay = error == 0;
-    config->restore = false;  // a recording contains the commands that restored the settings
-    // Pairs alone can be replayed for any profile of two cameras.
-    const bool calls = error == 0 && self->replay.log != NULL;
-    error = calls ? take_profile(config, message) : error;
     if (error != 0) {
-        return error;
+        const struct message why = *message;
+        return message_set(message, error, "backend = replay: %.900s", why.text);
     }
+    config->restore = false;  // a recording contains the commands that restored the settings
+    const bool calls = self->replay.has_calls;
     *ports = self->replay.ports;
     self->replay_devices =
         (struct rig_devices){.open = open_nothing, .missing = why_played_part_fails, .self = self};

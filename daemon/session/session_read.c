@@ -123,6 +123,15 @@ int session_reader_next(struct session_reader *self, struct session_event *event
     return 1;
 }
 
+void session_reader_rewind(struct session_reader *self) {
+    const char *const end = memchr(self->text, '\n', self->length);
+    self->at = (size_t)(end + 1 - self->text);
+    self->crc = crc_update(0, self->text, self->at);
+    self->line = 1;
+    self->ended = false;
+    self->cut = false;
+}
+
 int session_reader_open(struct session_reader *self, int parent, const char *path,
                         struct session_event *begin, struct message *message) {
     memset(self, 0, sizeof *self);

@@ -40,6 +40,9 @@ int session_reader_open(struct session_reader *self, int parent, const char *pat
 int session_reader_next(struct session_reader *self, struct session_event *event,
                         struct message *message);
 
+/// Goes back to the event after the first one.
+void session_reader_rewind(struct session_reader *self);
+
 /// Reads the pixels of an image (`crc32` and the format in `image`, from an event) into memory that
 /// raw_image_release frees; rows without gaps. A session may come from anywhere and claim any size:
 /// the file's own size and header are checked first. ERROR_MEMORY, ERROR_MISSING if the file does

@@ -11,7 +11,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/replay/replay.h"
-#include "daemon/backends/replay/replay_profile.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/config.h"
@@ -23,11 +22,8 @@ struct play {
     const struct play_observer *observer;
     struct play_outcome *outcome;
     struct replay replay;
-    uint32_t calls;  ///< recorded calls
-    struct session_reader session;
-    struct session_event event;  ///< the current recorded event
-    struct config config;        ///< settings of the recording
-    bool up;                     ///< `rig` was initialised with `config`
+    uint32_t calls;        ///< recorded calls
+    struct config config;  ///< settings of the recording
     struct rig rig;
     struct command table[TABLE_MAX];
     size_t table_count;
@@ -106,8 +102,8 @@ static void diverge_in_pair(struct play *self) {
         expected += length + 1;
         came += length + 1;
     }
-    diverge(self, "%s: pair %u: expected %.*s, got %.*s", self->session.path,
-            (unsigned)self->event.pair.number, (int)strcspn(expected, " "), expected,
+    diverge(self, "%s: pair %u: expected %.*s, got %.*s", self->replay.session.path,
+            (unsigned)self->replay.event.pair.number, (int)strcspn(expected, " "), expected,
             (int)strcspn(came, " "), came);
 }
 
@@ -168,45 +164,20 @@ static void make_table(struct play *self) {
     self->table_count = count + MORE;
 }
 
-/// Sets up the rig as the daemon does at its start, or after `record start`.
-static void bring_rig(struct play *self) {
-    const struct rig_observer observer = {rig_should_stop, show_progress, self};
-    struct message why;
-    // Sessions are untrusted input, and so are their settings and calls.
-    if (config_check(&self->config, &why) != 0) {
-        diverge(self, "%s: invalid settings: %.900s", self->session.path, why.text);
-        return;
-    }
-    const char *missing = rig_ports_missing(&self->config.profile, &self->replay.ports);
-    if (missing != NULL) {
-        diverge(self, "%s: its settings require %s, which was not recorded", self->session.path,
-                missing);
-        return;
-    }
-    rig_init(&self->rig, &self->config.profile, &self->replay.ports, &observer);
-    self->up = true;
-}
-
 static void run_command(struct play *self) {
     char storage[COMMAND_LINE_MAX + 1];
     struct command_value values[COMMAND_ARGUMENTS_MAX];
     const struct command *command = NULL;
     char *const why = self->why;
-    if (!self->up) {
-        bring_rig(self);
-    }
-    if (!self->up) {
-        return;
-    }
     (void)rig_idle(&self->rig);
     why[0] = '\0';
     self->taken = false;
     self->command_cancelled = false;
-    const int error = command_parse(self->event.text, self->table, self->table_count, storage,
-                                    values, &command, why, COMMAND_MESSAGE_BYTES);
+    const int error = command_parse(self->replay.event.text, self->table, self->table_count,
+                                    storage, values, &command, why, COMMAND_MESSAGE_BYTES);
     if (error != 0 || command == NULL) {
-        diverge(self, "%s: cannot replay the command \"%.200s\": %s", self->session.path,
-                self->event.text, why);
+        diverge(self, "%s: cannot replay the command \"%.200s\": %s", self->replay.session.path,
+                self->replay.event.text, why);
         return;
     }
     const struct command_call call = {.rig = &self->rig,
@@ -224,18 +195,19 @@ static void run_command(struct play *self) {
 
 static void compare_pair(struct play *self) {
     if (!self->taken) {
-        diverge(self, "%s: pair %u was recorded here, but not captured%s%.500s", self->session.path,
-                (unsigned)self->event.pair.number, self->why[0] != '\0' ? ": " : "", self->why);
+        diverge(self, "%s: pair %u was recorded here, but not captured%s%.500s",
+                self->replay.session.path, (unsigned)self->replay.event.pair.number,
+                self->why[0] != '\0' ? ": " : "", self->why);
         return;
     }
     self->taken = false;
     self->again.pair.number =
-        self->event.pair.number;  // the number in the session, not the instrument's
+        self->replay.event.pair.number;  // the number in the session, not the instrument's
     for (int side = 0; side < RIG_SIDES; side++) {
         // Version 1 of the session format does not record how images were stored.
-        self->again.pair.frame[side].has_picture = self->event.pair.frame[side].has_picture;
+        self->again.pair.frame[side].has_picture = self->replay.event.pair.frame[side].has_picture;
     }
-    const int expected = session_event_print(&self->event, self->line[0]);
+    const int expected = session_event_print(&self->replay.event, self->line[0]);
     const int came = session_event_print(&self->again, self->line[1]);
     INVARIANT(expected > 0 && came > 0);
     if (strcmp(self->line[0], self->line[1]) != 0) {
@@ -245,89 +217,50 @@ static void compare_pair(struct play *self) {
     self->outcome->pairs++;
 }
 
-/// Settings before the first command were applied by replay_profile.
-static int refuse_late_setting(const struct play *self, struct message *message) {
-    return self->up ? message_set(message, ERROR_SYNTAX, "%s: \"%.200s\" comes after a command",
-                                  self->session.path, self->event.text)
-                    : 0;
-}
-
-/// Replays one event. 0, or an error that ends the replay.
-static int play_event(struct play *self, struct message *message) {
-    switch (self->event.kind) {
-        case SESSION_SETTING:
-            return refuse_late_setting(self, message);
-        case SESSION_COMMAND:
-            run_command(self);
-            break;
-        case SESSION_PAIR:
-            compare_pair(self);
-            break;
-        case SESSION_BEGIN:
-        case SESSION_INSTRUMENT:
-        case SESSION_CALIBRATION:
-        case SESSION_REGISTERS:
-        case SESSION_END:
-        case SESSION_EVENT_KINDS:
-            break;
-    }
-    return self->cancelled ? message_set(message, ERROR_CANCELLED, "cancelled") : 0;
-}
-
-/// Checks the whole index before anything is replayed.
-static int peek(struct play *self, int parent, const char *path, struct message *message) {
-    struct play_outcome *outcome = self->outcome;
-    uint32_t commands = 0;
-    int got = session_reader_open(&self->session, parent, path, &self->event, message);
-    if (got != 0) {
-        return got;
-    }
-    memcpy(outcome->build, self->event.build, sizeof outcome->build);
-    memcpy(outcome->profile, self->event.profile, sizeof outcome->profile);
-    while ((got = session_reader_next(&self->session, &self->event, message)) == 1) {
-        commands += self->event.kind == SESSION_COMMAND;
-    }
-    outcome->cut = self->session.cut;
-    session_reader_close(&self->session);
-    if (got == 0 && commands == 0) {
-        got =
-            message_set(message, ERROR_MISSING,
-                        "%s: contains no commands to replay (\"record start\" records them)", path);
-    }
-    return got;
-}
-
+/// Opens the recording, and sets up the rig as the daemon does at its start, or after
+/// `record start`.
 static int open_all(struct play *self, int parent, const char *path, struct message *message) {
-    int error = peek(self, parent, path, message);
-    if (error == 0) {
-        error = replay_open(&self->replay, parent, path, NULL, message);
-    }
+    struct replay *replay = &self->replay;
+    struct play_outcome *outcome = self->outcome;
+    const struct rig_observer observer = {rig_should_stop, show_progress, self};
+    config_defaults(&self->config);
+    const int error = replay_open(replay, parent, path, &self->config, message);
     if (error != 0) {
         return error;
     }
-    if (self->replay.log == NULL) {
+    memcpy(outcome->build, replay->build, sizeof outcome->build);
+    memcpy(outcome->profile, replay->profile, sizeof outcome->profile);
+    outcome->cut = replay->cut;
+    if (replay->commands == 0 || !replay->has_calls) {
         return message_set(message, ERROR_MISSING,
-                           "%s: contains no calls to replay (\"record start\" records them)", path);
+                           "%s: contains no %s to replay (\"record start\" records them)", path,
+                           replay->commands == 0 ? "commands" : "calls");
     }
-    self->calls = self->replay.calls;
-    self->replay.cancel = cancel_command;
-    self->replay.self = self;
-    config_defaults(&self->config);
-    self->config.backend = CONFIG_BACKEND_REPLAY;  // requires no devices
-    error = replay_profile(parent, path, &self->config, message);
-    return error != 0 ? error : session_reader_open(&self->session, parent, path, NULL, message);
+    const char *missing = rig_ports_missing(&self->config.profile, &replay->ports);
+    if (missing != NULL) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: its settings require %s, which was not recorded", path, missing);
+    }
+    self->calls = replay->calls;
+    replay->cancel = cancel_command;
+    replay->self = self;
+    rig_init(&self->rig, &self->config.profile, &replay->ports, &observer);
+    return 0;
 }
 
 /// Replays event by event, up to the end, the first difference or the end of a cut recording.
 static int play_events(struct play *self, struct message *message) {
-    int error = 0;
+    struct replay *replay = &self->replay;
     int got = 1;
-    const bool *const ran_out = &self->replay.ran_out;
-    while (error == 0 && !differs(self) && !*ran_out &&
-           (got = session_reader_next(&self->session, &self->event, message)) == 1) {
-        error = play_event(self, message);
+    while (!self->cancelled && !differs(self) && !replay->ran_out &&
+           (got = session_reader_next(&replay->session, &replay->event, message)) == 1) {
+        if (replay->event.kind == SESSION_COMMAND) {
+            run_command(self);
+        } else if (replay->event.kind == SESSION_PAIR) {
+            compare_pair(self);
+        }
     }
-    return error != 0 ? error : got < 0 ? got : 0;
+    return self->cancelled ? message_set(message, ERROR_CANCELLED, "cancelled") : got < 0 ? got : 0;
 }
 
 static int play_all(struct play *self, struct message *message) {
@@ -336,12 +269,12 @@ static int play_all(struct play *self, struct message *message) {
         return error;
     }
     struct play_outcome *outcome = self->outcome;
-    if (self->up && !self->replay.ended) {
+    if (!self->replay.ended) {
         (void)rig_idle(&self->rig);
         look_for_error(self);
     }
     if (!differs(self) && !outcome->cut && !replay_is_over(&self->replay)) {
-        diverge(self, "%s: the last %u recorded calls were not made", self->session.path,
+        diverge(self, "%s: the last %u recorded calls were not made", self->replay.session.path,
                 (unsigned)self->replay.calls);
     }
     outcome->calls = self->replay.made;
@@ -349,7 +282,7 @@ static int play_all(struct play *self, struct message *message) {
     if (outcome->same && outcome->commands == 0) {
         return message_set(message, ERROR_MISSING,
                            "%s: cut off before its first command was complete: nothing to compare",
-                           self->session.path);
+                           self->replay.session.path);
     }
     return 0;
 }
@@ -363,11 +296,10 @@ int play_session(int parent, const char *path, const struct play_observer *obser
     memset(outcome, 0, sizeof *outcome);
     self->observer = observer;
     self->outcome = outcome;
-    self->session.directory = self->replay.session.directory = -1;
+    self->replay.session.directory = -1;
     make_table(self);
     int error = open_all(self, parent, path, message);
     error = error != 0 ? error : play_all(self, message);
-    session_reader_close(&self->session);
     replay_close(&self->replay);
     free(self);
     return error;

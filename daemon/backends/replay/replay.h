@@ -21,6 +21,7 @@
 #include "daemon/base/message.h"
 #include "daemon/session/session_read.h"
 #include "daemon/session/trace.h"
+#include "daemon/settings/config.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -40,7 +41,12 @@ struct replay_camera {
 
 struct replay {
     struct session_reader session;
-    struct rig_ports ports;  // the ports it provides
+    struct session_event event;                                       // for the reader
+    char build[SESSION_NAME_MAX + 1], profile[SESSION_NAME_MAX + 1];  // of the recorder
+    uint32_t commands;                                                // in the index
+    bool has_calls;                                                   // else pairs only
+    bool cut;                                                         // the recording was cut off
+    struct rig_ports ports;                                           // the ports it provides
     struct hal_clock clock;
     struct hal_i2c i2c;
     struct hal_i2c_operations i2c_operations;
@@ -58,7 +64,7 @@ struct replay {
     /// show the next one.
     const struct rig *rig;
 
-    FILE *log;             // calls.log; NULL: pairs only
+    FILE *log;             // calls.log
     uint32_t line;         // of `text`
     uint32_t lines;        // valid lines: up to the last matching check
     uint32_t calls;        // calls among them that are still to be made
@@ -82,10 +88,12 @@ struct replay {
 
 /// Opens the session `path` (see session_reader_open) and checks calls.log up to the last line that
 /// is certainly complete; anything a kill cut off after it is not replayed. Errors: those of
-/// session_reader_open; ERROR_CRC, ERROR_VERSION (its calls are of an older or a newer version),
-/// ERROR_MISSING (neither calls nor pairs). `profile` (SESSION_NAME_MAX + 1 bytes; may be NULL)
-/// receives the name of the recorded profile. The object is large and must not be moved while open.
-int replay_open(struct replay *self, int parent, const char *path, char *profile,
+/// session_reader_open and session_reader_next; ERROR_CRC, ERROR_VERSION (its calls are of an older
+/// version), ERROR_MISSING (neither calls nor pairs); of config_parse for invalid settings. With
+/// calls, the instrument of `config` (may be NULL) is set to the recorded one, and nothing else of
+/// it. The session is at its first event after BEGIN. The object is large and must not be moved
+/// while open.
+int replay_open(struct replay *self, int parent, const char *path, struct config *config,
                 struct message *message);
 
 /// Whether every recorded call was made, or every pair was delivered.
@@ -99,7 +107,9 @@ void replay_close(struct replay *self);
 /// Checks calls.log, reads its header and sets the ports. 0, or an error as for replay_open.
 int replay_calls_open(struct replay *self, struct message *message);
 
-/// Reads all pairs of the session and sets up two cameras and a clock.
+/// Adds the pair in `event`.
+int replay_add_pair(struct replay *self, struct message *message);
+/// Sets up two cameras and a clock that replay all pairs.
 int replay_pairs_open(struct replay *self, struct message *message);
 
 /// Reads the frame `form` with its pixels. 0, or an error of session_reader_load, with `last_error`

@@ -119,8 +119,8 @@ static void counts(void *context, struct hal_camera_counts *result) {
 
 static const struct hal_camera_operations camera_operations = {start, stop, take, control, counts};
 
-static int add_pair(struct replay *self, const struct session_event *event,
-                    struct message *message) {
+int replay_add_pair(struct replay *self, struct message *message) {
+    const struct session_event *event = &self->event;
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &event->pair.frame[side];
         if (frame->end_us < frame->begin_us) {
@@ -139,23 +139,9 @@ static int add_pair(struct replay *self, const struct session_event *event,
 }
 
 int replay_pairs_open(struct replay *self, struct message *message) {
-    struct session_event *event = malloc(sizeof *event);
-    int code = event != NULL
-                   ? 1
-                   : message_set(message, ERROR_MEMORY, "%s: out of memory", self->session.path);
-    while (code == 1 && (code = session_reader_next(&self->session, event, message)) == 1) {
-        if (event->kind == SESSION_PAIR) {
-            const int added = add_pair(self, event, message);
-            code = added == 0 ? 1 : added;
-        }
-    }
-    free(event);
-    if (code == 0 && self->pair_count == 0) {
-        code = message_set(message, ERROR_MISSING, "%s: contains neither calls nor pairs to replay",
+    if (self->pair_count == 0) {
+        return message_set(message, ERROR_MISSING, "%s: contains neither calls nor pairs to replay",
                            self->session.path);
-    }
-    if (code != 0) {
-        return code;
     }
     const struct pair_frame *first = self->pairs[0].pair.frame;
     self->now_us = first[first[RIG_RIGHT].begin_us < first[RIG_LEFT].begin_us].begin_us;

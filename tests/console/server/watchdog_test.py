@@ -114,8 +114,7 @@ class Watchdog(DaemonTest):
         self.assertEqual(self.output_text().count("cannot be fed"), 1)
 
     def test_a_slow_disk(self):
-        """The bridge's watchdog expires after a second: while a pair is written to a slower disk,
-        the rig is still serviced."""
+        """What was recorded meanwhile replays. That the rig is served is in disk_writer_test."""
         self.tearDown()
         folder, slow_ms = tempfile.mkdtemp(prefix="console"), 1200
         self.addCleanup(shutil.rmtree, folder)
@@ -126,12 +125,6 @@ class Watchdog(DaemonTest):
         client.send("record start slow\nbringup\ncapture\nrecord stop\n")
         for command in ("record", "bringup", "capture", "record stop"):
             self.assertEqual(client.answer()[-1], "OK", command)
-        # The rig reads the clock whenever it does anything.
-        with open(os.path.join(folder, "slow", "calls.log"), encoding="ascii") as file:
-            times = [int(line.split()[-1]) for line in file if line.startswith("clock now ")]
-        longest_us = max(after - before for before, after in zip(times, times[1:]))
-        self.assertLess(longest_us, slow_ms * 1000 / 2)
-        self.assertGreater(times[-1] - times[0], slow_ms * 1000)
         played = subprocess.run([os.environ["VERGENCE"], "replay", os.path.join(folder, "slow")],
                                 capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
         self.assertEqual((played.returncode, played.stderr), (0, ""))
