@@ -58,34 +58,26 @@ void config_defaults(struct config *config) {
 }
 
 static int64_t load(const struct config *config, const struct config_key *key) {
-    const unsigned char *at = (const unsigned char *)config + key->offset;
-    if (key->bytes == 1) {
-        return *at;
-    }
-    if (key->bytes == 2) {
-        uint16_t value;
-        memcpy(&value, at, sizeof value);
-        return value;
-    }
-    INVARIANT(key->bytes == 4);
-    int32_t value;
-    memcpy(&value, at, sizeof value);
-    return value;
+    const void *at = (const char *)config + key->offset;
+    INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
+    return key->bytes == 1   ? *(const uint8_t *)at
+           : key->bytes == 2 ? *(const uint16_t *)at
+                             : *(const int32_t *)at;
 }
 
 static void store(struct config *config, const struct config_key *key, int64_t number) {
-    unsigned char *at = (unsigned char *)config + key->offset;
-    const uint8_t one = (uint8_t)number;
-    const uint16_t two = (uint16_t)number;
-    const uint32_t four = (uint32_t)number;
+    char *at = (char *)config + key->offset;
     INVARIANT(key->bytes == 1 || key->bytes == 2 || key->bytes == 4);
     for (int i = 0; i < (key->repeat != 0 ? LENS_AXES : 1); i++, at += key->repeat) {
-        memcpy(at,
-               key->bytes == 1   ? (const void *)&one
-               : key->bytes == 2 ? (const void *)&two
-                                 : &four,
-               key->bytes);
+        if (key->bytes == 1) {
+            *(uint8_t *)at = (uint8_t)number;
+        } else if (key->bytes == 2) {
+            *(uint16_t *)(void *)at = (uint16_t)number;
+        } else {
+            *(int32_t *)(void *)at = (int32_t)number;
+        }
     }
+    INVARIANT(load(config, key) == number);
 }
 
 int64_t config_key_min(const struct config_key *key) {
@@ -261,17 +253,6 @@ bool config_key_is_of_rig(size_t index) {
     return strncmp(config_key_name(index), CONFIG_RIG, strlen(CONFIG_RIG)) == 0;
 }
 
-static void print_number(const struct config *config, const struct config_key *key, char *text,
-                         size_t bytes) {
-    char number[QUANTITY_BYTES];
-    const int64_t value = load(config, key);
-    const bool none = key->none != NULL && value == key->min;
-    if (!none) {
-        quantity_print(key->quantity, value, number);
-    }
-    snprintf(text, bytes, "%s", none ? key->none : number);
-}
-
 void config_key_print(const struct config *config, size_t index, char *text, size_t bytes) {
     static const char *const backends[] = {
         [CONFIG_BACKEND_SIM] = "sim", [CONFIG_BACKEND_LINUX] = "linux", "replay"};
@@ -279,19 +260,17 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
     const struct config_key *key = &config_keys(&count)[index];
     INVARIANT(index < count);
     const char *place = (const char *)config + key->offset;
-    char word[COMMAND_CHOICE_MAX];
+    char number[QUANTITY_BYTES];
     switch (key->kind) {
         case CONFIG_PROFILE:
             snprintf(text, bytes, "%s",
                      config->profile_file[0] != '\0' ? config->profile_file : config->like);
             break;
-        case CONFIG_NAME:
-            snprintf(text, bytes, "%s", place);
-            break;
         case CONFIG_BACKEND:
             snprintf(text, bytes, "%s%s%s", backends[config->backend],
                      config->backend_address[0] != '\0' ? " " : "", config->backend_address);
             break;
+        case CONFIG_NAME:
         case CONFIG_TEXT:
             snprintf(text, bytes, "%s", place[0] != '\0' ? place : key->none);
             break;
@@ -301,11 +280,13 @@ void config_key_print(const struct config *config, size_t index, char *text, siz
                                                          : RIG_LENSES_FIXED);
             break;
         case CONFIG_CHOICE:
-            command_words_choice_at(key->choices, (int)(load(config, key) - key->min), word);
-            snprintf(text, bytes, "%s", word);
+            command_words_choice_at(key->choices, (int)(load(config, key) - key->min), number);
+            snprintf(text, bytes, "%s", number);
             break;
         case CONFIG_NUMBER:
-            print_number(config, key, text, bytes);
+            quantity_print(key->quantity, load(config, key), number);
+            snprintf(text, bytes, "%s",
+                     key->none != NULL && load(config, key) == key->min ? key->none : number);
             break;
     }
 }

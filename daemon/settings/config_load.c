@@ -175,20 +175,33 @@ static int set_all(const struct loading *self) {
     return 0;
 }
 
-/// Sets and checks what was taken from a profile.
-static int finish_profile(const struct loading *self) {
-    INVARIANT(self->in_profile && strlen(self->file) < sizeof self->config->profile_file);
-    if (self->lines[0].number == 0) {
-        return message_set(self->message, ERROR_MISSING,
-                           "%s: " CONFIG_LIKE " missing (start with " CONFIG_LIKE
-                           " = rig, two-cameras or two-cameras-lens)",
-                           self->file);
+/// Begins a reading; false with a message: out of memory.
+static bool begin(struct loading *self) {
+    self->lines = calloc(CONFIG_KEYS_MAX, sizeof *self->lines);
+    if (self->lines == NULL) {
+        message_set(self->message, ERROR_MEMORY, "out of memory");
     }
-    int error = set_all(self);
-    error = error != 0 ? error : config_check_lines(self->config, self->lines, true, self->message);
+    return self->lines != NULL;
+}
+
+/// Sets and checks what was taken, unless there is an error, and ends the reading.
+static int end(struct loading *self, int error) {
+    struct config *config = self->config;
+    if (error == 0 && self->in_profile && self->lines[0].number == 0) {
+        error = message_set(self->message, ERROR_MISSING,
+                            "%s: " CONFIG_LIKE " missing (start with " CONFIG_LIKE
+                            " = rig, two-cameras or two-cameras-lens)",
+                            self->file);
+    }
+    error = error != 0 ? error : set_all(self);
     if (error == 0) {
-        strcpy(self->config->profile_file, self->file);
+        error = config_check_lines(config, self->lines, self->in_profile, self->message);
     }
+    if (error == 0 && self->in_profile) {
+        INVARIANT(strlen(self->file) < sizeof config->profile_file);
+        strcpy(config->profile_file, self->file);
+    }
+    free(self->lines);
     return error;
 }
 
@@ -199,6 +212,7 @@ static int load_profile(const struct loading *outer, const char *relative_to, co
     struct loading self = *outer;
     const char *slash = relative_to != NULL && name[0] != '/' ? strrchr(relative_to, '/') : NULL;
     const int folder = slash != NULL ? (int)(slash - relative_to) + 1 : 0;
+    INVARIANT(!outer->in_profile);
     if (snprintf(path, sizeof path, "%.*s%s", folder, folder > 0 ? relative_to : "", name) >=
         (int)sizeof path) {
         return message_set(self.message, ERROR_RANGE,
@@ -211,33 +225,17 @@ static int load_profile(const struct loading *outer, const char *relative_to, co
     }
     self.file = path;
     self.in_profile = true;
-    self.lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines);
-    int error = self.lines != NULL ? take_file(&self, file)
-                                   : message_set(self.message, ERROR_MEMORY, "out of memory");
-    error = error != 0 ? error : finish_profile(&self);
+    const int error = begin(&self) ? end(&self, take_file(&self, file)) : ERROR_MEMORY;
     fclose(file);
-    free(self.lines);
     return error;
 }
 
 int config_parse(struct config *config, const char *name, const char *text, size_t length,
                  struct message *message) {
-    struct loading self = {.config = config,
-                           .file = name,
-                           .in_profile = is_profile_file(name),
-                           .message = message,
-                           .lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines)};
+    struct loading self = {
+        .config = config, .file = name, .in_profile = is_profile_file(name), .message = message};
     config_defaults(config);
-    int error = self.lines != NULL ? take_text(&self, text, length)
-                                   : message_set(message, ERROR_MEMORY, "out of memory");
-    if (error == 0 && self.in_profile) {
-        error = finish_profile(&self);
-    } else if (error == 0) {
-        error = set_all(&self);
-        error = error != 0 ? error : config_check_lines(config, self.lines, false, message);
-    }
-    free(self.lines);
-    return error;
+    return begin(&self) ? end(&self, take_text(&self, text, length)) : ERROR_MEMORY;
 }
 
 static int take_settings(struct loading *self, const char *path) {
@@ -254,15 +252,11 @@ static int take_settings(struct loading *self, const char *path) {
 
 int config_load(struct config *config, const char *path, const char *const *words, int count,
                 struct config_old_lines *old, struct message *message) {
-    struct loading self = {.config = config,
-                           .opens_files = true,
-                           .old = old,
-                           .message = message,
-                           .lines = calloc(CONFIG_KEYS_MAX, sizeof *self.lines)};
+    struct loading self = {.config = config, .opens_files = true, .old = old, .message = message};
     int error = 0;
     config_defaults(config);
-    if (self.lines == NULL) {
-        return message_set(message, ERROR_MEMORY, "out of memory");
+    if (!begin(&self)) {
+        return ERROR_MEMORY;
     }
     if (path != NULL && is_profile_file(path)) {
         error = strlen(path) < CONFIG_TEXT_BYTES
@@ -274,8 +268,5 @@ int config_load(struct config *config, const char *path, const char *const *word
     for (int i = 0; i < count && error == 0; i++) {
         error = take_word(&self, words[i], i + 1);
     }
-    error = error != 0 ? error : set_all(&self);
-    error = error != 0 ? error : config_check_lines(config, self.lines, false, message);
-    free(self.lines);
-    return error;
+    return end(&self, error);
 }
