@@ -44,9 +44,6 @@ int command_give(const struct command_call *call, const char *line,
 /// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
 int commands_settings_bringup(const struct command_call *call);
 
-/// Copies the name of the session that received the last pair. False: no pair yet. Any thread.
-bool commands_session_last(char *name, size_t bytes);
-
 /// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);
 

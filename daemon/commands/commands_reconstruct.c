@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reconstructs a surface from a recorded pair into a directory of the instrument's files. It does
+// Reconstructs a surface from a captured pair into a directory of the instrument's files. It does
 // not use the rig, so the next pair can be aimed meanwhile.
 #include <dirent.h>
 #include <errno.h>
@@ -36,7 +36,8 @@ struct surface {
     char result[FILES_NAME_MAX + 64];
     char out_path[ATOMIC_DIR_PATH_BYTES];
     char stored[STORE_CALIBRATION_BYTES];
-    struct session_pairs pairs;  // work space
+    struct session_pairs pairs;      // work space
+    struct captured_pair *captured;  // in memory; NULL: the pair is in a session
     struct reconstruct_session source;
     struct reconstruct_request request;
     struct reconstruct_job job;
@@ -88,6 +89,7 @@ static bool find_newest(int root, char *name, struct session_pairs *pairs) {
     return found;
 }
 
+/// Chooses the session that was named, else the last pair in memory, else the newest session.
 static int choose_session(struct surface *self) {
     const struct command_call *call = self->call;
     const struct command_value *value = &call->values[SESSION];
@@ -98,10 +100,14 @@ static int choose_session(struct surface *self) {
     if (value->given) {
         error = files_check_plain(call, value->text);
         snprintf(self->session, sizeof self->session, "%s", value->text);
-    } else if (!commands_session_last(self->session, sizeof self->session) &&
-               !find_newest(daemon_of(call)->files_fd, self->session, &self->pairs)) {
-        error = command_fail(call, ERROR_MISSING,
-                             "reconstruct: no session with a pair (\"capture\" makes one)");
+    } else if (self->request.pair == 0 &&
+               (self->captured = last_pair_use(&daemon_of(call)->last_pair)) != NULL) {
+        snprintf(self->session, sizeof self->session, "%s", self->captured->name);
+        return 0;
+    } else if (!find_newest(daemon_of(call)->files_fd, self->session, &self->pairs)) {
+        error =
+            command_fail(call, ERROR_MISSING,
+                         "reconstruct: no pair and no session with one (\"capture\" makes one)");
     }
     if (error != 0) {
         return error;
@@ -148,7 +154,7 @@ static int make_request(struct surface *self) {
     self->source.missing = ", and none is saved (\"calibration set FILE\" first)";
     self->source.parent = daemon_of(self->call)->files_fd;
     self->source.path = self->session;
-    self->source.pair = (uint32_t)self->request.pair;
+    self->source.number = (uint32_t)self->request.pair;
     return 0;
 }
 
@@ -163,7 +169,8 @@ static int read_session(void *cookie, const struct reconstruct_request *request,
         return error;
     }
     struct stat about;
-    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session, self->source.found);
+    snprintf(self->result, sizeof self->result, "surface-%s-%u", self->session,
+             self->source.pair.pair.number);
     // Rejects links: results are only written in "files".
     if (fstatat(daemon_of(self->call)->files_fd, self->result, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
         S_ISLNK(about.st_mode)) {
@@ -194,8 +201,8 @@ static void reply_figures(const struct surface *self) {
     const struct reconstruct_result *result = context->result;
     struct result_figures_quantiles spread;
     reply_text(call, "session", self->session);
-    reply_number(call, "pair", self->source.found, 0, NULL);
-    reply_number(call, "skew", (double)self->source.event.pair.skew_us, 0, "us");
+    reply_number(call, "pair", self->source.pair.pair.number, 0, NULL);
+    reply_number(call, "skew", (double)self->source.pair.pair.skew_us, 0, "us");
     reply_text(call, "result", self->result);
     reply_text(call, "calibration", context->calibration->id);
     reply_text(call, "calibration_from", self->source.own ? "session" : "kept");
@@ -269,12 +276,14 @@ static int run_reconstruct(const struct command_call *call) {
         return command_fail(call, ERROR_MEMORY, "reconstruct: out of memory");
     }
     self->call = call;
-    int error = choose_session(self);
-    error = error != 0 ? error : make_request(self);
+    int error = make_request(self);
+    error = error != 0 ? error : choose_session(self);
     if (error == 0) {
+        self->source.captured = self->captured;
         load_saved(self);
         error = compute(self);
     }
+    last_pair_give_back(self->captured);
     free(self);
     return error;
 }
@@ -285,13 +294,14 @@ static struct command_argument arguments[ARGUMENTS] = {
      .min = 1,
      .max = FILES_NAME_MAX,
      .optional = true,
-     .help = "session of the pair; default: the last one captured, else the newest",
+     .help =
+         "session of the pair; default: the pair captured last, in memory, else the newest session",
      .candidates = files_candidates_session},
 };
 
 static const struct command commands[] = {
     {.name = "reconstruct",
-     .summary = "measure a surface from a recorded pair",
+     .summary = "measure a surface from the last pair, or from a recorded one",
      .help =
          "Writes mesh.ply, points.pcd, disparity.pfm, reasons.pgm and result.json to the directory "
          "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "

@@ -27,43 +27,32 @@ static struct {
     char name[FILES_NAME_MAX + 1];
 } session = {.writer = {.directory = -1, .index = -1}};
 
-/// The session of the last pair, for other threads.
-static struct {
-    pthread_mutex_t lock;
-    char name[FILES_NAME_MAX + 1];
-} last = {.lock = PTHREAD_MUTEX_INITIALIZER};
-
-static void remember_session(void) {
-    pthread_mutex_lock(&last.lock);
-    strcpy(last.name, session.name);
-    pthread_mutex_unlock(&last.lock);
-}
-
-bool commands_session_last(char *name, size_t bytes) {
-    pthread_mutex_lock(&last.lock);
-    snprintf(name, bytes, "%s", last.name);
-    pthread_mutex_unlock(&last.lock);
-    return name[0] != '\0';
-}
-
-/// Writes the saved calibration, if there is one: it is part of every session.
-static int write_calibration(const struct command_call *call, struct message *message) {
+/// Loads the saved calibration, if there is one: it is part of every pair and session. `text` has
+/// STORE_CALIBRATION_BYTES.
+static int load_calibration(const struct command_call *call, char *text, size_t *length,
+                            struct message *message) {
     const struct hal_store *store = daemon_of(call)->store;
-    char text[STORE_CALIBRATION_BYTES];
-    size_t length = 0;
+    *length = 0;
     if (store == NULL) {
         return 0;
     }
-    const int error =
-        store->operations->load(store->self, STORE_CALIBRATION, text, sizeof text, &length);
-    if (error != 0) {
-        return error == ERROR_MISSING
-                   ? 0
-                   : message_set(message, error, "the saved calibration cannot be read: %s",
-                                 error_text(error));
-    }
-    INVARIANT(length <= sizeof text);
-    return session_writer_calibration(&session.writer, text, length, message);
+    const int error = store->operations->load(store->self, STORE_CALIBRATION, text,
+                                              STORE_CALIBRATION_BYTES, length);
+    INVARIANT(error != 0 || *length <= STORE_CALIBRATION_BYTES);
+    *length = error == 0 ? *length : 0;
+    return error == 0 || error == ERROR_MISSING
+               ? 0
+               : message_set(message, error, "the saved calibration cannot be read: %s",
+                             error_text(error));
+}
+
+static int write_calibration(const struct command_call *call, struct message *message) {
+    char text[STORE_CALIBRATION_BYTES];
+    size_t length = 0;
+    const int error = load_calibration(call, text, &length, message);
+    return error != 0 || length == 0
+               ? error
+               : session_writer_calibration(&session.writer, text, length, message);
 }
 
 /// Start of a session, as a job for the disk writer.
@@ -142,10 +131,12 @@ static void put_picture(const struct command_call *call, const struct pair_frame
     reply_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
 }
 
-static void put_pair(const struct command_call *call, const struct pair *pair) {
-    reply_text(call, "session", session.name);
-    // Its number in the session, as for "reconstruct", not the rig's count.
-    reply_number(call, "pair", session.writer.pairs, 0, NULL);
+static void put_pair(const struct command_call *call, const struct captured_pair *captured) {
+    const struct pair *pair = &captured->pair;
+    if (captured->in_session) {
+        reply_text(call, "session", captured->name);
+    }
+    reply_number(call, "pair", pair->number, 0, NULL);
     reply_number(call, "skew", (double)pair->skew_us, 0, "us");
     if (pair->checked) {
         reply_number(call, "change", pair->change_permille / 10.0, 1, "%");
@@ -250,39 +241,102 @@ static int match_calibration(const struct command_call *call, const struct pair 
     return command_fail(call, error, "%s", message.text);
 }
 
-static int take_pair(const struct command_call *call, const struct pair_options *options) {
-    struct pair pair;
+/// What is kept of a pair besides its images, as a job for the disk writer.
+struct keeping {
+    const struct command_call *call;
+    struct captured_pair *captured;
+    int error;
+    struct message message;
+};
+
+static void load_what_belongs(void *cookie) {
+    struct keeping *self = cookie;
+    struct captured_pair *captured = self->captured;
+    files_name_now(self->call, "capture", "", captured->name);
+    self->error = load_calibration(self->call, captured->calibration, &captured->calibration_length,
+                                   &self->message);
+}
+
+/// Fills in what a reconstruction needs besides the images.
+static int describe(const struct command_call *call, struct captured_pair *captured) {
+    _Static_assert(sizeof captured->name > FILES_NAME_MAX, "a session's name fits");
+    _Static_assert(sizeof captured->calibration >= STORE_CALIBRATION_BYTES, "a calibration fits");
+    struct keeping keeping = {.call = call, .captured = captured};
+    snprintf(captured->profile, sizeof captured->profile, "%s", call->rig->profile.name);
+    captured->has_instrument = true;
+    commands_calibration_instrument(call, &captured->instrument);
+    disk_writer_run(&daemon_of(call)->disk_writer, load_what_belongs, &keeping);
+    return keeping.error == 0 ? 0 : command_fail(call, keeping.error, "%s", keeping.message.text);
+}
+
+/// Writes the pair to disk if a session was asked for.
+static int write_session(const struct command_call *call, struct captured_pair *captured,
+                         const struct registers_all *registers) {
+    if (!session.recording && !call->values[CAPTURE_NAME].given) {
+        return 0;
+    }
+    int error = session.recording ? 0 : begin_session(call, &call->values[CAPTURE_NAME], "capture");
+    error = error != 0 ? error : save_pair(call, &captured->pair, registers);
+    if (error == 0) {
+        captured->in_session = true;
+        snprintf(captured->name, sizeof captured->name, "%s", session.name);
+        // Its number in the session, as for "reconstruct", not the rig's count.
+        captured->pair.number = session.writer.pairs;
+    }
+    return error;
+}
+
+/// Takes a pair into `captured`. `*kept`: it is the last pair now.
+static int take_pair(const struct command_call *call, const struct pair_options *options,
+                     struct captured_pair *captured, bool *kept) {
     struct registers_all registers;
-    int error = capture_take(call->rig, options, &pair, &registers);
+    int error = capture_take(call->rig, options, &captured->pair, &registers);
     if (error != 0) {
         return error;
     }
-    const int mismatch = match_calibration(call, &pair);
-    if (!session.recording) {
-        error = mismatch;
-        error = error != 0 ? error : begin_session(call, &call->values[CAPTURE_NAME], "capture");
+    const int mismatch = match_calibration(call, &captured->pair);
+    error = session.recording ? 0 : mismatch;
+    error = error != 0 ? error : describe(call, captured);
+    error = error != 0 ? error : write_session(call, captured, &registers);
+    if (error != 0) {
+        pair_release(captured->pair.frame);
+        return error;
     }
-    error = error != 0 ? error : save_pair(call, &pair, &registers);
-    if (error == 0) {
-        remember_session();
-        put_pair(call, &pair);
+    put_pair(call, captured);
+    *kept = true;
+    last_pair_set(&daemon_of(call)->last_pair, captured);
+    return mismatch;
+}
+
+/// Forgets the last pair if there is no room for another one beside it.
+static void make_room(struct daemon *daemon) {
+    const struct rig *rig = &daemon->rig;
+    const uint64_t values = rig->profile.bridge ? 1 : 3;  // only others deliver colours
+    const uint64_t pixels = (uint64_t)rig->format.width_px * rig->format.height_px;
+    if (memory_available_bytes() < (RIG_SIDES + 1) * pixels * values * sizeof(uint16_t)) {
+        last_pair_set(&daemon->last_pair, NULL);
     }
-    pair_release(pair.frame);
-    return error != 0 ? error : mismatch;
 }
 
 static int run_capture(const struct command_call *call) {
     const struct pair_options options = capture_options(call->values);
-    if (session.recording && call->values[CAPTURE_NAME].given) {
+    const bool named = call->values[CAPTURE_NAME].given;
+    if (session.recording && named) {
         return command_fail(call, ERROR_ARGUMENT,
                             "capture: NAME is not allowed while recording %s (omit it, or use -)",
                             session.name);
     }
-    const int refused = session.recording ? 0 : check_name(call, &call->values[CAPTURE_NAME]);
-    if (refused != 0) {
-        return refused;
+    int error = named ? check_name(call, &call->values[CAPTURE_NAME]) : 0;
+    if (error != 0) {
+        return error;
     }
-    const int error = take_pair(call, &options);
+    make_room(daemon_of(call));
+    struct captured_pair *captured = calloc(1, sizeof *captured);
+    bool kept = false;
+    error = captured != NULL ? take_pair(call, &options, captured, &kept) : ERROR_MEMORY;
+    if (!kept) {
+        free(captured);
+    }
     return error != ERROR_MEMORY
                ? error
                : command_fail(call, error, "capture: out of memory for its frames");
@@ -436,10 +490,12 @@ static const struct command_argument record_arguments[] = {
 
 static const struct command commands[] = {
     {.name = "capture",
-     .summary = "capture a pair of frames into a session",
+     .summary = "capture a pair of frames",
      .help =
-         "Writes to the current recording, else to a new session in \"files\". Fails if something "
-         "moved between the two frames, or if the saved calibration was made with other axes, "
+         "Keeps the pair in memory, where \"reconstruct\" finds it, until the next capture or the "
+         "daemon's end. With NAME it also writes it to a new session in \"files\", during a "
+         "recording to that. Fails if something moved between the two frames, or if the saved "
+         "calibration was made with other axes, "
          "cameras or windows. Reports for each side brightness (mean, of full scale), saturated "
          "and black pixels, and sharpness (relative to the steepest possible edges; blur lowers "
          "it, the amount of light does not).",

@@ -14,6 +14,7 @@
 #include "daemon/server/log_ring.h"
 #include "daemon/server/worker.h"
 #include "daemon/session/disk_writer.h"
+#include "daemon/session/last_pair.h"
 #include "daemon/session/record.h"
 #include "daemon/settings/config.h"
 #include "hal/store.h"
@@ -36,6 +37,7 @@ struct daemon {
     const struct v4l2_camera *cameras[RIG_SIDES];  ///< behind the rig's ports; NULL: none
     struct record record;            ///< in front of the rig's ports; records on request
     struct disk_writer disk_writer;  ///< for the rig worker's thread only
+    struct last_pair last_pair;      ///< for `reconstruct`
     struct worker rig_worker, general_worker;
     uint64_t started_us;  ///< monotonic
 };

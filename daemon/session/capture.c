@@ -8,7 +8,8 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
          .min = 1,
          .max = 60,
          .optional = true,
-         .help = "of the new session: letters, digits and - _ . + = , @; default: date and time"},
+         .help = "of a new session for the pair: letters, digits and - _ . + = , @; default: only "
+                 "in memory"},
     [CAPTURE_CHECK] = {.name = "static",
                        .kind = COMMAND_FLAG,
                        .help = "take the left image twice and check that the scene has not moved"},

@@ -27,8 +27,7 @@ extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];
 struct pair_options capture_options(const struct command_value *values);
 
 /// Takes the pair as pair_capture does, then reads all registers and computes the image statistics.
-/// Errors of either; on success `*registers` is set, and
-/// the caller releases the pair.
+/// Errors of either; on success `*registers` is set, and the caller releases the pair.
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,
                  struct registers_all *registers);
 

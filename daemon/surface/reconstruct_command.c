@@ -97,7 +97,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     if (request.session_path != NULL) {
         session.parent = AT_FDCWD;
         session.path = request.session_path;
-        session.pair = (uint32_t)request.pair;
+        session.number = (uint32_t)request.pair;
         session.load_calibration = files.load_calibration;
         session.missing =
             ": give --calibration FILE (or --rectified for a rectified pair without one)";

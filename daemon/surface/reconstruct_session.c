@@ -12,22 +12,6 @@
 #include "daemon/session/session_read.h"
 #include "device/mt9t001.h"
 
-static int read_frame(const struct reconstruct_session *self, const struct session_reader *reader,
-                      int side, const struct image_request *request, struct image_file *file,
-                      struct message *message) {
-    struct raw_image image = self->event.pair.frame[side].image;
-    int error = session_reader_load(reader, &image, self->event.frame_crc[side], message);
-    if (error != ERROR_OK) {
-        return error;
-    }
-    memset(file, 0, sizeof *file);
-    file->path = self->name[side];
-    file->request = request;
-    error = image_file_take(file, &image, message);
-    file->request = NULL;
-    return error;
-}
-
 static int parse_calibration(const char *name, const char *text, size_t length,
                              struct calibration *calibration, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
@@ -39,21 +23,8 @@ static int parse_calibration(const char *name, const char *text, size_t length,
                              fault.reason[0] != '\0' ? fault.reason : error_text(error));
 }
 
-/// Reads the session's own calibration, in force when the pair was taken.
-static int read_own(struct reconstruct_session *self, const struct session_reader *reader,
-                    uint32_t crc32, struct calibration *calibration, struct message *message) {
-    char text[CALIBRATION_TEXT_MAX_BYTES], file[SESSION_NAME_MAX + 1];
-    session_calibration_name(crc32, file);
-    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
-    const int length = session_reader_calibration(reader, crc32, text, sizeof text, message);
-    return length < 0 ? length
-                      : parse_calibration(self->calibration_name, text, (size_t)length, calibration,
-                                          message);
-}
-
 /// Reads the request's calibration, else the session's own, else the saved one.
-static int read_calibration(struct reconstruct_session *self, const struct session_reader *reader,
-                            const struct session_pairs *pairs,
+static int read_calibration(struct reconstruct_session *self,
                             const struct reconstruct_request *request,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
@@ -64,10 +35,11 @@ static int read_calibration(struct reconstruct_session *self, const struct sessi
         return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
                                             message);
     }
-    self->own = pairs->has_calibration;
+    self->own = self->pair.calibration_length > 0;
     int error = ERROR_OK;
     if (self->own) {
-        error = read_own(self, reader, pairs->calibration_crc, calibration, message);
+        error = parse_calibration(self->calibration_name, self->pair.calibration,
+                                  self->pair.calibration_length, calibration, message);
     } else if (self->stored_text != NULL) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "the saved calibration");
         error = parse_calibration(self->calibration_name, self->stored_text, self->stored_length,
@@ -122,7 +94,7 @@ static bool is_part(const struct pair_frame *frame) {
 /// Fits one camera's part of the calibration to its frame.
 static void cut_side(struct reconstruct_session *self, int side, struct calibration *calibration,
                      struct reconstruct_context *context) {
-    const struct pair_frame *frame = &self->event.pair.frame[side];
+    const struct pair_frame *frame = &self->pair.pair.frame[side];
     struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
     struct calibration_window *window = &calibration->origin.side[side].window;
     if (is_for(lens, frame->image.width_px, frame->image.height_px)) {
@@ -146,7 +118,7 @@ static void cut_side(struct reconstruct_session *self, int side, struct calibrat
 static int cut_to_window(struct reconstruct_session *self, struct calibration *calibration,
                          struct reconstruct_context *context, struct message *message) {
     for (int side = 0; side < RIG_SIDES; side++) {
-        const struct pair_frame *frame = &self->event.pair.frame[side];
+        const struct pair_frame *frame = &self->pair.pair.frame[side];
         if (!is_part(frame)) {
             continue;
         }
@@ -170,13 +142,14 @@ static int cut_to_window(struct reconstruct_session *self, struct calibration *c
 }
 
 /// Rejects a calibration made with other axes, cameras or windows, or records that it was accepted.
-static int match(struct reconstruct_session *self, const struct session_pairs *pairs,
-                 const struct reconstruct_request *request, struct reconstruct_inputs *inputs,
-                 struct reconstruct_context *context, struct message *message) {
+static int match(struct reconstruct_session *self, const struct reconstruct_request *request,
+                 struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                 struct message *message) {
     struct calibration *calibration = &inputs->calibration;
     struct calibration_match_state state;
-    calibration_match_pair(self->profile, pairs->has_instrument ? &pairs->instrument : NULL,
-                           &self->event.pair, &state);
+    calibration_match_pair(self->pair.profile,
+                           self->pair.has_instrument ? &self->pair.instrument : NULL,
+                           &self->pair.pair, &state);
     context->has_instrument = true;
     context->instrument = state.instrument;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
@@ -199,14 +172,14 @@ static int match(struct reconstruct_session *self, const struct session_pairs *p
 }
 
 /// A calibration that was assumed already fits the frames.
-static int fit_calibration(struct reconstruct_session *self, const struct session_pairs *pairs,
+static int fit_calibration(struct reconstruct_session *self,
                            const struct reconstruct_request *request,
                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                            struct message *message) {
     if (inputs->calibration_path == NULL) {
         return ERROR_OK;
     }
-    int error = match(self, pairs, request, inputs, context, message);
+    int error = match(self, request, inputs, context, message);
     if (error == ERROR_OK) {
         error = cut_to_window(self, &inputs->calibration, context, message);
     }
@@ -214,27 +187,28 @@ static int fit_calibration(struct reconstruct_session *self, const struct sessio
                              : reconstruct_inputs_fit(inputs, self->calibration_name, message);
 }
 
-static int read_all(struct reconstruct_session *self, const struct session_reader *reader,
-                    const struct session_pairs *pairs, const struct reconstruct_request *request,
+/// Makes the pair's images and a calibration the inputs.
+static int use_pair(struct reconstruct_session *self, const struct reconstruct_request *request,
                     struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
     const struct image_request image_request = {.scale = request->scale};
     int error = ERROR_OK;
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
-        char file[SESSION_NAME_MAX + 1];
-        session_frame_name(self->event.frame_crc[side], file);
-        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
-        error = read_frame(self, reader, side, &image_request, files[side], message);
+        files[side]->path = self->name[side];
+        files[side]->request = &image_request;
+        error = image_file_take(files[side], &self->pair.pair.frame[side].image, message);
+        files[side]->request = NULL;
     }
+    pair_release(self->pair.pair.frame);  // those not taken over
     if (error == ERROR_OK) {
         error = reconstruct_inputs_check(inputs, message);
     }
     if (error == ERROR_OK) {
-        error = read_calibration(self, reader, pairs, request, inputs, context, message);
+        error = read_calibration(self, request, inputs, context, message);
     }
     if (error == ERROR_OK) {
-        error = fit_calibration(self, pairs, request, inputs, context, message);
+        error = fit_calibration(self, request, inputs, context, message);
     }
     return error;
 }
@@ -252,48 +226,101 @@ static void set_label(struct reconstruct_session *self) {
     snprintf(self->label, sizeof self->label, "%.*s", (int)(end - begin), begin);
 }
 
-static int find_pair(struct reconstruct_session *self, struct session_reader *reader,
-                     struct session_pairs *pairs, struct reconstruct_context *context,
+/// Reads the images of the pair found, and the session's calibration unless the request has one.
+static int load_pair(struct reconstruct_session *self, const struct session_reader *reader,
+                     const struct session_pairs *pairs, const struct reconstruct_request *request,
                      struct message *message) {
-    const int error = session_pairs_find(pairs, reader, self->pair, message);
+    char file[SESSION_NAME_MAX + 1];
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const uint32_t crc32 = pairs->pair.frame_crc[side];
+        session_frame_name(crc32, file);
+        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
+        const int error =
+            session_reader_load(reader, &self->pair.pair.frame[side].image, crc32, message);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    if (!pairs->has_calibration || request->calibration_path != NULL || request->rectified) {
+        return ERROR_OK;
+    }
+    session_calibration_name(pairs->calibration_crc, file);
+    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/%s", self->path, file);
+    const int length =
+        session_reader_calibration(reader, pairs->calibration_crc, self->pair.calibration,
+                                   sizeof self->pair.calibration, message);
+    self->pair.calibration_length = length > 0 ? (size_t)length : 0;
+    return length < 0 ? length : ERROR_OK;
+}
+
+/// Finds the pair in its session and reads it.
+static int read_pair(struct reconstruct_session *self, struct session_reader *reader,
+                     struct session_pairs *pairs, const struct reconstruct_request *request,
+                     struct reconstruct_context *context, struct message *message) {
+    memcpy(self->pair.profile, pairs->event.profile, sizeof self->pair.profile);
+    const int error = session_pairs_find(pairs, reader, self->number, message);
     if (error != ERROR_OK) {
         return error;
     }
-    self->event = pairs->pair;
-    self->found = pairs->count;
-    set_label(self);
-    context->capture = (struct capture_info){self->label, &self->event.pair};
+    self->pair.pair = pairs->pair.pair;
+    self->pair.pair.number = pairs->count;
+    self->pair.has_instrument = pairs->has_instrument;
+    self->pair.instrument = pairs->instrument;
     if (reader->cut) {
         reconstruct_context_warn(
             context, "%s was cut off or is still being written: there may be more pairs",
             self->path);
     }
-    return ERROR_OK;
+    return load_pair(self, reader, pairs, request, message);
 }
 
-int reconstruct_session_read(void *session, const struct reconstruct_request *request,
-                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
-                             struct message *message) {
-    struct reconstruct_session *self = session;
+static int read_session(struct reconstruct_session *self, const struct reconstruct_request *request,
+                        struct reconstruct_context *context, struct message *message) {
     struct session_reader reader;
-    memset(inputs, 0, sizeof *inputs);
-    self->found = 0;
-    self->own = self->cut = false;
     struct session_pairs *pairs = calloc(1, sizeof *pairs);
     if (pairs == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", self->path);
     }
     int error = session_reader_open(&reader, self->parent, self->path, &pairs->event, message);
     if (error == ERROR_OK) {
-        memcpy(self->profile, pairs->event.profile, sizeof self->profile);
-        error = find_pair(self, &reader, pairs, context, message);
-        if (error == ERROR_OK) {
-            error = read_all(self, &reader, pairs, request, inputs, context, message);
-        }
+        error = read_pair(self, &reader, pairs, request, context, message);
         session_reader_close(&reader);
     }
     free(pairs);
+    return error;
+}
+
+/// Borrows the pair in memory: nothing is read or copied.
+static void borrow_pair(struct reconstruct_session *self) {
+    static const char *const sides[RIG_SIDES] = {"left", "right"};
+    self->pair = *self->captured;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        self->pair.pair.frame[side].image.release = NULL;
+        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, sides[side]);
+    }
+    snprintf(self->calibration_name, sizeof self->calibration_name, "%s/calibration", self->path);
+}
+
+int reconstruct_session_read(void *session, const struct reconstruct_request *request,
+                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                             struct message *message) {
+    struct reconstruct_session *self = session;
+    memset(inputs, 0, sizeof *inputs);
+    memset(&self->pair, 0, sizeof self->pair);
+    self->own = self->cut = false;
+    int error = ERROR_OK;
+    if (self->captured != NULL) {
+        borrow_pair(self);
+    } else {
+        error = read_session(self, request, context, message);
+    }
+    if (error == ERROR_OK) {
+        set_label(self);
+        context->capture = (struct capture_info){self->label, &self->pair.pair};
+        error = use_pair(self, request, inputs, context, message);
+    }
     if (error != ERROR_OK) {
+        pair_release(self->pair.pair.frame);
         reconstruct_inputs_free(inputs);
         return error;
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A recorded pair and its calibration as the inputs of a reconstruction.
+/// A captured pair, of a session or in memory, and its calibration as the inputs of a
+/// reconstruction.
 ///
 /// The calibration is that of the request, else the session's, else the saved one. It must fit the
 /// frames' part of the sensor: one of the whole sensor is cut to the window that the session
@@ -9,7 +10,7 @@
 
 #include <stdint.h>
 
-#include "daemon/session/session.h"
+#include "daemon/session/last_pair.h"
 #include "daemon/surface/reconstruct_inputs.h"
 
 #ifdef __cplusplus
@@ -21,9 +22,12 @@ enum { RECONSTRUCT_SESSION_NAME_BYTES = 300 };
 /// The `self` of reconstruct_session_read. Large: static or allocated.
 struct reconstruct_session {
     // Set by the caller:
-    int parent;               // as for session_reader_open
-    const char *path;         // path of the session
-    uint32_t pair;            // pair number, from 1; 0: the last
+    int parent;        // as for session_reader_open
+    const char *path;  // path of the session
+    uint32_t number;   // of the pair, from 1; 0: the last
+    /// A pair in memory, to be used in place of one in the session `path`; it must stay until the
+    /// inputs are freed. NULL: none.
+    const struct captured_pair *captured;
     const char *stored_text;  // the saved calibration, for sessions without one; NULL: none
     size_t stored_length;     // length of its text
     const char *missing;      // advice if there is no calibration: how to get one
@@ -32,11 +36,9 @@ struct reconstruct_session {
     int stored_error;  // error of reading the saved one; 0: none is saved
 
     // After a read:
-    uint32_t found;                      // the pair's position in the session, from 1
-    bool own;                            // the calibration is the session's own
-    bool cut;                            // cut to the part of the sensor that the frames show
-    struct session_event event;          // of the pair
-    char profile[SESSION_NAME_MAX + 1];  // of the instrument that took it
+    bool own;                   // the calibration is the session's own
+    bool cut;                   // cut to the part of the sensor that the frames show
+    struct captured_pair pair;  // what was read; the images went to the inputs
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results, without
                                                  // directories
     char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];

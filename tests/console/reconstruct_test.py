@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import urllib.parse
 import zlib
 
 import numpy
@@ -25,7 +26,7 @@ SENSOR = (2048, 1536)
 WINDOW = (672, 400)
 
 
-STAMP = re.compile(rb"^(comment|#) (capture c pair 1: |left: |right: )[^\n]+\n", re.MULTILINE)
+STAMP = re.compile(rb"^(comment|#) (capture \S+ pair \d+: |left: |right: )[^\n]+\n", re.MULTILINE)
 
 
 def framed_index(lines):
@@ -120,6 +121,29 @@ class Surfaces(DaemonTest):
     def bytes_of(self, name, folder=None):
         with open(os.path.join(folder or self.files, name), "rb") as file:
             return file.read()
+
+
+class InMemory(Surfaces):
+    def test_a_pair_in_memory_gives_the_same_bytes(self):
+        """The recorded commands once more, on the replayed instrument, without a session."""
+        self.keep(calibration_of(SESSION))
+        answer = None
+        for line in lines_of(SESSION):
+            if line.startswith("command "):
+                answer = self.asked(urllib.parse.unquote(line.split("text=")[1]))
+        self.assertNotIn("session", answer)
+        self.assertEqual(os.listdir(self.files), ["kept.txt"])
+        figures = self.asked("reconstruct near=1600 far=2300")
+        self.assertEqual(figures["result"], f"surface-{figures['session']}-{figures['pair']}")
+        self.assertEqual(os.listdir(os.path.join(self.files)).count(figures["session"]), 0)
+        self.session("c")
+        self.asked("reconstruct c near=1600 far=2300")
+        for name in FILES - {"result.json"}:
+            self.assertEqual(STAMP.sub(b"", self.bytes_of(f"{figures['result']}/{name}")),
+                             STAMP.sub(b"", self.bytes_of(f"surface-c-1/{name}")), name)
+        # Another calibration since then is not that of the pair.
+        self.first.ask("calibration forget")
+        self.assertEqual(self.asked("reconstruct scale=0.5 near=1600 far=2300")["calibration_from"], "session")
 
 
 class Reconstruct(Surfaces):

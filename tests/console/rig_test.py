@@ -207,16 +207,19 @@ class Rig(RigTest):
         self.assertEqual(self.asked("status")["pairs"], before, "refused before any frame")
         self.assertEqual(self.first.ask("record"), ["recording: nothing", "OK"])
         other = self.asked("capture static=yes")
-        self.assertRegex(other["session"], "^capture-[0-9]")
-        self.assertEqual((answer["pair"], other["pair"]), (1, 1), "of its session")
-        last = self.asked("capture")["session"]
-        self.assertTrue(last.startswith("capture-"))
-        with open(os.path.join(self.files, last, "session.index"), encoding="ascii") as file:
+        self.assertNotIn("session", other, "only in memory")
+        self.assertEqual(answer["pair"], 1, "of its session")
+        self.asked("capture last")
+        with open(os.path.join(self.files, "last", "session.index"), encoding="ascii") as file:
             self.assertEqual(file.read().count("_window=864,648,1"), 2)
         # The last one captured here, whatever other sessions exist.
         os.utime(os.path.join(self.files, "one", "session.index"), (4e9, 4e9))
         rejection, = self.first.ask("reconstruct")
-        self.assertTrue(rejection.startswith(f"ERR MISSING {last}: no calibration in the session"), rejection)
+        self.assertTrue(rejection.startswith("ERR MISSING last: no calibration in the session"), rejection)
+        names = os.listdir(self.files)
+        self.asked("capture")
+        self.assertRegex(self.first.ask("reconstruct")[0], r"^ERR MISSING capture-[\d-]+: no calibration")
+        self.assertEqual(os.listdir(self.files), names)
 
     def test_safe(self):
         self.assertIn("state", self.asked("safe"))

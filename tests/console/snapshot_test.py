@@ -67,7 +67,7 @@ class OnTheRig(Looking, DaemonTest):
         self.first = self.client()
         self.asked("bringup")
         self.asked("window 1344 800")
-        session = os.path.join(self.files, self.asked("capture")["session"])
+        session = os.path.join(self.files, self.asked("capture seen")["session"])
         # 1344 / 3 is the first whole fraction of at most 640.
         self.assert_shows(self.shown(self.asked("snapshot")["file"]), session, 3)
         self.asked("record start looked-at")
