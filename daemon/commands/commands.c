@@ -35,6 +35,56 @@ int command_fail_store(const struct command_call *call, int error, const char *s
                         daemon_of(call)->config.store, why);
 }
 
+/// An access to a record: it is loaded, else saved, else removed.
+struct store_access {
+    const struct hal_store *store;
+    const char *name;
+    char *loaded;
+    const char *saved;
+    size_t bytes;
+    size_t *length;
+    int error;
+};
+
+static void access_store(void *cookie) {
+    struct store_access *self = cookie;
+    const struct hal_store_operations *operations = self->store->operations;
+    void *store = self->store->self;
+    self->error = self->loaded != NULL
+                      ? operations->load(store, self->name, self->loaded, self->bytes, self->length)
+                  : self->saved != NULL
+                      ? operations->save(store, self->name, self->saved, self->bytes)
+                      : operations->remove(store, self->name);
+}
+
+static int run_access(const struct command_call *call, struct store_access *access) {
+    struct daemon *daemon = daemon_of(call);
+    INVARIANT(daemon->store != NULL);
+    access->store = daemon->store;
+    disk_writer_run(&daemon->disk_writer, access_store, access);
+    return access->error;
+}
+
+int commands_store_load(const struct command_call *call, const char *name, char *text,
+                        size_t capacity, size_t *length) {
+    struct store_access access = {
+        .name = name, .loaded = text, .bytes = capacity, .length = length};
+    const int error = run_access(call, &access);
+    INVARIANT(error != 0 || *length <= capacity);
+    return error;
+}
+
+int commands_store_save(const struct command_call *call, const char *name, const char *text,
+                        size_t length) {
+    struct store_access access = {.name = name, .saved = text, .bytes = length};
+    return run_access(call, &access);
+}
+
+int commands_store_remove(const struct command_call *call, const char *name) {
+    struct store_access access = {.name = name};
+    return run_access(call, &access);
+}
+
 int command_give(const struct command_call *call, const char *line,
                  const struct command_reply *reply) {
     struct daemon *daemon = daemon_of(call);

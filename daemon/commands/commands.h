@@ -34,6 +34,15 @@ int command_fail(const struct command_call *call, int error, const char *format,
 int command_fail_store(const struct command_call *call, int error, const char *subject,
                        const char *action);
 
+/// Access a record of the store (which is not NULL) on the disk writer's thread; the rig is
+/// serviced meanwhile. Errors are those of struct hal_store_operations, without a message. The
+/// rig's thread.
+int commands_store_load(const struct command_call *call, const char *name, char *text,
+                        size_t capacity, size_t *length);
+int commands_store_save(const struct command_call *call, const char *name, const char *text,
+                        size_t length);
+int commands_store_remove(const struct command_call *call, const char *name);
+
 /// Runs a command as if a user had entered it, with the answer in `reply`, so that a recording
 /// contains it. `line` is valid. Returns its error, with the call's message.
 int command_give(const struct command_call *call, const char *line,

@@ -60,10 +60,51 @@ static void show(const struct command_call *call, const struct calibration *cali
     }
 }
 
-static int parse(const struct command_call *call, const char *name, const char *text, size_t length,
-                 struct calibration *calibration) {
+// ---- the record
+
+/// The text of a calibration; one more byte detects a longer file.
+struct calibration_text {
+    char data[CALIBRATION_TEXT_MAX_BYTES + 1];
+    size_t length;
+};
+
+static int load_text(const struct command_call *call, struct calibration_text *text) {
+    return commands_store_load(call, STORE_CALIBRATION, text->data, CALIBRATION_TEXT_MAX_BYTES,
+                               &text->length);
+}
+
+/// A read of a file as a job for the disk writer.
+struct reading {
+    const struct command_call *call;
+    const char *name;
+    struct calibration_text text;
+    int error;
+};
+
+static int read_text(struct reading *self) {
+    const int fd = files_open(self->call, self->name);
+    if (fd < 0) {
+        return fd;
+    }
+    const ssize_t length = read(fd, self->text.data, sizeof self->text.data);
+    close(fd);
+    if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
+        return command_fail(self->call, ERROR_SYNTAX, "%s: not a calibration file of Vergence",
+                            self->name);
+    }
+    self->text.length = (size_t)length;
+    return 0;
+}
+
+static void read_job(void *cookie) {
+    struct reading *self = cookie;
+    self->error = read_text(self);
+}
+
+static int parse(const struct command_call *call, const char *name,
+                 const struct calibration_text *text, struct calibration *calibration) {
     struct calibration_fault fault = {.field = "", .reason = ""};
-    const int error = calibration_parse(text, length, calibration, &fault);
+    const int error = calibration_parse(text->data, text->length, calibration, &fault);
     if (error == 0) {
         return 0;
     }
@@ -72,87 +113,24 @@ static int parse(const struct command_call *call, const char *name, const char *
                         fault.reason[0] != '\0' ? ": " : "", fault.reason);
 }
 
-static int refuse_store(const struct command_call *call, const char *action, int error) {
-    return command_fail_store(call, error, "calibration", action);
-}
-
-// ---- the record
-
-/// An access to a file or to the record, for the disk writer; the rig is serviced meanwhile.
-struct record_job {
-    const struct command_call *call;
-    const struct hal_store *store;
-    int what;
-    const char *name;                           // SET: name of the file
-    char text[CALIBRATION_TEXT_MAX_BYTES + 1];  // one more byte detects a longer file
-    size_t length;
-    int error;
-};
-
-/// Reads the file's text into the job.
-static int read_file(struct record_job *self) {
-    const int fd = files_open(self->call, self->name);
-    if (fd < 0) {
-        return fd;
-    }
-    const ssize_t length = read(fd, self->text, sizeof self->text);
-    close(fd);
-    if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
-        return command_fail(self->call, ERROR_SYNTAX, "%s: not a calibration file of Vergence",
-                            self->name);
-    }
-    self->length = (size_t)length;
-    return 0;
-}
-
-static void read_file_job(void *cookie) {
-    struct record_job *self = cookie;
-    self->error = read_file(self);
-}
-
-static void run_record_job(void *cookie) {
-    struct record_job *self = cookie;
-    const struct hal_store_operations *operations = self->store->operations;
-    void *store = self->store->self;
-    switch (self->what) {
-        case SHOW:
-            self->error = operations->load(store, STORE_CALIBRATION, self->text,
-                                           CALIBRATION_TEXT_MAX_BYTES, &self->length);
-            break;
-        case SET:
-            self->error = operations->save(store, STORE_CALIBRATION, self->text, self->length);
-            break;
-        default:
-            self->error = operations->remove(store, STORE_CALIBRATION);
-    }
-}
-
-static int do_record(const struct command_call *call, int what, struct record_job *job) {
-    job->call = call;
-    job->store = daemon_of(call)->store;
-    job->what = what;
-    job->length = what == SET ? job->length : 0;
-    disk_writer_run(&daemon_of(call)->disk_writer, run_record_job, job);
-    INVARIANT(job->error != 0 || job->length <= CALIBRATION_TEXT_MAX_BYTES);
-    return job->error;
-}
-
 // ---- match with the instrument
 
 int commands_calibration_match(const struct command_call *call,
                                const struct calibration_match_state *state, const char *accept,
                                struct message *message) {
-    struct record_job job;
+    struct calibration_text text;
     struct calibration calibration;
     message->text[0] = '\0';
-    if (daemon_of(call)->store == NULL || do_record(call, SHOW, &job) == ERROR_MISSING) {
+    if (daemon_of(call)->store == NULL) {
         return 0;
     }
-    if (job.error != 0) {
-        return message_set(message, job.error, "the saved calibration cannot be read: %s",
-                           error_text(job.error));
+    int error = load_text(call, &text);
+    if (error == ERROR_MISSING) {
+        return 0;
     }
-    const int error = calibration_parse(job.text, job.length, &calibration, NULL);
+    if (error == 0) {
+        error = calibration_parse(text.data, text.length, &calibration, NULL);
+    }
     return error != 0 ? message_set(message, error, "the saved calibration cannot be read: %s",
                                     error_text(error))
                       : calibration_match(&calibration, state, accept, message);
@@ -211,11 +189,11 @@ static int read_lenses(const struct command_call *call) {
 
 int commands_calibration_put_state(const struct command_call *call) {
     struct calibration_match_state state;
-    struct record_job job;
+    struct calibration_text text;
     struct calibration calibration;
     struct message message;
-    if (daemon_of(call)->store == NULL || do_record(call, SHOW, &job) != 0 ||
-        calibration_parse(job.text, job.length, &calibration, NULL) != 0) {
+    if (daemon_of(call)->store == NULL || load_text(call, &text) != 0 ||
+        calibration_parse(text.data, text.length, &calibration, NULL) != 0) {
         return 0;  // the command "calibration" reports it
     }
     reply_group_begin(call, "calibration", false);
@@ -236,17 +214,17 @@ int commands_calibration_put_state(const struct command_call *call) {
 // ---- the command
 
 static int run_show(const struct command_call *call) {
-    struct record_job job;
+    struct calibration_text text;
     struct calibration calibration;
-    int error = do_record(call, SHOW, &job);
+    int error = load_text(call, &text);
     if (error == ERROR_MISSING) {
         return command_fail(call, error,
                             "calibration: none saved (\"calibration set FILE\" first)");
     }
     if (error != 0) {
-        return refuse_store(call, "read from", error);
+        return command_fail_store(call, error, "calibration", "read from");
     }
-    error = parse(call, STORE_CALIBRATION, job.text, job.length, &calibration);
+    error = parse(call, STORE_CALIBRATION, &text, &calibration);
     if (error == 0) {
         show(call, &calibration);
     }
@@ -275,36 +253,35 @@ static int check_match(const struct command_call *call, const struct calibration
 }
 
 static int run_set(const struct command_call *call) {
-    struct record_job job = {.call = call, .name = call->values[FILE_NAME].text};
+    struct reading file = {.call = call, .name = call->values[FILE_NAME].text};
     struct calibration calibration;
-    disk_writer_run(&daemon_of(call)->disk_writer, read_file_job, &job);
-    int error = job.error;
-    error = error != 0 ? error : parse(call, job.name, job.text, job.length, &calibration);
+    disk_writer_run(&daemon_of(call)->disk_writer, read_job, &file);
+    int error = file.error;
+    error = error != 0 ? error : parse(call, file.name, &file.text, &calibration);
     error = error != 0 ? error : check_match(call, &calibration);
     if (error != 0) {
         return error;
     }
     struct message message;
     if (!call->values[UNIT].given &&
-        length_check_baseline(calibration_baseline_mm(&calibration), job.name,
+        length_check_baseline(calibration_baseline_mm(&calibration), file.name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
-    error = do_record(call, SET, &job);
+    error = commands_store_save(call, STORE_CALIBRATION, file.text.data, file.text.length);
     if (error != 0) {
-        return refuse_store(call, "save to", error);
+        return command_fail_store(call, error, "calibration", "save to");
     }
     show(call, &calibration);
     return 0;
 }
 
 static int run_forget(const struct command_call *call) {
-    struct record_job job;
-    const int error = do_record(call, FORGET, &job);
+    const int error = commands_store_remove(call, STORE_CALIBRATION);
     if (error == ERROR_MISSING) {
         return command_fail(call, error, "calibration: none saved");
     }
-    return error == 0 ? 0 : refuse_store(call, "remove from", error);
+    return error == 0 ? 0 : command_fail_store(call, error, "calibration", "remove from");
 }
 
 static int run_calibration(const struct command_call *call) {

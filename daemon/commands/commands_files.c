@@ -17,7 +17,7 @@
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 
-enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
+enum { FILES_LISTED_MAX = 500 };
 
 static void put_entry(const struct command_call *call, int directory, const char *name) {
     struct stat about;
@@ -77,26 +77,14 @@ static void put_crc(const struct command_call *call, uint32_t crc) {
 
 /// Reports length and CRC-32 of the whole file.
 static int describe(const struct command_call *call, int fd) {
-    static _Thread_local char data[READ_BYTES];
     uint64_t size = 0;
     uint32_t crc = 0;
-    for (;;) {
-        const ssize_t bytes = read(fd, data, sizeof data);
-        if (bytes < 0) {
-            return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
-        }
-        if (bytes == 0) {
-            break;
-        }
-        crc = crc_update(crc, data, (size_t)bytes);
-        size += (uint64_t)bytes;
-        if (daemon_should_stop(call)) {
-            return ERROR_CANCELLED;
-        }
+    const int error = files_sum(call, call->values[0].text, fd, &size, &crc);
+    if (error == 0) {
+        reply_number(call, "size", (double)size, 0, "bytes");
+        put_crc(call, crc);
     }
-    reply_number(call, "size", (double)size, 0, "bytes");
-    put_crc(call, crc);
-    return 0;
+    return error;
 }
 
 static int send_block(const struct command_call *call, int fd) {

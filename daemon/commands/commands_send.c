@@ -8,7 +8,6 @@
 #include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -27,8 +26,6 @@ enum {
     NAME_MAX_CHARACTERS = 60,
     SEND_MAX = 16 * 1024 * 1024,
     TEXT_MAX = 400,  ///< length of a block's Base64, so that the command fits into a line
-    CRC_DIGITS = 8,
-    CHECK_BYTES = 16384,
     ABANDONED_AFTER_S = 24 * 3600,
 };
 
@@ -46,12 +43,6 @@ struct receipt {
     int64_t have;
 };
 
-static bool parse_crc(const char *text, uint32_t *crc) {
-    char *end = NULL;
-    *crc = (uint32_t)strtoul(text, &end, 16);
-    return strlen(text) == CRC_DIGITS && strspn(text, "0123456789ABCDEFabcdef") == CRC_DIGITS;
-}
-
 static int take_arguments(struct receipt *self) {
     const struct command_value *values = self->call->values;
     struct stat about;
@@ -62,7 +53,7 @@ static int take_arguments(struct receipt *self) {
     if (error != 0) {
         return error;
     }
-    if (!parse_crc(values[CRC].text, &self->crc)) {
+    if (!files_parse_crc(values[CRC].text, &self->crc)) {
         return command_fail(self->call, ERROR_SYNTAX, "send: CRC: not eight hexadecimal digits");
     }
     self->root = daemon_of(self->call)->files_fd;
@@ -97,29 +88,19 @@ static void remove_abandoned(int root) {
     closedir(directory);
 }
 
-/// Sets `*same` to whether the file has the announced length and CRC-32. 0 or ERROR_CANCELLED.
+/// Sets `*same` to whether the file has the announced length and CRC-32. 0, ERROR_CANCELLED or
+/// ERROR_IO.
 static int compare(const struct receipt *self, int fd, bool *same) {
-    static _Thread_local char data[CHECK_BYTES];
     struct stat about;
+    uint64_t size = 0;
     uint32_t crc = 0;
-    int64_t at = 0;
     *same = false;
     if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size != self->size) {
         return 0;
     }
-    for (;;) {
-        const ssize_t bytes = pread(fd, data, sizeof data, at);
-        if (bytes <= 0) {
-            break;
-        }
-        crc = crc_update(crc, data, (size_t)bytes);
-        at += bytes;
-        if (daemon_should_stop(self->call)) {
-            return ERROR_CANCELLED;
-        }
-    }
-    *same = at == self->size && crc == self->crc;
-    return 0;
+    const int error = files_sum(self->call, self->name, fd, &size, &crc);
+    *same = error == 0 && (int64_t)size == self->size && crc == self->crc;
+    return error;
 }
 
 static int answer(const struct receipt *self, bool whole) {
@@ -188,15 +169,11 @@ static int announce(struct receipt *self) {
 /// Writes a block at its offset. If the disk takes only a part, truncates the file to the length
 /// before and reports the error.
 static int write_block(struct receipt *self, int64_t offset, const uint8_t *data, size_t bytes) {
-    size_t done = 0;
-    while (done < bytes) {
-        const ssize_t written = pwrite(self->fd, data + done, bytes - done, offset + (int64_t)done);
-        if (written <= 0) {
-            const int number = written == 0 ? EIO : errno;
-            const bool kept = ftruncate(self->fd, self->have) == 0;
-            return files_refuse(self->call, kept ? self->name : self->part, number);
-        }
-        done += (size_t)written;
+    const ssize_t written = pwrite(self->fd, data, bytes, offset);
+    if (written != (ssize_t)bytes) {
+        const int number = written < 0 ? errno : ENOSPC;
+        const bool kept = ftruncate(self->fd, self->have) == 0;
+        return files_refuse(self->call, kept ? self->name : self->part, number);
     }
     const int64_t end = offset + (int64_t)bytes;
     self->have = end > self->have ? end : self->have;
@@ -208,7 +185,7 @@ static long decode_block(const struct receipt *self, uint8_t data[TEXT_MAX]) {
     const struct command_value *values = self->call->values;
     uint32_t crc = 0;
     const long bytes = base64_decode(values[DATA].text, data, TEXT_MAX);
-    if (bytes < 0 || !parse_crc(values[BLOCK_CRC].text, &crc) ||
+    if (bytes < 0 || !files_parse_crc(values[BLOCK_CRC].text, &crc) ||
         crc_update(0, data, (size_t)bytes) != crc) {
         return command_fail(self->call, ERROR_CRC, "wrong CRC-32 of the block: send it again");
     }
@@ -286,8 +263,8 @@ static const struct command_argument send_arguments[] = {
      .help = "size of the whole file"},
     {.name = "CRC",
      .kind = COMMAND_TEXT,
-     .min = CRC_DIGITS,
-     .max = CRC_DIGITS,
+     .min = FILES_CRC_DIGITS,
+     .max = FILES_CRC_DIGITS,
      .help = "CRC-32 of the whole file, eight hexadecimal digits"},
     {.name = "offset",
      .kind = COMMAND_INTEGER,
@@ -298,8 +275,8 @@ static const struct command_argument send_arguments[] = {
     {.name = "block-crc",
      .value_name = "CRC",
      .kind = COMMAND_TEXT,
-     .min = CRC_DIGITS,
-     .max = CRC_DIGITS,
+     .min = FILES_CRC_DIGITS,
+     .max = FILES_CRC_DIGITS,
      .help = "CRC-32 of the block, eight hexadecimal digits"},
     {.name = "data",
      .value_name = "BASE64",

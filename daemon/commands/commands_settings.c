@@ -55,50 +55,17 @@ static void put(const struct command_call *call, const struct saved_settings *sa
 
 // ---- the record
 
-/// An access to the record, for the disk writer; the rig is serviced meanwhile.
-struct store_job {
-    const struct hal_store *store;
-    int what;
-    char text[SAVED_SETTINGS_BYTES];
-    size_t length;
-    int error;
-};
-
-static void run_store_job(void *cookie) {
-    struct store_job *self = cookie;
-    const struct hal_store_operations *operations = self->store->operations;
-    void *store = self->store->self;
-    self->error = self->what == SAVE
-                      ? operations->save(store, SAVED_SETTINGS_RECORD, self->text, self->length)
-                  : self->what == FORGET
-                      ? operations->remove(store, SAVED_SETTINGS_RECORD)
-                      : operations->load(store, SAVED_SETTINGS_RECORD, self->text,
-                                         sizeof self->text, &self->length);
-}
-
-static int do_write_job(const struct command_call *call, struct store_job *store_job, int what) {
-    struct daemon *daemon = daemon_of(call);
-    store_job->store = daemon->store;
-    store_job->what = what;
-    disk_writer_run(&daemon->disk_writer, run_store_job, store_job);
-    return store_job->error;
-}
-
-static int refuse_store(const struct command_call *call, const char *action, int error) {
-    return command_fail_store(call, error, "settings", action);
-}
-
 static int load(const struct command_call *call, struct saved_settings *saved) {
-    struct store_job store_job;
+    char text[SAVED_SETTINGS_BYTES];
+    size_t length = 0;
     struct message why = {.text = "its checksum is wrong"};
-    int error = do_write_job(call, &store_job, RESTORE);
+    int error = commands_store_load(call, SAVED_SETTINGS_RECORD, text, sizeof text, &length);
     if (error == ERROR_MISSING) {
         return command_fail(call, error,
                             "settings: none saved (\"settings save\" saves those in force)");
     }
     if (error == 0) {
-        INVARIANT(store_job.length <= sizeof store_job.text);
-        error = saved_settings_parse(store_job.text, store_job.length, saved, &why);
+        error = saved_settings_parse(text, length, saved, &why);
     }
     // Longer than any saved record.
     error = error == ERROR_BUFFER ? ERROR_CRC : error;
@@ -111,7 +78,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
     if (error == ERROR_VERSION) {
         return command_fail(call, error, "settings: %s", why.text);
     }
-    return error == 0 ? 0 : refuse_store(call, "read from", error);
+    return error == 0 ? 0 : command_fail_store(call, error, "settings", "read from");
 }
 
 // ---- the commands
@@ -160,12 +127,12 @@ static int run_show(const struct command_call *call) {
 
 static int run_save(const struct command_call *call) {
     struct saved_settings saved;
-    struct store_job store_job;
+    char text[SAVED_SETTINGS_BYTES];
     saved_settings_take(call->rig, &saved);
-    store_job.length = saved_settings_print(&saved, store_job.text);
-    const int error = do_write_job(call, &store_job, SAVE);
+    const size_t length = saved_settings_print(&saved, text);
+    const int error = commands_store_save(call, SAVED_SETTINGS_RECORD, text, length);
     if (error != 0) {
-        return refuse_store(call, "save to", error);
+        return command_fail_store(call, error, "settings", "save to");
     }
     put(call, &saved);
     return 0;
@@ -181,12 +148,11 @@ static int run_restore(const struct command_call *call) {
 }
 
 static int run_forget(const struct command_call *call) {
-    struct store_job store_job;
-    const int error = do_write_job(call, &store_job, FORGET);
+    const int error = commands_store_remove(call, SAVED_SETTINGS_RECORD);
     if (error == ERROR_MISSING) {
         return command_fail(call, error, "settings: none saved");
     }
-    return error == 0 ? 0 : refuse_store(call, "remove from", error);
+    return error == 0 ? 0 : command_fail_store(call, error, "settings", "remove from");
 }
 
 static int run_settings(const struct command_call *call) {

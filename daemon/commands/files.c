@@ -4,15 +4,19 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
+#include "core/crc.h"
 #include "daemon/commands/commands.h"
 #include "daemon/files/file_error.h"
 #include "daemon/files/sync_file.h"
 #include "daemon/files/write_all.h"
+
+enum { READ_BYTES = 65536 };
 
 int files_refuse(const struct command_call *call, const char *name, int number) {
     return command_fail(call, file_error(number), "%s: %s", name, strerror(number));
@@ -114,6 +118,33 @@ int files_open(const struct command_call *call, const char *name) {
         return command_fail(call, ERROR_ARGUMENT, "%s: not a regular file", name);
     }
     return fd;
+}
+
+int files_sum(const struct command_call *call, const char *name, int fd, uint64_t *size,
+              uint32_t *crc) {
+    static _Thread_local char data[READ_BYTES];
+    *size = 0;
+    *crc = 0;
+    for (;;) {
+        const ssize_t bytes = pread(fd, data, sizeof data, (off_t)*size);
+        if (bytes < 0) {
+            return command_fail(call, ERROR_IO, "%s: %s", name, strerror(errno));
+        }
+        if (bytes == 0) {
+            return 0;
+        }
+        *crc = crc_update(*crc, data, (size_t)bytes);
+        *size += (uint64_t)bytes;
+        if (daemon_should_stop(call)) {
+            return ERROR_CANCELLED;
+        }
+    }
+}
+
+bool files_parse_crc(const char *text, uint32_t *crc) {
+    *crc = (uint32_t)strtoul(text, NULL, 16);
+    return strlen(text) == FILES_CRC_DIGITS &&
+           strspn(text, "0123456789ABCDEFabcdef") == FILES_CRC_DIGITS;
 }
 
 int files_open_below(int root, const char *name) {

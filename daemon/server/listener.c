@@ -138,15 +138,3 @@ void listener_turn_away(int fd) {
     (void)unread;
     close(fd);
 }
-
-void listener_turn_away_without_descriptor(int listener, int *reserve_fd) {
-    if (errno != EMFILE && errno != ENFILE) {
-        return;
-    }
-    // It is -1 if another thread took the freed descriptor.
-    const int fd = *reserve_fd >= 0 && close(*reserve_fd) == 0 ? listener_accept(listener) : -1;
-    if (fd >= 0) {
-        listener_turn_away(fd);
-    }
-    *reserve_fd = fcntl(listener, F_DUPFD_CLOEXEC, 0);
-}

@@ -34,8 +34,4 @@ int listener_accept(int fd);
 /// Answers that there are too many clients, and closes the connection.
 void listener_turn_away(int fd);
 
-/// Rejects a client after accept() failed for want of a descriptor (errno EMFILE or ENFILE;
-/// otherwise does nothing), using `reserve_fd`, which is reserved for that.
-void listener_turn_away_without_descriptor(int listener, int *reserve_fd);
-
 #endif

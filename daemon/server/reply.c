@@ -190,11 +190,15 @@ static const struct command_reply_operations operations = {
     .end = put_end,
 };
 
-bool reply_open(struct reply *self) {
+void reply_open_file(struct reply *self, FILE *file) {
     memset(self, 0, sizeof *self);
     self->items = (struct command_reply){&operations, self};
+    self->stream = file;
+}
+
+bool reply_open(struct reply *self) {
     const cookie_io_functions_t functions = {.write = send_bytes};
-    self->stream = fopencookie(self, "w", functions);
+    reply_open_file(self, fopencookie(self, "w", functions));
     return self->stream != NULL && setvbuf(self->stream, NULL, _IOFBF, BUFSIZ) == 0;
 }
 

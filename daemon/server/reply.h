@@ -47,11 +47,13 @@ struct reply {
     size_t units_length;
 };
 
-/// False: out of memory.
+/// For answers without a CRC that go to `file`, which the caller closes.
+void reply_open_file(struct reply *self, FILE *file);
+/// For answers that go to outputs; reply_close frees it. False: out of memory.
 bool reply_open(struct reply *self);
 void reply_close(struct reply *self);
 
-/// Begins an answer, which goes to `output`. `request` is copied.
+/// Begins an answer, which goes to `output` (NULL after reply_open_file). `request` is copied.
 void reply_begin(struct reply *self, struct output *output, const struct request *request,
                  bool terminal);
 /// Reports progress of a command as a bar, a line or an event; ignored after the first item and if

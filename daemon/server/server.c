@@ -2,7 +2,6 @@
 #include "daemon/server/server.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -66,8 +65,7 @@ static bool open_signals(struct server *self) {
     }
     self->signal_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
     self->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    self->reserve_fd = self->wake_fd >= 0 ? fcntl(self->wake_fd, F_DUPFD_CLOEXEC, 0) : -1;
-    return self->signal_fd >= 0 && self->reserve_fd >= 0;
+    return self->signal_fd >= 0 && self->wake_fd >= 0;
 }
 
 static bool open_clients(struct server *self) {
@@ -87,8 +85,7 @@ int server_open(struct server *self, struct daemon *daemon, struct message *mess
                             .notify_us = notify_period_us(),
                             .listeners = {-1, -1},
                             .signal_fd = -1,
-                            .wake_fd = -1,
-                            .reserve_fd = -1};
+                            .wake_fd = -1};
     if (!open_signals(self)) {
         return message_set(message, ERROR_IO, "cannot wait for signals: %s", strerror(errno));
     }
@@ -245,7 +242,7 @@ static void accept_client(struct server *self, int listener_index, uint64_t now_
     }
     const int fd = listener_accept(listener);
     if (fd < 0) {
-        listener_turn_away_without_descriptor(listener, &self->reserve_fd);
+        self->accept_us = now_us + (uint64_t)TICK_MS * 1000;
         return;
     }
     struct connection *slot = free_slot(self);
@@ -264,7 +261,8 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
     nfds_t count = 0;
     fds[count++] = (struct pollfd){.fd = self->signal_fd, .events = POLLIN};
     fds[count++] = (struct pollfd){.fd = self->wake_fd, .events = POLLIN};
-    const short accepting = slot_is_due(self) ? 0 : POLLIN;
+    const bool waits = slot_is_due(self) || monotonic_now_us() < self->accept_us;
+    const short accepting = waits ? 0 : POLLIN;
     for (int i = 0; i < LISTENERS; i++) {
         fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = accepting};
     }
@@ -411,9 +409,6 @@ void server_close(struct server *self) {
     }
     if (self->signal_fd >= 0) {
         close(self->signal_fd);
-    }
-    if (self->reserve_fd >= 0) {
-        close(self->reserve_fd);
     }
     if (self->wake_fd >= 0) {
         close(self->wake_fd);

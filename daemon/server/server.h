@@ -21,7 +21,7 @@ struct server {
     int listeners[LISTENERS];  ///< -1: none
     char token[TOKEN_BYTES];   ///< required of TCP clients
     int signal_fd, wake_fd;
-    int reserve_fd;  ///< released to reject a client when no descriptor is left
+    uint64_t accept_us;  ///< no client is accepted before, as no descriptor was left
     struct console console;
     bool stopping, stuck_reported;
     uint64_t notify_us;  ///< heartbeat period

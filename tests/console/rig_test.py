@@ -316,17 +316,6 @@ class Log(RigTest):
             self.assertEqual(self.first.ask(command)[-1][:4], "ERR ")
         self.assertEqual(self.logged(), before)
 
-    def test_what_fails_again_and_again_does_not_fill_the_log(self):
-        self.fault("lens left focus jam")
-        before = len(self.logged())
-        for i in range(12):
-            self.assertEqual(self.first.ask(f"focus {500 + 100 * (i % 2)} side=left")[-1][:10],
-                             "ERR JAMMED")
-        lines = self.logged()[before:]
-        self.assertEqual(len(lines), 8, lines)
-        self.assertIn("similar lines", lines[-1])
-        self.fault("lens left focus free")
-
 
 if __name__ == "__main__":
     unittest.main()

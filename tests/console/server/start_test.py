@@ -60,6 +60,18 @@ class ClosedStreams(DaemonTest):
             self.assertEqual(os.readlink(f"/proc/{self.daemon.pid}/fd/{number}"), "/dev/null")
 
 
+class RepeatedLines(DaemonTest):
+    def test_they_are_counted(self):
+        client = self.client()
+        shutil.rmtree(self.files)
+        self.addCleanup(os.mkdir, self.files)
+        for _ in range(4):
+            self.assertRegex(client.ask("fetch x")[-1], "^ERR DEVICE .*was removed")
+        lines = client.ask("log 3")[1:-1]
+        self.assertIn("was removed", lines[-2])
+        self.assertIn("error: last message repeated 3 times", lines[-1])
+
+
 class LogFile(DaemonTest):
     @classmethod
     def arguments(cls):
