@@ -94,8 +94,7 @@ void completion_candidates(const struct daemon *daemon, const char *typed, char 
         }
         return;
     }
-    const struct command *command =
-        command_find(daemon->table, daemon->table_count, found.word[0]);
+    const struct command *command = command_find(daemon->table, daemon->table_count, found.word[0]);
     if (command != NULL) {
         add_arguments(command, &found, daemon, &list);
     }

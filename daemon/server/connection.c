@@ -44,6 +44,7 @@ bool connection_init(struct connection *self, struct server *server, int wake_fd
 
 void connection_begin(struct connection *self, bool terminal, int in_fd, int out_fd) {
     INVARIANT(!self->used && atomic_load(&self->job.state) == JOB_FREE);
+    INVARIANT(in_fd >= 0 && out_fd >= 0);
     self->used = true;
     self->greeted = true;
     self->token = NULL;
@@ -71,6 +72,7 @@ void connection_begin(struct connection *self, bool terminal, int in_fd, int out
 }
 
 void connection_await_greeting(struct connection *self, const char *token, uint64_t now_us) {
+    INVARIANT(self->used && !self->terminal);
     self->greeted = false;
     self->token = token;
     self->begun_us = now_us;
@@ -96,6 +98,7 @@ static bool is_ready(struct connection *self, bool edited) {
 // ---- input
 
 bool connection_has_room(const struct connection *self) {
+    INVARIANT(self->input_bytes <= sizeof self->input);
     return self->used && !self->ended && !self->gone && self->input_bytes < sizeof self->input;
 }
 
@@ -113,6 +116,7 @@ static void cancel(struct connection *self) {
     if (!is_busy(self)) {
         return;
     }
+    INVARIANT(job->worker != NULL);  // a watch has run, too
     atomic_store(&job->cancelled, true);
     if (atomic_load(&job->state) == JOB_WAITING && worker_withdraw(job->worker, job)) {
         job->watch.on = false;
@@ -132,6 +136,7 @@ static void look_for_ctrl_c(struct connection *self) {
         return;
     }
     if (is_edited(self)) {
+        INVARIANT(!self->framed);
         const char *last = memrchr(self->input, CTRL_C, self->input_bytes);
         output_put_text(&self->output, "^C\r\n");
         forget(self, (size_t)(last + 1 - self->input));
@@ -226,7 +231,7 @@ static int parse_line(struct connection *self, const char *line, char *message,
 static void begin_line(struct connection *self, const char *line) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
-    INVARIANT(atomic_load(&job->state) == JOB_FREE);
+    INVARIANT(atomic_load(&job->state) == JOB_FREE && !job->watch.on);
     job->terminal = is_edited(self);
     job->request = (struct request){.json = self->json, .progress = self->progress};
     job->round = false;
@@ -253,6 +258,7 @@ static bool change_side(struct connection *self, const char *line) {
     self->framed = framed;
     self->json = false;
     self->progress = false;
+    INVARIANT(self->program || !self->framed);
     output_put_text(&self->output, "OK\r\n");
     if (returns) {
         editor_begin(&self->editor);
@@ -262,6 +268,7 @@ static bool change_side(struct connection *self, const char *line) {
 
 /// Feeds the editor one key.
 static void take_key(struct connection *self, char key) {
+    INVARIANT(is_edited(self) && !is_busy(self));
     const enum editor_event event = editor_feed(&self->editor, key);
     if (event == EDITOR_END) {
         output_put_text(&self->output, "\r\n");
@@ -287,6 +294,7 @@ static void step_terminal(struct connection *self) {
 
 /// Answers a program's line that is not parsed.
 static void answer_unread(struct connection *self, int error, const char *message) {
+    INVARIANT(!is_busy(self));
     self->job.request = (struct request){.json = self->json};
     self->job.terminal = false;
     server_answer(self->server, &self->job, error, message);
@@ -294,33 +302,17 @@ static void answer_unread(struct connection *self, int error, const char *messag
 
 // ---- the first line
 
-static bool begins_with(const char *line, size_t length, const char *word) {
-    const size_t bytes = strlen(word);
-    return length >= bytes && memcmp(line, word, bytes) == 0;
-}
-
-/// A web page can send anything to a local port, so HTTP is never answered. No console command is
-/// upper-case.
-static bool is_http(const char *line, size_t length) {
-    static const char *const methods[] = {"GET ",     "HEAD ",    "POST ",  "PUT ",   "DELETE ",
-                                          "CONNECT ", "OPTIONS ", "TRACE ", "PATCH ", "PRI "};
-    bool http = false;
-    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++) {
-        http = http || begins_with(line, length, methods[i]);
-    }
-    return http;
-}
-
 /// Handles a line that only identifies a client that has not greeted: over TCP the token, which no
 /// web page knows. False: a line like any other.
 static bool take_greeting(struct connection *self, const char *line, size_t length) {
     const size_t prefix = sizeof TOKEN_PREFIX - 1;
-    if (is_http(line, length)) {
+    INVARIANT(!self->greeted && !self->terminal);
+    if (listener_is_http(line, length)) {
         self->hangs_up = "sent an HTTP request";
         connection_gone(self);
         return true;
     }
-    const bool given = begins_with(line, length, TOKEN_PREFIX);
+    const bool given = length >= prefix && memcmp(line, TOKEN_PREFIX, prefix) == 0;
     if (self->token == NULL && !given) {
         return false;
     }
@@ -356,6 +348,7 @@ static void take_line(struct connection *self, const char *line, size_t length) 
 static bool step_lines(struct connection *self) {
     char line[JOB_LINE_BYTES + 1];
     size_t length = 0;
+    INVARIANT(self->input_bytes > 0 && !is_busy(self));
     while (length < self->input_bytes && memchr("\r\n\3", self->input[length], 3) == NULL) {
         length++;
     }
@@ -388,6 +381,7 @@ static bool step_lines(struct connection *self) {
 /// Completes a command that has been answered.
 static void take_answer(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
+    INVARIANT(atomic_load(&job->state) == JOB_DONE);
     job->bar_columns = 0;
     atomic_store(&job->state, JOB_FREE);
     if (job->quit) {
@@ -410,6 +404,7 @@ static void step_watch(struct connection *self, uint64_t now_us) {
     struct job *job = &self->job;
     char message[JOB_MESSAGE_BYTES];
     const bool cancelled = atomic_load(&job->cancelled);
+    INVARIANT(job->watch.on && job->watch.interval_us > 0);
     if (!cancelled && now_us < self->watch_us) {
         return;
     }

@@ -138,3 +138,14 @@ void listener_turn_away(int fd) {
     (void)unread;
     close(fd);
 }
+
+bool listener_is_http(const char *line, size_t length) {
+    static const char *const methods[] = {"GET ",     "HEAD ",    "POST ",  "PUT ",   "DELETE ",
+                                          "CONNECT ", "OPTIONS ", "TRACE ", "PATCH ", "PRI "};
+    bool http = false;
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++) {
+        const size_t bytes = strlen(methods[i]);
+        http = http || (length >= bytes && memcmp(line, methods[i], bytes) == 0);
+    }
+    return http;
+}

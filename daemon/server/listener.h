@@ -3,6 +3,8 @@
 #ifndef VERGENCE_DAEMON_SERVER_LISTENER_H
 #define VERGENCE_DAEMON_SERVER_LISTENER_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "daemon/base/message.h"
@@ -30,6 +32,10 @@ int listener_open(const char *path, uint16_t port, const char *token_path, int f
 
 /// Accepts the next client, non-blocking; -1 if none is waiting.
 int listener_accept(int fd);
+
+/// Whether a client's first line is HTTP: a web page can send anything to a local port, so HTTP is
+/// never answered. No console command is upper-case.
+bool listener_is_http(const char *line, size_t length);
 
 /// Answers that there are too many clients, and closes the connection.
 void listener_turn_away(int fd);

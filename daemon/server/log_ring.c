@@ -79,6 +79,7 @@ static void add_line(struct log_ring *self, enum hal_log_level level, const char
         *at = (unsigned char)*at < ' ' || *at == 0x7F ? '?' : *at;
     }
     self->written++;
+    INVARIANT(self->sent < self->written);
 }
 
 /// Adds the number of repetitions of the last line, if any. The caller holds the lock.
@@ -100,6 +101,7 @@ void log_ring_count_repeats(struct log_ring *self) {
 
 static void write_line(void *cookie, enum hal_log_level level, const char *text) {
     struct log_ring *self = cookie;
+    INVARIANT(level >= HAL_LOG_ERROR && level <= HAL_LOG_DEBUG);
     if ((int)level > self->level) {
         return;
     }
@@ -173,6 +175,7 @@ void log_ring_flush(struct log_ring *self) {
             self->lost += oldest - self->sent;
             self->sent = oldest;
         }
+        INVARIANT(self->sent <= self->written);
         const bool more = self->sent < self->written;
         struct log_ring_line line = {0};
         if (more) {

@@ -32,6 +32,7 @@ void output_reset(struct output *self, bool closed) {
 /// Copies to the end. The bytes must fit.
 static void append(struct output *self, const char *data, size_t bytes) {
     INVARIANT(self->length + bytes <= OUTPUT_BYTES);
+    INVARIANT(self->head < OUTPUT_BYTES && !self->closed);
     const size_t tail = (self->head + self->length) % OUTPUT_BYTES;
     const size_t first = bytes < OUTPUT_BYTES - tail ? bytes : OUTPUT_BYTES - tail;
     memcpy(self->data + tail, data, first);
@@ -43,6 +44,7 @@ void output_put(struct output *self, const void *data, size_t bytes) {
     if (bytes == 0) {
         return;
     }
+    INVARIANT(self->data != NULL);
     pthread_mutex_lock(&self->lock);
     const bool wake = self->length == 0;
     if (!self->closed && bytes <= OUTPUT_BYTES - self->length) {
@@ -78,6 +80,7 @@ void output_take(struct output *self, size_t bytes) {
     const size_t taken = bytes < self->length ? bytes : self->length;
     self->head = (self->head + taken) % OUTPUT_BYTES;
     self->length -= taken;
+    INVARIANT(self->head < OUTPUT_BYTES && self->length <= OUTPUT_BYTES);
     pthread_mutex_unlock(&self->lock);
 }
 

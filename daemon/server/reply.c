@@ -74,19 +74,16 @@ static void record_unit(struct reply *self, const char *key, const char *unit) {
     const size_t group = self->path_end[self->depth];
     // A list's path ends in a dot, which only named members need.
     const size_t kept = key != NULL || group == 0 ? group : group - 1;
-    const size_t name = key != NULL ? strlen(key) : 0;
-    const size_t bytes = kept + name + 1 + strlen(unit) + 1;
-    if (bytes > sizeof self->units - self->units_length) {
-        return;
-    }
-    char *to = self->units + self->units_length;
-    memcpy(to, self->path, kept);
-    memcpy(to + kept, key != NULL ? key : "", name);
-    to[kept + name] = '\0';
-    if (!has_unit(self, to)) {
-        strcpy(to + kept + name + 1, unit);
+    char name[2 * REPLY_PATH_BYTES];
+    snprintf(name, sizeof name, "%.*s%s", (int)kept, self->path, key != NULL ? key : "");
+    const size_t bytes = strlen(name) + 1 + strlen(unit) + 1;
+    if (bytes <= sizeof self->units - self->units_length && !has_unit(self, name)) {
+        char *to = self->units + self->units_length;
+        strcpy(to, name);
+        strcpy(to + strlen(name) + 1, unit);
         self->units_length += bytes;
     }
+    INVARIANT(self->units_length <= sizeof self->units);
 }
 
 /// Writes what precedes an item of text: indentation or comma, and the key. A group's items follow
@@ -211,6 +208,7 @@ void reply_close(struct reply *self) {
 
 void reply_begin(struct reply *self, struct output *output, const struct request *request,
                  bool terminal) {
+    INVARIANT(self->stream != NULL && !(terminal && request->json && request->framed));
     self->output = output;
     self->request = *request;
     self->terminal = terminal;
@@ -291,6 +289,7 @@ static void frame_text(struct reply *self) {
 
 void reply_end(struct reply *self, int error, const char *message) {
     close_groups(self);
+    INVARIANT(self->depth == 0 && error <= 0);
     if (self->request.json) {
         json_bool(&self->json, "ok", error == 0);
         json_text(&self->json, "error", error_name(error));

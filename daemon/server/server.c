@@ -29,6 +29,7 @@ enum {
 };
 
 void server_answer(struct server *self, struct job *job, int error, const char *message) {
+    INVARIANT(error <= 0 && message != NULL);
     reply_begin(&self->reply, job->output, &job->request, job->terminal);
     self->reply.bar_columns = job->bar_columns;
     reply_end(&self->reply, error, message);
@@ -45,6 +46,7 @@ int server_parse(struct server *self, const char *line, struct job *job, char *m
 void server_submit(struct server *self, struct job *job) {
     const bool general = (job->command->flags & COMMAND_NO_RIG) != 0;
     struct daemon *daemon = self->daemon;
+    INVARIANT(atomic_load(&job->state) == JOB_WAITING);
     if (!worker_submit(general ? &daemon->general_worker : &daemon->rig_worker, job)) {
         atomic_store(&job->state, JOB_FREE);
         server_answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
@@ -133,6 +135,7 @@ static void hang_up(struct server *self, struct connection *client) {
 }
 
 static void close_client(struct server *self, struct connection *client) {
+    INVARIANT(client->used && atomic_load(&client->job.state) != JOB_WAITING);
     self->stopping = self->stopping || console_is_stdio(&self->console, client);
     hang_up(self, client);
     output_reset(&client->output, true);
@@ -237,6 +240,7 @@ static void serve(struct server *self, struct connection *client, short input, s
 /// client that closes and reconnects could find its old slot still in use.
 static void accept_client(struct server *self, int listener_index, uint64_t now_us) {
     const int listener = self->listeners[listener_index];
+    INVARIANT(listener >= 0);
     if (slot_is_due(self)) {
         return;
     }
@@ -367,6 +371,7 @@ static void turn(struct server *self) {
 }
 
 int server_run(struct server *self) {
+    INVARIANT(self->daemon->rig_worker.started && self->daemon->general_worker.started);
     notify_send("READY=1");
     while (!self->stopping) {
         turn(self);

@@ -56,6 +56,7 @@ struct rig_observer worker_observer(struct worker *self) {
 static void finish(struct worker *self, struct job *job) {
     const uint64_t one = 1;
     pthread_mutex_lock(&self->lock);
+    INVARIANT(self->running == job && atomic_load(&job->state) == JOB_WAITING);
     self->running = NULL;
     pthread_mutex_unlock(&self->lock);
     atomic_store(&job->state, JOB_DONE);
@@ -137,6 +138,7 @@ static void advise(const struct worker *self, int error, char *message, size_t b
 }
 
 static void run(struct worker *self, struct job *job) {
+    INVARIANT(job->worker == self && job->command != NULL);
     char message[JOB_MESSAGE_BYTES] = "";
     const struct command_call call = {
         .rig = &self->daemon->rig,
@@ -200,6 +202,7 @@ static struct job *next_job(struct worker *self) {
         job = self->waiting[self->first];
         self->first = (self->first + 1) % CONFIG_QUEUE_MAX;
         self->count--;
+        INVARIANT(job != NULL && self->running == NULL);
         self->running = job;
     }
     pthread_mutex_unlock(&self->lock);
@@ -289,6 +292,7 @@ void worker_cancel(struct worker *self) {
 bool worker_submit(struct worker *self, struct job *job) {
     INVARIANT(atomic_load(&job->state) == JOB_WAITING);
     pthread_mutex_lock(&self->lock);
+    INVARIANT(self->count <= self->capacity && self->first < CONFIG_QUEUE_MAX);
     const bool room = self->count < self->capacity;
     if (room) {
         job->worker = self;
@@ -307,6 +311,7 @@ bool worker_submit(struct worker *self, struct job *job) {
 /// Number of jobs queued before a job; `count` if it is not queued. The caller holds the lock.
 static size_t place_of(const struct worker *self, const struct job *job) {
     size_t place = 0;
+    INVARIANT(self->count <= self->capacity);
     while (place < self->count && self->waiting[(self->first + place) % CONFIG_QUEUE_MAX] != job) {
         place++;
     }

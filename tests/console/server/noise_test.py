@@ -143,10 +143,10 @@ class Noise(DaemonTest):
     def test_rounds_of_a_watch(self):
         """Rounds that arrive are right, and missing ones are reported."""
         for form in ((), ("--json",)):
-            one = self.ask(*form, "watch", "0.1", "status", "1")[1].removesuffix("OK\n")
+            one = self.ask(*form, "watch", "0.1", "status", "count=1")[1].removesuffix("OK\n")
             for rate in (CLEAN, NOISY) if WHOLE else (NOISY,):
                 self.corrupt(rate)
-                code, output, reported = self.ask(*form, "watch", "0.1", "status", "20")
+                code, output, reported = self.ask(*form, "watch", "0.1", "status", "count=20")
                 self.corrupt(CLEAN)
                 lines = output.splitlines()
                 whole = code == 0

@@ -114,7 +114,7 @@ class Peers(DaemonTest):
 
     def test_a_long_command_is_waited_for_in_silence(self):
         """A watch is silent between its rounds, and that is not reported as an error."""
-        done = self.vergence("watch", "6", "version", "2")
+        done = self.vergence("watch", "6", "version", "count=2")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def listen(self):
