@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "core/invariant.h"
 #include "daemon/session/record_log.h"
 #include "daemon/session/trace.h"
 
@@ -34,6 +35,7 @@ static int i2c_transfer(void *context, const struct hal_i2c_message *messages, s
     struct record *self = context;
     const struct hal_i2c *inner = self->inner.i2c;
     const int code = inner->operations->transfer(inner->self, messages, count, deadline_us, begun);
+    INVARIANT(code <= 0 && count <= HAL_I2C_MESSAGES_MAX);
     if (!record_is_on(self)) {
         return code;
     }
@@ -71,6 +73,7 @@ static int uart_write(void *context, const void *data, size_t bytes, uint64_t de
         char sent[TRACE_LINE_MAX + 1];
         const size_t some = bytes < TRACE_BYTES_MAX ? bytes : TRACE_BYTES_MAX;
         code = inner->operations->write(inner->self, at, some, deadline_us);
+        INVARIANT(code <= 0);
         trace_put_bytes(sent, at, some);
         record_call(self, TRACE_UART_WRITE TRACE_EQUALS "%d", deadline_us, sent, code);
         at += some;
@@ -86,6 +89,7 @@ static int uart_read(void *context, void *data, size_t capacity, uint64_t deadli
     char came[TRACE_LINE_MAX + 1];
     const size_t some = capacity < TRACE_BYTES_MAX ? capacity : TRACE_BYTES_MAX;
     const int code = inner->operations->read(inner->self, data, some, deadline_us, bytes);
+    INVARIANT(code != 0 || (*bytes > 0 && *bytes <= some));
     trace_put_bytes(came, data, code == 0 ? *bytes : 0);
     record_call(self, TRACE_UART_READ TRACE_EQUALS "%d %s", deadline_us, some, code, came);
     return code;
@@ -201,6 +205,7 @@ static const struct hal_camera *wrap_camera(struct record *self, int number) {
 }
 
 void record_init(struct record *self, const struct rig_ports *inner, struct rig_ports *outer) {
+    INVARIANT(inner->clock != NULL && inner != outer);
     memset(self, 0, sizeof *self);
     self->inner = *inner;
     self->log = -1;

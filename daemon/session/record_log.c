@@ -47,6 +47,7 @@ static void give_up(struct record *self) {
 }
 
 static void write_text(struct record *self, const char *text, size_t length) {
+    INVARIANT(self->writer != NULL && self->log >= 0);
     if (failed(self) == 0 && !write_all(self->log, text, length)) {
         give_up(self);
     }
@@ -64,6 +65,8 @@ static void write_piece(struct disk_writer_task *task) {
     struct piece *piece = (struct piece *)task;  // its first member
     struct record *self = piece->record;
     const char *const text = (const char *)piece->data;
+    INVARIANT(self->writer != NULL && piece->kind <= FRAME);
+    INVARIANT(piece->kind != COMMAND || text[piece->bytes - 1] == '\0');
     if (piece->kind == LINES || piece->kind == CHECKED_LINES) {
         write_text(self, text, piece->bytes);
         if (piece->kind == CHECKED_LINES) {
@@ -104,6 +107,7 @@ bool record_is_on(const struct record *self) {
 
 /// A piece for the disk writer; NULL: out of memory, which ends the recording.
 static struct piece *new_piece(struct record *self, int kind, size_t bytes) {
+    INVARIANT(self->writer != NULL);
     struct piece *piece = malloc(sizeof *piece + bytes);
     if (piece != NULL) {
         *piece = (struct piece){.task = {.work = write_piece, .bytes = sizeof *piece + bytes},
@@ -137,6 +141,7 @@ static void add_text(struct record *self, const char *text, size_t length) {
     if (self->filled + length > RECORD_BUFFER_BYTES) {
         submit_lines(self, LINES);
     }
+    INVARIANT(self->filled + length <= RECORD_BUFFER_BYTES);
     memcpy(self->buffer + self->filled, text, length);
     self->filled += length;
 }
@@ -147,6 +152,7 @@ static void release_part(struct record *self) {
     if (!part->held) {
         return;
     }
+    INVARIANT(part->bytes <= sizeof part->lines);
     part->held = false;
     if (part->command[0] != '\0') {
         submit(self, COMMAND, part->command, strlen(part->command) + 1);
@@ -184,7 +190,9 @@ void record_call(struct record *self, const char *format, ...) {
     }
     char line[TRACE_LINE_MAX + 1];
     const struct hal_clock *clock = self->inner.clock;
+    const uint64_t before_us = self->time.us;
     self->time = (struct record_time){.us = clock->operations->now_us(clock->self)};
+    INVARIANT(self->time.us >= before_us);
     int length = snprintf(line, sizeof line, "%" PRIu64 " ", self->time.us);
     va_list arguments;
     va_start(arguments, format);
@@ -202,6 +210,7 @@ uint64_t record_clock(struct record *self, uint64_t now_us) {
         return now_us;
     }
     struct record_part *part = &self->part;
+    INVARIANT(now_us >= self->time.us);
     self->time.reads++;
     if (now_us < self->time.us + RECORD_CLOCK_STEP_US) {
         return self->time.us;
@@ -322,6 +331,7 @@ int record_run(struct record *self, const struct command *command, const struct 
 
 int record_idle(struct record *self, struct rig *rig) {
     const struct record_part command = self->part;  // which may wait for the disk
+    INVARIANT(rig->ports.clock != NULL);
     begin_part(self, "");
     const int error = rig_idle(rig);
     end_part(self, false);
@@ -341,6 +351,7 @@ int record_flush(struct record *self, struct message *message) {
     if (self->writer == NULL) {
         return 0;
     }
+    INVARIANT(self->log >= 0);
     submit_lines(self, LINES);
     disk_writer_run(self->disk_writer, write_check_and_wait, self);
     const int error = failed(self);

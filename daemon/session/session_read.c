@@ -12,6 +12,7 @@
 
 #include "core/crc.h"
 #include "core/error.h"
+#include "core/invariant.h"
 #include "daemon/base/raw_memory.h"
 
 enum { VALUE_ROOM = 4096 };
@@ -19,6 +20,7 @@ enum { VALUE_ROOM = 4096 };
 FILE *session_reader_file(const struct session_reader *self, const char *name,
                           struct message *message) {
     // Neither follow a link out of the session nor block on a pipe without a writer.
+    INVARIANT(self->directory >= 0);
     const int file = openat(self->directory, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     struct stat about;
     const bool known = file >= 0 && fstat(file, &about) == 0;
@@ -93,6 +95,7 @@ static bool crc_fits(const struct session_reader *self, const char *line, size_t
 
 int session_reader_next(struct session_reader *self, struct session_event *event,
                         struct message *message) {
+    INVARIANT(self->at <= self->length);
     if (self->at == self->length) {
         self->cut = !self->ended;
         return 0;
@@ -125,6 +128,7 @@ int session_reader_next(struct session_reader *self, struct session_event *event
 
 void session_reader_rewind(struct session_reader *self) {
     const char *const end = memchr(self->text, '\n', self->length);
+    INVARIANT(end != NULL);  // the first event was read
     self->at = (size_t)(end + 1 - self->text);
     self->crc = crc_update(0, self->text, self->at);
     self->line = 1;

@@ -33,6 +33,7 @@ static int fail(const struct session_writer *self, const char *name, struct mess
 static int append(struct session_writer *self, const char *line, size_t length,
                   struct message *message) {
     const bool later = self->event.kind == SESSION_REGISTERS;
+    INVARIANT(self->index >= 0 && self->good_bytes >= 0);
     if (ftruncate(self->index, self->good_bytes) != 0 ||
         lseek(self->index, self->good_bytes, SEEK_SET) != self->good_bytes ||
         !write_all(self->index, line, length) || (!later && fsync(self->index) != 0)) {
@@ -162,6 +163,7 @@ static int begin_part(const struct session_writer *self) {
 /// Gives the temporary file its name once it is on disk. `written`: no error so far.
 static int finish_part(struct session_writer *self, int part, bool written, const char *name,
                        struct message *message) {
+    INVARIANT(part >= 0);
     bool safe = written && fsync(part) == 0;
     int reason = errno;
     safe = close(part) == 0 && safe;
@@ -221,6 +223,7 @@ static void sink_byte(struct frame_sink *sink, unsigned byte) {
     if (sink->filled == sink->capacity) {
         flush_sink(sink);
     }
+    INVARIANT(sink->filled < sink->capacity);
     sink->buffer[sink->filled++] = (unsigned char)byte;
 }
 
@@ -345,6 +348,7 @@ int session_writer_end(struct session_writer *self, struct message *message) {
 }
 
 void session_writer_leave(struct session_writer *self) {
+    INVARIANT((self->index < 0) == (self->directory < 0));
     if (self->index >= 0) {
         close(self->index);
         close(self->directory);
@@ -354,6 +358,7 @@ void session_writer_leave(struct session_writer *self) {
 
 /// For a directory that was created for the session; files with other names stay.
 static void remove_files(const struct session_writer *self) {
+    INVARIANT(self->made && self->directory >= 0);
     static const char *const own[] = {"frame-", "calibration-", PART_NAME};
     const int fd = openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;

@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
+from daemon_process import SIMRIG, TIMEOUT_S, VERGENCED, DaemonTest
 from waiting import wait_until
 
 LEAD = ("bringup", "window 64 48")
@@ -244,6 +244,43 @@ class Recording(DaemonTest):
         self.assertIn("\nend ", self.index("ended"))
         self.restart()
         self.play("ended", 1)
+
+
+class RealTime(DaemonTest):
+    """Only in real time the rig idles: its bridge's watchdog is fed between commands."""
+
+    @classmethod
+    def begin_rig(cls):
+        cls.rig = subprocess.Popen([SIMRIG, "--scene", cls.scene, "--wall", "--listen",
+                                    f"unix:{cls.rig_path}"], stdout=subprocess.DEVNULL)
+        cls.addClassCleanup(cls.end, cls.rig)
+        cls.wait_for(cls.rig_path)
+
+    def test_idling_is_replayed_where_it_was(self):
+        client = self.client()
+        self.assertEqual(client.ask("record start idle")[-1], "OK")
+
+        def idled():
+            if client.ask_json("status")["result"]["state"] != "ready":
+                client.ask("bringup")  # a slow machine may miss the watchdog
+            with open(os.path.join(self.files, "idle", "calls.log"), encoding="ascii") as file:
+                return "\nidle\n" in file.read()
+
+        wait_until(idled)
+        client.ask("window 64 48")
+        client.ask("capture")
+        self.assertEqual(client.ask("record stop")[-1], "OK")
+        self.assertEqual(client.ask("replay idle")[-1], "OK")
+        # As a backend too: the rig idles where it did.
+        with open(os.path.join(self.files, "idle", "session.index"), encoding="ascii") as file:
+            commands = [line.split()[1][len("text="):].replace("%20", " ") for line in file
+                        if line.startswith("command ")]
+        done = subprocess.run(
+            [VERGENCED, f"backend=replay {os.path.join(self.files, 'idle')}", "socket=none",
+             f"files={self.files}", "store=none", "console=stdio", "confine=no"],
+            input="".join(f"{line}\n" for line in commands), text=True, capture_output=True,
+            timeout=TIMEOUT_S, check=False)
+        self.assertEqual(done.stdout.count("OK\n"), len(commands), done.stdout + done.stderr)
 
 
 if __name__ == "__main__":

@@ -77,6 +77,7 @@ static void diverge(struct play *self, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
+    INVARIANT(self->replay.made <= self->calls);
     outcome->command = outcome->commands + 1;
     outcome->call = self->replay.made + 1;
     message_set(&outcome->mismatch, 0, "%s", what);

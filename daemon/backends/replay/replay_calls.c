@@ -74,6 +74,7 @@ static void stop_playing(struct replay *self, uint32_t line, const char *format,
 /// Reads on to the next call, time or idling. A cancellation takes effect at once: the command that
 /// was cancelled is the one that made the call before it.
 static void read_ahead(struct replay *self) {
+    INVARIANT(self->log != NULL && self->line <= self->lines);
     self->next = REPLAY_NOTHING;
     while (self->next == REPLAY_NOTHING && self->line < self->lines && next_line(self)) {
         self->line++;
@@ -138,6 +139,7 @@ static const char *answer_to(struct replay *self, const char *asked) {
         stop_playing(self, self->line, "not a call");
         return NULL;
     }
+    INVARIANT(equals > call);
     *equals = '\0';
     if (strcmp(call + 1, asked) != 0) {
         stop_playing(self, self->line, "expected the call '%.300s', got '%.300s'", call + 1, asked);
@@ -146,6 +148,7 @@ static const char *answer_to(struct replay *self, const char *asked) {
     const size_t answer_at = (size_t)(equals - call - 1) + strlen(TRACE_EQUALS);
     memcpy(self->answered, call + 1, sizeof self->text - (size_t)(call + 1 - self->text));
     self->answer_line = self->line;
+    INVARIANT(self->calls > 0);
     self->calls--;
     self->made++;
     advance(self, now_us);
@@ -225,6 +228,7 @@ static int i2c_transfer(void *context, const struct hal_i2c_message *messages, s
     char sent[TRACE_LINE_MAX + 1];
     const char *rest;
     int64_t clocked = 0;
+    INVARIANT(count > 0 && count <= HAL_I2C_MESSAGES_MAX);
     trace_i2c(sent, messages, count);
     const int code = ask(self, &rest, TRACE_I2C_TRANSFER, deadline_us, sent);
     *begun = 0;
@@ -276,6 +280,7 @@ static int uart_read(void *context, void *data, size_t capacity, uint64_t deadli
                      size_t *bytes) {
     const size_t some = capacity < TRACE_BYTES_MAX ? capacity : TRACE_BYTES_MAX;
     const char *rest;
+    INVARIANT(some > 0);
     const int code = ask(context, &rest, TRACE_UART_READ, deadline_us, some);
     if (code != 0) {
         return code;
@@ -388,6 +393,7 @@ static void camera_counts(void *context, struct hal_camera_counts *counts) {
 // ---- all together
 
 static void set_camera(struct replay *self, int number, bool has_control) {
+    INVARIANT(number == RIG_LEFT || number == RIG_RIGHT);
     self->camera_operations[number] = (struct hal_camera_operations){
         camera_start, camera_stop, camera_take, has_control ? camera_control : NULL, camera_counts};
     self->ports.camera[number] = &self->camera[number];
@@ -425,6 +431,7 @@ static int set_ports(struct replay *self, struct message *message) {
 }
 
 int replay_calls_open(struct replay *self, struct message *message) {
+    INVARIANT(self->has_calls && self->log == NULL);
     self->log = session_reader_file(&self->session, SESSION_CALLS_NAME, message);
     if (self->log == NULL) {
         return ERROR_MISSING;

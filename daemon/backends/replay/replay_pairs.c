@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "daemon/backends/replay/replay.h"
 
 static uint64_t later(uint64_t a, uint64_t b) {
@@ -61,6 +62,7 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
 /// Shows the next pair if the rig has captured one.
 static void look_at_rig(struct replay *self) {
     const uint32_t pairs = self->rig != NULL ? self->rig->pairs : 0;
+    INVARIANT(self->next_pair <= self->pair_count);
     if (pairs > self->pairs_of_rig && self->next_pair < self->pair_count) {
         self->next_pair++;
     }
@@ -106,6 +108,7 @@ static int control(void *context, enum hal_camera_control control, int32_t value
                    int32_t *applied) {
     const struct replay_camera *camera = context;
     const struct replay *self = camera->replay;
+    INVARIANT(self->pair_count > 0);
     const uint32_t last = self->pair_count - 1;
     const uint32_t at = self->next_pair < last ? self->next_pair : last;
     const uint32_t exposure_us = self->pairs[at].pair.frame[camera->number].exposure_us;
@@ -121,6 +124,7 @@ static const struct hal_camera_operations camera_operations = {start, stop, take
 
 int replay_add_pair(struct replay *self, struct message *message) {
     const struct session_event *event = &self->event;
+    INVARIANT(event->kind == SESSION_PAIR && !self->has_calls);
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &event->pair.frame[side];
         if (frame->end_us < frame->begin_us) {
