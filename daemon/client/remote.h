@@ -48,13 +48,6 @@ void remote_interrupt(struct remote *self);
 /// ERROR_DEVICE.
 int remote_receive(struct remote *self, int limit_ms, char **text);
 
-/// Waits until a serial line is quiet, so that no answer to an earlier request can follow. 0, or
-/// ERROR_DEVICE.
-int remote_drain(struct remote *self);
-
-/// Whether a line says that a request arrived damaged, and so was not executed.
-bool remote_is_refused(const char *text);
-
 /// Shows a line of an answer; may change `text` until it returns.
 typedef void remote_show(struct remote *self, void *cookie, const char *text);
 
@@ -86,6 +79,8 @@ int remote_open_default(struct remote_line *line, struct message *message);
 int remote_main(int argc, char **argv);
 
 /// Sends a command and passes each line of the answer to `show`; waits for its end without a limit.
+/// Over a serial line only lines that arrived undamaged are shown; a command that arrived damaged,
+/// or that only reads, is repeated, and of another one it is unknown whether it was executed.
 /// 0: OK; 1: ERR, which went to `show`; with a message ERROR_DEVICE: connection lost,
 /// ERROR_TIMEOUT: nothing valid arrives over a serial line, ERROR_CRC: rounds of a watch were
 /// damaged there, ERROR_CANCELLED: interrupted, ERROR_SYNTAX: too long, ERROR_VERSION: the peer is
@@ -93,15 +88,8 @@ int remote_main(int argc, char **argv);
 int remote_ask(struct remote *self, const char *command, remote_show *show, void *cookie,
                struct message *message);
 
-/// The same over a serial line: only lines that arrived undamaged are shown. If no undamaged answer
-/// arrives, a command that only reads is repeated; after another one it is an error.
-int remote_ask_framed(struct remote *self, const char *command, remote_show *show, void *cookie,
-                      struct message *message);
-
-/// Requests a complete JSON answer, retrying if necessary: for commands that may be repeated.
-/// `*result` is valid until the next call. 0; ERROR_DEVICE; ERROR_TIMEOUT: nothing
-/// valid arrived; ERROR_REFUSED: the daemon answered ERR; ERROR_CANCELLED: interrupted; all with a
-/// message.
+/// Requests a JSON answer, for commands that may be repeated. `*result` is valid until the next
+/// call. 0; ERROR_REFUSED: the daemon answered ERR; other errors of remote_ask; all with a message.
 int remote_call(struct remote *self, const char *command, const struct cJSON **result,
                 struct message *message);
 
@@ -159,6 +147,12 @@ void remote_show_written(struct remote *self, remote_show *show, void *cookie,
 void remote_show_error(struct remote *self, remote_show *show, void *cookie, int error,
                        const char *message);
 void remote_show_rejection(struct remote *self, remote_show *show, void *cookie, const char *text);
+
+/// Runs a line of a script or of a terminal, or the command of the command line. Its exit code.
+int remote_run_line(struct remote *self, const char *line);
+
+/// Takes a Ctrl-C of the user that is waiting at `extra_fd`; false: none was.
+bool remote_take_signal(struct remote *self);
 
 /// Runs an interactive session at a terminal; returns the process's exit code.
 int remote_terminal(struct remote *self);

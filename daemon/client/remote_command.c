@@ -3,6 +3,7 @@
 #include <cjson/cJSON.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
@@ -15,7 +16,6 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
-#include "daemon/client/remote_script.h"
 #include "daemon/files/file_error.h"
 
 enum { EXIT_INTERRUPTED = 130 };
@@ -106,19 +106,25 @@ static int fail(struct remote *self, int error, const struct message *message, i
     return code;
 }
 
-/// The first Ctrl-C cancels on the instrument; a second one ends the client without waiting.
-static void service(struct remote *self) {
+bool remote_take_signal(struct remote *self) {
     struct signalfd_siginfo information;
+    return read(self->extra_fd, &information, sizeof information) == sizeof information;
+}
+
+/// The first Ctrl-C cancels on the instrument; a second one ends the client without waiting. A user
+/// at a terminal may repeat it.
+static void service(struct remote *self) {
     struct message message;
-    if (read(self->extra_fd, &information, sizeof information) != sizeof information) {
+    if (!remote_take_signal(self)) {
         return;
     }
-    if (self->interrupted) {
+    if (self->interrupted && !self->interactive) {
         remote_progress(self, "", 0, 0);
         message_set(&message, 0,
                     "interrupted twice: ended before vergenced confirmed the cancellation");
         _exit(fail(self, ERROR_CANCELLED, &message, EXIT_INTERRUPTED));
     }
+    self->interrupted = false;
     remote_interrupt(self);
 }
 
@@ -129,17 +135,6 @@ static void watch_signals(struct remote *self) {
     sigprocmask(SIG_BLOCK, &taken, NULL);
     self->extra_fd = signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK);
     self->service = service;
-}
-
-/// Restores Ctrl-C for a terminal.
-static void unwatch_signals(struct remote *self) {
-    sigset_t taken;
-    close(self->extra_fd);
-    self->extra_fd = -1;
-    self->service = NULL;
-    sigemptyset(&taken);
-    sigaddset(&taken, SIGINT);
-    sigprocmask(SIG_UNBLOCK, &taken, NULL);
 }
 
 /// Rejects a line without sending it.
@@ -158,7 +153,7 @@ static int files_code(struct remote *self, int error, const struct message *mess
     if (error == 0) {
         return CLIENT_OK;
     }
-    const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT;
+    const bool broken = error == ERROR_DEVICE || error == ERROR_TIMEOUT || error == ERROR_VERSION;
     const int code = self->interrupted ? interrupted_code()
                      : broken          ? REMOTE_EXIT_LINE
                                        : REMOTE_EXIT_ERR;
@@ -184,8 +179,7 @@ static int ask_code(struct remote *self, int result, const struct message *messa
     }
 }
 
-/// Runs a line of a script, or the command of the command line.
-static int run_line(struct remote *self, const char *line) {
+int remote_run_line(struct remote *self, const char *line) {
     char storage[COMMAND_LINE_MAX + 1];
     struct command_words words;
     const char *why = NULL;
@@ -215,38 +209,57 @@ static int run_line(struct remote *self, const char *line) {
     return ask_code(self, result, &message);
 }
 
-/// Reports a line of a script that cannot be run. The exit code.
-static int refuse_line(struct remote *self, enum remote_script_line kind) {
-    struct message message;
-    if (kind == REMOTE_SCRIPT_TOO_LONG) {
-        message_set(&message, 0, "line longer than %d characters", COMMAND_LINE_MAX);
-    } else {
-        message_set(&message, 0, "control character in the line");
+/// Reads the next line of a script, which may lack its end. 1; 0: end of input; or an error with a
+/// message.
+static int next_line(struct remote *self, struct remote_line *script, char **line,
+                     struct message *message) {
+    for (;;) {
+        bool extra = false;
+        const int error =
+            remote_line_receive(script, REMOTE_FOREVER_MS, self->extra_fd, &extra, line);
+        if (extra) {
+            self->service(self);
+        }
+        if (self->interrupted) {
+            return 0;
+        }
+        if (error == ERROR_DEVICE) {
+            return script->errno_of_read == 0
+                       ? 0
+                       : message_set(message, file_error(script->errno_of_read),
+                                     "cannot read standard input: %s",
+                                     strerror(script->errno_of_read));
+        }
+        if (error == 0) {
+            return 1;
+        }
     }
-    return refuse(self, &message);
 }
 
 static int run_script(struct remote *self, bool keep_going) {
-    static struct remote_script script;
+    struct remote_line script = {.fd = STDIN_FILENO, .script = true};
+    struct message message;
     int worst = CLIENT_OK;
-    for (;;) {
-        const enum remote_script_line kind = remote_script_next(&script, self);
-        if (kind == REMOTE_SCRIPT_END) {
-            return self->interrupted ? interrupted_code() : worst;
-        }
-        if (kind == REMOTE_SCRIPT_BROKEN) {
-            struct message message;
-            message_set(&message, 0, "cannot read standard input: %s",
-                        strerror(script.errno_of_read));
-            return fail(self, file_error(script.errno_of_read), &message, REMOTE_EXIT_ERR);
-        }
-        const int code =
-            kind == REMOTE_SCRIPT_LINE ? run_line(self, script.line) : refuse_line(self, kind);
-        worst = code != CLIENT_OK ? code : worst;
-        if (self->over || (code != CLIENT_OK && (!keep_going || code != REMOTE_EXIT_ERR))) {
-            return worst;
-        }
+    script.data = malloc(REMOTE_LINE_BYTES + 1);
+    if (script.data == NULL) {
+        message_set(&message, 0, "out of memory");
+        return fail(self, ERROR_MEMORY, &message, CLIENT_FAILED);
     }
+    for (bool goes_on = !remote_interrupted(self); goes_on;) {
+        char *line = NULL;
+        const int got = next_line(self, &script, &line, &message);
+        if (got <= 0) {
+            worst = got < 0             ? fail(self, got, &message, REMOTE_EXIT_ERR)
+                    : self->interrupted ? interrupted_code()
+                                        : worst;
+            break;
+        }
+        const int code = remote_run_line(self, line);
+        worst = code != CLIENT_OK ? code : worst;
+        goes_on = !self->over && (code == CLIENT_OK || (keep_going && code == REMOTE_EXIT_ERR));
+    }
+    free(script.data);
+    return worst;
 }
 
 /// Appends a word at `length`; inside quotes, quotes and backslashes are escaped. The new length,
@@ -324,11 +337,9 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
     if (error != 0) {
         return REMOTE_EXIT_ERR;
     }
-    if (self->interactive) {
-        unwatch_signals(self);
-        return remote_terminal(self);
-    }
-    return line != NULL ? run_line(self, line) : run_script(self, keep_going);
+    return self->interactive ? remote_terminal(self)
+           : line != NULL    ? remote_run_line(self, line)
+                             : run_script(self, keep_going);
 }
 
 int remote_main(int argc, char **argv) {

@@ -19,6 +19,8 @@
 #include "daemon/base/framing.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
+#include "daemon/client/remote.h"
+#include "daemon/files/standard_paths.h"
 
 enum {
     PORT_MAX = 65535,
@@ -239,6 +241,9 @@ static char *take_line(struct remote_line *self) {
     }
     *end = '\0';
     self->used = (size_t)(end - self->data) + 1;
+    for (char *at = begin; self->script && at < end; at++) {
+        *at = *at == '\0' ? '\001' : *at;  // a control character, which no command contains
+    }
     if (end > begin && end[-1] == '\r') {
         end[-1] = '\0';
     }
@@ -266,7 +271,9 @@ static int fill(struct remote_line *self) {
         self->filled -= self->used;
         self->used = 0;
     }
-    if (self->filled == REMOTE_LINE_BYTES) {
+    if (self->filled == REMOTE_LINE_BYTES && self->script) {
+        self->filled = REMOTE_LINE_BYTES / 2;  // still too long for a command
+    } else if (self->filled == REMOTE_LINE_BYTES) {
         self->filled = 0;  // no answer is that long: garbage
         self->skipping = true;
     }
@@ -277,7 +284,15 @@ static int fill(struct remote_line *self) {
         take_in(self, (size_t)bytes);
         return 0;
     }
-    return bytes == 0 || (errno != EAGAIN && errno != EINTR) ? ERROR_DEVICE : 0;
+    if (bytes < 0 && (errno == EAGAIN || errno == EINTR)) {
+        return 0;
+    }
+    self->errno_of_read = bytes < 0 ? errno : 0;
+    if (self->script && bytes == 0 && self->filled > 0) {
+        self->data[self->filled++] = '\n';  // the last line may lack its end
+        return 0;
+    }
+    return ERROR_DEVICE;
 }
 
 /// Waits for data until `end_us` (if `limit_ms` is not negative) and reads it. 0, or an error of
@@ -329,4 +344,33 @@ void remote_line_quiet(struct remote_line *self, int quiet_ms) {
     while (monotonic_now_us() < end_us && poll(&wait, 1, quiet_ms) > 0 && fill(self) == 0) {
         self->filled = 0;
     }
+}
+
+bool remote_is_address(const char *word) {
+    const size_t first = strcspn(word, " \t");
+    return strcspn(word, ":/.") < first;
+}
+
+int remote_open_default(struct remote_line *line, struct message *message) {
+    char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES];
+    char tried[MESSAGE_BYTES / 2] = "";
+    const size_t count = standard_paths_sockets(sockets);
+    for (size_t i = 0; i < count; i++) {
+        char address[sizeof "unix:" + STANDARD_PATH_BYTES];
+        snprintf(address, sizeof address, "unix:%s", sockets[i]);
+        const int error = remote_line_open(line, address, message);
+        if (error == 0 || error == ERROR_MEMORY) {
+            return error;
+        }
+        const bool is_missing = error == ERROR_IO && errno == ENOENT;
+        const char *cause = is_missing ? "" : error == ERROR_IO ? strerror(errno) : "path too long";
+        const size_t used = strlen(tried);
+        snprintf(tried + used, sizeof tried - used, "%s%s%s%s%s", i == 0 ? "" : ", ", sockets[i],
+                 is_missing ? "" : " (", cause, is_missing ? "" : ")");
+    }
+    return message_set(
+        message, ERROR_IO,
+        "no vergenced at %s: start \"vergenced\" (simulated instrument: \"vergence simulate\"), or "
+        "give its ADDRESS: unix:PATH, tcp:HOST:PORT or serial:DEVICE",
+        tried);
 }

@@ -1,197 +1,226 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interactive use at a terminal of the PC: line editing here, commands on the instrument.
+// Interactive use at a terminal of the PC: libedit edits the lines, the instrument runs them.
+#include <errno.h>
+#include <histedit.h>
+#include <limits.h>
+#include <locale.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <termios.h>
+#include <sys/stat.h>
 #include <unistd.h>
+#include <wchar.h>
 
-#include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/editor.h"
 #include "daemon/cli/exit_code.h"
-#include "daemon/cli/screen.h"
 #include "daemon/client/remote.h"
+#include "daemon/files/standard_paths.h"
 
-enum { AHEAD_BYTES = 65536, CTRL_C = 3, BELL = 7 };
+enum { CTRL_C = 3, HISTORY_LINES = 1000, WORDS_BYTES = 4096 };
 
 struct terminal {
     struct remote *remote;
-    struct editor editor;
-    char ahead[AHEAD_BYTES];  ///< typed ahead, not yet processed
-    size_t ahead_begin, ahead_end;
-    bool input_paused;  ///< overflow: input is discarded up to the end of a line
-    bool ended, broken;
+    EditLine *edit;
+    History *history;
+    char history_path[STANDARD_PATH_BYTES];  ///< "": not kept
+    bool cancelled;                          ///< the line being edited, by Ctrl-C
 };
 
-static struct terminal *terminal_of_attention;
-
-/// Reads keys. Ctrl-C discards what was typed ahead; while a command runs it cancels on the
-/// instrument.
-static void listen(struct terminal *self, bool runs) {
-    char data[256];
-    const ssize_t bytes = read(STDIN_FILENO, data, sizeof data);
-    if (bytes <= 0) {
-        self->ended = true;
-        self->remote->extra_fd = -1;
-    }
-    for (ssize_t i = 0; i < bytes; i++) {
-        if (data[i] == CTRL_C) {
-            self->ahead_begin = self->ahead_end = 0;
-            self->input_paused = false;
-        }
-        if (data[i] == CTRL_C && runs) {
-            // Send it again if the first one had no effect.
-            self->remote->interrupted = false;
-            remote_interrupt(self->remote);
-        } else if (self->input_paused) {
-            self->input_paused = runs || data[i] != '\r';
-        } else {
-            self->ahead[self->ahead_end++] = data[i];
-        }
-        if (self->ahead_end == sizeof self->ahead) {
-            // Discard the rest of a cut line, which must not be taken for a command.
-            self->ahead_begin = self->ahead_end = 0;
-            self->input_paused = true;
-            fputc(BELL, stdout);
-            fflush(stdout);
-        }
-    }
+static struct terminal *terminal_of(EditLine *edit) {
+    void *self = NULL;
+    el_get(edit, EL_CLIENTDATA, &self);
+    INVARIANT(self != NULL);
+    return self;
 }
 
-/// Handles input while a command runs.
-static void service(struct remote *remote) {
-    INVARIANT(terminal_of_attention->remote == remote);
-    listen(terminal_of_attention, true);
+static char *prompt(EditLine *edit) {
+    static char text[] = "vergence> ";
+    (void)edit;
+    return text;
 }
 
-static void show(struct remote *remote, void *cookie, const char *text) {
-    (void)remote;
-    (void)cookie;
-    printable_print(stdout, text);
-    fputs("\r\n", stdout);
-    fflush(stdout);
-}
-
-static void print_rejection(struct remote *remote, void *cookie, const char *text) {
-    (void)remote;
-    (void)cookie;
-    if (strncmp(text, "ERR ", 4) == 0) {
-        printable_print(stderr, text);
-        fputc('\n', stderr);
+/// Reads a key. Ctrl-C comes as a signal, which the connection watches, too.
+static int read_key(EditLine *edit, wchar_t *key) {
+    struct remote *remote = terminal_of(edit)->remote;
+    char bytes[MB_LEN_MAX] = "";
+    mbstate_t state = {0};
+    for (;;) {
+        struct pollfd fds[2] = {{.fd = STDIN_FILENO, .events = POLLIN},
+                                {.fd = remote->extra_fd, .events = POLLIN}};
+        if (poll(fds, 2, -1) < 0 && errno != EINTR) {
+            return -1;
+        }
+        remote->interrupted = false;
+        if (fds[1].revents != 0 && remote_take_signal(remote)) {
+            *key = CTRL_C;
+            return 1;
+        }
+        if (fds[0].revents == 0) {
+            continue;
+        }
+        if (read(STDIN_FILENO, bytes, 1) != 1) {
+            return 0;
+        }
+        const size_t got = mbrtowc(key, bytes, 1, &state);
+        if (got == (size_t)-1) {
+            *key = L'?';
+        }
+        if (got != (size_t)-2) {
+            return 1;
+        }
     }
 }
 
-static void send_to_screen(void *cookie, const char *data, size_t bytes) {
-    (void)cookie;
-    fwrite(data, 1, bytes, stdout);
-    fflush(stdout);
+/// Ctrl-C discards the line.
+static unsigned char cancel(EditLine *edit, int key) {
+    (void)key;
+    terminal_of(edit)->cancelled = true;
+    puts("^C");
+    return CC_NEWLINE;
 }
 
 static void save_words(struct remote *remote, void *cookie, const char *text) {
     (void)remote;
     if (strncmp(text, "words: ", 7) == 0) {
-        printable_copy(text + 7, cookie, EDITOR_WORDS_BYTES);
+        printable_copy(text + 7, cookie, WORDS_BYTES);
     }
 }
 
-/// Asks the daemon for completions.
-static void complete(void *cookie, const char *typed, char *words) {
-    struct terminal *self = cookie;
-    char quoted[REMOTE_REQUEST_BYTES];
+/// Length of the beginning that all the words, separated by blanks, have in common.
+static size_t shared_length(const char *words) {
+    size_t shared = strcspn(words, " ");
+    for (const char *word = strchr(words, ' '); word != NULL; word = strchr(word, ' ')) {
+        size_t same = 0;
+        word++;
+        while (same < shared && word[same] == words[same]) {
+            same++;
+        }
+        shared = same;
+    }
+    return shared;
+}
+
+/// Asks the daemon for completions: inserts what they have in common, else lists them.
+static unsigned char complete(EditLine *edit, int key) {
+    struct terminal *self = terminal_of(edit);
+    const LineInfo *line = el_line(edit);
+    const int length = (int)(line->cursor - line->buffer);
+    char typed[REMOTE_REQUEST_BYTES], quoted[REMOTE_REQUEST_BYTES];
     char command[sizeof quoted + 16];
-    if (!remote_quote(typed, quoted)) {
-        return;  // longer than any request
+    char words[WORDS_BYTES] = "";
+    struct message message;
+    (void)key;
+    snprintf(typed, sizeof typed, "%.*s", length, line->buffer);
+    if (length >= (int)sizeof typed || !remote_quote(typed, quoted)) {
+        return CC_ERROR;  // longer than any request
     }
     snprintf(command, sizeof command, "complete %s", quoted);
-    struct message message;
     self->remote->interrupted = false;
     remote_ask(self->remote, command, save_words, words, &message);
+    const char *blank = strrchr(typed, ' ');
+    const size_t begun = strlen(blank != NULL ? blank + 1 : typed);
+    const size_t shared = shared_length(words);
+    const bool single = strchr(words, ' ') == NULL;
+    if (words[0] == '\0' || shared < begun) {
+        return CC_ERROR;
+    }
+    if (!single && shared == begun) {
+        printf("\n%s\n", words);
+        return CC_REDISPLAY;
+    }
+    char added[WORDS_BYTES];
+    const bool whole = single && words[shared - 1] != '/' && words[shared - 1] != '=';
+    snprintf(added, sizeof added, "%.*s%s", (int)(shared - begun), words + begun, whole ? " " : "");
+    return el_insertstr(edit, added) == 0 ? CC_REFRESH : CC_ERROR;
 }
 
-/// Runs a line. False: end of the session.
-static bool run_line(struct terminal *self, const char *line) {
-    struct message message;
-    char name[EDITOR_LINE_BYTES] = "";
-    if (sscanf(line, " %599s", name) < 1 || name[0] == '#') {
-        return true;
+static void open_history(struct terminal *self) {
+    HistEvent event;
+    history(self->history, &event, H_SETSIZE, HISTORY_LINES);
+    history(self->history, &event, H_SETUNIQUE, 1);
+    if (standard_paths_history(self->history_path)) {
+        history(self->history, &event, H_LOAD, self->history_path);
     }
-    if (strcmp(name, "quit") == 0 || strcmp(name, "exit") == 0) {
-        return false;
-    }
-    int result = 0;
-    self->remote->interrupted = false;
-    if (remote_files(self->remote, line, show, NULL, &result, &message) == 0) {
-        result = remote_ask(self->remote, line, show, NULL, &message);
-    }
-    if (result < 0) {
-        fputs("vergence: ", stdout);
-        show(self->remote, NULL, message.text);
-    }
-    self->broken = result == ERROR_DEVICE;
-    return !self->broken;
 }
 
-/// Processes a key. False: end of the session.
-static bool feed(struct terminal *self, char key) {
-    self->editor.columns = screen_columns(STDOUT_FILENO);
-    const enum editor_event event = editor_feed(&self->editor, key);
-    if (event == EDITOR_END || (event == EDITOR_LINE && !run_line(self, self->editor.line))) {
+/// Saves after each line, so that nothing is lost if the client is killed.
+static void save_history(struct terminal *self, const char *line) {
+    HistEvent event;
+    history(self->history, &event, H_ENTER, line);
+    if (self->history_path[0] != '\0' && standard_paths_make_parent(self->history_path, S_IRWXU)) {
+        const mode_t mask = umask(S_IRWXG | S_IRWXO);
+        history(self->history, &event, H_SAVE, self->history_path);
+        umask(mask);
+    }
+}
+
+static bool begin(struct terminal *self) {
+    setlocale(LC_CTYPE, "");
+    self->edit = el_init("vergence", stdin, stdout, stderr);
+    self->history = history_init();
+    if (self->edit == NULL || self->history == NULL) {
         return false;
     }
-    if (event != EDITOR_MORE) {
-        editor_begin(&self->editor);
-    }
+    open_history(self);
+    el_set(self->edit, EL_CLIENTDATA, self);
+    el_set(self->edit, EL_EDITOR, "emacs");
+    el_set(self->edit, EL_PROMPT, prompt);
+    el_set(self->edit, EL_SIGNAL, 1);
+    el_set(self->edit, EL_HIST, history, self->history);
+    el_set(self->edit, EL_GETCFN, read_key);
+    el_set(self->edit, EL_ADDFN, "vergence-complete", "Complete the word", complete);
+    el_set(self->edit, EL_ADDFN, "vergence-cancel", "Discard the line", cancel);
+    el_set(self->edit, EL_BIND, "^I", "vergence-complete", NULL);
+    el_set(self->edit, EL_BIND, "^C", "vergence-cancel", NULL);
+    el_set(self->edit, EL_BIND, "^R", "em-inc-search-prev", NULL);
+    // What is typed while a command runs, as Ctrl-C, is not shown among its answer.
+    el_set(self->edit, EL_SETTY, "-x", "-echo", NULL);
+    el_source(self->edit, NULL);
     return true;
 }
 
-static void converse(struct terminal *self) {
-    bool goes_on = true;
-    editor_begin(&self->editor);
-    while (goes_on) {
-        if (self->ahead_begin < self->ahead_end) {
-            // Key by key, as a command started by one of them may discard the others.
-            goes_on = feed(self, self->ahead[self->ahead_begin++]);
+static int converse(struct terminal *self) {
+    for (;;) {
+        char line[REMOTE_REQUEST_BYTES];
+        int length = 0;
+        self->cancelled = false;
+        const char *typed = el_gets(self->edit, &length);
+        if (self->cancelled) {
             continue;
         }
-        self->ahead_begin = self->ahead_end = 0;
-        if (self->ended) {
-            break;
+        if (typed == NULL || length <= 0) {
+            putchar('\n');
+            return CLIENT_OK;
         }
-        listen(self, false);
+        if (typed[0] == '\n') {
+            continue;
+        }
+        snprintf(line, sizeof line, "%.*s", (int)strcspn(typed, "\n"), typed);
+        save_history(self, line);
+        self->remote->interrupted = false;
+        if (strcmp(line, "exit") == 0) {
+            return CLIENT_OK;
+        }
+        const int code = remote_run_line(self->remote, line);
+        if (self->remote->over || code == REMOTE_EXIT_LINE) {
+            return self->remote->over ? CLIENT_OK : code;
+        }
     }
-    printf("\r\n");
 }
 
 int remote_terminal(struct remote *remote) {
     static struct terminal terminal;
     struct terminal *self = &terminal;
-    struct termios settings;
-    struct message message;
     INVARIANT(!remote->json);
     *self = (struct terminal){.remote = remote};
-    const int received = remote_ask(remote, "version", print_rejection, NULL, &message);
-    if (received < 0) {
-        fputs("vergence: ", stderr);
-        printable_print(stderr, message.text);
-        fputc('\n', stderr);
+    const int code = begin(self) ? converse(self) : CLIENT_FAILED;
+    if (self->history != NULL) {
+        history_end(self->history);
     }
-    if (received != 0) {
-        return received < 0 ? REMOTE_EXIT_LINE : REMOTE_EXIT_ERR;
+    if (self->edit != NULL) {
+        el_end(self->edit);
     }
-    editor_init(&self->editor, send_to_screen, complete, self, "vergence> ");
-    if (tcgetattr(STDIN_FILENO, &settings) != 0) {
-        return CLIENT_FAILED;
-    }
-    struct termios raw = settings;
-    cfmakeraw(&raw);
-    tcsetattr(STDIN_FILENO, TCSADRAIN, &raw);
-    terminal_of_attention = self;
-    remote->extra_fd = STDIN_FILENO;
-    remote->service = service;
-    converse(self);
-    remote->extra_fd = -1;
-    tcsetattr(STDIN_FILENO, TCSADRAIN, &settings);
-    return self->broken ? REMOTE_EXIT_LINE : CLIENT_OK;
+    return code;
 }

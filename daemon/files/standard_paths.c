@@ -68,6 +68,12 @@ void standard_paths_default(struct standard_paths *paths) {
     }
 }
 
+bool standard_paths_history(char path[STANDARD_PATH_BYTES]) {
+    const bool found = join(path, "XDG_STATE_HOME", STATE, "/vergence/history");
+    path[0] = found ? path[0] : '\0';
+    return found;
+}
+
 size_t standard_paths_sockets(char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES]) {
     size_t count = 0;
     if (user() != 0) {

@@ -29,6 +29,9 @@ void standard_paths_default(struct standard_paths *paths);
 /// The sockets that a client tries, in order: the user's, then the system's. Returns their number.
 size_t standard_paths_sockets(char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES]);
 
+/// Where the client keeps the lines typed at a terminal. False: this user has no home directory.
+bool standard_paths_history(char path[STANDARD_PATH_BYTES]);
+
 /// Creates the directory that contains `path` and its missing parents. False: see errno.
 bool standard_paths_make_parent(const char *path, mode_t mode);
 

@@ -34,7 +34,7 @@ def small_stack(kib):
 
 
 class Screen:
-    """The last line of a terminal that supports only characters, CR, LF, BEL and BS."""
+    """The last line of a terminal that supports only characters, CR, LF, HT, BEL and BS."""
 
     def __init__(self):
         self.lines, self.column, self.bells = [""], 0, 0
@@ -49,6 +49,8 @@ class Screen:
                 self.column = max(0, self.column - 1)
             elif character == "\a":
                 self.bells += 1
+            elif character == "\t":
+                self.column = self.column // 8 * 8 + 8
             else:
                 assert character >= " ", f"a control character: {character!r}"
                 line = self.lines[-1].ljust(self.column)

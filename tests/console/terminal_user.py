@@ -14,9 +14,12 @@ class TerminalUser(Terminal):
 
     def __init__(self, path):
         super().__init__(raw=False)
-        self.process = subprocess.Popen([VERGENCE, "--connect", f"unix:{path}"], stdin=self.slave,
-                                        stdout=self.slave, stderr=self.slave,
-                                        env={**os.environ, "TERM": "dumb"})
+        # Its controlling terminal, so that Ctrl-C is a signal; the history is beside the socket.
+        self.process = subprocess.Popen(
+            [VERGENCE, "--connect", f"unix:{path}"], stdin=self.slave, stdout=self.slave,
+            stderr=self.slave, start_new_session=True,
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+            env={**os.environ, "TERM": "dumb", "XDG_STATE_HOME": os.path.dirname(path)})
         self.wait_prompt()
 
     @classmethod

@@ -195,7 +195,7 @@ class Peers(DaemonTest):
 
     def test_what_a_peer_reports_to_a_user(self):
         server, path = self.listen()
-        output_text = (b"OK\n", b"version: 1\nOK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
+        output_text = (b"OK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
                 b"words: show\x1b\nOK\n")
 
         def serve():

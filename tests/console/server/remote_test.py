@@ -322,18 +322,25 @@ class Remote(DaemonTest):
         terminal_user.type("\x04")
         self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 0)
 
-    def test_a_window_of_any_width(self):
-        terminal_user = TerminalUser.of(self)
-        text = "".join(chr(ord("a") + i % 26) for i in range(200))
-        terminal_user.type("help " + text)
-        for columns in (0, 132, 40, 500):
-            if columns:
-                terminal_user.set_columns(columns)
-                terminal_user.type("\x0c")
-            # The last column and the cursor's stay free.
-            shown = ("help " + text)[-((columns or 80) - len("vergence> ") - 2):]
-            terminal_user.until(lambda shown=shown: terminal_user.screen.lines[-1].rstrip() ==
-                         "vergence> " + shown)
+    def test_history(self):
+        """It survives the client, killed or not, and Ctrl-R finds a line in it."""
+        first = TerminalUser.of(self)
+        for line in ("wait 0 # one", "wait 0.1 # two", "wait 0 # three"):
+            first.run(line)
+        first.process.kill()
+        first.process.wait()
+        second = TerminalUser.of(self)
+        second.type("\x12two")
+        second.until(lambda: any("bck:two" in line or "wait 0.1 # two" in line
+                                 for line in second.screen.lines))
+        second.type("\r")
+        second.until(lambda: second.line_count("OK") == 1 and second.at_prompt())
+        second.type(4 * "\x1b[A")
+        second.until(lambda: second.screen.lines[-1].rstrip() == "vergence> wait 0 # one")
+        second.type("\x03\x04")
+        self.assertEqual(second.process.wait(TIMEOUT_S), 0)
+        path = os.path.join(self.folder, "vergence", "history")
+        self.assertEqual(os.stat(path).st_mode & 0o777, 0o600)
 
     def test_a_bar_in_a_window_of_any_width(self):
         terminal_user = TerminalUser.of(self)
