@@ -18,11 +18,13 @@
 #include "daemon/files/write_all.h"
 #include "daemon/session/trace.h"
 
+enum piece_kind { LINES, CHECKED_LINES, COMMAND, FRAME };
+
 /// What the disk writer gets: lines of calls.log, a command for the index, or a frame.
 struct piece {
     struct disk_writer_task task;
     struct record *record;
-    enum { LINES, CHECKED_LINES, COMMAND, FRAME } kind;
+    enum piece_kind kind;
     struct raw_image image;  // FRAME: its pixels are `data`
     size_t bytes;
     uint16_t data[];
@@ -106,7 +108,7 @@ bool record_is_on(const struct record *self) {
 }
 
 /// A piece for the disk writer; NULL: out of memory, which ends the recording.
-static struct piece *new_piece(struct record *self, int kind, size_t bytes) {
+static struct piece *new_piece(struct record *self, enum piece_kind kind, size_t bytes) {
     INVARIANT(self->writer != NULL);
     struct piece *piece = malloc(sizeof *piece + bytes);
     if (piece != NULL) {
@@ -123,7 +125,7 @@ static struct piece *new_piece(struct record *self, int kind, size_t bytes) {
     return piece;
 }
 
-static void submit(struct record *self, int kind, const char *text, size_t bytes) {
+static void submit(struct record *self, enum piece_kind kind, const char *text, size_t bytes) {
     struct piece *piece = new_piece(self, kind, bytes);
     if (piece != NULL) {
         memcpy(piece->data, text, bytes);
@@ -131,7 +133,7 @@ static void submit(struct record *self, int kind, const char *text, size_t bytes
     }
 }
 
-static void submit_lines(struct record *self, int kind) {
+static void submit_lines(struct record *self, enum piece_kind kind) {
     submit(self, kind, self->buffer, self->filled);
     self->filled = 0;
 }
