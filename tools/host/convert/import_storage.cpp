@@ -8,24 +8,41 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "core/error.h"
 
 namespace {
 
-using json = nlohmann::json;
+using json = nlohmann::ordered_json;
 using kind = import_storage_kind;
 
 [[noreturn]] void fail(const import_file &file, const std::string &what) {
     import_fail(ERROR_SYNTAX, file, "not a complete file of OpenCV's FileStorage: " + what);
 }
 
-/// NaN for anything but a single number.
-double number_of(const std::string &word) {
+/// A word as a number, or as text.
+json value_of(const std::string &word) {
     double value = 0;
     const char *const end = word.data() + word.size();
     const auto read = std::from_chars(word.data(), end, value);
-    return read.ec == std::errc() && read.ptr == end ? value : std::nan("");
+    return read.ec == std::errc() && read.ptr == end ? json(value) : json(word);
+}
+
+/// NaN for anything but a number.
+double number_of(const json &value) {
+    return value.is_number() ? value.get<double>() : std::nan("");
+}
+
+/// The numbers of a list, or of a list of rows.
+std::vector<double> numbers_of(const json &list) {
+    std::vector<double> numbers;
+    for (const json &item : list) {
+        for (const json &inner : item.is_array() ? item : json::array({item})) {
+            numbers.push_back(number_of(inner));
+        }
+    }
+    return numbers;
 }
 
 /// Whether this is an integer from `min` up that fits an int.
@@ -33,139 +50,97 @@ bool is_count(double value, double min) {
     return value >= min && value <= std::numeric_limits<int>::max() && value == std::floor(value);
 }
 
-/// A matrix's parts as words: the three formats differ only in how they nest them.
-void set_matrix(const import_file &file, const std::string &rows, const std::string &columns,
-                const std::string &type, const std::vector<double> &data,
-                import_storage_entry *entry) {
-    const double row_count = number_of(rows), column_count = number_of(columns);
+void set_matrix(const import_file &file, const json &value, import_storage_entry *entry) {
+    const double rows = number_of(value["rows"]), columns = number_of(value["cols"]);
     // "d", or with a channel count before it: "3d".
-    const std::string channels = type.substr(0, type.find_first_not_of("0123456789"));
-    const double channel_count = channels.empty() ? 1 : number_of(channels);
-    entry->kind = kind::matrix;
-    entry->numbers = data;
-    const double product = row_count * column_count * channel_count;
-    if (!is_count(row_count, 0) || !is_count(column_count, 0) || !is_count(channel_count, 1) ||
-        product != static_cast<double>(data.size())) {
+    const std::string type = value.contains("dt") && value["dt"].is_string() ? value["dt"] : "";
+    const std::string count = type.substr(0, type.find_first_not_of("0123456789"));
+    const double channels = count.empty() ? 1 : number_of(value_of(count));
+    if (value.contains("data") && value["data"].is_array()) {
+        entry->numbers = numbers_of(value["data"]);
+    }
+    if (!is_count(rows, 0) || !is_count(columns, 0) || !is_count(channels, 1) ||
+        rows * columns * channels != static_cast<double>(entry->numbers.size())) {
         fail(file, entry->name + " does not have rows times cols numbers");
     }
-    entry->rows = static_cast<int>(row_count);
-    entry->columns = static_cast<int>(column_count);
-    entry->channels = static_cast<int>(channel_count);
+    entry->kind = kind::matrix;
+    entry->rows = static_cast<int>(rows);
+    entry->columns = static_cast<int>(columns);
+    entry->channels = static_cast<int>(channels);
 }
 
-// YAML. OpenCV's first line, %YAML:1.0, is rejected by YAML parsers.
-
-std::vector<double> yaml_numbers(const YAML::Node &node) {
-    std::vector<double> numbers;
-    for (const YAML::Node &item : node) {
-        if (item.IsSequence()) {  // one level of nesting: a list of rows
-            for (const YAML::Node &inner : item) {
-                numbers.push_back(inner.IsScalar() ? number_of(inner.Scalar()) : std::nan(""));
-            }
-        } else {
-            numbers.push_back(item.IsScalar() ? number_of(item.Scalar()) : std::nan(""));
-        }
-    }
-    return numbers;
-}
-
-std::string yaml_word(const YAML::Node &map, const char *name) {
-    const YAML::Node node = map[name];
-    return node && node.IsScalar() ? node.Scalar() : "";
-}
-
-import_storage_entry yaml_entry(const import_file &file, const std::string &name,
-                                const YAML::Node &node) {
+import_storage_entry entry_of(const import_file &file, const std::string &name, const json &value) {
     import_storage_entry entry;
     entry.name = name;
-    if (node.IsScalar()) {
-        entry.numbers = {number_of(node.Scalar())};
-        entry.kind = std::isnan(entry.numbers[0]) ? kind::other : kind::number;
-    } else if (node.IsSequence()) {
+    if (value.is_number()) {
+        entry.kind = kind::number;
+        entry.numbers = {value.get<double>()};
+    } else if (value.is_array()) {
         entry.kind = kind::list;
-        entry.numbers = yaml_numbers(node);
-    } else if (node.IsMap() && node["rows"] && node["cols"]) {
-        const YAML::Node data = node["data"];
-        const bool list = data && data.IsSequence();
-        set_matrix(file, yaml_word(node, "rows"), yaml_word(node, "cols"), yaml_word(node, "dt"),
-                   list ? yaml_numbers(data) : std::vector<double>(), &entry);
+        entry.numbers = numbers_of(value);
+    } else if (value.is_object() && value.contains("rows") && value.contains("cols")) {
+        set_matrix(file, value, &entry);
     }
     return entry;
 }
 
-std::vector<import_storage_entry> read_yaml(const import_file &file) {
+// Names may be repeated in lists of XML only.
+void add_member(const import_file &file, const std::string &name, json member, int depth,
+                json *value) {
+    if (depth == 0 && value->contains(name)) {
+        import_fail(ERROR_DUPLICATE, file, name + " is a duplicate");
+    }
+    (*value)[name] = std::move(member);
+}
+
+// YAML. OpenCV's first line, %YAML:1.0, is rejected by YAML parsers.
+
+// Anchors can make a node its own child: nothing is read below the rows of a matrix's data.
+constexpr int yaml_depth_max = 4;
+
+json json_of(const import_file &file, const YAML::Node &node, int depth) {
+    if (node.IsScalar()) {
+        return value_of(node.Scalar());
+    }
+    json value = node.IsSequence() ? json::array() : json();
+    if (depth == yaml_depth_max) {
+        return value;
+    }
+    for (const auto &item : node) {
+        if (node.IsSequence()) {
+            value.push_back(json_of(file, item, depth + 1));
+        } else if (item.first.IsScalar()) {
+            add_member(file, item.first.Scalar(), json_of(file, item.second, depth + 1), depth,
+                       &value);
+        }
+    }
+    return value;
+}
+
+json read_yaml(const import_file &file) {
     std::string text = file.text;
     if (text.compare(0, 5, "%YAML") == 0) {
         text[0] = '#';  // keeps the line numbers
     }
-    std::vector<import_storage_entry> entries;
     try {
         const YAML::Node root = YAML::Load(text);
         if (!root.IsMap()) {
             fail(file, "it contains no names");
         }
-        for (const auto &pair : root) {
-            if (pair.first.IsScalar()) {
-                entries.push_back(yaml_entry(file, pair.first.Scalar(), pair.second));
-            }
-        }
+        return json_of(file, root, 0);
     } catch (const YAML::Exception &error) {
         // The library has no message for excessive nesting.
         const std::string why = error.msg == "bad file" ? "nested too deeply" : error.msg;
         fail(file, "line " + std::to_string(error.mark.line + 1) + ": " + why);
     }
-    return entries;
 }
 
-// JSON.
-
-std::vector<double> json_numbers(const json &list) {
-    std::vector<double> numbers;
-    for (const json &item : list) {
-        if (item.is_array()) {
-            for (const json &inner : item) {
-                numbers.push_back(inner.is_number() ? inner.get<double>() : std::nan(""));
-            }
-        } else {
-            numbers.push_back(item.is_number() ? item.get<double>() : std::nan(""));
-        }
-    }
-    return numbers;
-}
-
-std::string json_word(const json &map, const char *name) {
-    const auto found = map.find(name);
-    if (found == map.end()) {
-        return "";
-    }
-    return found->is_string() ? found->get<std::string>() : found->dump();
-}
-
-std::vector<import_storage_entry> read_json(const import_file &file) {
-    const json root = json::parse(file.text, nullptr, false);
+json read_json(const import_file &file) {
+    json root = json::parse(file.text, nullptr, false);
     if (!root.is_object()) {
         fail(file, "it is not a JSON object");
     }
-    std::vector<import_storage_entry> entries;
-    for (const auto &pair : root.items()) {
-        import_storage_entry entry;
-        entry.name = pair.key();
-        const json &value = pair.value();
-        if (value.is_number()) {
-            entry.kind = kind::number;
-            entry.numbers = {value.get<double>()};
-        } else if (value.is_array()) {
-            entry.kind = kind::list;
-            entry.numbers = json_numbers(value);
-        } else if (value.is_object() && value.contains("rows") && value.contains("cols")) {
-            const bool list = value.contains("data") && value["data"].is_array();
-            set_matrix(file, json_word(value, "rows"), json_word(value, "cols"),
-                       json_word(value, "dt"),
-                       list ? json_numbers(value["data"]) : std::vector<double>(), &entry);
-        }
-        entries.push_back(entry);
-    }
-    return entries;
+    return root;
 }
 
 // XML: elements, attributes (skipped), text, comments and the declaration, which is all that
@@ -263,53 +238,21 @@ class xml_reader {
     size_t at_ = 0;
 };
 
-std::vector<std::string> words_of(const std::string &text) {
-    std::vector<std::string> words;
-    static const char *const blanks = " \t\r\n";
-    size_t begin = text.find_first_not_of(blanks);
-    while (begin != std::string::npos) {
-        const size_t end = std::min(text.find_first_of(blanks, begin), text.size());
-        words.push_back(text.substr(begin, end - begin));
-        begin = text.find_first_not_of(blanks, end);
-    }
-    return words;
-}
-
-/// Words of the child with this name; empty if it is missing.
-std::vector<std::string> xml_words(const element &parent, const char *name) {
+/// An element's children by name, or its words: one value, or a list.
+json json_of(const import_file &file, const element &parent, int depth) {
+    json value;
     for (const element &child : parent.children) {
-        if (child.name == name) {
-            return words_of(child.text);
-        }
+        add_member(file, child.name, json_of(file, child, depth + 1), depth, &value);
     }
-    return {};
-}
-
-std::vector<double> numbers_of(const std::vector<std::string> &words) {
-    std::vector<double> numbers;
-    std::transform(words.begin(), words.end(), std::back_inserter(numbers), number_of);
-    return numbers;
-}
-
-std::vector<import_storage_entry> read_xml(const import_file &file) {
-    const element root = xml_reader(file).read_document();
-    std::vector<import_storage_entry> entries;
-    for (const element &child : root.children) {
-        import_storage_entry entry;
-        entry.name = child.name;
-        const auto rows = xml_words(child, "rows"), columns = xml_words(child, "cols");
-        const auto type = xml_words(child, "dt");
-        if (rows.size() == 1 && columns.size() == 1) {
-            set_matrix(file, rows[0], columns[0], type.empty() ? "" : type[0],
-                       numbers_of(xml_words(child, "data")), &entry);
-        } else if (child.children.empty()) {
-            entry.numbers = numbers_of(words_of(child.text));
-            const bool word = entry.numbers.size() == 1 && std::isnan(entry.numbers[0]);
-            entry.kind = word ? kind::other : entry.numbers.size() == 1 ? kind::number : kind::list;
+    std::istringstream text(parent.text);
+    std::string word;
+    while (value.is_null() || value.is_array()) {
+        if (!(text >> word)) {
+            break;
         }
-        entries.push_back(entry);
+        value.push_back(value_of(word));
     }
-    return entries;
+    return value.is_array() && value.size() == 1 && parent.name != "data" ? value[0] : value;
 }
 
 }  // namespace
@@ -317,5 +260,12 @@ std::vector<import_storage_entry> read_xml(const import_file &file) {
 std::vector<import_storage_entry> import_storage_read(const import_file &file) {
     const size_t first = file.text.find_first_not_of(" \t\r\n");
     const char begin = first == std::string::npos ? '\0' : file.text[first];
-    return begin == '<' ? read_xml(file) : begin == '{' ? read_json(file) : read_yaml(file);
+    const json root = begin == '<'   ? json_of(file, xml_reader(file).read_document(), 0)
+                      : begin == '{' ? read_json(file)
+                                     : read_yaml(file);
+    std::vector<import_storage_entry> entries;
+    for (const auto &pair : root.items()) {
+        entries.push_back(entry_of(file, pair.key(), pair.value()));
+    }
+    return entries;
 }
