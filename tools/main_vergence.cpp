@@ -8,7 +8,7 @@
 #include "tools/host/commands/commands.hpp"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/debug/debug.hpp"
-#include "tools/host/evaluate/evaluate_truth.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 #include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/write_png.hpp"
 #include "tools/host/mesh/mesh_simplify.hpp"

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the benchmark's two pairs from packages, as folders with left.png, right.png,
+"""Makes the pairs of benchmark and demo from packages, as folders with left.png, right.png,
 disparity.pfm and meta.json. Skips folders that exist.
 
-usage: prepare_pairs.py OUT OPENCV_SAMPLES WHEEL
+usage: prepare_pairs.py OUT [--aloe OPENCV_SAMPLES] --motorcycle WHEEL
 """
+import argparse
 import json
 import os
-import sys
 import tempfile
 import zipfile
 
@@ -56,10 +56,14 @@ def motorcycle(out, wheel):
 
 
 def main():
-    out, samples, wheel = sys.argv[1:]
-    for name, make, source in (("aloe", aloe, samples), ("motorcycle", motorcycle, wheel)):
-        folder = os.path.join(out, name)
-        if not os.path.exists(os.path.join(folder, "meta.json")):
+    parser = argparse.ArgumentParser()
+    parser.add_argument("out")
+    parser.add_argument("--aloe")
+    parser.add_argument("--motorcycle")
+    options = parser.parse_args()
+    for name, make in (("aloe", aloe), ("motorcycle", motorcycle)):
+        folder, source = os.path.join(options.out, name), getattr(options, name)
+        if source and not os.path.exists(os.path.join(folder, "meta.json")):
             make(folder, source)
 
 

@@ -13,14 +13,14 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "tools/simrig/rig/settings.hpp"
+#include "tools/simrig/rig/rig.hpp"
 #include "tools/simrig/server/options.hpp"
-#include "tools/simrig/server/place.hpp"
 #include "tools/simrig/server/pty.hpp"
 #include "tools/simrig/server/server.hpp"
+#include "tools/simrig/server/staging.hpp"
 #include "tools/simrig/server/view.hpp"
 #include "tools/simrig/streams.hpp"
-#include "tools/simrig/wire/file.hpp"
+#include "tools/simrig/wire/message.hpp"
 #include "tools/simrig/world/document.hpp"
 
 namespace {

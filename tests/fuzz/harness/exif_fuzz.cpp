@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "fuzz_check.hpp"
-#include "tools/host/formats/exif.hpp"
+#include "tools/host/formats/image_formats.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     const int orientation = exif_orientation(data, size);

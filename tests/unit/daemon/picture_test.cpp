@@ -13,7 +13,7 @@
 #include "core/error.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
-#include "tools/host/formats/image_png.hpp"
+#include "tools/host/formats/image_formats.hpp"
 
 namespace {
 

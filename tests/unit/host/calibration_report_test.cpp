@@ -9,8 +9,7 @@
 #include "calib/solve/solve.hpp"
 #include "synthetic/rig_views.hpp"
 #include "tools/host/calibration_report/calibration_report_figures.hpp"
-#include "tools/host/calibration_report/calibration_report_picture.hpp"
-#include "tools/host/calibration_report/calibration_report_plot.hpp"
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
 
 namespace {
 

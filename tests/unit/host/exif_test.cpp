@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/formats/exif.hpp"
-
 #include <doctest/doctest.h>
 
 #include <random>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "synthetic/seed.hpp"
+#include "tools/host/formats/image_formats.hpp"
 
 namespace {
 

@@ -17,7 +17,6 @@
 #include "synthetic/seed.hpp"
 #include "tools/host/formats/colormap.hpp"
 #include "tools/host/formats/report_text.hpp"
-#include "tools/host/report/report_encode.hpp"
 #include "tools/host/report/report_figures.hpp"
 #include "tools/host/report/report_layers.hpp"
 

@@ -21,7 +21,6 @@
 #include "daemon/files/output_file.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_mirror.hpp"
-#include "tools/host/calibrate/calibrate_rejection.hpp"
 #include "tools/host/calibrate/calibrate_result.hpp"
 #include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/calibration_report/calibration_report.hpp"

@@ -61,4 +61,14 @@ struct calibrate_views_request {
 calibrate_views calibrate_views_find(const std::vector<calibrate_shot> &shots,
                                      const calibrate_views_request &request);
 
+/// Explains why too few pictures can be used: the most common reason and a hint.
+
+/// One line with the reason why nothing can be solved from these views; "" if the solver should
+/// try.
+std::string calibrate_rejection_text(const calibrate_views &views);
+
+/// The board size that a reason says was found instead of the requested one. False if the reason
+/// says something else.
+bool calibrate_rejection_size(const std::string &reason, int *columns, int *rows);
+
 #endif

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "tools/host/calibration_report/calibration_report_picture.hpp"
-#include "tools/host/calibration_report/calibration_report_plot.hpp"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
 

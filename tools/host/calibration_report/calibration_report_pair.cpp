@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/host/calibration_report/calibration_report_picture.hpp"
-#include "tools/host/calibration_report/calibration_report_plot.hpp"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/calibration_report/calibration_report_picture.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
-#include "tools/host/report/report_encode.hpp"
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
+#include "tools/host/report/report_layers.hpp"
 
 namespace {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/calibration_report/calibration_report_plot.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "core/invariant.h"
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "calib/solve/uncertainty.hpp"
-#include "tools/host/calibration_report/calibration_report_plot.hpp"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
-#include "tools/host/report/report_encode.hpp"
-#include "tools/host/report/report_pictures.hpp"
+#include "tools/host/report/report_layers.hpp"
+#include "tools/host/report/report_sections.hpp"
 
 namespace {
 

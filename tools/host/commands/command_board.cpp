@@ -8,9 +8,8 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "tools/host/calibrate/board_pdf.hpp"
-#include "tools/host/calibrate/calibrate_board.hpp"
 #include "tools/host/commands/commands.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 #include "tools/host/formats/whole_file.hpp"
 
 namespace {

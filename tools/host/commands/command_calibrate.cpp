@@ -11,7 +11,7 @@
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
 #include "stereo/geometry/calibration.h"
-#include "tools/host/calibrate/calibrate_board.hpp"
+#include "tools/host/calibrate/board_pdf.hpp"
 #include "tools/host/calibrate/calibrate_inputs.hpp"
 #include "tools/host/calibrate/calibrate_job.hpp"
 #include "tools/host/commands/commands.hpp"

@@ -9,7 +9,6 @@
 #include "daemon/files/input_file.h"
 #include "tools/host/commands/commands.hpp"
 #include "tools/host/evaluate/evaluate.hpp"
-#include "tools/host/evaluate/evaluate_truth.hpp"
 #include "tools/host/formats/pfm.hpp"
 
 namespace {

@@ -16,7 +16,7 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "tools/host/commands/commands.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 
 namespace {
 

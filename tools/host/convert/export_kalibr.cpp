@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/convert/export.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 
 namespace {
 

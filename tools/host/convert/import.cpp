@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 
 void import_fail(int code, const import_file &file, const std::string &what) {
     throw import_failure{code, file.path + ": " + what};

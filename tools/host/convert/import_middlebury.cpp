@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "tools/host/convert/import.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 
 namespace {
 

@@ -4,9 +4,30 @@
 #ifndef VERGENCE_TOOLS_HOST_DEBUG_DEBUG_HPP
 #define VERGENCE_TOOLS_HOST_DEBUG_DEBUG_HPP
 
+#include <string>
+
 #include "daemon/surface/reconstruct_debug.h"
+#include "tools/host/debug/debug_pictures.hpp"
 
 /// For reconstruct_outputs; static storage.
 const reconstruct_debug_maker *debug_maker();
+
+/// debug.html: the pictures of --debug in order, with a sentence on what each shows and what to
+/// look for. It refers to the pictures next to it and needs no network.
+
+class debug_page {
+  public:
+    debug_page(const debug_look &look, const reconstruct_context &context);
+
+    /// Appends a picture.
+    void add(const debug_picture &picture);
+
+    /// Writes the page. Returns as a `result_writer`'s function.
+    int write(const char *path, message *message) const;
+
+  private:
+    std::string title_, lead_, body_, section_;
+    double row_percent_;  // of the height: position of the slices' row
+};
 
 #endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/formats/exif.hpp"
-
 #include <cstdint>
 #include <cstring>
+
+#include "tools/host/formats/image_formats.hpp"
 
 namespace {
 

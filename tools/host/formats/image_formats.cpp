@@ -3,9 +3,6 @@
 
 #include "daemon/images/image_pnm.h"
 #include "daemon/images/image_raw.h"
-#include "tools/host/formats/image_jpeg.hpp"
-#include "tools/host/formats/image_png.hpp"
-#include "tools/host/formats/image_tiff.hpp"
 
 namespace {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/formats/image_jpeg.hpp"
-
 #include <cerrno>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "tools/host/formats/image_formats.hpp"
 
 // After <cstdio>: the library's header needs FILE and size_t.
 #include <jerror.h>
@@ -13,7 +13,6 @@
 
 #include "core/error.h"
 #include "daemon/base/process.h"
-#include "tools/host/formats/exif.hpp"
 
 namespace {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/formats/image_png.hpp"
-
 #include <png.h>
 
 #include <cerrno>
@@ -10,7 +8,7 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "tools/host/formats/exif.hpp"
+#include "tools/host/formats/image_formats.hpp"
 
 namespace {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/formats/image_tiff.hpp"
-
 #include <tiffio.h>
 
 #include <cstdarg>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "tools/host/formats/image_formats.hpp"
 
 namespace {
 

@@ -33,4 +33,9 @@ std::string report_text_file_name(const std::string &path);
 std::string report_text_fill(const std::string &page,
                              const std::map<std::string, std::string> &parts);
 
+/// Numbers as text.
+
+/// At most `digits` significant digits; integers up to 1e15 in full.
+std::string number_text(double value, int digits);
+
 #endif

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "daemon/files/input_file.h"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 
 void info_page::add_number(const std::string &key, const std::string &label, double number,
                            int digits, const std::string &unit) {

@@ -6,7 +6,7 @@
 #include "daemon/session/calibration_match.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {

@@ -7,9 +7,9 @@
 #include "daemon/images/image_file.h"
 #include "daemon/images/image_pnm.h"
 #include "stereo/image/reason.h"
-#include "tools/host/formats/image_png.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/pfm.hpp"
+#include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {

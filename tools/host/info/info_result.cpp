@@ -3,7 +3,7 @@
 /// version) are omitted.
 #include <fstream>
 
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {

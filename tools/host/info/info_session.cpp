@@ -11,7 +11,7 @@
 #include "daemon/session/capture_info.h"
 #include "daemon/session/session_pairs.h"
 #include "tools/host/formats/json_of.hpp"
-#include "tools/host/formats/number_text.hpp"
+#include "tools/host/formats/report_text.hpp"
 #include "tools/host/info/info.hpp"
 
 namespace {

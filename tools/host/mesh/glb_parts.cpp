@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/mesh/glb_parts.hpp"
-
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+
+#include "tools/host/mesh/write_glb.hpp"
 
 namespace {
 

@@ -10,9 +10,8 @@
 
 #include "core/error.h"
 #include "daemon/files/output_file.h"
-#include "tools/host/formats/image_jpeg.hpp"
+#include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/json_of.hpp"
-#include "tools/host/mesh/glb_parts.hpp"
 
 namespace {
 

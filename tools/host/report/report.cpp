@@ -9,7 +9,6 @@
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/report/report_figures.hpp"
 #include "tools/host/report/report_layers.hpp"
-#include "tools/host/report/report_pictures.hpp"
 #include "tools/host/report/report_sections.hpp"
 #include "tools/host/report/report_sources.hpp"
 

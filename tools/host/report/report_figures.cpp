@@ -6,7 +6,7 @@
 
 #include "daemon/base/process.h"
 #include "daemon/surface/result/result_figures.h"
-#include "tools/host/evaluate/evaluate_truth.hpp"
+#include "tools/host/evaluate/evaluate.hpp"
 
 namespace {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/host/report/report_pictures.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "tools/host/formats/report_text.hpp"
+#include "tools/host/report/report_sections.hpp"
 
 namespace {
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "tools/host/formats/report_text.hpp"
-#include "tools/host/report/report_pictures.hpp"
 
 namespace {
 

@@ -25,4 +25,23 @@ std::string report_sections_accuracy(const reconstruct_context &context,
 std::string report_sections_details(const reconstruct_context &context,
                                     const report_figures &figures);
 
+/// The page's figures: pictures with captions, scales and legends, as HTML.
+
+/// The rectified pair side by side, rows drawn across both.
+std::string report_pictures_pair(const reconstruct_context &context, const report_grid &grid);
+
+/// The raw images, for a pair that was rectified here; else empty.
+std::string report_pictures_raw(const reconstruct_context &context);
+
+/// Disparity, reasons, confidence and, if predicted, sigma.
+std::string report_pictures_maps(const reconstruct_context &context, const report_figures &figures,
+                                 const report_grid &grid);
+
+/// Signed errors; requires a ground truth that can be compared.
+std::string report_pictures_error(const reconstruct_context &context, const report_figures &figures,
+                                  const report_grid &grid);
+
+/// A CSS gradient of a colour table.
+std::string report_pictures_gradient(const colormap_table &table);
+
 #endif

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "tools/simrig/devices/lens_controller.hpp"
@@ -130,6 +131,11 @@ class Rig : public PinListener {
     bool irq_ = false, wake_on_irq_ = false, woken_by_irq_ = false, quiet_ = false;
     bool wake_on_frame_ = false;
 };
+
+/// The devices' part of a rig file: servos, lens motors, sensors' clocks and the lens controller.
+
+/// Throws world::BadFile with one line that says what is wrong and where.
+RigSettings load_settings(const std::string &path);
 
 }  // namespace simrig
 

@@ -9,7 +9,6 @@
 
 #include "tools/simrig/scene/light_map.hpp"
 #include "tools/simrig/scene/material.hpp"
-#include "tools/simrig/scene/sheet.hpp"
 #include "tools/simrig/scene/solid.hpp"
 
 namespace world {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "tools/simrig/render/picture.hpp"
-#include "tools/simrig/server/place.hpp"
+#include "tools/simrig/server/staging.hpp"
 #include "tools/simrig/server/view.hpp"
 #include "tools/simrig/wire/log.hpp"
 #include "tools/simrig/world/document.hpp"

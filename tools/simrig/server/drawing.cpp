@@ -4,7 +4,6 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "tools/simrig/server/outline.hpp"
 #include "tools/simrig/server/view.hpp"
 
 namespace simrig {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/simrig/server/outline.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "tools/simrig/server/view.hpp"
 
 namespace simrig {
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/simrig/server/connection.hpp"
 #include "tools/simrig/server/listener.hpp"
 #include "tools/simrig/server/session.hpp"
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/simrig/rig/settings.hpp"
+#include "tools/simrig/rig/rig.hpp"
 
 namespace simrig {
 

@@ -6,8 +6,10 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "tools/simrig/render/frame.hpp"
+#include "tools/simrig/scene/scene.hpp"
 
 namespace simrig {
 
@@ -31,6 +33,18 @@ void write_view(const world::Scene &scene, const world::Rig &rig, const View &vi
 /// The rig and its scene from above and from the side, to one scale, as an SVG drawing: cameras,
 /// what each can see, objects, distances in mm.
 std::string rig_drawing(const world::Scene &scene, const world::Rig &rig, const View &view);
+
+/// Outlines of objects as a drawing shows them: seen along one axis of the world, from far away.
+
+/// Which two coordinates of the world a drawing shows.
+enum class Plane { kTop, kSide };  ///< z and x, z and y
+
+world::Vec2 flattened(Plane plane, const world::Vec3 &point_mm);
+
+using Outline = std::vector<world::Vec2>;
+
+/// One convex outline for each part of a body; one for a sheet.
+std::vector<Outline> outlines_of(const world::Object &object, Plane plane);
 
 }  // namespace simrig
 

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "tools/simrig/wire/body.hpp"
-#include "tools/simrig/wire/file.hpp"
+#include "tools/simrig/wire/message.hpp"
 
 namespace simrig {
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tools/simrig/protocol/simrig_protocol.h"
@@ -40,6 +41,12 @@ class Inbox {
 
 /// Header and body behind `output`.
 void append(Body &output, const Message &message);
+
+/// Files named by users: read whole, never blocking.
+
+/// All bytes of a file. Throws std::runtime_error with one line: it cannot be read, is not a
+/// regular file (a directory, a pipe, a device), or has more than `max` bytes.
+Body whole_file(const std::string &path, size_t max);
 
 }  // namespace simrig
 

@@ -111,6 +111,16 @@ void Entry::allow(const std::set<std::string> &keys) const {
     }
 }
 
+void Entry::read(const std::vector<Number> &wanted, std::set<std::string> others) const {
+    for (const Number &one : wanted) {
+        others.insert(one.key);
+    }
+    allow(others);
+    for (const Number &one : wanted) {
+        *one.value = number(one.key, one.low, one.high);
+    }
+}
+
 std::string Entry::text() const {
     if (!node_->IsScalar()) {
         fail("not a word");

@@ -50,6 +50,15 @@ class Entry {
     /// Throws BadFile when the map has a key that is not among these.
     void allow(const std::set<std::string> &keys) const;
 
+    /// Reads the numbers of a map, each from `low` to `high`. Throws BadFile where one is missing
+    /// or out of range, or where the map has another key that is not among `others`.
+    struct Number {
+        const char *key;
+        double *value;
+        double low, high;
+    };
+    void read(const std::vector<Number> &wanted, std::set<std::string> others = {}) const;
+
     std::string text() const;
     double number() const;
     double number(double low, double high) const;

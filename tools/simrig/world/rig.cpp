@@ -21,69 +21,47 @@ Vec3 turn_of(const Entry &entry, const std::string &key) {
 }
 
 Lens read_lens(const Entry &entry) {
-    entry.allow({"focal_length_wide_mm",
-                 "focal_length_tele_mm",
-                 "bow_mm",
-                 "ripple_mm",
-                 "ripple_periods",
-                 "ripple_phase_deg",
-                 "centre_offset_px",
-                 "centre_wander_px",
-                 "pupil_travel_mm",
-                 "distortion_wide",
-                 "distortion_tele",
-                 "decentring_wide_px",
-                 "decentring_tele_px",
-                 "nearest_focus_mm",
-                 "focus_drift_per_m",
-                 "breathing",
-                 "f_number_wide",
-                 "f_number_tele",
-                 "f_number_closed",
-                 "transmission",
-                 "natural_falloff",
-                 "mount_falloff",
-                 "spot_rms_um"});
     Lens lens;
-    lens.focal_length_wide_mm = entry.number("focal_length_wide_mm", 1, 1000);
-    lens.focal_length_tele_mm = entry.number("focal_length_tele_mm", 1, 1000);
-    lens.bow_mm = entry.number("bow_mm", -5, 5);
-    lens.ripple_mm = entry.number("ripple_mm", -1, 1);
-    lens.ripple_periods = entry.number("ripple_periods", 0, 50);
+    entry.read({{"focal_length_wide_mm", &lens.focal_length_wide_mm, 1, 1000},
+                {"focal_length_tele_mm", &lens.focal_length_tele_mm, 1, 1000},
+                {"bow_mm", &lens.bow_mm, -5, 5},
+                {"ripple_mm", &lens.ripple_mm, -1, 1},
+                {"ripple_periods", &lens.ripple_periods, 0, 50},
+                {"pupil_travel_mm", &lens.pupil_travel_mm, -200, 200},
+                {"nearest_focus_mm", &lens.nearest_focus_mm, 100, 100000},
+                {"focus_drift_per_m", &lens.focus_drift_per_m, -1, 1},
+                {"breathing", &lens.breathing, -1, 2},
+                {"f_number_wide", &lens.f_number_wide, 0.7, 64},
+                {"f_number_tele", &lens.f_number_tele, 0.7, 64},
+                {"f_number_closed", &lens.f_number_closed, 0.7, 64},
+                {"transmission", &lens.transmission, 0.01, 1},
+                {"natural_falloff", &lens.natural_falloff, 0, 1},
+                {"mount_falloff", &lens.mount_falloff, 0, 0.9},
+                {"spot_rms_um", &lens.spot_rms_um, 0, 20}},
+               {"ripple_phase_deg", "centre_offset_px", "centre_wander_px", "distortion_wide",
+                "distortion_tele", "decentring_wide_px", "decentring_tele_px"});
     lens.ripple_phase_rad = radians(entry.number("ripple_phase_deg", -360, 360));
     lens.centre_offset_px = pair_of(entry, "centre_offset_px");
     lens.centre_wander_px = pair_of(entry, "centre_wander_px");
-    lens.pupil_travel_mm = entry.number("pupil_travel_mm", -200, 200);
     lens.distortion_wide = triple_of(entry, "distortion_wide");
     lens.distortion_tele = triple_of(entry, "distortion_tele");
     lens.decentring_wide_px = pair_of(entry, "decentring_wide_px");
     lens.decentring_tele_px = pair_of(entry, "decentring_tele_px");
-    lens.nearest_focus_mm = entry.number("nearest_focus_mm", 100, 100000);
-    lens.focus_drift_per_m = entry.number("focus_drift_per_m", -1, 1);
-    lens.breathing = entry.number("breathing", -1, 2);
-    lens.f_number_wide = entry.number("f_number_wide", 0.7, 64);
-    lens.f_number_tele = entry.number("f_number_tele", 0.7, 64);
-    lens.f_number_closed = entry.number("f_number_closed", 0.7, 64);
-    lens.transmission = entry.number("transmission", 0.01, 1);
-    lens.natural_falloff = entry.number("natural_falloff", 0, 1);
-    lens.mount_falloff = entry.number("mount_falloff", 0, 0.9);
-    lens.spot_rms_um = entry.number("spot_rms_um", 0, 20);
     return lens;
 }
 
 Sensor read_sensor(const Entry &entry) {
-    entry.allow({"pixel_um", "full_well_e", "read_noise_e", "black_level_dn", "electrons_per_lux_s",
-                 "filter_part", "photon_noise", "prnu", "row_noise_e", "serial"});
     Sensor sensor;
-    sensor.pixel_um = entry.number("pixel_um", 0.5, 50);
-    sensor.full_well_e = entry.number("full_well_e", 100, 1e6);
-    sensor.read_noise_e = entry.number("read_noise_e", 0, 1000);
-    sensor.black_level_dn = entry.number("black_level_dn", 0, 500);
-    sensor.electrons_per_lux_s = entry.number("electrons_per_lux_s", 0, 1e7);
+    entry.read({{"pixel_um", &sensor.pixel_um, 0.5, 50},
+                {"full_well_e", &sensor.full_well_e, 100, 1e6},
+                {"read_noise_e", &sensor.read_noise_e, 0, 1000},
+                {"black_level_dn", &sensor.black_level_dn, 0, 500},
+                {"electrons_per_lux_s", &sensor.electrons_per_lux_s, 0, 1e7},
+                {"photon_noise", &sensor.photon_noise, 0, 1},
+                {"prnu", &sensor.prnu, 0, 0.2},
+                {"row_noise_e", &sensor.row_noise_e, 0, 1000}},
+               {"filter_part", "serial"});
     sensor.filter_part = triple_of(entry, "filter_part");
-    sensor.photon_noise = entry.number("photon_noise", 0, 1);
-    sensor.prnu = entry.number("prnu", 0, 0.2);
-    sensor.row_noise_e = entry.number("row_noise_e", 0, 1000);
     sensor.serial = static_cast<std::uint64_t>(entry.at("serial").whole(0, 1000000000));
     return sensor;
 }
