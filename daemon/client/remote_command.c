@@ -16,7 +16,7 @@
 #include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
-#include "daemon/files/file_error.h"
+#include "daemon/files/file_io.h"
 
 enum { EXIT_INTERRUPTED = 130 };
 

@@ -14,7 +14,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/client/remote.h"
-#include "daemon/files/sync_file.h"
+#include "daemon/files/file_io.h"
 
 #define PART_END ".part"
 

@@ -14,8 +14,8 @@
 #include "core/invariant.h"
 #include "daemon/base/base64.h"
 #include "daemon/client/remote.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 
 enum {
     BLOCK_SERIAL = 1536,
@@ -193,29 +193,12 @@ static int open_part(struct fetch *self, struct message *message) {
                              self->part);
 }
 
-/// The directory of a local name. `parent` has PATH_BYTES, which is longer than any `path`.
-static void parent_of(const char *path, char *parent) {
-    const char *slash = strrchr(path, '/');
-    const size_t length = slash == NULL ? 0 : (size_t)(slash - path) + 1;
-    INVARIANT(length + 1 < PATH_BYTES);
-    memcpy(parent, path, length);
-    strcpy(parent + length, ".");
-}
-
 /// Gives the complete file its name, durably: after a power loss there is no name without its
 /// contents, and once success was reported both exist.
 static int give_name(const struct fetch *self, struct message *message) {
-    char parent[PATH_BYTES];
-    if (!sync_file(self->fd)) {
-        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
-    }
-    parent_of(self->local, parent);
-    // A directory that is writable but not readable cannot be synced.
-    if (rename(self->part, self->local) != 0 ||
-        (!sync_directory_at(AT_FDCWD, parent) && errno != EACCES)) {
-        return message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
-    }
-    return 0;
+    return atomic_file_rename(AT_FDCWD, self->fd, self->part, self->local)
+               ? 0
+               : message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
 }
 
 /// Starts a fetch; the caller frees it. NULL with `message`: out of memory.

@@ -13,7 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/base/base64.h"
 #include "daemon/client/remote.h"
-#include "daemon/files/file_error.h"
+#include "daemon/files/file_io.h"
 
 /// Commands are limited to 512 characters, so blocks are small on any line.
 enum { BLOCK_BYTES = 288, READ_BYTES = 16384, TRIES = 2 };

@@ -17,7 +17,7 @@
 #include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/files/sync_file.h"
+#include "daemon/files/atomic_file.h"
 
 /// Ending of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
@@ -136,15 +136,11 @@ static int finish(struct receipt *self) {
                             "%s: CRC-32 differs from the announced one: send the file again",
                             self->name);
     }
-    if (fsync(self->fd) != 0) {
-        // The cached data would pass the next check without being on the disk.
+    if (!atomic_file_rename(self->root, self->fd, self->part, self->name)) {
+        // Cached data would pass the next check without being on the disk.
         const int number = errno;
         unlinkat(self->root, self->part, 0);
         return files_refuse(self->call, self->name, number);
-    }
-    if (renameat(self->root, self->part, self->root, self->name) != 0 ||
-        !sync_directory_at(self->root, ".")) {
-        return files_refuse(self->call, self->name, errno);
     }
     return answer(self, true);
 }

@@ -14,9 +14,8 @@
 
 #include "core/crc.h"
 #include "daemon/commands/commands.h"
-#include "daemon/files/file_error.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 #include "daemon/session/session.h"
 
 enum { READ_BYTES = 65536 };
@@ -192,19 +191,8 @@ int files_write(const struct command_call *call, const char *name, const void *d
     const int root = daemon_of(call)->files_fd;
     char part[FILES_NAME_MAX + 8];
     snprintf(part, sizeof part, ".%s.part", name);
-    const int fd = openat(root, part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640);
-    if (fd < 0) {
-        return files_refuse(call, name, errno);
-    }
-    const bool written = write_all(fd, data, bytes) && fsync(fd) == 0;
-    int number = errno;
-    const bool closed = close(fd) == 0;
-    if (written && closed && renameat(root, part, root, name) == 0) {
-        return sync_directory_at(root, ".") ? 0 : files_refuse(call, name, errno);
-    }
-    number = written ? errno : number;
-    unlinkat(root, part, 0);
-    return files_refuse(call, name, number);
+    return atomic_file_write(root, part, name, 0640, data, bytes) ? 0
+                                                                  : files_refuse(call, name, errno);
 }
 
 // ---- completions of arguments that name files

@@ -14,8 +14,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/file_error.h"
-#include "daemon/files/sync_file.h"
+#include "daemon/files/file_io.h"
 
 #define WORK_PREFIX ".vergence-"
 enum {

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/process.h"
-#include "daemon/files/file_error.h"
+#include "daemon/files/file_io.h"
 
 static void remember_error(struct output_file *file) {
     if (file->error_number == 0) {

@@ -12,10 +12,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/file_error.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 #include "daemon/files/standard_paths.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
 
 #define SYSTEM_FOLDER "/var/lib/vergence"
 #define NAME "tcp_token"
@@ -126,20 +125,12 @@ static int make_file(const char *path, char token[TOKEN_BYTES], struct message *
     char text[TOKEN_BYTES + 1];
     snprintf(beside, sizeof beside, "%s" NEW_SUFFIX, path);
     unlink(beside);
-    const int fd = open(beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
-    if (fd < 0) {
+    if (!make_token(token)) {
         return fail(path, message);
     }
-    const bool made = make_token(token);
     snprintf(text, sizeof text, "%s\n", token);
-    const bool written = made && write_all(fd, text, TOKEN_BYTES) && sync_file(fd);
-    const bool closed = close(fd) == 0;
-    if (written && closed && rename(beside, path) == 0) {
-        return 0;
-    }
-    const int error = fail(path, message);
-    unlink(beside);
-    return error;
+    return atomic_file_write(AT_FDCWD, beside, path, 0600, text, TOKEN_BYTES) ? 0
+                                                                              : fail(path, message);
 }
 
 int token_open(const char *path, char token[TOKEN_BYTES], struct message *message) {

@@ -13,9 +13,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/file_error.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
+#include "daemon/files/file_io.h"
 #include "daemon/session/trace.h"
 
 enum piece_kind { LINES, CHECKED_LINES, COMMAND, FRAME };

@@ -13,9 +13,8 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/file_error.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 
 #define PART_NAME ".part"
 #define DIRECTORY_MODE 0750
@@ -156,25 +155,15 @@ int session_writer_instrument(struct session_writer *self,
 // ---- files named by their contents
 
 static int begin_part(const struct session_writer *self) {
-    return openat(self->directory, PART_NAME, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC,
-                  SESSION_FILE_MODE);
+    return atomic_file_begin(self->directory, PART_NAME, SESSION_FILE_MODE);
 }
 
 /// Gives the temporary file its name once it is on disk. `written`: no error so far.
 static int finish_part(struct session_writer *self, int part, bool written, const char *name,
                        struct message *message) {
-    INVARIANT(part >= 0);
-    bool safe = written && fsync(part) == 0;
-    int reason = errno;
-    safe = close(part) == 0 && safe;
-    if (safe && renameat(self->directory, PART_NAME, self->directory, name) == 0 &&
-        sync_file(self->directory)) {
-        return 0;
-    }
-    reason = safe ? errno : reason;
-    unlinkat(self->directory, PART_NAME, 0);
-    errno = reason;
-    return fail(self, name, message);
+    return atomic_file_end(self->directory, part, PART_NAME, name, written)
+               ? 0
+               : fail(self, name, message);
 }
 
 static bool is_there(const struct session_writer *self, const char *name) {

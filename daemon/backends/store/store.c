@@ -15,9 +15,8 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/files/file_error.h"
-#include "daemon/files/sync_file.h"
-#include "daemon/files/write_all.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
 
 // Records begin with a letter, so no record's file has such a name.
 #define TEMPORARY_PREFIX ".new-"
@@ -155,23 +154,6 @@ static int load(void *opaque, const char *name, void *data, size_t capacity, siz
     return error;
 }
 
-/// Writes and syncs the whole file under the temporary name. False with errno.
-static bool write_temporary(const struct store *self, const char *temporary, const char *header,
-                            const void *data, size_t bytes) {
-    const int fd = open_file(self, temporary, O_WRONLY | O_CREAT | O_TRUNC);
-    if (fd < 0) {
-        return false;
-    }
-    const bool written =
-        write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes) && sync_file(fd);
-    const int error_number = errno;
-    const bool closed = close_fd(fd);
-    if (!written) {
-        errno = error_number;
-    }
-    return written && closed;
-}
-
 static int save(void *opaque, const char *name, const void *data, size_t bytes) {
     const struct store *self = opaque;
     INVARIANT(self->directory_fd >= 0 && (data != NULL || bytes == 0));
@@ -184,14 +166,14 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
     char temporary[TEMPORARY_BYTES], header[HEADER_BYTES + 1];
     temporary_name(name, temporary);
     make_header(name, data, bytes, header);
-    if (!write_temporary(self, temporary, header, data, bytes) ||
-        renameat(self->directory_fd, temporary, self->directory_fd, name) != 0) {
-        const int error = errno == ENOENT ? ERROR_IO : file_error(errno);
-        // If it cannot be removed now, the next start removes it.
-        unlinkat(self->directory_fd, temporary, 0);
-        return error;
+    const int fd = atomic_file_begin(self->directory_fd, temporary, 0600);
+    if (fd >= 0) {
+        const bool written = write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes);
+        if (atomic_file_end(self->directory_fd, fd, temporary, name, written)) {
+            return ERROR_OK;
+        }
     }
-    return sync_file(self->directory_fd) ? ERROR_OK : file_error(errno);
+    return errno == ENOENT ? ERROR_IO : file_error(errno);
 }
 
 static int remove_record(void *opaque, const char *name) {

@@ -94,7 +94,7 @@ class Fetched(Calls):
         for call, left in (("one.part fsync", "one.part"), (". fsync", "one")):
             done = self.fetch("one", f"{self.here}/one", more=f"fail 1 1 EIO {call}\n")
             self.assertEqual((done.returncode, done.stdout, done.stderr),
-                             (1, "", f"vergence: {self.here}/{left}: Input/output error\n"))
+                             (1, "", f"vergence: {self.here}/one: Input/output error\n"))
             self.assertEqual(os.listdir(self.here), [left])
         done = self.fetch("s", f"{self.here}/s", more="fail 1 1 EIO .. fsync\n")
         self.assertEqual((done.returncode, done.stdout, done.stderr),

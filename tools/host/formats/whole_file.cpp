@@ -11,10 +11,12 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/file_io.h"
+
 namespace {
 
-const int links_max = 40;    // as many as the kernel follows
-const int names_max = 1000;  // of one process, at a time, for one file
+const int links_max = 40;  // as many as the kernel follows
 
 /// The file that `*path` means once all links at its end are followed; it need not exist. Returns
 /// false with errno set.
@@ -35,17 +37,6 @@ bool follow_links(std::string *path) {
     return true;
 }
 
-bool write_all(int descriptor, const std::string &content) {
-    for (std::size_t done = 0; done < content.size();) {
-        const ssize_t count = write(descriptor, content.data() + done, content.size() - done);
-        if (count <= 0 && errno != EINTR) {
-            return false;
-        }
-        done += count > 0 ? static_cast<std::size_t>(count) : 0;
-    }
-    return true;
-}
-
 /// Closes without losing the errno of an earlier failure.
 bool close_after(int descriptor, bool good) {
     const int saved = errno;
@@ -57,37 +48,14 @@ bool close_after(int descriptor, bool good) {
 /// Anything but a regular file (a device, a pipe) is written directly.
 bool write_through(const std::string &path, const std::string &content) {
     const int descriptor = open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
-    return descriptor >= 0 && close_after(descriptor, write_all(descriptor, content));
+    return descriptor >= 0 &&
+           close_after(descriptor, write_all(descriptor, content.data(), content.size()));
 }
 
-/// A new file next to another one, with the permissions that the kernel gives files of this
-/// process: its umask cannot be read without changing it for all threads.
-int create_beside(const std::string &path, std::string *name) {
-    int descriptor = -1;
-    for (int i = 0; descriptor < 0 && i < names_max; i++) {
-        *name = path + '.' + std::to_string(getpid()) + '-' + std::to_string(i);
-        descriptor = open(name->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (descriptor < 0 && errno != EEXIST) {
-            break;
-        }
-    }
-    return descriptor;
-}
-
-bool write_and_rename(const std::string &path, const std::string &content) {
-    std::string temporary;
-    const int descriptor = create_beside(path, &temporary);
-    if (descriptor < 0) {
-        return false;
-    }
-    const bool good = write_all(descriptor, content) && fsync(descriptor) == 0;
-    if (!close_after(descriptor, good) || std::rename(temporary.c_str(), path.c_str()) != 0) {
-        const int saved = errno;
-        unlink(temporary.c_str());
-        errno = saved;
-        return false;
-    }
-    return true;
+bool replace(const std::string &path, const std::string &content) {
+    const std::string temporary = path + '.' + std::to_string(getpid()) + "-0";
+    return atomic_file_write(AT_FDCWD, temporary.c_str(), path.c_str(), 0666, content.data(),
+                             content.size());
 }
 
 }  // namespace
@@ -102,7 +70,7 @@ bool whole_file_write(const std::string &path, const std::string &content, std::
         good = write_through(path, content);
     } else {
         std::string file = path;
-        good = follow_links(&file) && write_and_rename(file, content);
+        good = follow_links(&file) && replace(file, content);
     }
     if (!good) {
         *message = path + ": cannot write: " + std::strerror(errno);
