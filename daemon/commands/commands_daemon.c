@@ -13,7 +13,7 @@
 #include "daemon/base/process.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
-#include "daemon/server/server.h"
+#include "daemon/server/dispatch.h"
 
 enum { LOG_DEFAULT_LINES = 20 };
 
@@ -213,7 +213,7 @@ static int run_quit(const struct command_call *call) {
 
 static int run_complete(const struct command_call *call) {
     static _Thread_local char words[EDITOR_WORDS_BYTES];
-    completion_candidates(daemon_of(call), call->values[0].text, words, sizeof words);
+    dispatch_complete(daemon_of(call), call->values[0].text, words, sizeof words);
     if (words[0] != '\0') {
         reply_text(call, "words", words);
     }

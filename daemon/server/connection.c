@@ -11,7 +11,7 @@
 #include "core/invariant.h"
 #include "daemon/base/framing.h"
 #include "daemon/files/token.h"
-#include "daemon/server/server.h"
+#include "daemon/server/listener.h"
 
 enum {
     CTRL_C = 3,
@@ -30,12 +30,12 @@ static void send_to_terminal(void *cookie, const char *data, size_t bytes) {
 static void complete(void *cookie, const char *typed, char *words) {
     const struct connection *self = cookie;
     // Uses only what never changes: the workers run in other threads.
-    completion_candidates(self->server->daemon, typed, words, EDITOR_WORDS_BYTES);
+    dispatch_complete(self->dispatch->daemon, typed, words, EDITOR_WORDS_BYTES);
 }
 
-bool connection_init(struct connection *self, struct server *server, int wake_fd) {
+bool connection_init(struct connection *self, struct dispatch *dispatch, int wake_fd) {
     memset(self, 0, sizeof *self);
-    self->server = server;
+    self->dispatch = dispatch;
     self->in_fd = -1;
     self->out_fd = -1;
     self->job.output = &self->output;
@@ -120,7 +120,7 @@ static void cancel(struct connection *self) {
     atomic_store(&job->cancelled, true);
     if (atomic_load(&job->state) == JOB_WAITING && worker_withdraw(job->worker, job)) {
         job->watch.on = false;
-        server_answer(self->server, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        dispatch_answer(self->dispatch, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
         atomic_store(&job->state, JOB_DONE);
     }
 }
@@ -196,7 +196,7 @@ static bool set_options(struct connection *self, const char *line) {
     self->json = job->request.json;
     self->progress = job->request.progress;
     self->greeted = true;
-    server_answer(self->server, job, 0, "");
+    dispatch_answer(self->dispatch, job, 0, "");
     return true;
 }
 
@@ -215,7 +215,7 @@ static int parse_line(struct connection *self, const char *line, char *message,
     if (error != 0 || set_options(self, line)) {
         return error;
     }
-    error = server_parse(self->server, job->request.command, job, message, message_bytes);
+    error = dispatch_parse(self->dispatch, job->request.command, job, message, message_bytes);
     if (error != 0 || job->command == NULL) {
         return error;
     }
@@ -238,10 +238,10 @@ static void begin_line(struct connection *self, const char *line) {
     atomic_store(&job->cancelled, false);
     const int error = parse_line(self, line, message, sizeof message);
     if (error != 0) {
-        server_answer(self->server, job, error, message);
+        dispatch_answer(self->dispatch, job, error, message);
     } else if (job->command != NULL) {
         atomic_store(&job->state, JOB_WAITING);
-        server_submit(self->server, job);
+        dispatch_submit(self->dispatch, job);
     }
 }
 
@@ -297,7 +297,7 @@ static void answer_unread(struct connection *self, int error, const char *messag
     INVARIANT(!is_busy(self));
     self->job.request = (struct request){.json = self->json};
     self->job.terminal = false;
-    server_answer(self->server, &self->job, error, message);
+    dispatch_answer(self->dispatch, &self->job, error, message);
 }
 
 // ---- the first line
@@ -344,35 +344,40 @@ static void take_line(struct connection *self, const char *line, size_t length) 
     }
 }
 
-/// Handles the next line. False: it is not complete.
-static bool step_lines(struct connection *self) {
+/// Takes up to JOB_LINE_BYTES bytes of input, which are `length` long without their end.
+static void use_line(struct connection *self, size_t length, bool whole) {
     char line[JOB_LINE_BYTES + 1];
-    size_t length = 0;
-    INVARIANT(self->input_bytes > 0 && !is_busy(self));
-    while (length < self->input_bytes && memchr("\r\n\3", self->input[length], 3) == NULL) {
-        length++;
-    }
-    const bool more = length < self->input_bytes;
-    // The last line may have no line end.
-    const bool whole = more || self->ended;
-    if (more && self->input[length] == CTRL_C) {
-        forget(self, length + 1);
-        self->skipping = false;
-        return true;
-    }
-    if (!whole && length < JOB_LINE_BYTES) {
-        return false;
-    }
     const size_t bytes = length < JOB_LINE_BYTES ? length : JOB_LINE_BYTES;
     const bool skipped = self->skipping;
     memcpy(line, self->input, bytes);
     line[bytes] = '\0';
     self->skipping = !whole;
-    forget(self, length + more);
-    if (!skipped && strspn(line, " \t") < bytes &&
-        (self->greeted || !take_greeting(self, line, bytes))) {
+    forget(self, length < self->input_bytes ? length + 1 : length);
+    const bool blank = strspn(line, " \t") == bytes;
+    if (!skipped && !blank && (self->greeted || !take_greeting(self, line, bytes))) {
         take_line(self, line, bytes);
     }
+}
+
+/// Handles the next line. False: it is not complete.
+static bool step_lines(struct connection *self) {
+    size_t length = 0;
+    INVARIANT(self->input_bytes > 0 && !is_busy(self));
+    while (length < self->input_bytes && memchr("\r\n\3", self->input[length], 3) == NULL) {
+        length++;
+    }
+    const bool ends = length < self->input_bytes;
+    if (ends && self->input[length] == CTRL_C) {
+        forget(self, length + 1);
+        self->skipping = false;
+        return true;
+    }
+    // The last line may have no line end.
+    const bool whole = ends || self->ended;
+    if (!whole && length < JOB_LINE_BYTES) {
+        return false;
+    }
+    use_line(self, length, whole);
     return true;
 }
 
@@ -409,13 +414,14 @@ static void step_watch(struct connection *self, uint64_t now_us) {
         return;
     }
     if (cancelled) {
-        server_answer(self->server, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
+        dispatch_answer(self->dispatch, job, ERROR_CANCELLED, error_text(ERROR_CANCELLED));
     } else {
         job->round = true;
-        const int error = server_parse(self->server, job->watch.line, job, message, sizeof message);
+        const int error =
+            dispatch_parse(self->dispatch, job->watch.line, job, message, sizeof message);
         INVARIANT(error == 0 && job->command != NULL);
         atomic_store(&job->state, JOB_WAITING);
-        server_submit(self->server, job);
+        dispatch_submit(self->dispatch, job);
     }
     // Already answered: cancelled, or the queue is full.
     if (atomic_load(&job->state) == JOB_FREE) {

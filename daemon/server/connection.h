@@ -13,14 +13,12 @@
 #include <stdint.h>
 
 #include "daemon/cli/editor.h"
-#include "daemon/server/worker.h"
+#include "daemon/server/dispatch.h"
 
 enum { CONNECTION_INPUT_BYTES = 16384 };
 
-struct server;
-
 struct connection {
-    struct server *server;
+    struct dispatch *dispatch;
     bool used;
     bool terminal;  ///< prompt, echo, line editing
     bool program;   ///< after `@program`: a terminal used by a program, without all that
@@ -46,7 +44,7 @@ struct connection {
 };
 
 /// Allocates the output, which output_close frees. False: out of memory.
-bool connection_init(struct connection *self, struct server *server, int wake_fd);
+bool connection_init(struct connection *self, struct dispatch *dispatch, int wake_fd);
 
 /// Starts serving a new client.
 void connection_begin(struct connection *self, bool terminal, int in_fd, int out_fd);

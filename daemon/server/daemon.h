@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-/// All that the daemon's parts share: the context of its commands (`context` of a command_call).
+/// All that the daemon's parts share: the context of its commands (`context` of a command_call),
+/// and the two workers that run them.
+///
+/// A worker is a thread that runs jobs one after the other: one owns the rig and services it
+/// between jobs, the other runs commands that need no rig. A job is a client's command: parsed by
+/// the event loop, run by a worker. Each connection has one job, so a client's commands run one
+/// after the other.
 ///
 /// Commands flagged COMMAND_NO_RIG run on the general worker's thread and must not use the rig,
 /// except its profile, which never changes.
 #ifndef VERGENCE_DAEMON_SERVER_DAEMON_H
 #define VERGENCE_DAEMON_SERVER_DAEMON_H
 
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "console/command.h"
 #include "daemon/server/log_ring.h"
-#include "daemon/server/worker.h"
+#include "daemon/server/output.h"
+#include "daemon/server/reply.h"
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/last_pair.h"
 #include "daemon/session/record.h"
@@ -22,6 +31,71 @@
 #include "rig/rig.h"
 
 struct v4l2_camera;
+
+struct daemon;
+struct worker;
+
+enum { JOB_MESSAGE_BYTES = 1024, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
+
+/// Value of `ahead_shown`: the client has not been informed that its job waits.
+#define JOB_NOT_SHOWN UINT32_MAX
+
+enum job_state {
+    JOB_FREE,     ///< owned by the event loop
+    JOB_WAITING,  ///< queued or running; owned by the worker
+    JOB_DONE,     ///< the answer is in the output; owned by the event loop
+};
+
+/// A command repeated by `watch`.
+struct job_watch {
+    bool on;
+    uint64_t interval_us;
+    uint32_t rounds_left;  ///< 0: until cancelled
+    char line[COMMAND_LINE_MAX + 1];
+};
+
+struct job {
+    atomic_int state;       ///< enum job_state
+    atomic_bool cancelled;  ///< by the client
+    struct worker *worker;  ///< runs it
+    struct output *output;
+    bool terminal;
+    struct request request;
+    const struct command *command;
+    char line[COMMAND_LINE_MAX + 1];  ///< as entered
+    char storage[COMMAND_LINE_MAX + 1];
+    struct command_value values[COMMAND_ARGUMENTS_MAX];
+    struct job_watch watch;
+    bool round;  ///< a round of `watch`: answered only if it fails or is the last
+    bool quit;   ///< close the connection
+
+    // While it is queued. Used by both threads, under the worker's lock.
+    uint64_t queued_us;    ///< monotonic time at which it was queued
+    uint32_t ahead;        ///< commands before it at that time
+    uint32_t ahead_shown;  ///< last number shown to the client, or JOB_NOT_SHOWN
+    int bar_columns;       ///< width of a bar on its terminal, to be erased by the answer; 0: none
+};
+
+struct worker {
+    pthread_t thread;
+    bool started;
+    pthread_mutex_t lock;
+    pthread_cond_t wakeup;  ///< a job was queued, or `stopping` was set
+    struct job *waiting[CONFIG_QUEUE_MAX];
+    size_t first, count, capacity;
+    struct job *running;            ///< owned by the thread; changed under the lock
+    enum rig_state reported_state;  ///< last state that was logged
+    bool cut_reported;              ///< a cut-off recording was logged
+    atomic_bool stopping;
+    _Atomic uint64_t alive_us;  ///< monotonic time at which the thread last made progress
+
+    struct daemon *daemon;
+    bool has_rig;  ///< services the rig and leaves it in its safe state
+    int wake_fd;   ///< eventfd that wakes the event loop when a job is done
+    struct reply reply;
+    uint64_t progress_us;  ///< when progress was last shown
+    const char *progress_what;
+};
 
 /// Use static storage: it is large, and must not move.
 struct daemon {
@@ -41,6 +115,39 @@ struct daemon {
     struct worker rig_worker, general_worker;
     uint64_t started_us;  ///< monotonic
 };
+
+/// Observer of the rig's long calls, for rig_init; for the worker that owns the rig.
+struct rig_observer worker_observer(struct worker *self);
+
+/// Starts the thread. `wake_fd`: eventfd that wakes the event loop when a job is done; `capacity`:
+/// 1 .. CONFIG_QUEUE_MAX. The worker with the rig is the daemon's `rig_worker`. False: the thread
+/// cannot be created.
+bool worker_start(struct worker *self, struct daemon *daemon, int wake_fd, size_t capacity);
+
+/// Whether the running command must end, and what it reports: see daemon_should_stop and
+/// daemon_progress.
+bool worker_should_stop(struct worker *self);
+void worker_progress(struct worker *self, const char *what, uint32_t done, uint32_t total);
+
+/// Cancels the running job, answers those that wait, makes the rig safe and ends the thread.
+void worker_stop(struct worker *self);
+
+/// Cancels the running job, as its client would.
+void worker_cancel(struct worker *self);
+
+/// Queues a job whose state is JOB_WAITING. False: the queue is full.
+bool worker_submit(struct worker *self, struct job *job);
+
+/// Takes back a job that has not been started; the caller owns it again and must answer it. False:
+/// it is running or done.
+bool worker_withdraw(struct worker *self, struct job *job);
+
+/// Reports to a client whose job has waited for a while which command it waits for, once for each,
+/// as progress on the caller's `reply`.
+void worker_report_wait(struct worker *self, struct job *job, struct reply *reply, uint64_t now_us);
+
+/// Time since the thread last made progress, in us.
+uint64_t worker_silence_us(const struct worker *self);
 
 /// The daemon, and the running job, of a call.
 static inline struct daemon *daemon_of(const struct command_call *call) {

@@ -28,31 +28,6 @@ enum {
     GREETING_US = 10000000,   ///< time limit for a client's first valid line
 };
 
-void server_answer(struct server *self, struct job *job, int error, const char *message) {
-    INVARIANT(error <= 0 && message != NULL);
-    reply_begin(&self->reply, job->output, &job->request, job->terminal);
-    self->reply.bar_columns = job->bar_columns;
-    reply_end(&self->reply, error, message);
-}
-
-int server_parse(struct server *self, const char *line, struct job *job, char *message,
-                 size_t message_bytes) {
-    const struct daemon *daemon = self->daemon;
-    snprintf(job->line, sizeof job->line, "%s", line);
-    return command_parse(line, daemon->table, daemon->table_count, job->storage, job->values,
-                         &job->command, message, message_bytes);
-}
-
-void server_submit(struct server *self, struct job *job) {
-    const bool general = (job->command->flags & COMMAND_NO_RIG) != 0;
-    struct daemon *daemon = self->daemon;
-    INVARIANT(atomic_load(&job->state) == JOB_WAITING);
-    if (!worker_submit(general ? &daemon->general_worker : &daemon->rig_worker, job)) {
-        atomic_store(&job->state, JOB_FREE);
-        server_answer(self, job, ERROR_BUSY, "too many commands are waiting: try again later");
-    }
-}
-
 /// Makes signals readable from a descriptor. Threads started later inherit the mask.
 static bool open_signals(struct server *self) {
     sigset_t taken;
@@ -74,16 +49,17 @@ static bool open_clients(struct server *self) {
     self->client_count = self->daemon->config.clients + 1;
     INVARIANT(self->client_count <= CONFIG_CLIENTS_MAX + 1);
     for (size_t i = 0; i < self->client_count; i++) {
-        if (!connection_init(&self->clients[i], self, self->wake_fd)) {
+        if (!connection_init(&self->clients[i], &self->dispatch, self->wake_fd)) {
             return false;
         }
     }
-    return reply_open(&self->reply);
+    return reply_open(&self->dispatch.reply);
 }
 
 int server_open(struct server *self, struct daemon *daemon, struct message *message) {
     const struct config *config = &daemon->config;
     *self = (struct server){.daemon = daemon,
+                            .dispatch = {.daemon = daemon},
                             .notify_us = notify_period_us(),
                             .listeners = {-1, -1},
                             .signal_fd = -1,
@@ -185,7 +161,7 @@ static void end_silence(struct server *self, struct connection *client, uint64_t
     }
     client->hangs_up = "sent no valid line";
     client->job.request = (struct request){.json = false};
-    server_answer(self, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
+    dispatch_answer(&self->dispatch, &client->job, ERROR_TIMEOUT, "no valid line within 10 s");
     connection_send(client, now_us);
     connection_gone(client);
 }
@@ -220,7 +196,7 @@ static void serve(struct server *self, struct connection *client, short input, s
     }
     connection_step(client, now_us);
     if (atomic_load(&client->job.state) == JOB_WAITING) {
-        worker_report_wait(client->job.worker, &client->job, &self->reply, now_us);
+        worker_report_wait(client->job.worker, &client->job, &self->dispatch.reply, now_us);
     }
     connection_send(client, now_us);
     end_stall(self, client, now_us);
@@ -389,7 +365,7 @@ static void close_clients(struct server *self) {
             connection_send(client, monotonic_now_us());
             hang_up(self, client);
         }
-        if (client->server != NULL) {
+        if (client->dispatch != NULL) {
             output_close(&client->output);
         }
     }
@@ -402,7 +378,7 @@ void server_close(struct server *self) {
     worker_stop(&self->daemon->rig_worker);
     worker_stop(&self->daemon->general_worker);
     close_clients(self);
-    reply_close(&self->reply);
+    reply_close(&self->dispatch.reply);
     console_close(&self->console);
     for (int i = 0; i < LISTENERS; i++) {
         if (self->listeners[i] >= 0) {

@@ -14,10 +14,10 @@
 #include "daemon/server/listener.h"
 
 struct server {
-    struct daemon *daemon;                              ///< NULL: not open
+    struct daemon *daemon;  ///< NULL: not open
+    struct dispatch dispatch;
     struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
     size_t client_count;
-    struct reply reply;
     int listeners[LISTENERS];  ///< -1: none
     char token[TOKEN_BYTES];   ///< required of TCP clients
     int signal_fd, wake_fd;
@@ -42,19 +42,5 @@ int server_run(struct server *self);
 
 /// Ends the workers (which makes the rig safe) and closes everything.
 void server_close(struct server *self);
-
-/// Writes the possible completions of `typed`, a line up to the cursor, to `words`: separated by
-/// blanks, as many as fit. They all begin with the last word of `typed`. Words that would need
-/// quotes are omitted. Uses the table, the configuration and the files of `daemon`.
-void completion_candidates(const struct daemon *daemon, const char *typed, char *words,
-                           size_t bytes);
-
-/// For connections: parses a command line into `job`, see command_parse.
-int server_parse(struct server *self, const char *line, struct job *job, char *message,
-                 size_t message_bytes);
-/// Queues the job. If the queue is full, answers with an error and sets the job to JOB_FREE.
-void server_submit(struct server *self, struct job *job);
-/// Answers at once, with an error or (0) with success; no worker has the job.
-void server_answer(struct server *self, struct job *job, int error, const char *message);
 
 #endif
