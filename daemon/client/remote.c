@@ -3,11 +3,13 @@
 
 #include <inttypes.h>
 #include <poll.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "core/crc.h"
 #include "core/error.h"
 #include "daemon/base/message.h"
 #include "daemon/base/monotonic.h"
@@ -34,14 +36,36 @@ bool remote_quote(const char *word, char *text) {
     return true;
 }
 
-bool remote_files_command(const char *name, const char *after, char *command) {
-    char quoted[2][REMOTE_REQUEST_BYTES] = {"", ""};
-    if (!remote_quote(name, quoted[0]) || (after != NULL && !remote_quote(after, quoted[1]))) {
-        return false;
+int remote_call_about(struct remote *remote, const char *verb, const char *name,
+                      const struct cJSON **result, struct message *message, const char *rest, ...) {
+    char command[REMOTE_REQUEST_BYTES], quoted[REMOTE_REQUEST_BYTES];
+    size_t length = sizeof command;
+    if (remote_quote(name, quoted)) {
+        length = (size_t)snprintf(command, sizeof command, "%s %s", verb, quoted);
     }
-    const int length = snprintf(command, REMOTE_REQUEST_BYTES, "files %s%s%s", quoted[0],
-                                after != NULL ? " after=" : "", quoted[1]);
-    return length > 0 && length < REMOTE_REQUEST_BYTES;
+    if (length < sizeof command) {
+        va_list arguments;
+        va_start(arguments, rest);
+        length += (size_t)vsnprintf(command + length, sizeof command - length, rest, arguments);
+        va_end(arguments);
+    }
+    return length < sizeof command
+               ? remote_call(remote, command, result, message)
+               : message_set(message, ERROR_ARGUMENT, "%s: name too long", name);
+}
+
+bool remote_sum_file(int fd, uint64_t *size, uint32_t *crc) {
+    unsigned char data[16384];
+    *size = 0;
+    *crc = 0;
+    for (;;) {
+        const ssize_t bytes = pread(fd, data, sizeof data, (off_t)*size);
+        if (bytes <= 0) {
+            return bytes == 0;
+        }
+        *crc = crc_update(*crc, data, (size_t)bytes);
+        *size += (uint64_t)bytes;
+    }
 }
 
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total) {

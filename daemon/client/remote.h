@@ -16,7 +16,7 @@ extern "C" {
 
 enum {
     REMOTE_REQUEST_BYTES = 640,
-    REMOTE_WRITTEN_BYTES = 4096 + 64,
+    REMOTE_WRITTEN_BYTES = 4096,
     REMOTE_EXIT_ERR = 1,
     REMOTE_EXIT_LINE = 3
 };
@@ -53,7 +53,7 @@ typedef void remote_show(struct remote *self, void *cookie, const char *text);
 
 /// A file that was written, here or on the instrument, or a directory of files.
 struct remote_written {
-    const char *name;
+    char name[REMOTE_WRITTEN_BYTES];
     bool directory;
     uint64_t files;  ///< of a directory
     uint64_t bytes;
@@ -97,9 +97,15 @@ int remote_call(struct remote *self, const char *command, const struct cJSON **r
 /// REMOTE_REQUEST_BYTES. False: it does not fit.
 bool remote_quote(const char *word, char *text);
 
-/// Makes the line `files NAME`, or `files NAME AFTER` if `after` is not NULL. `command` has
-/// REMOTE_REQUEST_BYTES. False: it does not fit.
-bool remote_files_command(const char *name, const char *after, char *command);
+/// Calls `VERB "NAME" REST`. Errors of remote_call.
+__attribute__((format(printf, 6, 7))) int remote_call_about(struct remote *self, const char *verb,
+                                                            const char *name,
+                                                            const struct cJSON **result,
+                                                            struct message *message,
+                                                            const char *rest, ...);
+
+/// Length and CRC-32 of an open file. False: it cannot be read.
+bool remote_sum_file(int fd, uint64_t *size, uint32_t *crc);
 
 /// Shows a line `... what done/total` of a text answer as progress. False: not such a line.
 bool remote_show_progress(struct remote *self, const char *text);
@@ -107,36 +113,17 @@ bool remote_show_progress(struct remote *self, const char *text);
 /// Draws a progress bar on standard error if that is a terminal; `total` 0 erases it.
 void remote_progress(struct remote *self, const char *what, uint64_t done, uint64_t total);
 
-/// Fetches a file of the instrument into `local`, resuming an earlier attempt (kept in local.part).
-/// Anything at that path that is not a file is an error. 0 once the disk has the file and its name,
-/// with its length in `*bytes`, or an error with a message.
-int remote_fetch(struct remote *self, const char *name, const char *local, uint64_t *bytes,
-                 struct message *message);
-
-/// Compares the local file `local` with the instrument's. 0, or an error with a message.
-int remote_fetch_compare(struct remote *self, const char *name, const char *local, bool *same,
-                         struct message *message);
-
-/// Fetches all files of a directory of the instrument into the directory `local`, which is created.
-/// Files of an earlier attempt are kept; if the directory contains anything else, it is an error
-/// and nothing is written. 0, or an error with a message.
-int remote_fetch_directory(struct remote *self, const char *name, const char *local,
-                           struct remote_written *written, struct message *message);
-
-/// Sends a local file to the instrument under the plain name `name`, resuming an earlier attempt. 0
-/// with the file's length in `*bytes`, or an error with a message.
-int remote_send(struct remote *self, const char *local, const char *name, uint64_t *bytes,
-                struct message *message);
-
-/// Runs a "snapshot" command, `line`, and fetches the image into the working directory under a name
-/// not yet in use. The written file is shown as an answer. 1: the instrument answered ERR, which
-/// was shown; else 0, or an error with a message.
-int remote_snapshot(struct remote *self, const char *line, remote_show *show, void *cookie,
-                    struct message *message);
+/// Fetches a file of the instrument into `local` (NULL: its own name), resuming an earlier attempt
+/// (kept in local.part); anything at that path that is not a file is an error. Or all files of a
+/// directory into the directory `local`, which is created: files of an earlier attempt are kept; if
+/// it contains anything else, that is an error. 0 once the disk has all, or an error with a
+/// message.
+int remote_fetch(struct remote *self, const char *name, const char *local,
+                 struct remote_written *written, struct message *message);
 
 /// Runs a line that moves whole files: "fetch NAME [FILE]" (also of a directory), "send FILE
-/// [NAME]", "snapshot". 0: not such a line; else 1, with the error of remote_fetch, remote_send or
-/// remote_snapshot in `*error`. Written files are shown as an answer, in JSON errors too.
+/// [NAME]", "snapshot". 0: not such a line; else 1, with its error in `*error`. Written files are
+/// shown as an answer, in JSON errors too.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
 

@@ -54,7 +54,7 @@ static void show_json(struct remote *self, remote_show *show, void *cookie,
 
 void remote_show_written(struct remote *self, remote_show *show, void *cookie,
                          const struct remote_written *written) {
-    char text[REMOTE_WRITTEN_BYTES];
+    char text[REMOTE_WRITTEN_BYTES + 64];
     char files[32] = "";
     if (self->json) {
         show_json(self, show, cookie, written, 0, "");

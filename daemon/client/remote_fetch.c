@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fetches a file of the instrument, block by block.
+// Fetches a file of the instrument block by block, and all files of a directory.
+#include <cjson/cJSON.h>
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -13,28 +15,35 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/base64.h"
+#include "daemon/base/message.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/file_io.h"
 
-enum {
-    BLOCK_SERIAL = 1536,
-    BLOCK_SOCKET = 49152,
-    PATH_BYTES = 4096,
-    TEXT_BYTES = BASE64_TEXT_BYTES(BLOCK_SOCKET)
-};
+#define PART_END ".part"
 
-/// A fetch in progress.
-struct fetch {
+enum { BLOCK_SERIAL = 1536, BLOCK_SOCKET = 49152, PATH_BYTES = 4096, NAME_BYTES = 256 };
+
+/// A file on its way.
+struct transfer {
     struct remote *remote;
-    const char *name, *local;
-    char part[PATH_BYTES];
+    const char *name;       // on the instrument
+    const char *local;      // here
+    char part[PATH_BYTES];  // where it is collected
     int fd;
     uint64_t size;
     uint32_t crc;
-    char text[TEXT_BYTES];
     uint8_t data[BLOCK_SOCKET];
+    char text[BASE64_TEXT_BYTES(BLOCK_SOCKET)];
 };
+
+static int invalid(struct message *message) {
+    return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+}
+
+static int report_errno(const char *path, struct message *message) {
+    return message_set(message, file_error(errno), "%s: %s", path, strerror(errno));
+}
 
 static bool read_crc(const struct cJSON *result, uint32_t *crc) {
     char text[16];
@@ -45,145 +54,101 @@ static bool read_crc(const struct cJSON *result, uint32_t *crc) {
     return true;
 }
 
-/// Makes the request line; `rest` follows the name. `command` has REMOTE_REQUEST_BYTES.
-static int make_command(const struct fetch *self, const char *rest, char *command,
-                        struct message *message) {
-    char name[REMOTE_REQUEST_BYTES];
-    if (remote_quote(self->name, name)) {
-        const int length = snprintf(command, REMOTE_REQUEST_BYTES, "fetch %s%s", name, rest);
-        if (length > 0 && length < REMOTE_REQUEST_BYTES) {
-            return 0;
-        }
-    }
-    return message_set(message, ERROR_ARGUMENT, "%s: name too long", self->name);
+/// Whether the open local file is the instrument's.
+static bool is_right(struct transfer *self) {
+    uint64_t size = 0;
+    uint32_t crc = 0;
+    return remote_sum_file(self->fd, &size, &crc) && size == self->size && crc == self->crc;
 }
 
-/// Gets length and CRC-32 of the whole file.
-static int describe(struct fetch *self, struct message *message) {
-    char command[REMOTE_REQUEST_BYTES];
+/// Gets length and CRC-32 of the instrument's file.
+static int describe(struct transfer *self, struct message *message) {
     const struct cJSON *result = NULL;
     int64_t size = -1;
-    int error = make_command(self, "", command, message);
-    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
+    const int error =
+        remote_call_about(self->remote, "fetch", self->name, &result, message, "%s", "");
     if (error != 0) {
         return error;
     }
     if (!json_member_integer(result, "size", &size) || size < 0 || !read_crc(result, &self->crc)) {
-        return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
+        return invalid(message);
     }
     self->size = (uint64_t)size;
     return 0;
 }
 
-/// Fetches the block at `offset` and appends it. `*got`: its length in bytes.
-static int fetch_block(struct fetch *self, uint64_t offset, size_t *got, struct message *message) {
-    char command[REMOTE_REQUEST_BYTES];
-    char rest[64];
+static int refuse_changed(const struct transfer *self, struct message *message) {
+    return message_set(message, ERROR_CRC, "%s: changed during the transfer (try again)",
+                       self->name);
+}
+
+/// Fetches the block at `*offset`, appends it and moves `*offset` behind it.
+static int fetch_block(struct transfer *self, uint64_t *offset, struct message *message) {
     const struct cJSON *result = NULL;
     int64_t at = -1;
     uint32_t crc = 0;
-    const int max = self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET;
-    snprintf(rest, sizeof rest, " offset=%" PRIu64 " bytes=%d", offset, max);
-    int error = make_command(self, rest, command, message);
-    error = error != 0 ? error : remote_call(self->remote, command, &result, message);
+    long bytes = -1;
+    const int error = remote_call_about(self->remote, "fetch", self->name, &result, message,
+                                        " offset=%" PRIu64 " bytes=%d", *offset,
+                                        self->remote->line.serial ? BLOCK_SERIAL : BLOCK_SOCKET);
     if (error != 0) {
         return error;
     }
-    long bytes = -1;
-    if (json_member_integer(result, "offset", &at) && (uint64_t)at == offset &&
+    if (json_member_integer(result, "offset", &at) && (uint64_t)at == *offset &&
         read_crc(result, &crc) && json_member_text(result, "data", self->text, sizeof self->text)) {
         bytes = base64_decode(self->text, self->data, sizeof self->data);
     }
     if (bytes <= 0 || crc_update(0, self->data, (size_t)bytes) != crc) {
-        return message_set(message, ERROR_CRC, "%s: changed during the transfer (try again)",
-                           self->name);
+        return refuse_changed(self, message);
     }
     INVARIANT((size_t)bytes <= sizeof self->data);
-    if (lseek(self->fd, (off_t)offset, SEEK_SET) < 0 ||
+    if (lseek(self->fd, (off_t)*offset, SEEK_SET) < 0 ||
         !write_all(self->fd, self->data, (size_t)bytes)) {
-        return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
+        return report_errno(self->part, message);
     }
-    *got = (size_t)bytes;
+    *offset += (uint64_t)bytes;
     return 0;
 }
 
-static int fetch_rest(struct fetch *self, uint64_t offset, struct message *message) {
-    while (offset < self->size) {
-        size_t got = 0;
-        const int error = fetch_block(self, offset, &got, message);
-        if (error != 0) {
-            remote_progress(self->remote, "", 0, 0);
-            return error;
-        }
-        offset += got;
+/// Fetches all from `offset` on.
+static int fetch_rest(struct transfer *self, uint64_t offset, struct message *message) {
+    int error = ftruncate(self->fd, (off_t)offset) == 0 ? 0 : report_errno(self->part, message);
+    while (error == 0 && offset < self->size) {
+        error = fetch_block(self, &offset, message);
         remote_progress(self->remote, self->name, offset, self->size);
     }
     remote_progress(self->remote, "", 0, 0);
-    return 0;
+    return error;
 }
 
-/// Whether the CRC-32 of the partial file matches.
-static bool is_right(struct fetch *self) {
-    uint32_t crc = 0;
-    uint64_t at = 0;
-    for (;;) {
-        const ssize_t bytes = pread(self->fd, self->data, sizeof self->data, (off_t)at);
-        if (bytes <= 0) {
-            break;
-        }
-        crc = crc_update(crc, self->data, (size_t)bytes);
-        at += (uint64_t)bytes;
-    }
-    return at == self->size && crc == self->crc;
-}
-
-/// Truncates the partial file to `bytes`.
-static int cut(struct fetch *self, uint64_t bytes, struct message *message) {
-    return ftruncate(self->fd, (off_t)bytes) == 0
-               ? 0
-               : message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
-}
-
-/// Resumes an earlier attempt; starts over if it belongs to another file.
-static int fetch_into_part(struct fetch *self, struct message *message) {
+/// Continues an earlier attempt; starts over if it belongs to another file.
+static int fetch_into_part(struct transfer *self, struct message *message) {
     struct stat about;
     uint64_t have = 0;
     if (fstat(self->fd, &about) == 0 && (uint64_t)about.st_size <= self->size) {
         have = (uint64_t)about.st_size;
     }
-    int error = cut(self, have, message);
-    error = error != 0 ? error : fetch_rest(self, have, message);
+    int error = fetch_rest(self, have, message);
     if (error == 0 && have > 0 && !is_right(self)) {
-        error = cut(self, 0, message);
-        error = error != 0 ? error : fetch_rest(self, 0, message);
+        error = fetch_rest(self, 0, message);
     }
-    if (error == 0 && !is_right(self)) {
-        return message_set(message, ERROR_CRC, "%s: changed during the transfer (try again)",
-                           self->name);
-    }
-    return error;
+    return error == 0 && !is_right(self) ? refuse_changed(self, message) : error;
 }
 
-/// Whatever has the local name is replaced, so it must be a file or not exist.
-static int look_at_local(const char *local, struct message *message) {
+static int open_part(struct transfer *self, struct message *message) {
+    // Non-blocking, as it may be something other than a file, which is only inspected.
+    const int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
     struct stat about;
-    if (stat(local, &about) == 0 && !S_ISREG(about.st_mode)) {
-        return message_set(
-            message, ERROR_ARGUMENT, "%s: exists and is not a file (%s)", local,
-            S_ISDIR(about.st_mode) ? "it is a directory: give a name in it" : "give another name");
-    }
-    return 0;
-}
-
-static int open_part(struct fetch *self, struct message *message) {
-    struct stat about;
-    const int length = snprintf(self->part, sizeof self->part, "%s.part", self->local);
+    const int length = snprintf(self->part, sizeof self->part, "%s" PART_END, self->local);
     if (length < 0 || (size_t)length >= sizeof self->part) {
         return message_set(message, ERROR_ARGUMENT, "local file name too long");
     }
-    // Non-blocking, as it may be something other than a file, which is only inspected.
-    self->fd =
-        open(self->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0644);
+    if (stat(self->local, &about) == 0 && !S_ISREG(about.st_mode)) {
+        return message_set(
+            message, ERROR_ARGUMENT, "%s: exists and is not a file (%s)", self->local,
+            S_ISDIR(about.st_mode) ? "it is a directory: give a name in it" : "give another name");
+    }
+    self->fd = open(self->part, flags, 0644);
     if (self->fd < 0) {
         return message_set(message, ERROR_IO, "%s: %s", self->part, strerror(errno));
     }
@@ -195,63 +160,191 @@ static int open_part(struct fetch *self, struct message *message) {
 
 /// Gives the complete file its name, durably: after a power loss there is no name without its
 /// contents, and once success was reported both exist.
-static int give_name(const struct fetch *self, struct message *message) {
+static int give_name(const struct transfer *self, struct message *message) {
     return atomic_file_rename(AT_FDCWD, self->fd, self->part, self->local)
                ? 0
-               : message_set(message, ERROR_IO, "%s: %s", self->local, strerror(errno));
+               : report_errno(self->local, message);
 }
 
-/// Starts a fetch; the caller frees it. NULL with `message`: out of memory.
-static struct fetch *begin(struct remote *remote, const char *name, const char *local,
-                           struct message *message) {
-    struct fetch *self = malloc(sizeof *self);
-    if (self == NULL) {
-        message_set(message, ERROR_MEMORY, "out of memory");
-        return NULL;
-    }
-    self->remote = remote;
-    self->name = name;
-    self->local = local;
+/// Fetches `self->name`. `existing`: keep a local file if it is the same, and replace no other.
+static int fetch(struct transfer *self, bool existing, struct message *message) {
     self->fd = -1;
-    return self;
-}
-
-int remote_fetch_compare(struct remote *remote, const char *name, const char *local, bool *same,
-                         struct message *message) {
-    struct fetch *self = begin(remote, name, local, message);
-    if (self == NULL) {
-        return ERROR_MEMORY;
-    }
-    int error = look_at_local(local, message);
-    error = error != 0 ? error : describe(self, message);
-    if (error == 0) {
-        self->fd = open(local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-        *same = self->fd >= 0 && is_right(self);
-        error =
-            self->fd >= 0 ? 0 : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
-    }
-    if (error == 0) {
-        close(self->fd);
-    }
-    free(self);
-    return error;
-}
-
-int remote_fetch(struct remote *remote, const char *name, const char *local, uint64_t *bytes,
-                 struct message *message) {
-    struct fetch *self = begin(remote, name, local, message);
-    if (self == NULL) {
-        return ERROR_MEMORY;
-    }
     int error = describe(self, message);
-    error = error != 0 ? error : look_at_local(local, message);
+    if (error == 0 && existing) {
+        self->fd = open(self->local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        if (self->fd >= 0) {
+            const int parent = (int)(strrchr(self->local, '/') - self->local);
+            error = is_right(self) ? 0
+                                   : message_set(message, ERROR_ARGUMENT,
+                                                 "%s: exists with other contents (give another "
+                                                 "name than %.*s)",
+                                                 self->local, parent, self->local);
+            close(self->fd);
+            return error;
+        }
+    }
     error = error != 0 ? error : open_part(self, message);
     error = error != 0 ? error : fetch_into_part(self, message);
     error = error != 0 ? error : give_name(self, message);
     if (self->fd >= 0) {
         close(self->fd);
     }
-    *bytes = error == 0 ? self->size : 0;
+    return error;
+}
+
+// ---- fetch of a directory
+
+/// The names of a directory's files, sorted.
+struct listing {
+    char (*names)[NAME_BYTES];
+    size_t count;
+};
+
+static int add_file(struct listing *list, const char *directory, const struct cJSON *entry,
+                    struct message *message) {
+    enum { GROWTH = 256 };
+    char name[NAME_BYTES];
+    if (json_member_text(entry, "directory", name, sizeof name)) {
+        return message_set(message, ERROR_UNSUPPORTED,
+                           "%s: contains the directory %s (fetch it, and files, by name)",
+                           directory, name);
+    }
+    // No name from the instrument may lead out of the local directory.
+    if (!json_member_text(entry, "file", name, sizeof name) || name[0] == '\0' || name[0] == '.' ||
+        strchr(name, '/') != NULL ||
+        (list->count > 0 && strcmp(name, list->names[list->count - 1]) <= 0)) {
+        return invalid(message);
+    }
+    if (list->count % GROWTH == 0) {
+        void *more = realloc(list->names, (list->count + GROWTH) * sizeof *list->names);
+        if (more == NULL) {
+            return message_set(message, ERROR_MEMORY, "out of memory");
+        }
+        list->names = more;
+    }
+    memcpy(list->names[list->count++], name, sizeof name);
+    return 0;
+}
+
+/// Lists all files, as many at a time as vergenced returns.
+static int list_files(struct remote *remote, const char *directory, struct listing *list,
+                      struct message *message) {
+    for (bool more = true; more;) {
+        const struct cJSON *result = NULL, *entry = NULL;
+        const size_t before = list->count;
+        char after[REMOTE_REQUEST_BYTES] = "";
+        if (before > 0 && !remote_quote(list->names[before - 1], after)) {
+            return invalid(message);
+        }
+        int error = remote_call_about(remote, "files", directory, &result, message, "%s%s",
+                                      before > 0 ? " after=" : "", after);
+        cJSON_ArrayForEach(entry, cJSON_GetObjectItemCaseSensitive(result, "files")) {
+            error = error != 0 ? error : add_file(list, directory, entry, message);
+        }
+        if (error != 0) {
+            return error;
+        }
+        more = cJSON_HasObjectItem(result, "more") && list->count > before;
+    }
+    return 0;
+}
+
+/// Whether the directory has, or will have, a file of this name.
+static bool is_listed(const struct listing *list, const char *name) {
+    for (size_t i = 0; i < list->count; i++) {
+        const size_t length = strlen(list->names[i]);
+        if (strncmp(name, list->names[i], length) == 0 &&
+            (name[length] == '\0' || strcmp(name + length, PART_END) == 0)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Creates the local directory, or accepts one that contains nothing else.
+static int make_directory(const struct listing *list, const char *local, struct message *message) {
+    if (mkdir(local, 0777) == 0) {
+        return 0;
+    }
+    DIR *directory = errno == EEXIST ? opendir(local) : NULL;
+    if (directory == NULL) {
+        return errno == ENOTDIR ? message_set(message, ERROR_ARGUMENT,
+                                              "%s: exists and is not a directory (give another "
+                                              "name)",
+                                              local)
+                                : message_set(message, ERROR_IO, "%s: %s", local, strerror(errno));
+    }
+    int error = 0;
+    for (const struct dirent *entry = readdir(directory); entry != NULL && error == 0;
+         entry = readdir(directory)) {
+        const bool dots = strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0;
+        if (!dots && !is_listed(list, entry->d_name)) {
+            error = message_set(message, ERROR_ARGUMENT,
+                                "%s/%s: exists and is not part of it (give another name than %s)",
+                                local, entry->d_name, local);
+        }
+    }
+    closedir(directory);
+    return error;
+}
+
+/// Fetches all files of `self->name`, one after the other.
+static int fetch_directory(struct transfer *self, struct remote_written *written,
+                           struct message *message) {
+    char name[PATH_BYTES], local[PATH_BYTES];
+    const char *const there = self->name, *const here = self->local;
+    struct listing list = {NULL, 0};
+    int error = list_files(self->remote, there, &list, message);
+    error = error != 0 ? error : make_directory(&list, here, message);
+    self->name = name;
+    self->local = local;
+    for (size_t i = 0; i < list.count && error == 0; i++) {
+        const int length = snprintf(local, sizeof local, "%s/%s", here, list.names[i]);
+        snprintf(name, sizeof name, "%s/%s", there, list.names[i]);
+        error = length > 0 && (size_t)length < sizeof local
+                    ? fetch(self, true, message)
+                    : message_set(message, ERROR_ARGUMENT, "%s: name too long", here);
+        written->bytes += self->size;
+    }
+    written->directory = true;
+    written->files = list.count;
+    free(list.names);
+    return error;
+}
+
+/// Whether the instrument has a directory of this name.
+static bool is_directory(struct remote *remote, const char *name) {
+    const struct cJSON *result = NULL;
+    struct message ignored;
+    return remote_call_about(remote, "files", name, &result, &ignored, "%s", "") == 0;
+}
+
+int remote_fetch(struct remote *remote, const char *name, const char *local,
+                 struct remote_written *written, struct message *message) {
+    // Completion leaves a slash after a directory.
+    char plain[PATH_BYTES];
+    size_t length = strlen(name);
+    while (length > 1 && name[length - 1] == '/') {
+        length--;
+    }
+    snprintf(plain, sizeof plain, "%.*s", (int)length, name);
+    const char *slash = strrchr(plain, '/');
+    const char *base = slash != NULL ? slash + 1 : plain;
+    *written = (struct remote_written){.bytes = 0};
+    snprintf(written->name, sizeof written->name, "%s", local != NULL ? local : base);
+    struct transfer *self = malloc(sizeof *self);
+    if (self == NULL) {
+        return message_set(message, ERROR_MEMORY, "out of memory");
+    }
+    self->remote = remote;
+    self->name = plain;
+    self->local = written->name;
+    self->size = 0;
+    int error = fetch(self, false, message);
+    written->bytes = error == 0 ? self->size : 0;
+    if (error == ERROR_REFUSED && is_directory(remote, plain)) {
+        error = fetch_directory(self, written, message);
+    }
     free(self);
     return error;
 }

@@ -1,111 +1,195 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that move whole files, which the client carries out itself.
+// Commands that move whole files, which the client carries out itself: fetch, send, snapshot. A
+// file that was moved in part is continued.
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "console/command.h"
-#include "console/command_words.h"
+#include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/base64.h"
+#include "daemon/base/message.h"
 #include "daemon/client/remote.h"
+#include "daemon/files/file_io.h"
 
-/// The local name of a file without its directories.
-static const char *base_name(const char *name) {
-    const char *slash = strrchr(name, '/');
-    return slash != NULL ? slash + 1 : name;
+enum {
+    BLOCK_SENT = 288,  // commands are limited to 512 characters
+    SEND_TRIES = 2,
+    NAME_BYTES = 256,
+    SNAPSHOTS_MAX = 1000
+};
+
+/// A file being sent.
+struct sending {
+    struct remote *remote;
+    const char *name;   // on the instrument
+    const char *local;  // here
+    int fd;
+    uint64_t size;
+    uint32_t crc;
+    uint64_t have;  // bytes that the instrument has
+    bool whole;     // it has all of them
+};
+
+static int invalid(struct message *message) {
+    return message_set(message, ERROR_VERSION, "invalid answer from vergenced");
 }
 
-/// A name without trailing slashes, which completion leaves after a directory.
-static const char *without_end(const char *name, char *text) {
-    size_t length = strlen(name);
-    while (length > 1 && name[length - 1] == '/') {
-        length--;
-    }
-    memcpy(text, name, length);
-    text[length] = '\0';
-    return text;
+static int report_errno(const char *path, struct message *message) {
+    return message_set(message, file_error(errno), "%s: %s", path, strerror(errno));
 }
 
-/// Whether the instrument has a directory of this name.
-static bool is_directory(struct remote *self, const char *name) {
-    char command[REMOTE_REQUEST_BYTES];
+/// Sends a line about the file and reads how much of it the instrument has.
+static int announce(struct sending *self, const char *block, struct message *message) {
     const struct cJSON *result = NULL;
-    struct message ignored;
-    return remote_files_command(name, NULL, command) &&
-           remote_call(self, command, &result, &ignored) == 0;
+    char whole[8] = "";
+    int64_t have = -1;
+    const int error =
+        remote_call_about(self->remote, "send", self->name, &result, message,
+                          " %" PRIu64 " %08" PRIX32 "%s", self->size, self->crc, block);
+    if (error != 0) {
+        return error;
+    }
+    if (!json_member_integer(result, "have", &have) || have < 0 || (uint64_t)have > self->size ||
+        !json_member_text(result, "whole", whole, sizeof whole)) {
+        return invalid(message);
+    }
+    self->have = (uint64_t)have;
+    self->whole = strcmp(whole, "yes") == 0;
+    return 0;
 }
 
-/// Carries out "fetch" or "send"; `other` is the second name.
-static int move_file(struct remote *self, bool fetch, const char *name, const char *other,
-                     remote_show *show, void *cookie, struct message *message) {
-    struct remote_written written = {.name = other};
-    int error = fetch ? remote_fetch(self, name, other, &written.bytes, message)
-                      : remote_send(self, name, other, &written.bytes, message);
-    if (fetch && error == ERROR_REFUSED && is_directory(self, name)) {
-        error = remote_fetch_directory(self, name, other, &written, message);
+static int send_block(struct sending *self, struct message *message) {
+    uint8_t data[BLOCK_SENT];
+    char text[BASE64_TEXT_BYTES(BLOCK_SENT)];
+    char block[sizeof text + 64];
+    const uint64_t offset = self->have;
+    const ssize_t bytes = pread(self->fd, data, sizeof data, (off_t)offset);
+    if (bytes <= 0) {
+        return message_set(message, ERROR_IO, "%s: %s", self->local,
+                           bytes == 0 ? "changed during the transfer" : strerror(errno));
     }
-    if (error == 0) {
-        remote_show_written(self, show, cookie, &written);
+    base64_encode(data, (size_t)bytes, text);
+    snprintf(block, sizeof block, " offset=%" PRIu64 " block-crc=%08" PRIX32 " data=%s", offset,
+             crc_update(0, data, (size_t)bytes), text);
+    const int error = announce(self, block, message);
+    return error == 0 && !self->whole && self->have <= offset ? invalid(message) : error;
+}
+
+/// Sends the file `local` as `name`; NULL: under its own name.
+static int send_file(struct remote *remote, const char *local, const char *name,
+                     struct remote_written *written, struct message *message) {
+    const char *slash = strrchr(local, '/');
+    struct sending self = {.remote = remote,
+                           .local = local,
+                           .name = name != NULL    ? name
+                                   : slash != NULL ? slash + 1
+                                                   : local};
+    struct stat about;
+    self.fd = open(local, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (self.fd < 0) {
+        return report_errno(local, message);
     }
+    int error = fstat(self.fd, &about) != 0 || !S_ISREG(about.st_mode)
+                    ? message_set(message, ERROR_ARGUMENT, "%s: not a file", local)
+                : remote_sum_file(self.fd, &self.size, &self.crc) ? 0
+                                                                  : report_errno(local, message);
+    bool again = error == 0;
+    // Data of an earlier attempt may be damaged: the instrument reports that at the end and
+    // discards it.
+    for (int i = 0; i < SEND_TRIES && again; i++) {
+        error = announce(&self, "", message);
+        const bool resumed = error != 0 || self.have > 0;
+        while (error == 0 && !self.whole) {
+            error = send_block(&self, message);
+            remote_progress(remote, local, self.have, self.size);
+        }
+        remote_progress(remote, "", 0, 0);
+        again = error == ERROR_REFUSED && resumed;
+    }
+    INVARIANT(error != 0 || self.whole);
+    close(self.fd);
+    snprintf(written->name, sizeof written->name, "%s", self.name);
+    written->bytes = self.size;
     return error;
 }
 
-/// What a line does with whole files.
-enum transfer { NO_TRANSFER, FETCH, SEND, SNAPSHOT };
-
-static enum transfer transfer_of(const struct command_words *words) {
-    static const struct command_parser parser = {.dashes = ""};
-    const char *const *word = words->word;
-    const size_t count = words->count;
-    if (count > 0 && strcmp(word[0], "snapshot") == 0) {
-        return SNAPSHOT;
-    }
-    if (count < 2 || count > 3) {
-        return NO_TRANSFER;
-    }
-    if (strcmp(word[0], "send") == 0) {
-        return SEND;
-    }
-    // "fetch NAME offset=0" is for the instrument.
-    const bool block =
-        count == 3 && (words->quoted >> 2 & 1) == 0 && command_is_option(&parser, word[2]);
-    return !block && strcmp(word[0], "fetch") == 0 ? FETCH : NO_TRANSFER;
+/// Whether it is a name as the instrument chooses it: no other file may be fetched or written.
+static bool is_of_snapshot(const char *name) {
+    static const char begin[] = "snapshot-", end[] = ".png";
+    const size_t length = strlen(name);
+    return length > sizeof begin + sizeof end - 2 && strncmp(name, begin, sizeof begin - 1) == 0 &&
+           strcmp(name + length - (sizeof end - 1), end) == 0 &&
+           name[strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789-.")] == '\0';
 }
 
-/// Shows an error as an answer in JSON.
-static void show_failure(struct remote *self, remote_show *show, void *cookie, int error,
-                         const struct message *message) {
-    if (error == ERROR_REFUSED && self->refused) {
-        char rejection[MESSAGE_BYTES + 8];
-        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
-        remote_show_rejection(self, show, cookie, rejection);
-    } else if (error < 0) {
-        remote_show_error(self, show, cookie, error, message->text);
+/// Runs the line and fetches its image under the same name, or with a number appended if that
+/// exists: an instrument without a valid clock repeats names.
+static int snapshot(struct remote *self, const char *line, struct remote_written *written,
+                    struct message *message) {
+    const struct cJSON *result = NULL;
+    char name[NAME_BYTES] = "";
+    struct stat about;
+    const int error = remote_call(self, line, &result, message);
+    if (error != 0) {
+        return error;
     }
+    if (!json_member_text(result, "file", name, sizeof name) || !is_of_snapshot(name)) {
+        return invalid(message);
+    }
+    const int stem = (int)(strrchr(name, '.') - name);
+    char local[NAME_BYTES + 8];
+    snprintf(local, sizeof local, "%s", name);
+    for (int i = 2; i < SNAPSHOTS_MAX && lstat(local, &about) == 0; i++) {
+        snprintf(local, sizeof local, "%.*s-%d%s", stem, name, i, name + stem);
+    }
+    return remote_fetch(self, name, local, written, message);
 }
 
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message) {
+    static const struct command_parser parser = {.dashes = ""};
+    static struct remote_written written;
     char storage[COMMAND_LINE_MAX + 1];
     struct command_words words;
     const char *why = NULL;
-    const enum transfer transfer =
-        command_words_split(line, storage, &words, &why) == 0 ? transfer_of(&words) : NO_TRANSFER;
-    if (transfer == NO_TRANSFER) {
+    if (command_words_split(line, storage, &words, &why) != 0 || words.count == 0) {
         return 0;
     }
-    self->refused = false;
-    if (transfer == SNAPSHOT) {
-        *error = remote_snapshot(self, line, show, cookie, message);
-    } else {
-        char plain[COMMAND_LINE_MAX + 1];
-        const bool fetch = transfer == FETCH;
-        const char *name = fetch ? without_end(words.word[1], plain) : words.word[1];
-        const char *other = words.count == 3 ? words.word[2] : base_name(name);
-        *error = move_file(self, fetch, name, other, show, cookie, message);
+    const bool image = strcmp(words.word[0], "snapshot") == 0;
+    const bool sends = strcmp(words.word[0], "send") == 0;
+    // "fetch NAME offset=0" is for the instrument.
+    const bool block = words.count == 3 && (words.quoted >> 2 & 1) == 0 &&
+                       command_is_option(&parser, words.word[2]);
+    const bool file = (sends || strcmp(words.word[0], "fetch") == 0) && words.count > 1 &&
+                      words.count < 4 && !block;
+    if (!image && !file) {
+        return 0;
     }
-    if (self->json) {
-        show_failure(self, show, cookie, *error, message);
+    const char *const other = words.count == 3 ? words.word[2] : NULL;
+    self->refused = false;
+    written = (struct remote_written){.bytes = 0};
+    *error = image   ? snapshot(self, line, &written, message)
+             : sends ? send_file(self, words.word[1], other, &written, message)
+                     : remote_fetch(self, words.word[1], other, &written, message);
+    if (*error == 0) {
+        remote_show_written(self, show, cookie, &written);
+    } else if (*error == ERROR_REFUSED && self->refused && (self->json || image)) {
+        char rejection[MESSAGE_BYTES + 8];
+        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
+        remote_show_rejection(self, show, cookie, rejection);
+        *error = image && !self->json ? 1 : *error;
+    } else if (self->json) {
+        remote_show_error(self, show, cookie, *error, message->text);
     }
     return 1;
 }

@@ -248,7 +248,7 @@ class Remote(DaemonTest):
                 if words:
                     answer = json.loads(done.stdout)
                     self.assertEqual((answer["ok"], answer["error"], answer["message"]),
-                                     (False, "IO", why))
+                                     (False, "FULL", why))
                     self.assertEqual(done.stderr, "")
                 else:
                     self.assertEqual((done.stdout, done.stderr), ("", f"vergence: {why}\n"))

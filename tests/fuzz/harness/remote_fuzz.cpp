@@ -102,8 +102,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     if (!sent) {
         error = 1;  // more than fits between the two
     } else if (fetch) {
-        std::uint64_t bytes = 0;
-        error = remote_fetch(&self, "f", local.c_str(), &bytes, &message_out);
+        static remote_written written;
+        error = remote_fetch(&self, "f", local.c_str(), &written, &message_out);
     } else if ((data[0] & kAsk) != 0) {
         error = remote_ask(&self, "status", nothing, nullptr, &message_out);
     } else {
