@@ -13,7 +13,6 @@ module motion_channel_properties (
   input wire        enable_i,
   input wire        stopped_i,       // the watchdog lets no pulse begin
   input wire        held_i,          // ... no width change
-  input wire        may_load_i,
   input wire        load_i,
   input wire [15:0] next_q4_i,
   input wire        servo_i,
@@ -33,7 +32,7 @@ module motion_channel_properties (
     next <= next_q4_i;
     begins <= frame_i && enable_i && !stopped_i;
     held <= held_i;
-    load <= load_i;
+    load <= load_i && active_i && !held_i;
     servo <= servo_i;
     if (tell_i) begin
       a_limits: assert (actual_i >= LOWEST_Q4 && actual_i <= HIGHEST_Q4);
@@ -48,8 +47,8 @@ module motion_channel_properties (
         a_held: assert (!held || actual_i == actual);
       end
       // Assumptions of the proof of servo_pwm.
-      a_load: assert (!load_i || ((may_load_i || next_q4_i == actual_i) &&
-                                  next_q4_i >= LOWEST_Q4 && next_q4_i <= HIGHEST_Q4));
+      a_load: assert (!load_i || (now_i != 15'd0 && now_i < 15'd512));
+      a_next: assert (next_q4_i >= LOWEST_Q4 && next_q4_i <= HIGHEST_Q4);
       a_finished: assert (!finished_i || servo_i);
       // Helps the induction.
       a_inside: assert (!servo_i || ticks_i < whole || (ticks_i == whole &&

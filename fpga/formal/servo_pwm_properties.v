@@ -18,7 +18,6 @@ module servo_pwm_properties (
   input wire        active_o,
   input wire [15:0] actual_i,
   input wire        finished_o,
-  input wire        may_load_i,
   input wire        whole_past_i
 );
   reg        begun = 1'b0;
@@ -47,9 +46,8 @@ module servo_pwm_properties (
       assume (early_i == (now != 15'd0 && now < 15'd4096));
       assume (!early_i || phase_us_i == now[11:0]);
       assume (reset || sub_clock_i == sub);
-      // After reset servo_width stores the centre at any time, which is there already.
-      assume (!load_i || ((may_load_i || next_q4_i == actual_i) && next_q4_i >= 16'd9600 &&
-                          next_q4_i <= 16'd38400));
+      assume (!load_i || (now != 15'd0 && now < 15'd512));
+      assume (!load_i || (next_q4_i >= 16'd9600 && next_q4_i <= 16'd38400));
     end
   end
 
@@ -64,7 +62,7 @@ module servo_pwm_properties (
     frame <= frame_i;
     send <= enable_i && !off_i;
     servo <= servo_o;
-    load <= load_i;
+    load <= load_i && active_o;
     actual <= actual_i;
     next_q4 <= next_q4_i;
     finished <= finished_o;
@@ -86,7 +84,6 @@ module servo_pwm_properties (
       end
       a_high_inside: assert (!servo_o || ticks < whole ||
                              (ticks == whole && clocks < fraction && !long_us));
-      a_may_load: assert (!may_load_i || (active_o && now != 15'd0 && now < 15'd512));
       a_only_when_active: assert (!servo_o || active_o);
       c_pulse: cover (servo_o && now == 15'd2);
       c_load: cover (load_i && next_q4_i == 16'd9601);

@@ -6,22 +6,22 @@
   (* anyconst *) wire [7:0] f_any;
   reg [7:0] f_index;
   wire [15:0] f_word =
-    f_any == 8'h04 ? memory[6] :
-    f_any == 8'h07 ? memory[15] :
+    f_any == 8'h04 ? {scratch_o} :
+    f_any == 8'h07 ? {1'd0, servo_period_us_o} :
     f_any == 8'h08 ? {7'd0, ctrl_stream_enable_o, 6'd0, ctrl_servo1_enable_o, ctrl_servo0_enable_o} :
     f_any == 8'h0B ? {8'd0, irq_enable_o} :
     f_any == 8'h0E ? {wdg_ms_o} :
     f_any == 8'h0F ? {14'd0, wdg_action_o} :
-    f_any == 8'h10 ? memory[0] :
-    f_any == 8'h12 ? memory[2] :
-    f_any == 8'h13 ? memory[3] :
-    f_any == 8'h14 ? memory[4] :
-    f_any == 8'h15 ? memory[5] :
-    f_any == 8'h18 ? memory[8] :
-    f_any == 8'h1A ? memory[10] :
-    f_any == 8'h1B ? memory[11] :
-    f_any == 8'h1C ? memory[12] :
-    f_any == 8'h1D ? memory[13] :
+    f_any == 8'h10 ? {servo0_target_q4_o} :
+    f_any == 8'h12 ? {1'd0, servo0_min_q4_o} :
+    f_any == 8'h13 ? {servo0_max_q4_o} :
+    f_any == 8'h14 ? {servo0_safe_q4_o} :
+    f_any == 8'h15 ? {5'd0, servo0_slew_q4_o} :
+    f_any == 8'h18 ? {servo1_target_q4_o} :
+    f_any == 8'h1A ? {1'd0, servo1_min_q4_o} :
+    f_any == 8'h1B ? {servo1_max_q4_o} :
+    f_any == 8'h1C ? {servo1_safe_q4_o} :
+    f_any == 8'h1D ? {5'd0, servo1_slew_q4_o} :
     f_any == 8'h20 ? {cam_select_frames_each_o, cam_select_alternating_o, 6'd0, cam_select_source_o} :
     f_any == 8'h22 ? {8'd0, switch_timeout_ms_o} :
     f_any == 8'h23 ? {7'd0, ppi_mode_tag_o, 2'd0, ppi_mode_edge1_o, ppi_mode_edge0_o, 3'd0, ppi_mode_sync_shape_o} :
@@ -215,10 +215,10 @@
     f_any == 8'h55 ? 16'h0003 :
     16'h0000;
   wire f_clear =
-    f_any == 8'h51 ? (counter_clear_o && counter_place_o == 4'd1) :
-    f_any == 8'h52 ? (counter_clear_o && counter_place_o == 4'd2) :
-    f_any == 8'h53 ? (counter_clear_o && counter_place_o == 4'd3) :
-    f_any == 8'h54 ? (counter_clear_o && counter_place_o == 4'd4) :
+    f_any == 8'h51 ? i2c_timeouts_clear_o :
+    f_any == 8'h52 ? i2c_protocol_errors_clear_o :
+    f_any == 8'h53 ? branch_errors_clear_o :
+    f_any == 8'h54 ? spikes_clear_o :
     1'b0;
   wire f_clearable =
     f_any == 8'h51 ? 1'b1 :
@@ -231,8 +231,8 @@
     f_any == 8'h01 ? {8'd1, 8'd0} :
     f_any == 8'h02 ? {build_i} :
     f_any == 8'h03 ? {10'd0, caps_tag_i, caps_alternating_i, caps_trigger_i, caps_pattern_i, caps_router_i, caps_camera1_i} :
-    f_any == 8'h04 ? memory[6] :
-    f_any == 8'h07 ? memory[15] :
+    f_any == 8'h04 ? {scratch_o} :
+    f_any == 8'h07 ? {1'd0, servo_period_us_o} :
     f_any == 8'h08 ? {7'd0, ctrl_stream_enable_o, 6'd0, ctrl_servo1_enable_o, ctrl_servo0_enable_o} :
     f_any == 8'h09 ? {9'd0, status_irq_line_i, status_switching_i, status_camera1_lost_i, status_camera0_lost_i, status_watchdog_fired_i, status_servo1_active_i, status_servo0_active_i} :
     f_any == 8'h0A ? {8'd0, irq_status_i[7], irq_status_i[6], irq_status_i[5], irq_status_i[4], irq_status_i[3], irq_status_i[2], irq_status_i[1], irq_status_i[0]} :
@@ -240,20 +240,20 @@
     f_any == 8'h0D ? {15'd0, unlock_o} :
     f_any == 8'h0E ? {wdg_ms_o} :
     f_any == 8'h0F ? {14'd0, wdg_action_o} | {7'd0, wdg_fired_i, 8'd0} :
-    f_any == 8'h10 ? memory[0] :
-    f_any == 8'h11 ? memory[1] :
-    f_any == 8'h12 ? memory[2] :
-    f_any == 8'h13 ? memory[3] :
-    f_any == 8'h14 ? memory[4] :
-    f_any == 8'h15 ? memory[5] :
-    f_any == 8'h16 ? {8'd0, counter_i} :
-    f_any == 8'h18 ? memory[8] :
-    f_any == 8'h19 ? memory[9] :
-    f_any == 8'h1A ? memory[10] :
-    f_any == 8'h1B ? memory[11] :
-    f_any == 8'h1C ? memory[12] :
-    f_any == 8'h1D ? memory[13] :
-    f_any == 8'h1E ? {8'd0, counter_i} :
+    f_any == 8'h10 ? {servo0_target_q4_o} :
+    f_any == 8'h11 ? {servo0_actual_q4_i} :
+    f_any == 8'h12 ? {1'd0, servo0_min_q4_o} :
+    f_any == 8'h13 ? {servo0_max_q4_o} :
+    f_any == 8'h14 ? {servo0_safe_q4_o} :
+    f_any == 8'h15 ? {5'd0, servo0_slew_q4_o} :
+    f_any == 8'h16 ? {8'd0, servo0_frames_i} :
+    f_any == 8'h18 ? {servo1_target_q4_o} :
+    f_any == 8'h19 ? {servo1_actual_q4_i} :
+    f_any == 8'h1A ? {1'd0, servo1_min_q4_o} :
+    f_any == 8'h1B ? {servo1_max_q4_o} :
+    f_any == 8'h1C ? {servo1_safe_q4_o} :
+    f_any == 8'h1D ? {5'd0, servo1_slew_q4_o} :
+    f_any == 8'h1E ? {8'd0, servo1_frames_i} :
     f_any == 8'h20 ? {cam_select_frames_each_o, cam_select_alternating_o, 6'd0, cam_select_source_o} :
     f_any == 8'h21 ? {9'd0, cam_state_forced_i, cam_state_switching_i, cam_state_gate_open_i, 2'd0, cam_state_active_i} :
     f_any == 8'h22 ? {8'd0, switch_timeout_ms_o} :
@@ -271,36 +271,36 @@
     f_any == 8'h32 ? {4'd0, camera0_pixels_i} :
     f_any == 8'h33 ? {camera0_period_10us_i} :
     f_any == 8'h34 ? {camera0_pixclk_khz_i} :
-    f_any == 8'h35 ? {8'd0, counter_i} :
-    f_any == 8'h36 ? {8'd0, counter_i} :
+    f_any == 8'h35 ? {8'd0, camera0_short_lines_i} :
+    f_any == 8'h36 ? {8'd0, camera0_short_frames_i} :
     f_any == 8'h37 ? {11'd0, camera0_flags_cut_i, camera0_flags_short_frame_i, camera0_flags_short_line_i, camera0_flags_frame_valid_i, camera0_flags_lost_i} :
     f_any == 8'h38 ? {camera1_frames_i} :
     f_any == 8'h39 ? {4'd0, camera1_lines_i} :
     f_any == 8'h3A ? {4'd0, camera1_pixels_i} :
     f_any == 8'h3B ? {camera1_period_10us_i} :
     f_any == 8'h3C ? {camera1_pixclk_khz_i} :
-    f_any == 8'h3D ? {8'd0, counter_i} :
-    f_any == 8'h3E ? {8'd0, counter_i} :
+    f_any == 8'h3D ? {8'd0, camera1_short_lines_i} :
+    f_any == 8'h3E ? {8'd0, camera1_short_frames_i} :
     f_any == 8'h3F ? {11'd0, camera1_flags_cut_i, camera1_flags_short_frame_i, camera1_flags_short_line_i, camera1_flags_frame_valid_i, camera1_flags_lost_i} :
     f_any == 8'h40 ? {7'd0, trigger_ctrl_busy_i, 8'd0} :
     f_any == 8'h41 ? {trigger_delay_us_o} :
     f_any == 8'h42 ? {trigger_width_us_o} :
     f_any == 8'h44 ? {skew_us_i} :
-    f_any == 8'h45 ? frame_time_i[31:16] :
+    f_any == 8'h45 ? frame_time_us_i[31:16] :
     f_any == 8'h46 ? low_word :
     f_any == 8'h48 ? {8'd0, sensor_extclk_o, sensor_oe_o, sensor_standby_o, sensor_reset_n_o} :
-    f_any == 8'h4A ? time_i[31:16] :
+    f_any == 8'h4A ? time_us_i[31:16] :
     f_any == 8'h4B ? low_word :
     f_any == 8'h50 ? {7'd0, i2c_diag_clear_busy_i, 2'd0, i2c_diag_branch_sda_i, i2c_diag_branch_scl_i, i2c_diag_sda_i, i2c_diag_scl_i} :
-    f_any == 8'h51 ? {8'd0, counter_i} :
-    f_any == 8'h52 ? {8'd0, counter_i} :
-    f_any == 8'h53 ? {8'd0, counter_i} :
-    f_any == 8'h54 ? {8'd0, counter_i} :
+    f_any == 8'h51 ? {8'd0, i2c_timeouts_i} :
+    f_any == 8'h52 ? {8'd0, i2c_protocol_errors_i} :
+    f_any == 8'h53 ? {8'd0, branch_errors_i} :
+    f_any == 8'h54 ? {8'd0, spikes_i} :
     f_any == 8'h56 ? {13'd0, branch_ctrl_bypass_o, branch_ctrl_router_enable_o} :
     16'd0;
   wire [31:0] f_pair =
-    f_any == 8'h45 ? frame_time_i :
-    f_any == 8'h4A ? time_i :
+    f_any == 8'h45 ? frame_time_us_i :
+    f_any == 8'h4A ? time_us_i :
     32'd0;
   wire f_is_high =
     f_any == 8'h45 ? 1'b1 :
@@ -462,64 +462,6 @@
     index_i == 8'h55 ? 1'b1 :
     index_i == 8'h56 ? 1'b1 :
     1'b0;
-  wire f_counted =
-    f_any == 8'h16 ? 1'b1 :
-    f_any == 8'h1E ? 1'b1 :
-    f_any == 8'h35 ? 1'b1 :
-    f_any == 8'h36 ? 1'b1 :
-    f_any == 8'h3D ? 1'b1 :
-    f_any == 8'h3E ? 1'b1 :
-    f_any == 8'h51 ? 1'b1 :
-    f_any == 8'h52 ? 1'b1 :
-    f_any == 8'h53 ? 1'b1 :
-    f_any == 8'h54 ? 1'b1 :
-    1'b0;
-  wire [3:0] f_counter =
-    f_any == 8'h16 ? 4'd7 :
-    f_any == 8'h1E ? 4'd15 :
-    f_any == 8'h35 ? 4'd5 :
-    f_any == 8'h36 ? 4'd6 :
-    f_any == 8'h3D ? 4'd13 :
-    f_any == 8'h3E ? 4'd14 :
-    f_any == 8'h51 ? 4'd1 :
-    f_any == 8'h52 ? 4'd2 :
-    f_any == 8'h53 ? 4'd3 :
-    f_any == 8'h54 ? 4'd4 :
-    4'd0;
-  wire f_in_memory =
-    f_any == 8'h04 ? 1'b1 :
-    f_any == 8'h07 ? 1'b1 :
-    f_any == 8'h10 ? 1'b1 :
-    f_any == 8'h11 ? 1'b1 :
-    f_any == 8'h12 ? 1'b1 :
-    f_any == 8'h13 ? 1'b1 :
-    f_any == 8'h14 ? 1'b1 :
-    f_any == 8'h15 ? 1'b1 :
-    f_any == 8'h18 ? 1'b1 :
-    f_any == 8'h19 ? 1'b1 :
-    f_any == 8'h1A ? 1'b1 :
-    f_any == 8'h1B ? 1'b1 :
-    f_any == 8'h1C ? 1'b1 :
-    f_any == 8'h1D ? 1'b1 :
-    1'b0;
-  wire [3:0] f_place =
-    f_any == 8'h04 ? 4'd6 :
-    f_any == 8'h07 ? 4'd15 :
-    f_any == 8'h11 ? 4'd1 :
-    f_any == 8'h12 ? 4'd2 :
-    f_any == 8'h13 ? 4'd3 :
-    f_any == 8'h14 ? 4'd4 :
-    f_any == 8'h15 ? 4'd5 :
-    f_any == 8'h18 ? 4'd8 :
-    f_any == 8'h19 ? 4'd9 :
-    f_any == 8'h1A ? 4'd10 :
-    f_any == 8'h1B ? 4'd11 :
-    f_any == 8'h1C ? 4'd12 :
-    f_any == 8'h1D ? 4'd13 :
-    4'd0;
-  reg [4:0] f_fill;           // a clock before
-  wire [15:0] f_memory_word = memory[f_place];
-  wire f_unfilled = f_in_memory && f_fill <= {1'b0, f_place ^ 4'd1};
   reg f_allowed_due, f_known_due;
   wire [1:0] f_first =
     f_index == 8'h30 ? 2'd1 :
@@ -553,36 +495,22 @@
   reg [15:0] f_word_before, f_reference_before, f_read_before, f_low_before;
   reg [31:0] f_pair_before;
   reg [1:0] f_hold_before;
-  reg f_filling, f_filling2, f_taken, f_taken2, f_asked;
-  reg [15:0] f_memory_data;
   wire [1:0] f_hold = {camera1_hold_o, camera0_hold_o};
 
   // What i2c_target promises and is proved there.
   always @(posedge clk_i) begin
     if (!f_begun) assume (rst_i);
-    assume (f_stored == 16'd0 || !f_in_memory || {1'b0, f_place ^ 4'd1} >= FILL_FROM);
     if (write_strobe_i) begin
       assume (f_allowed && f_steady == 2'd2 && index_i == f_index && write_data_i == f_data);
     end
     if (write_strobe_i || read_strobe_i) begin
       assume (!(write_strobe_i && read_strobe_i));
-      assume ((!f_filling && !filling_o) || !in_memory);  // a byte of I2C takes longer
       assume (f_writes[1:0] == 2'd0 && f_reads[1:0] == 2'd0);
     end
     if (read_strobe_i) assume (reading_i);
     if (f_writes[1:0] != 2'd0 || f_reads[1:0] != 2'd0) assume (index_i == f_index);
     if (f_writes[1:0] != 2'd0) assume (write_data_i == f_data);
-    // What servo_width promises.
-    if (memory_store_i) assume (memory_place_i == 4'd1 || memory_place_i == 4'd9);
-    if (f_taken) assume (memory_data_i == f_memory_data);
     f_begun <= 1'b1;
-    f_filling <= filling_o && !rst_i;
-    f_filling2 <= f_filling && !rst_i;
-    f_fill <= rst_i ? FILL_FROM : fill;
-    f_taken2 <= f_taken && !rst_i;
-    f_asked <= !memory_busy_o && memory_place_i == f_place && f_in_memory && !rst_i;
-    f_taken <= memory_stored_o && memory_place_i == f_place && f_in_memory && !rst_i;
-    f_memory_data <= memory_data_i;
     f_running <= !rst_i;
     f_allowed <= write_allowed_o;
     f_unlocked <= unlock_o;
@@ -604,36 +532,16 @@
     f_known_due <= f_known;
   end
 
-  // It was written at the last edge; the memory takes one more.
-  wire f_hit = (f_in_memory ? f_writes[1] : f_writes[0]) && f_index == f_any;
+  // It was written at the last edge.
+  wire f_hit = f_writes[0] && f_index == f_any;
   always @(posedge clk_i) if (f_begun && f_running && !rst_i) begin
     // What is stored.
     a_written: assert (!f_hit || f_word == (f_data & f_stored));
-    a_kept: assert (f_hit || f_word == f_word_before || (f_in_memory && f_filling2));
-    a_locked: assert (!f_needs_unlock || f_unlocked || f_word == f_word_before
-      || (f_in_memory && f_filling2));
+    a_kept: assert (f_hit || f_word == f_word_before);
+    a_locked: assert (!f_needs_unlock || f_unlocked || f_word == f_word_before);
     a_unlock: assert (unlock_o
       == (f_writes[0] && f_index == 8'h0D ? f_data == 16'h4C4B : f_unlocked));
-    a_range: assert (f_unfilled || (f_word >= f_lowest && f_word <= f_highest));
-    a_filled: assert (f_unfilled || !(f_filling2 || f_filling || filling_o) || !f_in_memory
-      || f_word == f_reset);
-
-    a_counter: assert (!f_counted || index_i != f_any || counter_place_o == f_counter);
-
-    // What the memory is about to take, of the bus and of whatever.
-    a_choice: assert (filled || choice == {16{choice[0]}});
-    a_fill: assert (!fill[4] || fill == 5'd16);
-    a_pending: assert (!(store && !filled && !choice[0] && f_in_memory && place == f_place)
-      || (f_writes[0] && f_index == f_any && f_data >= f_lowest && f_data <= f_highest
-        && (!f_needs_unlock || unlock_o)));
-
-    // The memory's other side.
-    a_memory_word: assert (!f_asked || memory_word_o == f_memory_word);
-    a_memory_busy: assert (memory_busy_o == (filling_o || write_strobe_i || read_strobe_i));
-    a_memory_stored: assert (!f_taken2 || f_memory_word == f_memory_data);
-    a_memory_waits: assert (!memory_stored_o
-      || (memory_store_i && !memory_busy_o));
-    a_memory_ready: assert (!memory_store_i || memory_stored_o || memory_busy_o);
+    a_range: assert (f_word >= f_lowest && f_word <= f_highest);
     a_codes: assert (f_codes_named);
 
     // What a write does at once.
@@ -667,6 +575,5 @@
     c_hold: cover (f_hold != 2'd0);
   end
   always @(posedge clk_i) if (f_begun && rst_i) begin
-    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o
-      && f_hold == 2'd0);
+    a_reset: assert (f_word == f_reset && !unlock_o && f_hold == 2'd0);
   end

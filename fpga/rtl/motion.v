@@ -6,8 +6,8 @@
 // servo_o[0]  __|^^^^^|__________________|^^^^^|____
 // servo_o[1]  __|^^^^^^^^^^|_____________|^^^^^^^|__
 //
-// written_i: a register is written; the watchdog wants that now and then. word_i: the register at
-// place_o, but not while busy_i; a width that is being calculated then restarts.
+// written_i: a register is written; the watchdog wants that now and then. Both servos share
+// servo_width: it works for servo 0 in the first 32 us of a frame, and for servo 1 in the next.
 // Latency: see servo_pwm.
 
 `default_nettype none
@@ -27,12 +27,19 @@ module motion (
   output wire        watchdog_event_o,
 
   input  wire [1:0]  enable_i,
-  output wire [3:0]  place_o,
-  input  wire [15:0] word_i,
-  input  wire        busy_i,
-  output wire        store_o,
-  output wire [15:0] store_q4_o,
-  input  wire        stored_i,
+  input  wire [14:0] period_us_i,
+  input  wire [15:0] target0_q4_i,
+  input  wire [15:0] target1_q4_i,
+  input  wire [15:0] safe0_q4_i,
+  input  wire [15:0] safe1_q4_i,
+  input  wire [15:0] min0_q4_i,
+  input  wire [15:0] min1_q4_i,
+  input  wire [15:0] max0_q4_i,
+  input  wire [15:0] max1_q4_i,
+  input  wire [10:0] slew0_q4_i,
+  input  wire [10:0] slew1_q4_i,
+  output wire [15:0] actual0_q4_o,
+  output wire [15:0] actual1_q4_o,
   output wire [1:0]  servo_o,
   output wire [1:0]  active_o,
   output wire [1:0]  finished_o
@@ -40,11 +47,8 @@ module motion (
 
 `ifdef PROVE_MOTION
   wire armed;
-  wire fresh;
   wire [14:0] phase;
   wire [14:0] period;
-  wire [15:0] actual0;
-  wire [15:0] actual1;
   wire [1:0] whole_past;
 `endif
   wire hold;
@@ -70,55 +74,39 @@ module motion (
   );
 
   wire frame;
-  wire work;
   wire early;
-  wire idle;
+  wire channel;
+  wire [1:0] load;
   wire [11:0] phase_us;
   wire [4:0] sub_clock;
-  // word_i is the period when its place was asked for in the clock before, and nothing else was at
-  // work then.
-  reg period_there;
-  always @(posedge clk_i or posedge rst_i) begin
-    if (rst_i) period_there <= 1'b0;
-    else period_there <= idle && !busy_i;
-  end
-
   servo_frame frames (
     .clk_i(clk_i),
     .rst_i(rst_i),
     .tick_us_i(tick_us_i),
-    .period_us_i(word_i[14:0]),
-    .period_there_i(period_there),
+    .period_us_i(period_us_i),
 `ifdef PROVE_MOTION
     .phase_o(phase),
     .period_o(period),
 `endif
     .frame_o(frame),
-    .work_o(work),
+    .channel_o(channel),
+    .load_o(load),
     .phase_us_o(phase_us),
     .early_o(early),
     .sub_clock_o(sub_clock)
   );
 
-  wire [1:0] may_load;
-  wire [1:0] load;
+  wire [15:0] next_q4;
   servo_width widths (
     .clk_i(clk_i),
     .rst_i(rst_i),
-    .start_i(work),
-    .restart_i(busy_i),
-    .safe_i(safe),
-    .take_i(may_load & {2{!hold}}),
-`ifdef PROVE_MOTION
-    .fresh_o(fresh),
-`endif
-    .idle_o(idle),
-    .place_o(place_o),
-    .word_i(word_i),
-    .store_o(store_o),
-    .stored_i(stored_i),
-    .load_o(load),
-    .next_q4_o(store_q4_o)
+    .request_q4_i(safe ? (channel ? safe1_q4_i : safe0_q4_i)
+                       : (channel ? target1_q4_i : target0_q4_i)),
+    .min_q4_i(channel ? min1_q4_i : min0_q4_i),
+    .max_q4_i(channel ? max1_q4_i : max0_q4_i),
+    .slew_q4_i(channel ? slew1_q4_i : slew0_q4_i),
+    .actual_q4_i(channel ? actual1_q4_o : actual0_q4_o),
+    .next_q4_o(next_q4)
   );
 
   servo_pwm servo0 (
@@ -130,13 +118,12 @@ module motion (
     .sub_clock_i(sub_clock),
     .enable_i(enable_i[0]),
     .off_i(off),
-    .load_i(load[0]),
-    .next_q4_i(store_q4_o),
-    .may_load_o(may_load[0]),
+    .load_i(load[0] && !hold),
+    .next_q4_i(next_q4),
 `ifdef PROVE_MOTION
-    .actual_o(actual0),
     .whole_past_o(whole_past[0]),
 `endif
+    .actual_q4_o(actual0_q4_o),
     .servo_o(servo_o[0]),
     .active_o(active_o[0]),
     .finished_o(finished_o[0])
@@ -151,13 +138,12 @@ module motion (
     .sub_clock_i(sub_clock),
     .enable_i(enable_i[1]),
     .off_i(off),
-    .load_i(load[1]),
-    .next_q4_i(store_q4_o),
-    .may_load_o(may_load[1]),
+    .load_i(load[1] && !hold),
+    .next_q4_i(next_q4),
 `ifdef PROVE_MOTION
-    .actual_o(actual1),
     .whole_past_o(whole_past[1]),
 `endif
+    .actual_q4_o(actual1_q4_o),
     .servo_o(servo_o[1]),
     .active_o(active_o[1]),
     .finished_o(finished_o[1])
@@ -167,13 +153,13 @@ module motion (
   motion_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .soft_rst_i(soft_rst_i), .tick_us_i(tick_us_i),
     .written_i(written_i), .action_i(watchdog_action_i), .fired_i(watchdog_fired_o),
-    .armed_i(armed), .fresh_i(fresh), .enable_i(enable_i), .place_i(place_o), .word_i(word_i),
-    .busy_i(busy_i), .idle_i(idle), .store_i(store_o), .stored_i(stored_i),
-    .next_q4_i(store_q4_o), .may_load_i(may_load), .load_i(load), .frame_i(frame),
-    .work_i(work), .phase_us_i(phase_us), .early_i(early), .sub_clock_i(sub_clock),
-    .phase_i(phase), .period_i(period), .servo_i(servo_o), .active_i(active_o),
-    .finished_i(finished_o), .actual0_i(actual0), .actual1_i(actual1),
-    .whole_past_i(whole_past)
+    .armed_i(armed), .enable_i(enable_i), .period_us_i(period_us_i), .channel_i(channel),
+    .target_q4_i({target1_q4_i, target0_q4_i}), .safe_q4_i({safe1_q4_i, safe0_q4_i}),
+    .min_q4_i({min1_q4_i, min0_q4_i}), .max_q4_i({max1_q4_i, max0_q4_i}),
+    .slew_q4_i({slew1_q4_i, slew0_q4_i}), .next_q4_i(next_q4), .load_i(load), .frame_i(frame),
+    .phase_us_i(phase_us), .early_i(early), .sub_clock_i(sub_clock), .phase_i(phase),
+    .period_i(period), .servo_i(servo_o), .active_i(active_o), .finished_i(finished_o),
+    .actual_q4_i({actual1_q4_o, actual0_q4_o}), .whole_past_i(whole_past)
   );
 `endif
 

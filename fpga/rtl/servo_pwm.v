@@ -10,12 +10,11 @@
 //   servo_o      ___|''''''''''''''''''''|__________________________|'''
 //                   |<-- actual_q4_o --->|
 //   enable_i     ''''''''|____________|'''''''''''''''''''''''''''''''''    the pulse is finished
-//   may_load_o   ___|''''|_____________________________________________|'''
-//   actual_q4_o  -----X----------------- one frame ------------------X--    new only there
+//   load_i       _____|'|____________________________________________|'|__
+//   actual_q4_o  -------X----------------- one frame ------------------X--    new only there
 //
 // enable and off_i (no pulses) take effect with a frame. The width changes only by load_i, which
-// servo_width gives in the first half millisecond of a frame (may_load_o), before any pulse may
-// end, and only for a channel with a pulse.
+// servo_frame gives before any pulse may end, and only if the frame has a pulse.
 //
 // Latency: servo_o rises in the clock after frame_i.
 `default_nettype none
@@ -29,13 +28,12 @@ module servo_pwm (
   input  wire [4:0]  sub_clock_i,
   input  wire        enable_i,
   input  wire        off_i,
-  input  wire        load_i,        // from servo_width
+  input  wire        load_i,        // take next_q4_i, from servo_width
   input  wire [15:0] next_q4_i,
-  output wire        may_load_o,
 `ifdef PROVE_MOTION
-  output wire [15:0] actual_o,
   output wire        whole_past_o,
 `endif
+  output wire [15:0] actual_q4_o,
   output wire        servo_o,
   output wire        active_o,      // this frame has a pulse
   output wire        finished_o     // one clock: a pulse ends
@@ -72,9 +70,7 @@ module servo_pwm (
       whole_past <= 1'b0;
     end else begin
       whole_past <= whole;
-      if (load_i) begin
-        actual <= next_q4_i;
-      end
+      if (load_i && active) actual <= next_q4_i;
       if (frame_i) begin
         active <= send;
         pulse <= send;
@@ -84,20 +80,19 @@ module servo_pwm (
     end
   end
 
-  assign may_load_o = active && early_i && (phase_us_i[11:9] == 3'd0);
+  assign actual_q4_o = actual;
   assign servo_o = pulse;
   assign active_o = active;
   assign finished_o = pulse && finish && !frame_i;
 
 `ifdef PROVE_MOTION
-  assign actual_o = actual;
   assign whole_past_o = whole_past;
 `elsif FORMAL
   servo_pwm_properties properties (
     .clk_i(clk_i), .rst_i(rst_i), .frame_i(frame_i), .phase_us_i(phase_us_i), .early_i(early_i),
     .sub_clock_i(sub_clock_i), .enable_i(enable_i), .off_i(off_i), .load_i(load_i),
     .next_q4_i(next_q4_i), .servo_o(servo_o), .active_o(active_o), .actual_i(actual),
-    .finished_o(finished_o), .may_load_i(may_load_o), .whole_past_i(whole_past)
+    .finished_o(finished_o), .whole_past_i(whole_past)
   );
 `endif
 endmodule

@@ -88,7 +88,7 @@ class BlankSkip {
                 CORE(expect_width),
                 CORE(ppi_mode_sync_shape),
                 CORE(ppi_mode_tag),
-                CORE(cam_active),
+                CORE(cam_state_active),
                 VIDEO(camera0__DOT__record__DOT__was_measuring),
                 VIDEO(camera1__DOT__record__DOT__was_measuring),
                 VIDEO(stream__DOT__select),

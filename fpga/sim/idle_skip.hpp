@@ -21,6 +21,16 @@ using Root = Vbridge_sim___024root;
 // clock is evaluated.
 #if VERILATOR_VERSION_INTEGER == 5006000 && !BRIDGE_EVERY_CLOCK
 
+// Verilator may keep the next value of the time apart, while it evaluates a clock.
+template <class R>
+auto next_time(R &root, int) -> decltype(&root.__Vdly__bridge_sim__DOT__core__DOT__time_us) {
+    return &root.__Vdly__bridge_sim__DOT__core__DOT__time_us;
+}
+template <class R>
+uint32_t *next_time(R &root, long) {
+    return &root.bridge_sim__DOT__core__DOT__time_us;
+}
+
 struct IdleCounters {
     explicit IdleCounters(Root &root)
         : time_us(root.bridge_sim__DOT__core__DOT__time_us),
@@ -51,11 +61,14 @@ struct IdleCounters {
     static constexpr unsigned kLost = 4;
 
     // The number of clocks before one in which a comparison changes its outcome. Comparisons are
-    // made by time_base, rate_meter with its counter's end, servo_frame with its period, servo_pwm
-    // with its pulse's end and with powers of two. clock_meter ignores ticks of 50 us after it has
+    // made by time_base, rate_meter with its counter's end, servo_frame with its period and, while
+    // the widths are worked out, with small numbers, servo_pwm with its pulse's end and 4096. clock_meter ignores ticks of 50 us after it has
     // lost its clock; when resting, before that too.
     unsigned room(bool resting) const {
         const unsigned now = phase;
+        if (now < kWidths) {
+            return 0;
+        }
         unsigned min = tens < kDecade ? kDecade - tens : 0;
         if (min != 0 && rate_count < kRateFull - kDecadesOfMs) {
             min += (kDecade + 1) * (kLastFive - fives);
@@ -87,7 +100,7 @@ struct IdleCounters {
     }
     // Hash of the outcomes of all comparisons with the phase.
     unsigned outcomes() const {
-        unsigned number = phase / kPhases;
+        unsigned number = phase < kWidths ? 8u + phase : phase / kPhases;
         for (const unsigned end : ends()) {
             number = number * 4 + (phase > end ? 2u : 0u) + (phase == end ? 1u : 0u);
         }
@@ -95,8 +108,8 @@ struct IdleCounters {
     }
 
   private:
-    static constexpr unsigned kDecade = 9, kLastFive = 4, kLastTwenty = 19, kPhases = 512,
-                              kRateOfFrames = 2, kRateFull = 0xFFFF, kDecadesOfMs = 100;
+    static constexpr unsigned kDecade = 9, kLastFive = 4, kLastTwenty = 19, kWidths = 64,
+                              kPhases = 4096, kRateOfFrames = 2, kRateFull = 0xFFFF, kDecadesOfMs = 100;
     std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
 };
 
@@ -141,7 +154,7 @@ class IdleSkip {
     unsigned pass(Root &root, unsigned clocks) {
         IdleCounters counters(root);
         const unsigned passed = counters.pass(clocks);
-        time_us_ = counters.time_us;
+        time_us_ = *next_time(root, 0) = counters.time_us;
         return passed;
     }
 
@@ -151,6 +164,7 @@ class IdleSkip {
     bool same(Root &root) {
         const IdleCounters counters(root);
         take(root, counters.time_us);
+        take(root, *next_time(root, 0));
         take(root, counters.phase);
         take(root, counters.tens);
         take(root, counters.fives);

@@ -77,8 +77,6 @@ class Register:
     vector: bool = False
     pair_high: bool = False
     pair_low: bool = False
-    place: int | None = None  # in the memory
-    counter: int | None = None  # place of a counter
 
     @property
     def readable(self):
@@ -100,7 +98,7 @@ class Register:
     @property
     def pair(self):
         """Name of the 32-bit value of which this word is half."""
-        return self.name.removesuffix("_high").removesuffix("_low")
+        return self.name.removesuffix("_high").removesuffix("_low") + "_us"
 
     def port(self, field):
         """Name of a field's port without its suffix."""
@@ -166,12 +164,6 @@ def read_register(node, root):
         pair_high=pair_high,
         pair_low=pair_low,
     )
-    if node.get_property("in_memory"):
-        register.place = register.index & 0xF
-    if node.get_property("memory_place") is not None:
-        register.place = node.get_property("memory_place")
-    if node.get_property("counter_twist") is not None:
-        register.counter = (register.index ^ node.get_property("counter_twist")) & 0xF
     for child in node.children():
         if isinstance(child, FieldNode):
             register.fields.append(read_field(child))
@@ -200,21 +192,6 @@ def check(registers):
             narrow = field.maximum < (1 << field.width) - 1
             if field.kind == "stored" and narrow and not (field.is_number or field.has_gaps):
                 raise MapError(f"{what}: only codes and whole words can have limits")
-        if register.place is not None:
-            field = register.fields[0]
-            plain = field.whole and field.width == 16 and not field.zero_low_bits
-            if not plain or field.kind not in ("stored", "input"):
-                raise MapError(f"{where}: only plain words can be in memory")
-        if register.counter is not None:
-            field = register.fields[0]
-            if not field.whole or field.width != 8 or field.kind not in ("input", "clear"):
-                raise MapError(f"{where}: no counter of 8 bits")
-    counters = [r.counter for r in registers if r.counter is not None]
-    if len(set(counters)) < len(counters):
-        raise MapError("two counters at one place")
-    places = [r.place for r in registers if r.place is not None]
-    if len(set(places)) < len(places):
-        raise MapError("two registers at one place of the memory")
     for high, low in zip(registers, registers[1:]):
         if high.pair_high and not (low.pair_low and low.index == high.index + 1):
             raise MapError(f"{high.name}: the low word must follow")

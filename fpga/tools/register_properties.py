@@ -24,36 +24,22 @@ PROPERTIES = """\
   reg [15:0] f_word_before, f_reference_before, f_read_before, f_low_before;
   reg [31:0] f_pair_before;
   reg [{blocks}:0] f_hold_before;
-  reg f_filling, f_filling2, f_taken, f_taken2, f_asked;
-  reg [15:0] f_memory_data;
   wire [{blocks}:0] f_hold = {{{holds}}};
 
   // What i2c_target promises and is proved there.
   always @(posedge clk_i) begin
     if (!f_begun) assume (rst_i);
-    assume (f_stored == 16'd0 || !f_in_memory || {{1'b0, f_place ^ 4'd1}} >= FILL_FROM);
     if (write_strobe_i) begin
       assume (f_allowed && f_steady == 2'd2 && index_i == f_index && write_data_i == f_data);
     end
     if (write_strobe_i || read_strobe_i) begin
       assume (!(write_strobe_i && read_strobe_i));
-      assume ((!f_filling && !filling_o) || !in_memory);  // a byte of I2C takes longer
       assume (f_writes[1:0] == 2'd0 && f_reads[1:0] == 2'd0);
     end
     if (read_strobe_i) assume (reading_i);
     if (f_writes[1:0] != 2'd0 || f_reads[1:0] != 2'd0) assume (index_i == f_index);
     if (f_writes[1:0] != 2'd0) assume (write_data_i == f_data);
-    // What servo_width promises.
-    if (memory_store_i) assume ({stores});
-    if (f_taken) assume (memory_data_i == f_memory_data);
     f_begun <= 1'b1;
-    f_filling <= filling_o && !rst_i;
-    f_filling2 <= f_filling && !rst_i;
-    f_fill <= rst_i ? FILL_FROM : fill;
-    f_taken2 <= f_taken && !rst_i;
-    f_asked <= !memory_busy_o && memory_place_i == f_place && f_in_memory && !rst_i;
-    f_taken <= memory_stored_o && memory_place_i == f_place && f_in_memory && !rst_i;
-    f_memory_data <= memory_data_i;
     f_running <= !rst_i;
     f_allowed <= write_allowed_o;
     f_unlocked <= unlock_o;
@@ -75,36 +61,16 @@ PROPERTIES = """\
     f_known_due <= f_known;
   end
 
-  // It was written at the last edge; the memory takes one more.
-  wire f_hit = (f_in_memory ? f_writes[1] : f_writes[0]) && f_index == f_any;
+  // It was written at the last edge.
+  wire f_hit = f_writes[0] && f_index == f_any;
   always @(posedge clk_i) if (f_begun && f_running && !rst_i) begin
     // What is stored.
     a_written: assert (!f_hit || f_word == (f_data & f_stored));
-    a_kept: assert (f_hit || f_word == f_word_before || (f_in_memory && f_filling2));
-    a_locked: assert (!f_needs_unlock || f_unlocked || f_word == f_word_before
-      || (f_in_memory && f_filling2));
+    a_kept: assert (f_hit || f_word == f_word_before);
+    a_locked: assert (!f_needs_unlock || f_unlocked || f_word == f_word_before);
     a_unlock: assert (unlock_o
       == (f_writes[0] && f_index == 8'h{unlock:02X} ? f_data == 16'h{key:04X} : f_unlocked));
-    a_range: assert (f_unfilled || (f_word >= f_lowest && f_word <= f_highest));
-    a_filled: assert (f_unfilled || !(f_filling2 || f_filling || filling_o) || !f_in_memory
-      || f_word == f_reset);
-
-    a_counter: assert (!f_counted || index_i != f_any || counter_place_o == f_counter);
-
-    // What the memory is about to take, of the bus and of whatever.
-    a_choice: assert (filled || choice == {{16{{choice[0]}}}});
-    a_fill: assert (!fill[4] || fill == 5'd16);
-    a_pending: assert (!(store && !filled && !choice[0] && f_in_memory && place == f_place)
-      || (f_writes[0] && f_index == f_any && f_data >= f_lowest && f_data <= f_highest
-        && (!f_needs_unlock || unlock_o)));
-
-    // The memory's other side.
-    a_memory_word: assert (!f_asked || memory_word_o == f_memory_word);
-    a_memory_busy: assert (memory_busy_o == (filling_o || write_strobe_i || read_strobe_i));
-    a_memory_stored: assert (!f_taken2 || f_memory_word == f_memory_data);
-    a_memory_waits: assert (!memory_stored_o
-      || (memory_store_i && !memory_busy_o));
-    a_memory_ready: assert (!memory_store_i || memory_stored_o || memory_busy_o);
+    a_range: assert (f_word >= f_lowest && f_word <= f_highest);
     a_codes: assert (f_codes_named);
 
     // What a write does at once.
@@ -138,8 +104,7 @@ PROPERTIES = """\
     c_hold: cover (f_hold != {blocks_}'d0);
   end
   always @(posedge clk_i) if (f_begun && rst_i) begin
-    a_reset: assert ((f_word == f_reset || f_in_memory) && filling_o && !unlock_o
-      && f_hold == {blocks_}'d0);
+    a_reset: assert (f_word == f_reset && !unlock_o && f_hold == {blocks_}'d0);
   end
 """
 
@@ -169,10 +134,6 @@ def concatenation(register, kinds, suffix):
 
 def reference(register):
     """What a register reads."""
-    if register.counter is not None:
-        return "{8'd0, counter_i}"
-    if register.place is not None:
-        return f"memory[{register.place}]"
     if register.pair_high:
         return f"{register.pair}_i[31:16]"
     if register.pair_low:
@@ -248,8 +209,6 @@ def pulses(register):
 
 
 def clear(register):
-    if register.counter is not None:
-        return f"(counter_clear_o && counter_place_o == 4'd{register.counter})"
     return f"{register.port(register.fields[0])}_clear_o"
 
 
@@ -274,8 +233,6 @@ def stores(register):
 
 
 def stored(register):
-    if register.place is not None:
-        return f"memory[{register.place}]"
     return concatenation(register, {"stored"}, "_o")
 
 
@@ -285,22 +242,6 @@ def mask(register):
 
 def reset(register):
     return f"16'h{register.reset & stored_mask(register):04X}"
-
-
-def in_memory(register):
-    return register.place is not None
-
-
-def place(register):
-    return f"4'd{register.place}"
-
-
-def counted(register):
-    return register.counter is not None
-
-
-def counter(register):
-    return f"4'd{register.counter}"
 
 
 def choices(registers):
@@ -328,13 +269,6 @@ def choices(registers):
         + choice("f_ceiling", 16, "index_i", table(highest, number), "16'hFFFF")
         + choice("f_allow", 1, "index_i", table(allowed, lambda r: r.writable), "1'b0")
         + choice("f_known", 1, "index_i", table(yes), "1'b0")
-        + choice("f_counted", 1, "f_any", table(yes, counted), "1'b0")
-        + choice("f_counter", 4, "f_any", table(counter, counted), "4'd0")
-        + choice("f_in_memory", 1, "f_any", table(yes, in_memory), "1'b0")
-        + choice("f_place", 4, "f_any", table(place, in_memory), "4'd0")
-        + ["  reg [4:0] f_fill;           // a clock before",
-           "  wire [15:0] f_memory_word = memory[f_place];",
-           "  wire f_unfilled = f_in_memory && f_fill <= {1'b0, f_place ^ 4'd1};"]
         + ["  reg f_allowed_due, f_known_due;"])
 
 
@@ -354,14 +288,11 @@ def block_choices(registers):
 def properties(registers):
     """The text of register_file_properties.vh."""
     firsts = [r for r in registers if r.holds_block]
-    hardware = [f"memory_place_i == 4'd{r.place}" for r in registers
-                if in_memory(r) and r.fields[0].kind == "input"]
     key = next(r for r in registers if is_key(r))
     highs = [f"f_index == 8'h{r.index:02X}" for r in registers if r.pair_high]
     text = PROPERTIES.format(
         blocks=len(firsts) - 1, blocks_=len(firsts), unlock=key.index, key=key.fields[0].key,
-        holds=", ".join(f"{r.block}_hold_o" for r in reversed(firsts)), highs=" || ".join(highs),
-        stores=" || ".join(hardware))
+        holds=", ".join(f"{r.block}_hold_o" for r in reversed(firsts)), highs=" || ".join(highs))
     head, tail = text.split("  reg f_begun", 1)
     return "\n".join([HEADER.rstrip("\n"), head.rstrip("\n"), "  reg [7:0] f_index;",
                       *choices(registers), *block_choices(registers), "  reg f_begun" + tail])

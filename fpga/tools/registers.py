@@ -3,6 +3,7 @@
 
   bridge_registers.vh    constants for Verilog
   register_file.v        the registers themselves
+  register_file_instance.vh  their connection in bridge_core
   register_file_properties.vh  their properties for the proof
   bridge_registers.h     indices, fields and a table for C
   bridge_register_names.h  their names
@@ -27,6 +28,7 @@ FPGA = Path(__file__).resolve().parent.parent
 MAKERS = {
     "bridge_registers.vh": register_verilog.constants,
     "register_file.v": register_verilog.register_file,
+    "register_file_instance.vh": register_verilog.instance,
     "bridge_registers.h": register_text.c_header,
     "bridge_register_names.h": register_text.c_names,
     "register_file_properties.vh": register_properties.properties,

@@ -64,7 +64,7 @@ module control_bench;
     .clk_i(clk), .rst_i(rst), .index_i(index), .index_known_o(known), .reading_i(reading),
     .read_strobe_i(fetch), .read_data_o(read_data), .write_allowed_o(allowed),
     .write_strobe_i(store), .write_data_i(write_data), .camera0_hold_o(hold0),
-    .camera0_frames_i(16'h1234), .camera0_lines_i(hold0 ? 12'h5A5 : 12'h000), .time_i(time_us)
+    .camera0_frames_i(16'h1234), .camera0_lines_i(hold0 ? 12'h5A5 : 12'h000), .time_us_i(time_us)
   );
 
   // The target's output must be on the bus in time for 1 MHz: 450 ns, less 120 ns for the edge.

@@ -53,9 +53,6 @@ class Map(unittest.TestCase):
         mistakes = {
             "reset value outside": ("max = 25000;", "max = 19999;"),
             "low bits that are not stored": ("value[15:0] = 640;", "value[15:0] = 641;"),
-            "two registers at one place": ("memory_place = 6;", "memory_place = 15;"),
-            "plain words can be": ("reg { name = \"Control\";",
-                                      "reg { name = \"Control\"; memory_place = 14;"),
             "codes must run": ("encode = camera_source; max = 2; desc = \"Requested",
                                "encode = camera_source; max = 1; desc = \"Requested"),
             "low word must follow": ("frame_time_low @0x8C", "frame_time_low @0x8E"),
