@@ -37,7 +37,7 @@ def netlist(sources, top, include):
         path = os.path.join(folder, "flat.json")
         script = (f"read_verilog {' '.join('-I' + name for name in include)} {' '.join(sources)}; "
                   f"hierarchy -check -top {top}; proc; flatten; opt; memory; dffunmap; simplemap; "
-                  f"opt -keepdc; clean; write_json {path}")
+                  f"opt -nodffe -nosdff -keepdc; clean; write_json {path}")
         done = subprocess.run(["yosys", "-q", "-p", script], cwd=FPGA, capture_output=True,
                               text=True)
         if done.returncode != 0:
