@@ -28,7 +28,7 @@ GUARDS = {
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),
-    "hdl/synthesis_test": ("fpga/rtl", "fpga/boards", "fpga/synthesis.json", "fpga/tools"),
+    "hdl/synthesis_test": ("fpga/rtl", "fpga/generated", "fpga/boards", "fpga/tools"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),
     "simrig/world_(blur|files)_test": ("tools/simrig",),
 }

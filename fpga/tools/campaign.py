@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 
+import synthesis_table
 from places import CACHE, FPGA, ROOT, own_cache
 
 FOLDER = os.path.join(CACHE, "fpga-campaign")
@@ -187,8 +188,9 @@ def main():
                 with open(os.path.join(FOLDER, "results.json"), "w", encoding="utf-8") as file:
                     json.dump(results, file, indent=1)
     if options.write:
+        text = table(kept(), options.seed) + "\n" + synthesis_table.published()
         with open(options.write, "w", encoding="utf-8") as file:
-            file.write(table(kept(), options.seed))
+            file.write(text.rstrip() + "\n")
     print(f"{len(chosen)} steps, {wrong} failed; logs and results.json in {FOLDER}")
     return 1 if wrong else 0
 
