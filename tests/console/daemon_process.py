@@ -273,6 +273,17 @@ class DaemonTest(unittest.TestCase):
                 return line == f"... waiting for another client's {command} 0/{ahead}"
         wait_until(reached, f"{command} does not run")
 
+    def begin(self, *words, where=None, **options):
+        """Starts the shipped client; it is killed at the end of the test."""
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        process = subprocess.Popen([VERGENCE, "--connect", where or f"unix:{self.path}", *words],
+                                   **pipes)
+        for end in (process.stderr, process.stdout):
+            if end:
+                self.addCleanup(end.close)
+        self.addCleanup(process.kill)
+        return process
+
     @classmethod
     def vergence(cls, *words, where=None, **options):
         """The shipped client."""

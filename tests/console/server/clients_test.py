@@ -169,9 +169,7 @@ class Clients(DaemonTest):
             gone = self.seated()
             gone.begin("status")
             gone.socket.close()
-        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "status"],
-                                   stderr=subprocess.PIPE, text=True)
-        self.addCleanup(process.stderr.close)
+        process = self.begin("status", text=True)
         self.wait_running("wait", ahead=2)
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
@@ -241,8 +239,7 @@ class Clients(DaemonTest):
 
     def test_a_client_that_is_killed(self):
         for _ in range(3):
-            process = subprocess.Popen(
-                [VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"])
+            process = self.begin("wait", "100000")
             self.wait_running()
             process.send_signal(signal.SIGKILL)
             process.wait()

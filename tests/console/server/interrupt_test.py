@@ -9,7 +9,7 @@ import signal
 import subprocess
 import unittest
 
-from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest
+from daemon_process import TIMEOUT_S, DaemonTest
 from terminal_user import TerminalUser
 from waiting import wait_until
 
@@ -18,13 +18,7 @@ INTERRUPTED = 130
 
 class Interrupt(DaemonTest):
     def begin(self, *words, **options):
-        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", *words],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                   cwd=self.folder, **options)
-        self.addCleanup(process.stderr.close)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.kill)
-        return process
+        return super().begin(*words, text=True, cwd=self.folder, **options)
 
     def check_interrupted(self, process):
         try:

@@ -10,7 +10,7 @@ import unittest
 from urllib.parse import unquote
 
 from bad_line import BadLine
-from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal, framed
+from daemon_process import TIMEOUT_S, DaemonTest, Terminal, framed
 from waiting import wait_until
 
 # All of it takes two minutes, mostly of waiting; without this a short part, always with the same noise.
@@ -61,13 +61,7 @@ class Noise(DaemonTest):
         self.line.lost = self.line.changed = rate
 
     def begin(self, *words, **options):
-        process = subprocess.Popen([VERGENCE, "--connect", f"serial:{self.line.name}", *words],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                   **options)
-        self.addCleanup(process.stderr.close)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.kill)
-        return process
+        return super().begin(*words, where=f"serial:{self.line.name}", text=True, **options)
 
     def ask(self, *words, **options):
         """Exit code, answer, and error output."""

@@ -22,14 +22,6 @@ NO_ANSWER = "invalid answer from vergenced"
 
 
 class Peers(DaemonTest):
-    def begin(self, *words, where=None, **options):
-        process = subprocess.Popen([VERGENCE, "--connect", where or f"unix:{self.path}", *words],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.stderr.close)
-        self.addCleanup(process.kill)
-        return process
-
     def stop_daemon(self):
         self.daemon.send_signal(signal.SIGSTOP)
         self.addCleanup(self.daemon.send_signal, signal.SIGCONT)

@@ -173,8 +173,7 @@ class Remote(DaemonTest):
         self.assertEqual(sorted(os.listdir(self.path_of("of any name"))), sorted(files))
 
     def test_ctrl_c(self):
-        process = subprocess.Popen([VERGENCE, "--connect", f"unix:{self.path}", "wait", "100000"],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process = self.begin("wait", "100000", text=True)
         self.wait_running()
         process.send_signal(2)
         _, errors = process.communicate(timeout=TIMEOUT_S)
@@ -391,9 +390,7 @@ class Remote(DaemonTest):
 
     def test_a_serial_line_is_one_client_s(self):
         line = self.through(0, 0)
-        first = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "wait", "100000"],
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(first.kill)
+        first = self.begin("wait", "100000", where=f"serial:{line.name}")
         wait_until(lambda: self.is_claimed(line.name))
         for words in ((), ("--json",)):
             done = self.vergence(*words, "version", where=f"serial:{line.name}")

@@ -7,12 +7,11 @@ import os
 import random
 import resource
 import signal
-import subprocess
 import unittest
 import zlib
 
 from bad_line import BadLine
-from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, Terminal
+from daemon_process import TIMEOUT_S, DaemonTest, Terminal
 from waiting import wait_until
 
 SEED = int(os.environ.get("VERGENCE_TEST_SEED", random.randrange(1 << 32)))
@@ -189,8 +188,7 @@ class Send(DaemonTest):
         self.addCleanup(line.close)
         data, path = self.content(30000)
         line.limit = line.carried + 30000
-        process = subprocess.Popen([VERGENCE, "--connect", f"serial:{line.name}", "send", path,
-                                    "broken"])
+        process = self.begin("send", path, "broken", where=f"serial:{line.name}")
         wait_until(lambda: line.carried >= line.limit)
         process.kill()  # killed, as a person would not wait for the client to give up
         process.wait(TIMEOUT_S)
