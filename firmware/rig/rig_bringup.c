@@ -281,9 +281,9 @@ static int open_lens(struct rig *self, unsigned side, uint64_t timeout_us) {
     }
     return rig_part_failed(
         self, part, error,
-        error == ERROR_TIMEOUT
-            ? "its controller does not answer (check its supply and serial cable)"
-            : "the serial line of its controller cannot be used (check its name)");
+        rig_needs_lens_uart(&self->profile) && error != ERROR_TIMEOUT
+            ? "the serial line of its controller cannot be used (check its name)"
+            : "its controller does not answer (check its supply and its serial or I2C cable)");
 }
 
 static void bring_up_lenses(struct rig *self, struct finding *finding) {

@@ -29,10 +29,11 @@ class LensWorld {
 
     LensWorld(const std::array<Motors, 2> &motors, const std::array<Positions, 2> &positions,
               uint64_t seed, const simrig::LensControllerSettings &settings = {})
-        : controller(
+        : owned_(simrig::make_lens_controller(
               settings,
               {lens(motors[0], positions[0], seed), lens(motors[1], positions[1], seed + 100)},
-              seed + 200) {}
+              seed + 200)),
+          controller(*owned_) {}
 
     const hal_uart *uart() const { return &uart_; }
     const hal_clock *clock() const { return &clock_; }
@@ -53,11 +54,15 @@ class LensWorld {
         step(std::max(now_us_, until_us));
     }
 
-    simrig::LensController controller;
+  private:
+    std::unique_ptr<simrig::LensController> owned_;
+
+  public:
+    simrig::LensController &controller;
 
   private:
-    static simrig::LensController::Lens lens(const Motors &motors, const Positions &positions,
-                                             uint64_t seed) {
+    static simrig::LensMotors::value_type lens(const Motors &motors, const Positions &positions,
+                                               uint64_t seed) {
         return {simrig::LensMotor(motors[0], positions[0], seed),
                 simrig::LensMotor(motors[1], positions[1], seed + 1),
                 simrig::LensMotor(motors[2], positions[2], seed + 2)};

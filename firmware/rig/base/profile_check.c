@@ -244,7 +244,9 @@ static int check_lenses(const struct rig_profile *profile,
     const struct lens_settings *lens = &profile->lens;
     int error = ERROR_OK;
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        error = check_axis(profile, (enum lens_axis)axis, profile_error);
+        if (rig_has_axis(profile, RIG_LEFT, (enum lens_axis)axis)) {
+            error = check_axis(profile, (enum lens_axis)axis, profile_error);
+        }
     }
     if (error != ERROR_OK) {
         return error;

@@ -30,8 +30,15 @@ void I2cHost::set(bool scl, bool sda) {
     scl_ = scl;
     sda_ = sda;
     wires_.in.scl = scl && !faults_.scl_stuck;
-    wires_.in.sda = sda && !faults_.sda_stuck;
+    wires_.in.sda = sda && !faults_.sda_stuck && !(target_ != nullptr && target_->pulls());
     wires_.drive();
+}
+
+void I2cHost::wait(uint64_t duration_ps) {
+    wires_.run(duration_ps);
+    if (target_ != nullptr) {
+        target_->lines(wires_.in.scl && wires_.out().scl != 0, sda_is_high());
+    }
 }
 
 void I2cHost::raise_scl() {

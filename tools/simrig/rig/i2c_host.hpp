@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tools/simrig/devices/i2c_target.hpp"
 #include "tools/simrig/rig/wires.hpp"
 
 namespace simrig {
@@ -47,13 +48,17 @@ class I2cHost {
 
     void set_faults(const BusFaults &faults);
 
+    /// A device on the bus besides the bridge; the caller owns it. Its SDA changes when the
+    /// master's may, a little after SCL's fall.
+    void attach(I2cTarget &target) { target_ = &target; }
+
   private:
     struct Failed {
         I2cStatus status;
     };
     void set_speed(unsigned speed_hz);
     void set(bool scl, bool sda);
-    void wait(uint64_t duration_ps) { wires_.run(duration_ps); }
+    void wait(uint64_t duration_ps);
     bool scl_is_high() { return wires_.in.scl && wires_.out().scl != 0; }
     bool sda_is_high() { return wires_.in.sda && wires_.out().sda != 0; }
     void raise_scl();
@@ -66,6 +71,7 @@ class I2cHost {
 
     Wires &wires_;
     BusFaults faults_;
+    I2cTarget *target_ = nullptr;
     bool scl_ = true, sda_ = true;
     uint64_t low_ps_ = 0, high_ps_ = 0, hold_ps_ = 0;
 };

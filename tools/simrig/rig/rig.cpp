@@ -18,13 +18,13 @@ constexpr uint64_t kResetPs = 10 * kPsPerUs;
 constexpr uint64_t kPsPerS = 1000000 * kPsPerUs;
 constexpr uint64_t kLongestPeriodPs = 30000 * kPsPerUs;
 
-std::array<LensController::Lens, LensController::kLenses> make_lenses(const RigSettings &settings) {
+LensMotors make_motors(const RigSettings &settings) {
     const auto motor = [&settings](size_t lens, size_t axis) {
         return LensMotor(settings.lens[lens].motor[axis], settings.lens[lens].position[axis],
                          settings.seed * 64 + 16 + lens * kLensAxes + axis, settings.begin_s * 1e6);
     };
     const auto lens = [&motor](size_t number) {
-        return LensController::Lens{motor(number, 0), motor(number, 1), motor(number, 2)};
+        return LensMotors::value_type{motor(number, 0), motor(number, 1), motor(number, 2)};
     };
     return {lens(0), lens(1)};
 }
@@ -55,7 +55,15 @@ Rig::Rig(const RigSettings &settings, Scenery scenery)
       ppi_(wires_),
       servos_{Servo(settings.servo[0], settings.seed * 64),
               Servo(settings.servo[1], settings.seed * 64 + 1)},
-      lenses_(settings.lens_controller, make_lenses(settings), settings.seed * 64 + 2) {
+      lenses_(make_lens_controller(settings.lens_controller, make_motors(settings),
+                                   settings.seed * 64 + 2)),
+      lens_target_(
+          lenses_->address(),
+          [this](uint8_t index, uint16_t value) { lenses_->write(now_us(), index, value); },
+          [this](uint8_t index) { return lenses_->read(now_us(), index); }) {
+    if (lenses_->address() != 0) {
+        host_.attach(lens_target_);
+    }
     for (int camera = 0; camera < BRIDGE_CAMERAS; camera++) {
         const auto source = [this, camera](const SensorFrame &frame, double begin_us) {
             return picture(camera, frame, begin_us);
@@ -189,7 +197,7 @@ uint32_t Rig::advance(double until_us, uint32_t wake) {
     woken_by_irq_ = false;
     const size_t edges = irq_edges_.size();
     uint32_t woken = 0;
-    SerialLine &line = lenses_.line();
+    SerialLine &line = lenses_->line();
     const uint64_t until_ps = ps_of(until_us);
     while (woken == 0 && now_ps() < until_ps) {
         // Bytes that no request waits for must not stop the clock.
@@ -266,7 +274,7 @@ CameraState Rig::state_at(int camera, double time_us) {
     const auto at = std::max(time_us, now_us());
     Servo servo = servos_[size_t(camera)];
     const auto ring = [this, camera, at](LensAxis axis) {
-        LensMotor motor = lenses_.motor(size_t(camera), axis);
+        LensMotor motor = lenses_->motor(size_t(camera), axis);
         return motor.ring(at);
     };
     return {servo.angle_deg(at), ring(kZoom), ring(kFocus), ring(kIris)};

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/simrig/devices/i2c_target.hpp"
 #include "tools/simrig/devices/lens_controller.hpp"
 #include "tools/simrig/devices/servo.hpp"
 #include "tools/simrig/rig/i2c_host.hpp"
@@ -34,7 +35,7 @@ struct RigSettings {
     std::array<ServoSettings, BRIDGE_SERVOS> servo;
     std::array<SensorSettings, BRIDGE_CAMERAS> sensor;
     LensControllerSettings lens_controller;
-    std::array<LensSettings, LensController::kLenses> lens;
+    std::array<LensSettings, BRIDGE_CAMERAS> lens;
 };
 
 /// Positions of a camera's moving parts.
@@ -80,7 +81,7 @@ class Rig : public PinListener {
     bool wait_frame(double deadline_us);
     PpiFrame take_frame() { return ppi_.take(); }
 
-    SerialLine &serial() { return lenses_.line(); }
+    SerialLine &serial() { return lenses_->line(); }
 
     /// The board disconnected: releases everything that it drove.
     void release_board();
@@ -88,7 +89,7 @@ class Rig : public PinListener {
     // ---- the control side
     CameraState state(int camera) { return state_at(camera, now_us()); }
     Servo &servo(int number) { return servos_[size_t(number)]; }
-    LensController &lenses() { return lenses_; }
+    LensController &lenses() { return *lenses_; }
     SensorPort &sensor(int camera) { return *sensors_[size_t(camera)]; }
     I2cHost &host() { return host_; }
     Wires &wires() { return wires_; }
@@ -114,7 +115,8 @@ class Rig : public PinListener {
     PpiPort ppi_;
     std::array<Servo, BRIDGE_SERVOS> servos_;
     std::array<std::unique_ptr<SensorPort>, BRIDGE_CAMERAS> sensors_;
-    LensController lenses_;
+    std::unique_ptr<LensController> lenses_;
+    I2cTarget lens_target_;
 
     struct Pulse {
         uint64_t rise_ps = 0, period_ps = 0;

@@ -49,8 +49,9 @@ SensorSettings read_link(const Entry &entry) {
 }
 
 LensControllerSettings read_controller(const Entry &entry) {
-    entry.allow({"bits_per_s", "answer_ms", "lowest", "highest"});
+    entry.allow({"model", "bits_per_s", "answer_ms", "lowest", "highest"});
     LensControllerSettings controller;
+    controller.model = entry.has("model") ? entry.at("model").text() : controller.model;
     controller.bits_per_s = entry.number("bits_per_s", 300, 1000000);
     controller.answer_ms = entry.number("answer_ms", 0, 10000);
     controller.lowest = entry.at("lowest").whole(0, 1023);
