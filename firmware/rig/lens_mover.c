@@ -88,8 +88,10 @@ static int begin_leg(struct rig *self, struct lens_mover *mover, int32_t goal) {
     mover->sent = 1;
     mover->mark = mover->begin;
     mover->since_us = mover->mark_us = rig_now_us(self);
-    mover->deadline_us =
-        mover->since_us + leg_us(&self->profile, mover->axis, distance(mover->begin, goal));
+    // "Moving" may be another motor of the lens.
+    const bool any = mover->lens->drive.controller->driver->abilities.reports_moving;
+    const int32_t way = any ? mover->max - mover->min : distance(mover->begin, goal);
+    mover->deadline_us = mover->since_us + leg_us(&self->profile, mover->axis, way);
     return send(self, mover);
 }
 
@@ -259,7 +261,8 @@ static void record_way(struct lens_mover *mover) {
 
 int lens_mover_take(struct rig *self, struct lens_mover *mover,
                     const struct lens_reading *reading) {
-    INVARIANT(mover->phase != LENS_MOVER_ARRIVED);
+    INVARIANT(mover->phase != LENS_MOVER_ARRIVED && reading->time_us >= mover->since_us);
+    mover->since_us = reading->time_us + 1;
     mover->readings[mover->count % LENS_READ_MEDIAN] = mover->sign * reading->position;
     mover->count++;
     mover->since_mark++;

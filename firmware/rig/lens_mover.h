@@ -40,7 +40,8 @@ struct lens_mover {
     uint32_t since_mark;  ///< number of readings
     uint32_t settled;     ///< number of readings
     uint32_t sent;
-    uint64_t since_us, mark_us, deadline_us;
+    uint64_t since_us;  ///< later readings count
+    uint64_t mark_us, deadline_us;
     bool been_back, far;
     int32_t offset_before;
     uint32_t trims;

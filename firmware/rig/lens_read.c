@@ -46,9 +46,21 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
     return ERROR_OK;
 }
 
+static void copy(struct lens_reading *to, const struct lens_reading *from) {
+    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        to[axis] = from[axis];
+    }
+}
+
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t until_us,
                   struct lens_reading readings[LENS_AXES]) {
-    const int error = lens_read(&self->camera[side].lens.drive, until_us, readings);
+    struct rig_lens *lens = &self->camera[side].lens;
+    const uint64_t last_us = lens->readings[0].time_us;
+    if (last_us != 0 && last_us >= since_us) {  // another move of this lens has read it
+        copy(readings, lens->readings);
+        return ERROR_OK;
+    }
+    const int error = lens_read(&lens->drive, until_us, readings);
     if (error == ERROR_TIMEOUT) {
         return error;
     }
@@ -57,6 +69,7 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t u
         return rig_part_failed(self, lens_read_part(side), error,
                                "the line to its controller failed (check adapter and cable)");
     }
+    copy(lens->readings, readings);
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
@@ -70,8 +83,8 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
     rig_part_used(self, lens_read_part(side), ERROR_TIMEOUT);
     return rig_part_error(
         self, lens_read_part(side), ERROR_TIMEOUT,
-        silent ? "no reply for # ms (check the controller's supply and serial line)"
-               : "no valid reply for # ms (check the controller's supply and serial line)",
+        silent ? "no reply for # ms (check the controller's supply and its line)"
+               : "no valid reply for # ms (check the controller's supply and its line)",
         (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_INVALID_US) / 1000});
 }
 

@@ -409,6 +409,7 @@ static void forget(struct rig *self) {
         self->camera[side].pan_stopped_at_us = 0;
         self->camera[side].lens.stopped_at_us = 0;
         self->camera[side].lens.moving = 0;
+        self->camera[side].lens.readings[0].time_us = 0;
         self->camera[side].settled_at_us = 0;
         self->camera[side].frame_pending = false;
         self->camera[side].exposure_us = 0;

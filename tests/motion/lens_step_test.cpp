@@ -89,6 +89,31 @@ TEST_CASE("both lenses move at once in steps that do not wait, in much less time
     CHECK(at_once_s < 0.85 * in_turn_s);  // they share the line
 }
 
+TEST_CASE("two axes of one lens move at once") {
+    const uint64_t seed = synthetic::test_seed();
+    for (uint64_t i = 0; i < draws(200); i++) {
+        INFO("VERGENCE_SEED=" << seed << " draw " << i);
+        simrig::Noise noise(seed + i);
+        const Draw draw(noise);
+        TwoMoves two(draw, noise);
+        for (unsigned which = 0; which < 2; which++) {
+            two.draws[which].sides = kLeft;
+            two.draws[which].axis = which == 0 ? LENS_ZOOM : LENS_FOCUS;
+        }
+        LensWorld world(draw.motors, draw.positions, noise.next());
+        LensRig lenses(world);
+        REQUIRE(lenses.open() == ERROR_OK);
+        REQUIRE(two.begin(lenses, 0) == ERROR_OK);
+        REQUIRE(two.begin(lenses, 1) == ERROR_OK);
+        const auto results =
+            two.run(lenses, world, kBoth, [&] { return between(noise, 1e3, 3e4); });
+        INFO(lenses.rig.last_error.text);
+        REQUIRE(results == std::array<int, 2>{});
+        check_arrival(two.draws[0], world);
+        check_arrival(two.draws[1], world);
+    }
+}
+
 TEST_CASE("of two moves one fails or is cancelled, rests, and does not disturb the other") {
     const uint64_t seed = synthetic::test_seed();
     unsigned cancelled = 0, jammed = 0;

@@ -122,7 +122,8 @@ struct rig_lens {
     int32_t offset[LENS_AXES];    ///< added to commands, away from the side of approach: see
                                   ///< rig/lens_move.h
     uint8_t moving;               ///< bits of the axes that a move has
-    uint64_t stopped_at_us;       ///< when it was last seen to have arrived
+    struct lens_reading readings[LENS_AXES];  ///< the last ones; time 0: none
+    uint64_t stopped_at_us;                   ///< when it was last seen to have arrived
 };
 
 /// One of the two cameras, with its lens and its pan servo.
