@@ -7,7 +7,7 @@
 enum { ZOOM = 1 << LENS_ZOOM, FOCUS = 1 << LENS_FOCUS, IRIS = 1 << LENS_IRIS };
 
 // The drivers' functions: each in its device/lens_NAME.c.
-extern const struct lens_operations lens_v3lc_operations;
+extern const struct lens_operations lens_v3lc_operations, lens_arducam_operations;
 
 // Both take about 7 s from end to end (assumed). Of the V1LC's range the figures are the same
 // shares, rounded up. 10x zoom: ln(10) / (max - min) a count.
@@ -43,6 +43,29 @@ static const struct lens_driver drivers[] = {
                      .repeatability_counts = 1,
                      .zoom_ppm = 16931},
         .operations = &lens_v3lc_operations,
+    },
+    {
+        .name = "arducam",
+        .help = "Arducam zoom lens controller: one lens, on the left, without position sensors",
+        .lenses = 1,
+        .port = LENS_PORT_I2C,
+        .abilities = {.axes = ZOOM | FOCUS, .reports_moving = true},
+        .position_max = 20000,
+        // Within 5 s from end to end; play and lens (10x) are assumed.
+        .settings = {.address = 0x0C,
+                     .axis = {{.min = 3000,
+                               .max = 20000,
+                               .counts_per_s = 3400,
+                               .backlash_counts = 100,
+                               .tolerance_counts = 1},
+                              {.min = 0,
+                               .max = 20000,
+                               .counts_per_s = 4000,
+                               .backlash_counts = 100,
+                               .tolerance_counts = 1}},
+                     .repeatability_counts = 50,
+                     .zoom_ppm = 135},
+        .operations = &lens_arducam_operations,
     },
 };
 

@@ -130,3 +130,18 @@ TEST_CASE("SCL held: the master waits 25 ms and no longer") {
     CHECK(slow.status == I2cStatus::kOk);
     CHECK(slow.took_us > 20 * kMs);
 }
+
+TEST_CASE("a lens controller shares the bus with the bridge") {
+    simrig::RigSettings settings;
+    settings.lens_controller.model = "arducam";
+    Bench bench(settings);
+    for (const unsigned speed_hz : {100000u, 400000u}) {
+        std::vector<I2cMessage> zoom = {{0x0C, false, {0x00}}, {0x0C, true, {0, 0}}};
+        const simrig::I2cResult read = bench.rig.i2c(speed_hz, zoom);
+        CHECK(read.status == I2cStatus::kOk);
+        CHECK(zoom[1].bytes == std::vector<uint8_t>{3000 >> 8, 3000 & 0xFF});
+        std::vector<I2cMessage> none = {{0x0D, false, {0x00}}};
+        CHECK(bench.rig.i2c(speed_hz, none).status == I2cStatus::kNackAddress);
+        CHECK(bench.read(kBridge, 0x00) == 0x5B1D);
+    }
+}
