@@ -166,23 +166,9 @@ static int give_name(const struct transfer *self, struct message *message) {
                : report_errno(self->local, message);
 }
 
-/// Fetches `self->name`. `existing`: keep a local file if it is the same, and replace no other.
-static int fetch(struct transfer *self, bool existing, struct message *message) {
+static int fetch(struct transfer *self, struct message *message) {
     self->fd = -1;
     int error = describe(self, message);
-    if (error == 0 && existing) {
-        self->fd = open(self->local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-        if (self->fd >= 0) {
-            const int parent = (int)(strrchr(self->local, '/') - self->local);
-            error = is_right(self) ? 0
-                                   : message_set(message, ERROR_ARGUMENT,
-                                                 "%s: exists with other contents (give another "
-                                                 "name than %.*s)",
-                                                 self->local, parent, self->local);
-            close(self->fd);
-            return error;
-        }
-    }
     error = error != 0 ? error : open_part(self, message);
     error = error != 0 ? error : fetch_into_part(self, message);
     error = error != 0 ? error : give_name(self, message);
@@ -190,6 +176,25 @@ static int fetch(struct transfer *self, bool existing, struct message *message) 
         close(self->fd);
     }
     return error;
+}
+
+/// An existing file of a directory must be the instrument's.
+static int check_existing(struct transfer *self, struct message *message) {
+    const int parent = (int)(strrchr(self->local, '/') - self->local);
+    const int error = describe(self, message);
+    if (error != 0) {
+        return error;
+    }
+    self->fd = open(self->local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (self->fd < 0) {
+        return report_errno(self->local, message);
+    }
+    const bool same = is_right(self);
+    close(self->fd);
+    return same ? 0
+                : message_set(message, ERROR_ARGUMENT,
+                              "%s: exists with other contents (give another name than %.*s)",
+                              self->local, parent, self->local);
 }
 
 // ---- fetch of a directory
@@ -288,23 +293,37 @@ static int make_directory(const struct listing *list, const char *local, struct 
     return error;
 }
 
-/// Fetches all files of `self->name`, one after the other.
-static int fetch_directory(struct transfer *self, struct remote_written *written,
-                           struct message *message) {
+/// Checks the existing files of a directory, or fetches those that do not exist.
+static int move_files(struct transfer *self, const struct listing *list, bool existing,
+                      uint64_t *bytes, struct message *message) {
     char name[PATH_BYTES], local[PATH_BYTES];
     const char *const there = self->name, *const here = self->local;
-    struct listing list = {NULL, 0};
-    int error = list_files(self->remote, there, &list, message);
-    error = error != 0 ? error : make_directory(&list, here, message);
+    struct stat about;
+    int error = 0;
     self->name = name;
     self->local = local;
-    for (size_t i = 0; i < list.count && error == 0; i++) {
-        const int length = snprintf(local, sizeof local, "%s/%s", here, list.names[i]);
-        snprintf(name, sizeof name, "%s/%s", there, list.names[i]);
-        error = length > 0 && (size_t)length < sizeof local
-                    ? fetch(self, true, message)
-                    : message_set(message, ERROR_ARGUMENT, "%s: name too long", here);
-        written->bytes += self->size;
+    for (size_t i = 0; i < list->count && error == 0; i++) {
+        snprintf(name, sizeof name, "%s/%s", there, list->names[i]);
+        if (snprintf(local, sizeof local, "%s/%s", here, list->names[i]) >= PATH_BYTES) {
+            error = message_set(message, ERROR_ARGUMENT, "%s: name too long", here);
+        } else if ((lstat(local, &about) == 0) == existing) {
+            error = existing ? check_existing(self, message) : fetch(self, message);
+            *bytes += self->size;
+        }
+    }
+    self->name = there;
+    self->local = here;
+    return error;
+}
+
+/// Fetches all files of `self->name`; none if an existing one differs.
+static int fetch_directory(struct transfer *self, struct remote_written *written,
+                           struct message *message) {
+    struct listing list = {NULL, 0};
+    int error = list_files(self->remote, self->name, &list, message);
+    error = error != 0 ? error : make_directory(&list, self->local, message);
+    for (int pass = 0; pass < 2 && error == 0; pass++) {
+        error = move_files(self, &list, pass == 0, &written->bytes, message);
     }
     written->directory = true;
     written->files = list.count;
@@ -340,7 +359,7 @@ int remote_fetch(struct remote *remote, const char *name, const char *local,
     self->name = plain;
     self->local = written->name;
     self->size = 0;
-    int error = fetch(self, false, message);
+    int error = fetch(self, message);
     written->bytes = error == 0 ? self->size : 0;
     if (error == ERROR_REFUSED && is_directory(remote, plain)) {
         error = fetch_directory(self, written, message);
