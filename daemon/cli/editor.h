@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "daemon/cli/screen.h"
+#include "daemon/cli/progress.h"
 
 #ifdef __cplusplus
 extern "C" {

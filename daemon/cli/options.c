@@ -8,10 +8,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/exit_code.h"
-#include "daemon/cli/manual.h"
-#include "daemon/cli/options_help.h"
-#include "daemon/cli/shell_completion.h"
+#include "daemon/cli/help.h"
 
 enum { MANUAL_SECTION = 1 };
 

@@ -12,6 +12,17 @@
 extern "C" {
 #endif
 
+/// Exit codes of every command, as `vergence --help` prints them. A command ended by a signal uses
+/// the codes of interrupt.h.
+enum client_exit {
+    CLIENT_OK = 0,
+    CLIENT_FAILED = 1,      // results could not be written, or out of memory
+    CLIENT_USAGE = 2,       // invalid command line
+    CLIENT_BAD_INPUT = 3,   // an image, calibration or other input is unusable
+    CLIENT_NO_SURFACE = 4,  // the inputs are fine but nothing could be measured
+    CLIENT_NOT_GOOD = 5,    // a calibration was written, but it is marked as not good
+};
+
 struct option_page {
     const char *command;  // "vergence reconstruct"
     // As help shows them, e.g. "LEFT RIGHT"; "" for none. If "[OPTIONS]" is among them, options are
@@ -31,7 +42,7 @@ enum { OPTIONS_CONTINUE = -1 };
 /// Parses argv[1..argc-1] into `values` (the struct that `offset` refers to; contains the defaults
 /// before the call) and `operands` (room for operands_max). Accepts --help, `--name VALUE`,
 /// `--name=VALUE` and `--`; the last of a repeated option counts. For the build, --help-man prints
-/// a manual page and --help-words the completions (shell_completion.h). Returns OPTIONS_CONTINUE,
+/// a manual page and --help-words the completions (help.h). Returns OPTIONS_CONTINUE,
 /// or the exit code to end with: 0 after --help, 2 after an error, reported on standard error in
 /// one line.
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/cli/progress.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "core/invariant.h"
-#include "daemon/base/monotonic.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/screen.h"
+#include "daemon/base/monotonic.h"
 
 enum {
     CELLS_MAX = 40,
@@ -17,6 +18,12 @@ enum {
     PARTS = 1000,     // of a whole run
     REDRAW_US = 100000,
 };
+
+size_t screen_columns(int fd) {
+    struct winsize size;
+    const bool known = ioctl(fd, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    return known ? size.ws_col : SCREEN_COLUMNS;
+}
 
 int progress_draw(FILE *file, size_t columns, int text, const char *what, uint64_t done,
                   uint64_t total) {

@@ -12,6 +12,11 @@
 extern "C" {
 #endif
 
+enum { SCREEN_COLUMNS = 80 };  ///< of a terminal whose size is unknown
+
+/// Current width in columns of the terminal `fd`; SCREEN_COLUMNS if unknown.
+size_t screen_columns(int fd);
+
 enum { PROGRESS_STAGES_MAX = 16, PROGRESS_TEXT_MAX = 44 };
 
 /// Draws "WHAT [####....]  42 %" over the current line of a terminal of `columns` columns: `done`

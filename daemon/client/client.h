@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -14,7 +14,6 @@
 #include "daemon/base/message.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/cli/progress.h"
-#include "daemon/cli/screen.h"
 #include "daemon/files/token.h"
 
 enum { HELLO_BYTES = sizeof TOKEN_PREFIX + TOKEN_BYTES + 1 };

@@ -13,7 +13,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/file_io.h"

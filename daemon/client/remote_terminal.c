@@ -14,7 +14,7 @@
 
 #include "core/invariant.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/standard_paths.h"
 

@@ -4,8 +4,7 @@
 #include <string.h>
 
 #include "console/command_text.h"
-#include "daemon/cli/manual.h"
-#include "daemon/cli/shell_completion.h"
+#include "daemon/cli/help.h"
 #include "daemon/settings/config.h"
 #include "daemon/settings/config_keys.h"
 

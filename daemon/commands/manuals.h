@@ -16,7 +16,7 @@ void manuals_print_config(FILE *file);
 void manuals_print_console(FILE *file, const struct command *table, size_t count);
 
 /// Words for the shell: settings after `vergenced`, commands after `vergence --connect WHERE`
-/// (shell_completion.h).
+/// (help.h).
 void manuals_print_completion(FILE *file, const struct command *table, size_t count);
 
 #endif

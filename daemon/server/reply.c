@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/cli/progress.h"
-#include "daemon/cli/screen.h"
 
 /// Passes bytes of the stream to the output. Terminals need CR LF.
 static ssize_t send_bytes(void *cookie, const char *data, size_t bytes) {

@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/process.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
 #include "daemon/files/atomic_dir.h"

@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "daemon/base/process.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
 #include "daemon/surface/reconstruct_session.h"

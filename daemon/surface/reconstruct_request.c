@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include "daemon/base/workers.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
 #include "daemon/images/image_file.h"

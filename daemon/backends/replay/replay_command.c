@@ -10,7 +10,6 @@
 #include "daemon/backends/replay/play.h"
 #include "daemon/base/json.h"
 #include "daemon/base/process.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
 

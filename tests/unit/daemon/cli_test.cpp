@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "daemon/base/message.h"
-#include "daemon/cli/exit_code.h"
+#include "daemon/cli/help.h"
 #include "daemon/cli/options.h"
-#include "daemon/cli/options_help.h"
 #include "daemon/surface/reconstruct_request.h"
 #include "stereo/reconstruct.h"
 

@@ -15,7 +15,7 @@
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
-#include "daemon/cli/exit_code.h"
+#include "daemon/cli/options.h"
 #include "daemon/cli/progress.h"
 #include "daemon/files/atomic_dir.h"
 #include "daemon/files/output_file.h"

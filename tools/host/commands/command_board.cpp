@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "daemon/base/message.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "tools/host/calibrate/board_pdf.hpp"
 #include "tools/host/commands/commands.hpp"

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "daemon/base/workers.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
 #include "stereo/geometry/calibration.h"

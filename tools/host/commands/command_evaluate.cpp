@@ -4,7 +4,6 @@
 #include <string>
 
 #include "daemon/base/json.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
 #include "tools/host/commands/commands.hpp"

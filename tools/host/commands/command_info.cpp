@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
 #include "daemon/session/session_pairs.h"

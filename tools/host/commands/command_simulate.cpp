@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "daemon/cli/exit_code.h"
 #include "daemon/cli/options.h"
 #include "tools/host/commands/commands.hpp"
 #include "tools/host/formats/report_text.hpp"
