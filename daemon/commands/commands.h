@@ -9,7 +9,6 @@
 
 #include "command_modules.h"
 #include "console/command.h"
-#include "console/command_reply.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/daemon.h"
@@ -43,8 +42,8 @@ int commands_store_save(const struct command_call *call, const char *name, const
                         size_t length);
 int commands_store_remove(const struct command_call *call, const char *name);
 
-/// Runs a command as if a user had entered it, with the answer in `reply`, so that a recording
-/// contains it. `line` is valid. Returns its error, with the call's message.
+/// Runs a command as if a user had entered it, with the answer in `reply` (NULL: none), so that a
+/// recording contains it. `line` is valid. Returns its error, with the call's message.
 int command_give(const struct command_call *call, const char *line,
                  const struct command_reply *reply);
 

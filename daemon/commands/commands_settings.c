@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "console/commands.h"
-#include "console/reply_none.h"
 #include "daemon/commands/commands.h"
 #include "daemon/settings/saved_settings.h"
 
@@ -85,7 +84,7 @@ static int load(const struct command_call *call, struct saved_settings *saved) {
 
 /// Runs a command, so that a recording can be replayed without the store.
 static int give(const struct command_call *call, const char *line) {
-    const int error = command_give(call, line, reply_none());
+    const int error = command_give(call, line, NULL);
     if (error != 0 && error != ERROR_CANCELLED) {
         char why[256];
         snprintf(why, sizeof why, "%s", call->message);

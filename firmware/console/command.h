@@ -100,12 +100,35 @@ struct command_reply {
 struct command_call {
     struct rig *rig;
     const struct command_value *values;  ///< one for each argument of the command
-    const struct command_reply *reply;
-    char *message;  ///< one line of text for an error, size below; "": not set
+    const struct command_reply *reply;   ///< NULL: the answer is discarded
+    char *message;                       ///< one line of text for an error, size below; "": not set
     size_t message_bytes;
     void *context;  ///< context of the table's owner: files, sessions, configuration
     void *job;      ///< the owner's record of this call
 };
+
+/// Add items to the answer: see struct command_reply_operations.
+static inline void reply_number(const struct command_call *call, const char *key, double value,
+                                int decimals, const char *unit) {
+    if (call->reply != NULL) {
+        call->reply->operations->number(call->reply->self, key, value, decimals, unit);
+    }
+}
+static inline void reply_text(const struct command_call *call, const char *key, const char *value) {
+    if (call->reply != NULL) {
+        call->reply->operations->text(call->reply->self, key, value);
+    }
+}
+static inline void reply_group_begin(const struct command_call *call, const char *key, bool array) {
+    if (call->reply != NULL) {
+        call->reply->operations->begin(call->reply->self, key, array);
+    }
+}
+static inline void reply_group_end(const struct command_call *call) {
+    if (call->reply != NULL) {
+        call->reply->operations->end(call->reply->self);
+    }
+}
 
 enum {
     COMMAND_NEEDS_RIG = 1,  ///< refused unless the rig is RIG_READY

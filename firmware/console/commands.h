@@ -5,7 +5,6 @@
 #define VERGENCE_CONSOLE_COMMANDS_H
 
 #include "console/command.h"
-#include "console/command_reply.h"
 #include "console/command_text.h"
 
 #ifdef __cplusplus

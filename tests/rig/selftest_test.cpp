@@ -19,13 +19,6 @@ using rig_bench::RigBench;
 
 namespace {
 
-const command_reply_operations kNoReply = {
-    [](void *, const char *, double, int, const char *) {},
-    [](void *, const char *, const char *) {},
-    [](void *, const char *, bool) {},
-    [](void *) {},
-};
-
 /// Runs the command as typed by a user; its message is in `message`.
 int selftest(RigBench &bench, std::string &message) {
     std::size_t count = 0;
@@ -36,11 +29,9 @@ int selftest(RigBench &bench, std::string &message) {
     const command *found = nullptr;
     REQUIRE(command_parse("selftest", table, count, storage.data(), values.data(), &found,
                           text.data(), text.size()) == 0);
-    const command_reply reply = {&kNoReply, nullptr};
     command_call call{};
     call.rig = &bench.rig;
     call.values = values.data();
-    call.reply = &reply;
     call.message = text.data();
     call.message_bytes = text.size();
     const int error = command_run(found, &call);

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "console/command.h"
-#include "console/reply_none.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/replay/replay.h"
@@ -183,7 +182,6 @@ static void run_command(struct play *self) {
     }
     const struct command_call call = {.rig = &self->rig,
                                       .values = values,
-                                      .reply = reply_none(),
                                       .message = why,
                                       .message_bytes = COMMAND_MESSAGE_BYTES,
                                       .context = self};
