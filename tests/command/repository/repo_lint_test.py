@@ -115,16 +115,16 @@ class RepoLint(unittest.TestCase):
                 text_of(p).count("\n") > LONGEST_FILE]
         self.assertEqual(long, [])
 
-    def test_core_asserts_its_invariants(self):
-        lines = asserts = 0
-        for path in self.files:
-            if path.startswith(("firmware/core/", "firmware/stereo/")) and path.endswith(".c"):
-                code = [l for l in text_of(path).splitlines()
-                        if l.strip() and not l.strip().startswith(("//", "#", "}"))]
-                lines += len(code)
-                asserts += sum(l.count("INVARIANT(") for l in code)
-        print(f"core: {asserts} invariants in {lines} lines = {100 * asserts / lines:.1f} %")
-        self.assertGreaterEqual(asserts / lines, 0.03)
+    def test_invariants_are_asserted(self):
+        for name, folders, wanted in (("core", ("firmware/core/", "firmware/stereo/"), 0.03),
+                                      ("calib", ("calib/",), 0.02)):
+            code = [line for path in self.files
+                    if path.startswith(folders) and path.endswith((".c", ".cpp"))
+                    for line in text_of(path).splitlines()
+                    if line.strip() and not line.strip().startswith(("//", "#", "}"))]
+            share = sum(line.count("INVARIANT(") for line in code) / len(code)
+            print(f"{name}: {100 * share:.1f} % of {len(code)} lines are invariants")
+            self.assertGreaterEqual(share, wanted, name)
 
 
 if __name__ == "__main__":
