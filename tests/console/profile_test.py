@@ -154,22 +154,12 @@ class Files(unittest.TestCase):
                          (0, "v.conf: good"))
 
     def test_profiles_of_older_versions_are_read(self):
-        self.put("own.profile", "like = rig\nname = old\nbridge_address = 44\npan_least_urad = -100000\n"
-                 "servo_left_least_q4 = 12000\nlens_zoom_ppm = 4000\nwidth_px = 0x280\n")
-        now = {"bridge_address": "0x2c", "pan_min": "-5.7296 deg", "servo_left_min": "750 us",
-               "lens_zoom_step": "0.4 %", "width": "640 px"}
+        self.put("own.profile", "like = rig\nname = old\nwidth_px = 0x280\n")
         for path, last in ((self.profile, "own.profile: good"), (self.config, "v.conf: good")):
             code, output_text = self.check(path)
-            lines = output_text.splitlines()
-            self.assertEqual((code, len(lines)), (0, 1 + len(now)), output_text)
-            self.assertIn(last, lines)
-            for key, value in now.items():
-                self.assertEqual(len([line for line in lines if line.startswith("own.profile:")
-                                      and line.endswith(f": write {key} = {value}")]), 1, output_text)
-        # What the lines say now means the same.
-        self.put("own.profile", "like = rig\nname = old\n" +
-                 "".join(f"{key} = {value}\n" for key, value in now.items()))
-        self.assertEqual(self.check(self.profile), (0, "own.profile: good"))
+            self.assertEqual((code, output_text.count("\n")), (0, 1), output_text)
+            self.assertRegex(output_text, "own.profile:3: .*: write width = 640 px")
+            self.assertIn(last, output_text)
         # An old name and the current one are one key.
         self.refused("like = rig\nwidth_px = 640\nwidth = 640 px\n", "own.profile:3: ", "width",
                      "line 2")
@@ -237,14 +227,14 @@ class OwnInstrument(PlayedPairs):
             file.write("like = two-cameras\nname = bench-2\n")
         for text, output_text in (
                 (f"profile%20=%20{secret}", "expected one of: rig two-cameras"),
-                (f"files%20=%20{secret}", '"files" is not an instrument setting'),
+                (f"files%20=%20{secret}", 'unknown profile "bench-2"'),
                 ("profile%20=%20rig", "an I2C bus, which was not recorded")):
             write_index(folder, [line.replace("profile%20=%20two-cameras", text) for line in lines])
             answer = self.first.ask_json("replay spoiled")
             self.assertFalse(answer["ok"])
             self.assertIn(output_text, answer["message"])
         write_index(folder, [line for line in lines if not line.startswith("setting ")])
-        self.assertIn("profile bench-2",
+        self.assertIn('profile "bench-2"',
                       self.first.ask_json("replay spoiled")["message"])
 
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much memory is available, also if /proc does not state it.
-#include "daemon/base/process.h"
-
 #include <doctest/doctest.h>
 #include <sys/sysinfo.h>
 
@@ -9,6 +7,7 @@
 #include <cstdint>
 #include <string>
 
+#include "daemon/base/process.h"
 #include "tests/scratch.hpp"
 
 namespace {
