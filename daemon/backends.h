@@ -31,7 +31,6 @@ struct backends {
     struct fault_store fault_store;
     struct fault_watchdog fault_watchdog;
     const struct hal_clock *faults_clock;  ///< NULL: the plan has no rule
-
 };
 
 /// Opens the backends that the settings name; `*ports` are the rig's. For a replay the profile in
