@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/i2c_sensor.hpp"
 #include "bench/servo_checker.hpp"
 
@@ -42,17 +42,12 @@ class BranchWatch : public hdl::Listener {
     bool scl_ = true, sda_ = true;
 };
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
+struct Bench : hdl::BusBench {
     hdl::I2cSensor left, right;
     BranchWatch watch_left{0}, watch_right{1};
 
     Bench()
-        : bridge(synthetic::test_seed()),
-          master(bridge, hdl::branch_timing(400)),
-          registers(master),
+        : BusBench(synthetic::test_seed(), hdl::branch_timing(400)),
           left(bridge, 0, 300 * kNs),
           right(bridge, 1, 300 * kNs) {
         bridge.add(watch_left);
@@ -63,12 +58,6 @@ struct Bench {
         }
         write(kIrqStatus, 0xFF);
         clear();
-    }
-    void write(uint8_t index, unsigned value) { REQUIRE(registers.write(index, uint16_t(value))); }
-    uint16_t read(uint8_t index) {
-        const auto value = registers.read(index);
-        REQUIRE(value);
-        return *value;
     }
     hdl::I2cSensor &sensor(int camera) { return camera == 0 ? left : right; }
     BranchWatch &watch(int camera) { return camera == 0 ? watch_left : watch_right; }

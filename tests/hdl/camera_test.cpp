@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/pixel_source.hpp"
 
 namespace {
@@ -24,23 +24,10 @@ enum Word { kFrames, kLines, kPixels, kPeriod, kPixclk, kShortLines, kShortFrame
 constexpr uint16_t kShortLine = 4, kShortFrame = 8, kLost = 1;
 constexpr unsigned kMax = 3840;  // of the lines and pixels counted
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
-
-    Bench()
-        : bridge(synthetic::test_seed()),
-          master(bridge, hdl::standard_timing(1000)),
-          registers(master) {
+struct Bench : hdl::BusBench {
+    Bench() {
         write(kSensor, 0x00F3);
         write(kPpiMode, 0x0030);
-    }
-    void write(uint8_t index, unsigned value) { REQUIRE(registers.write(index, uint16_t(value))); }
-    uint16_t read(uint8_t index) {
-        const auto value = registers.read(index);
-        REQUIRE(value);
-        return *value;
     }
     std::vector<uint16_t> block(int camera) {
         const auto words = registers.read(kCameras[camera], 8);

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/pixel_source.hpp"
 #include "bench/servo_checker.hpp"
 
@@ -38,24 +38,11 @@ class PpiPins : public hdl::Listener {
     std::vector<Sample> samples;
 };
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
+struct Bench : hdl::BusBench {
     hdl::PpiReceiver ppi;
 
-    Bench()
-        : bridge(synthetic::test_seed()),
-          master(bridge, hdl::standard_timing(1000)),
-          registers(master),
-          ppi(bridge) {}
+    Bench() : ppi(bridge) {}
 
-    void write(uint8_t index, unsigned value) { REQUIRE(registers.write(index, uint16_t(value))); }
-    uint16_t read(uint8_t index) {
-        const auto value = registers.read(index);
-        REQUIRE(value);
-        return *value;
-    }
     void pattern_size(const hdl::Window &window) {
         REQUIRE(master.write(hdl::Registers::kAddress,
                              {kPatternWidth, uint8_t(window.width >> 8), uint8_t(window.width),

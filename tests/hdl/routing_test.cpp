@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/i2c_sensor.hpp"
 #include "bench/servo_checker.hpp"
 
@@ -16,18 +16,13 @@ constexpr uint8_t kTimeouts = 0x51, kBranchErrors = 0x53, kDiag = 0x50;
 // After a reset both branches are cleared first (i2c_router.v).
 constexpr uint64_t kClearTime = 110 * hdl::kUs;
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
+struct Bench : hdl::BusBench {
     hdl::I2cSensor left, right;
     std::array<uint16_t, 256> left_expected{}, right_expected{};
     hdl::Random random;
 
     Bench(uint64_t seed, uint64_t answer_ps)
-        : bridge(seed),
-          master(bridge, hdl::branch_timing(400)),
-          registers(master),
+        : BusBench(seed, hdl::branch_timing(400)),
           left(bridge, 0, answer_ps),
           right(bridge, 1, answer_ps),
           random(seed) {

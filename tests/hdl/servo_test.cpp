@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/servo_checker.hpp"
 
 namespace {
@@ -20,13 +20,8 @@ uint64_t width_ps(uint32_t q4) {
     return (q4 >> 4) * kUs + (q4 & 15u) * 25 / 16 * BRIDGE_CONTROL_PERIOD_PS;
 }
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
-
-    explicit Bench(uint64_t seed)
-        : bridge(seed), master(bridge, hdl::standard_timing(1000)), registers(master) {
+struct Bench : hdl::BusBench {
+    explicit Bench(uint64_t seed) : BusBench(seed) {
         REQUIRE(registers.write(0x0E, 60000));
         REQUIRE(registers.write(0x08, 3));
         bridge.run_idle(2 * kFrame);

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/pixel_source.hpp"
 #include "bench/servo_checker.hpp"
 
@@ -17,10 +17,7 @@ using hdl::kUs;
 constexpr uint32_t kPeriodPs = 20833;
 constexpr uint16_t kStream = 0x0100;
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
+struct Bench : hdl::BusBench {
     hdl::Window window;
     hdl::PixelSource left, right;
     hdl::PpiReceiver ppi;
@@ -29,9 +26,7 @@ struct Bench {
     uint64_t torn = 0, of_camera[2] = {};
 
     explicit Bench(uint64_t seed)
-        : bridge(seed),
-          master(bridge, hdl::standard_timing(1000)),
-          registers(master),
+        : BusBench(seed),
           left(bridge, 0, window),
           right(bridge, 1, window),
           ppi(bridge),

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/servo_checker.hpp"
 
 namespace {
@@ -43,24 +43,10 @@ class Edges : public hdl::Listener {
     bool high_[BRIDGE_CAMERAS] = {}, irq_ = false;
 };
 
-struct Bench {
-    hdl::Bridge bridge;
-    hdl::I2cMaster master;
-    hdl::Registers registers;
+struct Bench : hdl::BusBench {
     Edges edges;
 
-    Bench()
-        : bridge(synthetic::test_seed()),
-          master(bridge, hdl::standard_timing(1000)),
-          registers(master) {
-        bridge.add(edges);
-    }
-    void write(uint8_t index, unsigned value) { REQUIRE(registers.write(index, uint16_t(value))); }
-    uint16_t read(uint8_t index) {
-        const auto value = registers.read(index);
-        REQUIRE(value);
-        return *value;
-    }
+    Bench() { bridge.add(edges); }
     size_t pulses(int servo) { return bridge.servos().pulses(servo).size(); }
 };
 

@@ -3,21 +3,13 @@
 #ifndef VERGENCE_TESTS_HDL_BENCH_TWINS_HPP
 #define VERGENCE_TESTS_HDL_BENCH_TWINS_HPP
 
-#include <doctest/doctest.h>
-
-#include "bench/bridge.hpp"
-#include "bench/i2c_master.hpp"
+#include "bench/bus_bench.hpp"
 #include "bench/register_map.hpp"
 
 namespace hdl {
 
-struct Twin {
-    explicit Twin(uint64_t seed)
-        : bridge(seed), master(bridge, standard_timing(400)), registers(master) {}
-
-    Bridge bridge;
-    I2cMaster master;
-    Registers registers;
+struct Twin : BusBench {
+    explicit Twin(uint64_t seed) : BusBench(seed, standard_timing(400)) {}
 };
 
 class TwoBridges {
