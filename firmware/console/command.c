@@ -53,15 +53,12 @@ static void add_choices(struct command_text *text, const char *choices, const ch
     char next[COMMAND_CHOICE_MAX];
     for (int i = 0; command_words_choice_at(choices, i, word); i++) {
         const bool more = command_words_choice_at(choices, i + 1, next);
-        command_text_add(text, i == 0 ? "" : more ? between : last);
-        command_text_add(text, word);
+        command_text_join(text, i == 0 ? "" : more ? between : last, word);
     }
 }
 
 static void add_option_usage(struct command_text *usage, const struct command_argument *argument) {
-    command_text_add(usage, " [");
-    command_text_add(usage, argument->name);
-    command_text_add(usage, "=");
+    command_text_join(usage, " [", argument->name, "=");
     if (argument->kind == COMMAND_FLAG) {
         command_text_add(usage, "yes");
     } else if (argument->kind == COMMAND_CHOICE) {
@@ -81,17 +78,15 @@ void command_usage(const struct command *command, char *text, size_t bytes) {
             add_option_usage(&usage, argument);
             continue;
         }
-        command_text_add(&usage, argument->optional ? " [" : " ");
-        command_text_add(&usage, argument->name);
-        command_text_add(&usage, argument->optional ? "]" : "");
+        command_text_join(&usage, argument->optional ? " [" : " ", argument->name,
+                          argument->optional ? "]" : "");
     }
 }
 
 static void expect_number(const struct command_argument *argument, struct command_text *text) {
     const bool whole = argument->kind == COMMAND_INTEGER;
     if (argument->count > 1) {
-        command_text_add(text, argument->value_name);
-        command_text_add(text, whole ? ", integers" : ", numbers");
+        command_text_join(text, argument->value_name, whole ? ", integers" : ", numbers");
     } else {
         command_text_add(text, whole ? "an integer" : "a number");
     }
@@ -131,14 +126,13 @@ void command_expected(const struct command_argument *argument, struct command_te
 
 /// Begins a message about the command.
 static struct command_text *begin(const struct command_parser *parser) {
-    command_text_add(parser->message, parser->command);
-    command_text_add(parser->message, ": ");
+    command_text_join(parser->message, parser->command, ": ");
     return parser->message;
 }
 
 static void add_name(const struct command_parser *parser, const struct command_argument *argument) {
-    command_text_add(parser->message, command_argument_is_option(argument) ? parser->dashes : "");
-    command_text_add(parser->message, argument->name);
+    command_text_join(parser->message, command_argument_is_option(argument) ? parser->dashes : "",
+                      argument->name);
 }
 
 static void add_quoted(struct command_text *message, const char *word) {
@@ -157,8 +151,7 @@ static int refuse(const struct command_parser *parser, const struct command_argu
         command_text_add(message, " ");
         add_quoted(message, word);
     }
-    command_text_add(message, what);
-    command_text_add(message, " (expected ");
+    command_text_join(message, what, " (expected ");
     command_expected(argument, message);
     command_text_add(message, ")");
     return error;
@@ -231,8 +224,8 @@ static int take_choice(const struct command_parser *parser, const struct command
     add_name(parser, argument);
     command_text_add(message, " ");
     add_quoted(message, word);
-    command_text_add(message, suggest.text);
-    command_text_add(message, suggest.text[0] != '\0' ? "; expected " : " (expected ");
+    command_text_join(message, suggest.text,
+                      suggest.text[0] != '\0' ? "; expected " : " (expected ");
     command_expected(argument, message);
     command_text_add(message, suggest.text[0] != '\0' ? "" : ")");
     return ERROR_ARGUMENT;
@@ -374,18 +367,13 @@ static int unexpected(const struct command *command, const struct command_parser
     for (unsigned i = 0; i < command->argument_count; i++) {
         const struct command_argument *argument = &command->arguments[i];
         if (is_bare_value(argument, word)) {
-            command_text_add(parser->message, " (write ");
-            command_text_add(parser->message, argument->name);
-            command_text_add(parser->message, "=");
-            command_text_add(parser->message, argument->kind == COMMAND_FLAG ? "yes" : word);
-            command_text_add(parser->message, ")");
+            command_text_join(parser->message, " (write ", argument->name, "=",
+                              argument->kind == COMMAND_FLAG ? "yes" : word, ")");
             return ERROR_ARGUMENT;
         }
     }
     command_usage(command, usage, sizeof usage);
-    command_text_add(parser->message, " (usage: ");
-    command_text_add(parser->message, usage);
-    command_text_add(parser->message, ")");
+    command_text_join(parser->message, " (usage: ", usage, ")");
     return ERROR_ARGUMENT;
 }
 

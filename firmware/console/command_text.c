@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/command_text.h"
 
+#include <stdarg.h>
 #include <stdbool.h>
 
 #include "core/decimal.h"
@@ -27,6 +28,16 @@ void command_text_add(struct command_text *text, const char *added) {
     for (const char *at = added; *at != '\0'; at++) {
         add_character(text, *at);
     }
+}
+
+void command_text_add_all(struct command_text *text, ...) {
+    va_list strings;
+    va_start(strings, text);
+    for (const char *added = va_arg(strings, const char *); added != NULL;
+         added = va_arg(strings, const char *)) {
+        command_text_add(text, added);
+    }
+    va_end(strings);
 }
 
 void command_text_add_typed(struct command_text *text, const char *added) {
@@ -80,8 +91,7 @@ void command_text_add_integer(struct command_text *text, int64_t value) {
 
 void command_text_add_unit(struct command_text *text, const char *unit) {
     if (unit != NULL) {
-        command_text_add(text, " ");
-        command_text_add(text, unit);
+        command_text_join(text, " ", unit);
     }
 }
 

@@ -21,6 +21,10 @@ struct command_text command_text_begin(char *data, size_t bytes);
 
 /// Appends as much of a string as fits.
 void command_text_add(struct command_text *text, const char *added);
+/// Appends the strings up to NULL.
+__attribute__((sentinel)) void command_text_add_all(struct command_text *text, ...);
+/// Appends all the strings given.
+#define command_text_join(text, ...) command_text_add_all(text, __VA_ARGS__, (const char *)NULL)
 /// Appends user input: at most 40 bytes, without control characters.
 void command_text_add_typed(struct command_text *text, const char *added);
 /// Appends a number with at most `decimals` (0 .. 6) decimals, without trailing zeros, and with

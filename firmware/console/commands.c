@@ -32,8 +32,7 @@ int commands_not_ready(const struct command_call *call, const char *name) {
     command_text_add(&sentence, ": the instrument is in its safe state");
     // A cancelled command leaves no text, as the user wanted it.
     if (rig->last_error.error != 0 && rig->last_error.text[0] != '\0') {
-        command_text_add(&sentence, ": ");
-        command_text_add(&sentence, rig->last_error.text);
+        command_text_join(&sentence, ": ", rig->last_error.text);
     }
     command_text_add(&sentence, " (run \"bringup\")");
     return ERROR_NOT_READY;
@@ -56,8 +55,7 @@ static void report_error(const struct command *command, const struct command_cal
         return;
     }
     if (error != ERROR_CANCELLED) {
-        command_text_add(&sentence, command->name);
-        command_text_add(&sentence, ": ");
+        command_text_join(&sentence, command->name, ": ");
     }
     command_text_add(&sentence, error_text(error));
 }

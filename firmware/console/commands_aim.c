@@ -91,8 +91,7 @@ static int lens_sides(const struct command_call *call, unsigned *sides) {
                 continue;
             }
             struct command_text sentence = commands_sentence(call);
-            command_text_add(&sentence, "no motorized lens on the ");
-            command_text_add(&sentence, commands_side_name(side));
+            command_text_join(&sentence, "no motorized lens on the ", commands_side_name(side));
             return ERROR_NOT_CONNECTED;
         }
     }
@@ -110,12 +109,10 @@ static int check_position(const struct command_call *call, unsigned side, enum l
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, lens_axis_names[axis]);
-    command_text_add(&sentence, ": POSITION ");
+    command_text_join(&sentence, lens_axis_names[axis], ": POSITION ");
     command_text_add_integer(&sentence, position);
-    command_text_add(&sentence, " is out of range (expected for the ");
-    command_text_add(&sentence, commands_side_name(side));
-    command_text_add(&sentence, " lens: ");
+    command_text_join(&sentence, " is out of range (expected for the ", commands_side_name(side),
+                      " lens: ");
     command_text_add_integer(&sentence, limits.min);
     command_text_add(&sentence, " to ");
     command_text_add_integer(&sentence, limits.max);

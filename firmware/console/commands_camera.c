@@ -60,9 +60,7 @@ static int check_size(const struct command_call *call, unsigned which, const cha
         return 0;
     }
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, "window: ");
-    command_text_add(&sentence, name);
-    command_text_add(&sentence, " ");
+    command_text_join(&sentence, "window: ", name, " ");
     command_text_add_integer(&sentence, size_px);
     command_text_add(&sentence, " is not supported (expected with skip=");
     command_text_add_integer(&sentence, skip);

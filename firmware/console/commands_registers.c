@@ -30,13 +30,8 @@ static int read_one(const struct command_call *call, enum registers_device where
                                           [REGISTERS_LEFT] = "left sensor",
                                           [REGISTERS_RIGHT] = "right sensor"};
     struct command_text sentence = commands_sentence(call);
-    command_text_add(&sentence, "registers: ");
-    command_text_add(&sentence, entry->name);
-    command_text_add(&sentence, " of the ");
-    command_text_add(&sentence, devices[where]);
-    command_text_add(&sentence, " cannot be read: ");
-    command_text_add(&sentence, error_text(error));
-    command_text_add(&sentence, " (\"health\" checks every part)");
+    command_text_join(&sentence, "registers: ", entry->name, " of the ", devices[where],
+                      " cannot be read: ", error_text(error), " (\"health\" checks every part)");
     return error;
 }
 

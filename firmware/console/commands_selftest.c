@@ -68,9 +68,8 @@ static int nothing_arrived(const struct command_call *call, int error) {
                          "selftest: the bridge's test picture does not arrive: check the lines "
                          "from the bridge to the parallel port");
     } else {
-        command_text_add(&sentence, "selftest: no frame from the port behind the bridge (");
-        command_text_add(&sentence, error_text(error));
-        command_text_add(&sentence, "): see the system log");
+        command_text_join(&sentence, "selftest: no frame from the port behind the bridge (",
+                          error_text(error), "): see the system log");
     }
     return error;
 }
