@@ -184,6 +184,7 @@ static int take_numbers(const struct command_parser *parser,
     for (int i = 0; i < count; i++) {
         const bool last = i + 1 == count;
         const char *end = last ? at + strlen(at) : strchr(at, argument->separator);
+        end = end == NULL && argument->separator == 'x' ? strchr(at, 'X') : end;  // 9X6
         char text[NUMBER_BYTES];
         const size_t length = end != NULL ? (size_t)(end - at) : sizeof text;
         int error = length < sizeof text ? 0 : ERROR_SYNTAX;

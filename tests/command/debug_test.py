@@ -226,7 +226,7 @@ class Refused(pairs.Fixture):
         file.write_text("")
         self.assert_refused(self.attempt("--debug", file), 1, "is not a directory")
         self.assert_refused(self.attempt("--debug", file / "below"), 1, "below")
-        self.assert_refused(self.attempt("--debug", ""), 2, "empty")
+        self.assert_refused(self.attempt("--debug", ""), 2, "too short")
         self.assert_refused(self.attempt("--debug", "/proc/none/of/this"), 1, "/proc/none")
 
     def test_wrong_usage(self):

@@ -155,7 +155,7 @@ class Output(Fixture):
                                 (["--board", "9x6", "--square", "0"], "--square"),
                                 (["--board", "9x6", "--square", "0.025"], "--unit"),
                                 (["--board", "9x6", "--square", "1.99"], "--unit"),
-                                (["--board", "9x6", "--square", "1e3", "--unit", "m"], "1000000 mm"),
+                                (["--board", "9x6", "--square", "1000", "--unit", "m"], "1000000 mm"),
                                 (boards.OPTIONS + ["--marker", "3"], "--charuco"),
                                 (boards.OPTIONS + ["--charuco", "9x9"], "5x5_50"),
                                 (boards.OPTIONS + ["--charuco", "5x5_50"], "--marker"),
