@@ -140,29 +140,30 @@ static int step_turning(struct rig *self, struct rig_lens_move *move, uint64_t u
     return ERROR_OK;
 }
 
-// Until readings repeat, which they do not while the motor moves.
-static int step_resting(struct rig *self, struct rig_lens_move *move, uint64_t until_us) {
+// A motor that cannot be stopped ends its leg.
+static uint64_t rest_deadline_us(const struct rig_lens_move *move) {
     const struct lens_mover *mover = &move->movers[move->turn];
     const bool ends_its_leg = abilities_of(mover)->reports_moving && !abilities_of(mover)->stops;
     const uint64_t rest_us = move->stop_us + LENS_MOVE_REST_US;
-    const bool later = ends_its_leg && mover->deadline_us > rest_us;
+    return ends_its_leg && mover->deadline_us > rest_us ? mover->deadline_us : rest_us;
+}
+
+// Whether readings repeat, which they do not while the motor moves.
+static bool is_at_rest(struct rig_lens_move *move, const struct lens_reading *reading) {
+    const int32_t way = reading->position - move->readings[0];
+    const int32_t tolerance = move->movers[move->turn].settings->tolerance_counts;
+    const bool same = move->alike > 0 && -tolerance <= way && way <= tolerance;
+    move->alike = reading->moving ? 0 : same ? move->alike + 1 : 1;
+    move->readings[0] = same ? move->readings[0] : reading->position;
+    return move->alike == LENS_READ_MEDIAN;
+}
+
+static int step_resting(struct rig *self, struct rig_lens_move *move, uint64_t until_us) {
     struct lens_reading reading;
-    switch (read_resting(self, move, later ? mover->deadline_us : rest_us, until_us, &reading)) {
-        case RESTING_NOT_YET:
-            return ERROR_OK;
-        case RESTING_READ: {
-            const int32_t way = reading.position - move->readings[0];
-            const bool same = move->alike > 0 && !reading.moving &&
-                              (way < 0 ? -way : way) <= mover->settings->tolerance_counts;
-            move->alike = same ? move->alike + 1 : reading.moving ? 0 : 1;
-            move->readings[0] = same ? move->readings[0] : reading.position;
-            if (move->alike < LENS_READ_MEDIAN) {
-                return ERROR_OK;
-            }
-            break;
-        }
-        case RESTING_GIVEN_UP:
-            break;
+    const enum resting resting =
+        read_resting(self, move, rest_deadline_us(move), until_us, &reading);
+    if (resting == RESTING_NOT_YET || (resting == RESTING_READ && !is_at_rest(move, &reading))) {
+        return ERROR_OK;
     }
     take_turn(self, move, move->turn + 1);
     return move->turn == move->count ? end_move(self, move) : ERROR_OK;

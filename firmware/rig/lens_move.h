@@ -56,17 +56,6 @@
 extern "C" {
 #endif
 
-enum {
-    LENS_MOVE_STEP_COUNTS = 8,
-    LENS_MOVE_STALL_US = 1000000,
-    LENS_MOVE_STALL_READINGS = 5,
-    LENS_MOVE_COMMANDS = 4,  ///< within that time
-    LENS_MOVE_SETTLED_READINGS = 4,
-    LENS_MOVE_TRIMS = 3,
-    LENS_MOVE_OFFSET_COUNTS = 20,
-    LENS_MOVE_REST_US = 2500000,  ///< longest time to stop
-};
-
 /// A move that is under way. The caller owns it, and does not touch its fields.
 struct rig_lens_move {
     enum {
@@ -106,24 +95,6 @@ void rig_lens_move_cancel(struct rig *self, struct rig_lens_move *move);
 
 /// Whether it has arrived, or failed and its motors are at rest.
 bool rig_lens_move_done(const struct rig_lens_move *move);
-
-/// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US, plus twice the
-/// time in which the slowest motor moves LENS_MOVE_STEP_COUNTS.
-uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis);
-
-/// A jam is reported at most this long after it began, on a line that works; LENS_MOVE_REST_US
-/// later the other lens is at rest. Close to a target a second approach is needed to distinguish a
-/// jam from drift.
-uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
-
-/// Whether there is room for the approach of a target: it must be far enough from the limit on that
-/// side. Otherwise the motor's play remains, up to its backlash.
-bool lens_move_has_room(const struct lens_axis_settings *settings, int32_t target);
-
-/// Upper bound of the duration of a call of rig_lens_move_to, for lenses at most `distance` counts
-/// away from their targets.
-uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
-                            int32_t distance);
 
 #ifdef __cplusplus
 }

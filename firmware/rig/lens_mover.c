@@ -6,7 +6,6 @@
 #include "rig/base/health.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
-#include "rig/lens_move.h"
 
 enum {
     US_PER_S = 1000000,
@@ -259,6 +258,14 @@ static void record_way(struct lens_mover *mover) {
     mover->done = done > mover->done ? done : mover->done;
 }
 
+// On the way back, beyond is also fine.
+static bool is_at_goal(const struct lens_mover *mover) {
+    const bool past =
+        mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
+    return distance(mover->middle, mover->goal) <= mover->settings->tolerance_counts ||
+           (mover->phase == LENS_MOVER_GOING_BACK && past);
+}
+
 int lens_mover_take(struct rig *self, struct lens_mover *mover,
                     const struct lens_reading *reading) {
     INVARIANT(mover->phase != LENS_MOVER_ARRIVED && reading->time_us >= mover->since_us);
@@ -273,12 +280,7 @@ int lens_mover_take(struct rig *self, struct lens_mover *mover,
     if (mover->phase == LENS_MOVER_STARTING) {
         return start(self, mover);
     }
-    const int32_t left = distance(mover->middle, mover->goal);
-    const bool past =
-        mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
-    const bool there_now = left <= mover->settings->tolerance_counts ||
-                           (mover->phase == LENS_MOVER_GOING_BACK && past);  // beyond is also fine
-    mover->settled = there_now && !reading->moving ? mover->settled + 1 : 0;
+    mover->settled = is_at_goal(mover) && !reading->moving ? mover->settled + 1 : 0;
     if (reading->moving || distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
         mover->mark = mover->middle;
         mover->mark_us = rig_now_us(self);

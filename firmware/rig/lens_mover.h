@@ -13,6 +13,17 @@
 extern "C" {
 #endif
 
+enum {
+    LENS_MOVE_STEP_COUNTS = 8,
+    LENS_MOVE_STALL_US = 1000000,
+    LENS_MOVE_STALL_READINGS = 5,
+    LENS_MOVE_COMMANDS = 4,  ///< within that time
+    LENS_MOVE_SETTLED_READINGS = 4,
+    LENS_MOVE_TRIMS = 3,
+    LENS_MOVE_OFFSET_COUNTS = 20,
+    LENS_MOVE_REST_US = 2500000,  ///< longest time to stop
+};
+
 enum lens_mover_phase {
     LENS_MOVER_STARTING,  ///< its position is not known yet
     LENS_MOVER_GOING_BACK,
@@ -49,6 +60,24 @@ struct lens_mover {
                             ///< yet
     uint32_t path, done;    ///< for the display of progress
 };
+
+/// Time without progress after which a motor counts as jammed: LENS_MOVE_STALL_US, plus twice the
+/// time in which the slowest motor moves LENS_MOVE_STEP_COUNTS.
+uint64_t lens_move_stall_us(const struct rig_profile *profile, enum lens_axis axis);
+
+/// A jam is reported at most this long after it began, on a line that works; LENS_MOVE_REST_US
+/// later the other lens is at rest. Close to a target a second approach is needed to distinguish a
+/// jam from drift.
+uint64_t lens_move_jam_us(const struct rig_profile *profile, enum lens_axis axis);
+
+/// Whether there is room for the approach of a target: it must be far enough from the limit on that
+/// side. Otherwise the motor's play remains, up to its backlash.
+bool lens_move_has_room(const struct lens_axis_settings *settings, int32_t target);
+
+/// Upper bound of the duration of a call of rig_lens_move_to, for lenses at most `distance` counts
+/// away from their targets.
+uint64_t lens_move_limit_us(const struct rig_profile *profile, enum lens_axis axis,
+                            int32_t distance);
 
 /// Prepares a move to a position within the range of the axis. Sends nothing.
 void lens_mover_init(struct rig *self, struct lens_mover *mover, unsigned side, enum lens_axis axis,

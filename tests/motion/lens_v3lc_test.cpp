@@ -259,7 +259,7 @@ TEST_CASE("both lenses polled without waiting share the line") {
     CHECK(bench.counts().silent == 0);
 }
 
-TEST_CASE("an answer that arrived while nobody read is taken, however long ago") {
+TEST_CASE("an answer that arrived between two reads is taken, however long ago") {
     Bench bench(good(500));
     CHECK(bench.read(0, 0) == ERROR_TIMEOUT);
     bench.line.now_us += 3000 * kMs;
