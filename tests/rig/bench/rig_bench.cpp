@@ -72,7 +72,7 @@ void RigBench::advance_ms(uint64_t time_ms) {
 int RigBench::idle_ms(uint64_t time_ms) {
     int first = ERROR_OK;
     for (uint64_t passed = 0; passed < time_ms; passed += kIdleStepMs) {
-        const int error = rig_idle(&rig);
+        const int error = rig_serve(&rig);
         first = first == ERROR_OK ? error : first;
         advance_ms(kIdleStepMs);
     }

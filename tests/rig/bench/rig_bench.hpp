@@ -29,7 +29,7 @@ class RigBench {
 
     uint64_t now_us();
     void advance_ms(uint64_t time_ms);
-    /// Advances in the daemon's steps, with rig_idle at each. Returns its first error.
+    /// Advances in the daemon's steps, with rig_serve at each. Returns its first error.
     int idle_ms(uint64_t time_ms);
     /// Sends a command to simrig's control connection; returns the reply.
     std::string control(const std::string &command);
