@@ -3,7 +3,6 @@
 #include "daemon/backends/replay/replay_command.h"
 #include "daemon/client/client.h"
 #include "daemon/images/image_pnm.h"
-#include "daemon/images/image_raw.h"
 #include "daemon/surface/export_command.h"
 #include "daemon/surface/reconstruct_command.h"
 

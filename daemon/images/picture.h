@@ -31,9 +31,7 @@ int picture_develop(const struct raw_image *raw, const struct develop_balance *b
                     struct picture *picture);
 
 /// Encodes the picture as a PNG file: returns its bytes, which the caller frees, and their number;
-/// NULL if out of memory. Needs no library, as boards may have none: Paeth filter in all rows, then
-/// one Huffman code. Photographs compress about as well as with zlib. Sources: W3C, "Portable
-/// Network Graphics", second edition; RFC 1950, RFC 1951.
+/// NULL if out of memory.
 uint8_t *picture_png(const struct picture *picture, size_t *bytes);
 
 /// Whether a file that begins with these bytes (PICTURE_HEAD_BYTES, or all of it) was made by

@@ -10,8 +10,19 @@
 #include "daemon/cli/progress.h"
 #include "daemon/surface/reconstruct_session.h"
 #include "daemon/surface/reconstruct_summary.h"
-#include "daemon/surface/result/result_files.h"
 #include "daemon/surface/result/result_json.h"
+#include "daemon/surface/result/write.h"
+
+static const struct result_writer writers[] = {
+    {"disparity.pfm", false, write_pfm},  {"reasons.pgm", false, write_reasons},
+    {"points.pcd", false, write_pcd},     {"mesh.ply", false, write_ply},
+    {"result.json", false, write_result},
+};
+
+const struct reconstruct_outputs reconstruct_outputs_plain = {
+    .writers = writers,
+    .writer_count = sizeof writers / sizeof writers[0],
+};
 
 static const struct reconstruct_texts texts = {
     .scale = "--scale",

@@ -10,12 +10,18 @@
 #include "daemon/surface/reconstruct_inputs.h"
 #include "daemon/surface/reconstruct_request.h"
 #include "daemon/surface/result/reconstruct_context.h"
+#include "stereo/reconstruct.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { RECONSTRUCT_JOB_WRITERS_MAX = 24 };
+enum {
+    RECONSTRUCT_JOB_WRITERS_MAX = 24,
+    /// The stages that progress is reported for: enum reconstruct_stage, then writing the results.
+    RECONSTRUCT_WORK_WRITE = RECONSTRUCT_STAGES,
+    RECONSTRUCT_WORK_STAGES,
+};
 
 /// Simplifies the surface for the mesh files.
 struct reconstruct_mesh_maker {

@@ -107,6 +107,13 @@ struct result_writer {
                  struct message *message);
 };
 
+/// Whether `list`, the value of --files (names separated by commas), names the file.
+bool result_files_has(const char *list, const char *file_name);
+
+/// 0, or ERROR_ARGUMENT with `message` naming a file that none of the writers (`count`) writes.
+int result_files_check(const char *list, const struct result_writer *writers, int count,
+                       struct message *message);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The first two bytes are width and height, the rest is the file. It is accepted exactly when its
 // length fits and no word has more than ten bits; then the pixels are its words.
-#include "daemon/images/image_raw.h"
+#include "daemon/images/image_pnm.h"
 #include "image_property.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {

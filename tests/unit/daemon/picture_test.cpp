@@ -75,23 +75,6 @@ TEST_CASE("libpng reads back what was written") {
     }
 }
 
-TEST_CASE("no code is longer than deflate allows") {
-    // Differences with Fibonacci frequencies give the longest codes; in one column each value is
-    // the one above plus a difference. The end of the block is the other 1.
-    pixels values;
-    for (unsigned difference = 10, now = 1, next = 2; difference < 28; difference++) {
-        for (unsigned i = 0; i < now; i++) {
-            const size_t at = values.size();
-            const uint8_t above = at < 3 ? 0 : values[at - 3];
-            values.push_back(static_cast<uint8_t>(above + difference));
-        }
-        next += now;
-        now = next - now;
-    }
-    values.resize(values.size() / 3 * 3);
-    check_same(values, 1, static_cast<int>(values.size() / 3), 3);
-}
-
 TEST_CASE("a smooth image becomes much smaller than its pixels") {
     pixels values(640 * 480);
     for (size_t i = 0; i < values.size(); i++) {

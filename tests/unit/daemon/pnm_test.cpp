@@ -10,7 +10,6 @@
 
 #include "core/error.h"
 #include "daemon/images/image_pnm.h"
-#include "daemon/images/image_raw.h"
 #include "scratch.hpp"
 #include "synthetic/seed.hpp"
 

@@ -2,7 +2,6 @@
 #include "tools/host/formats/image_formats.hpp"
 
 #include "daemon/images/image_pnm.h"
-#include "daemon/images/image_raw.h"
 
 namespace {
 

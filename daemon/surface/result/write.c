@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/result/write.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "daemon/files/output_file.h"
+#include "daemon/surface/result/result_json.h"
+
+void write_comments(const struct reconstruct_context *context, const char *mark, FILE *stream) {
+    fprintf(stream, "%s vergence %s build %s\n", mark, context->version, context->build_id);
+    fprintf(stream, "%s calibration %s crc %08" PRIx32 "\n", mark, context->calibration->id,
+            context->result->calibration_crc);
+    if (context->depth_sigma_common_mm >= 0) {
+        fprintf(stream, "%s depth_sigma_common_mm %.3f\n", mark, context->depth_sigma_common_mm);
+    }
+    if (context->mismatch.text[0] != '\0') {
+        fprintf(stream, "%s accepted mismatch: %s\n", mark, context->mismatch.text);
+    }
+    for (int line = 0; context->capture.session != NULL && line < CAPTURE_INFO_LINES; line++) {
+        char text[CAPTURE_INFO_BYTES];
+        capture_info_line(&context->capture, line, text);
+        fprintf(stream, "%s %s%s\n", mark, line == 0 ? "capture " : "", text);
+    }
+}
+
+enum { POINT_BYTES = 5 * 4 };
+
+int write_pcd(const struct reconstruct_context *context, const char *path,
+              struct message *message) {
+    const struct reconstruct_result *result = context->result;
+    const uint32_t width = (uint32_t)result->left_colour.width;
+    const float unit_um = reconstruct_context_unit_um(context);
+    struct output_file file;
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        fputs("# .PCD v0.7 - Point Cloud Data file format\n", file.stream);
+        write_comments(context, "#", file.stream);
+        fprintf(file.stream, "# lengths in %s\n",
+                context->metric ? reconstruct_context_unit_name(context) : "an assumed unit");
+        fprintf(file.stream,
+                "VERSION 0.7\n"
+                "FIELDS x y z rgb sigma\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
+                "WIDTH %" PRIu32 "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS %" PRIu32
+                "\nDATA binary\n",
+                result->vertex_count, result->vertex_count);
+    }
+    for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
+        const struct triangulate_point *point = &result->points[vertex];
+        const uint32_t pixel = result->vertex_pixel[vertex];
+        const uint8_t *rgb =
+            image_rgb8_row(&result->left_colour, (int)(pixel / width)) + 3 * (pixel % width);
+        unsigned char bytes[POINT_BYTES];
+        output_file_put_f32(bytes, (float)point->x_um / unit_um);
+        output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
+        output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
+        // PCL's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
+        output_file_put_u32(bytes + 12,
+                            (uint32_t)rgb[0] << 16 | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2]);
+        output_file_put_f32(bytes + 16, (float)point->sigma_um / unit_um);
+        output_file_write(&file, bytes, sizeof bytes);
+    }
+    return output_file_close(&file, message);
+}
+
+int write_pfm(const struct reconstruct_context *context, const char *path,
+              struct message *message) {
+    const struct match_output *match = &context->result->match;
+    const int width = match->disparity_q8.width, height = match->disparity_q8.height;
+    struct output_file file;
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        fprintf(file.stream, "Pf\n%d %d\n-1.0\n", width, height);
+    }
+    unsigned char row[4 * IMAGE_MAX_SIDE_PX];
+    for (int y = height - 1; y >= 0; y--) {
+        const int32_t *disparity_q8 = image_i32_row(&match->disparity_q8, y);
+        const uint8_t *reason = image_u8_row(&match->reason, y);
+        for (int x = 0; x < width; x++) {
+            output_file_put_f32(row + 4 * x, reason[x] == REASON_VALID
+                                                 ? (float)disparity_q8[x] / 256.0f
+                                                 : INFINITY);
+        }
+        output_file_write(&file, row, 4 * (size_t)width);
+    }
+    return output_file_close(&file, message);
+}
+
+enum { VERTEX_BYTES = 6 * 4 + 3 + 2 * 4, FACE_BYTES = 1 + 3 * 4 };
+
+static void put_header(const struct reconstruct_context *context,
+                       const struct reconstruct_result *result, FILE *stream) {
+    fputs("ply\nformat binary_little_endian 1.0\n", stream);
+    write_comments(context, "comment", stream);
+    fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
+            context->metric ? reconstruct_context_unit_name(context)
+                            : "assumed geometry, lengths are meaningless");
+    fprintf(stream, "element vertex %" PRIu32 "\n", result->vertex_count);
+    fputs(
+        "property float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property float sigma\nproperty float miss\n",
+        stream);
+    fprintf(stream, "element face %" PRIu32 "\n", result->triangle_count);
+    fputs("property list uchar int vertex_indices\nend_header\n", stream);
+}
+
+static void put_vertex(const struct reconstruct_result *result, uint32_t vertex, float unit_um,
+                       unsigned char bytes[VERTEX_BYTES]) {
+    const struct triangulate_point *point = &result->points[vertex];
+    const int16_t *normal_q14 = result->normals_q14[vertex];
+    const int width = result->left_colour.width;
+    const uint32_t pixel = result->vertex_pixel[vertex];
+    const uint8_t *rgb = image_rgb8_row(&result->left_colour, (int)(pixel / (uint32_t)width)) +
+                         3 * (pixel % (uint32_t)width);
+    output_file_put_f32(bytes, (float)point->x_um / unit_um);
+    output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
+    output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
+    for (int i = 0; i < 3; i++) {
+        output_file_put_f32(bytes + 12 + 4 * i, (float)normal_q14[i] / 16384.0f);
+    }
+    memcpy(bytes + 24, rgb, 3);
+    output_file_put_f32(bytes + 27, (float)point->sigma_um / unit_um);
+    output_file_put_f32(bytes + 31, (float)point->miss_um / unit_um);
+}
+
+int write_ply(const struct reconstruct_context *context, const char *path,
+              struct message *message) {
+    const struct reconstruct_result *result = reconstruct_context_ply(context);
+    const float unit_um = reconstruct_context_unit_um(context);
+    struct output_file file;
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        put_header(context, result, file.stream);
+    }
+    for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
+        unsigned char bytes[VERTEX_BYTES];
+        put_vertex(result, vertex, unit_um, bytes);
+        output_file_write(&file, bytes, sizeof bytes);
+    }
+    for (uint32_t face = 0; face < result->triangle_count; face++) {
+        unsigned char bytes[FACE_BYTES] = {3};
+        for (int corner = 0; corner < 3; corner++) {
+            output_file_put_u32(bytes + 1 + 4 * corner, result->triangles[face][corner]);
+        }
+        output_file_write(&file, bytes, sizeof bytes);
+    }
+    return output_file_close(&file, message);
+}
+
+int write_reasons(const struct reconstruct_context *context, const char *path,
+                  struct message *message) {
+    const struct image_u8 *reason = &context->result->match.reason;
+    struct output_file file;
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        fputs("P5\n", file.stream);
+        for (int code = 0; code < REASON_COUNT; code++) {
+            fprintf(file.stream, "# %d %s\n", code, reason_text(code));
+        }
+        if (context->mismatch.text[0] != '\0') {
+            fprintf(file.stream, "# accepted mismatch: %s\n", context->mismatch.text);
+        }
+        fprintf(file.stream, "%d %d\n255\n", reason->width, reason->height);
+    }
+    for (int y = 0; y < reason->height; y++) {
+        output_file_write(&file, image_u8_row(reason, y), (size_t)reason->width);
+    }
+    return output_file_close(&file, message);
+}
+
+int write_result(const struct reconstruct_context *context, const char *path,
+                 struct message *message) {
+    struct output_file file;
+    output_file_open(&file, path);
+    if (file.stream != NULL) {
+        result_json_print(context, file.stream);
+    }
+    return output_file_close(&file, message);
+}
