@@ -63,12 +63,12 @@ struct session_instrument;
 void commands_calibration_instrument(const struct command_call *call,
                                      struct session_instrument *instrument);
 
-/// Compares the saved calibration with `state`: 0 if none is saved or it matches; ERROR_MISMATCH
-/// with `message`, `accept` as for `calibration_match`; errors of the store. The rig's thread only.
-struct calibration_match_state;
-int commands_calibration_match(const struct command_call *call,
-                               const struct calibration_match_state *state, const char *accept,
-                               struct message *message);
+/// Compares a pair that was just taken with the saved calibration: 0 if none is saved, it matches,
+/// or the mismatch is `accepted`, which the answer then says; ERROR_MISMATCH or an error of the
+/// store, with the call's message. The rig's thread only.
+struct pair;
+int commands_calibration_check(const struct command_call *call, const struct pair *pair,
+                               bool accepted);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.

@@ -115,9 +115,23 @@ static int parse(const struct command_call *call, const char *name,
 
 // ---- match with the instrument
 
-int commands_calibration_match(const struct command_call *call,
-                               const struct calibration_match_state *state, const char *accept,
-                               struct message *message) {
+void commands_calibration_instrument(const struct command_call *call,
+                                     struct session_instrument *instrument) {
+    const struct rig_devices *devices = call->rig->ports.devices;
+    *instrument = calibration_match_instrument(&call->rig->profile);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const enum rig_part part = side == RIG_LEFT ? RIG_PART_LEFT_CAMERA : RIG_PART_RIGHT_CAMERA;
+        const char *identity = devices != NULL && devices->identity != NULL
+                                   ? devices->identity(devices->self, part)
+                                   : NULL;
+        snprintf(instrument->camera[side], sizeof instrument->camera[side], "%s",
+                 identity != NULL ? identity : "");
+    }
+}
+
+static int compare_with_saved(const struct command_call *call,
+                              const struct calibration_match_state *state, const char *accept,
+                              struct message *message) {
     struct calibration_text text;
     struct calibration calibration;
     message->text[0] = '\0';
@@ -136,18 +150,20 @@ int commands_calibration_match(const struct command_call *call,
                       : calibration_match(&calibration, state, accept, message);
 }
 
-void commands_calibration_instrument(const struct command_call *call,
-                                     struct session_instrument *instrument) {
-    const struct rig_devices *devices = call->rig->ports.devices;
-    *instrument = calibration_match_instrument(&call->rig->profile);
-    for (int side = 0; side < RIG_SIDES; side++) {
-        const enum rig_part part = side == RIG_LEFT ? RIG_PART_LEFT_CAMERA : RIG_PART_RIGHT_CAMERA;
-        const char *identity = devices != NULL && devices->identity != NULL
-                                   ? devices->identity(devices->self, part)
-                                   : NULL;
-        snprintf(instrument->camera[side], sizeof instrument->camera[side], "%s",
-                 identity != NULL ? identity : "");
+int commands_calibration_check(const struct command_call *call, const struct pair *pair,
+                               bool accepted) {
+    struct calibration_match_state state;
+    struct session_instrument instrument;
+    struct message message;
+    commands_calibration_instrument(call, &instrument);
+    calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
+    const int error =
+        compare_with_saved(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    if (error == ERROR_MISMATCH && accepted) {
+        reply_text(call, "accepted_mismatch", message.text);
+        return 0;
     }
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 /// The state as a pair taken now would have it, with the positions last read.

@@ -55,12 +55,13 @@ static int write_calibration(const struct command_call *call, struct message *me
                : session_writer_calibration(&session.writer, text, length, message);
 }
 
-/// Start of a session, as a job for the disk writer.
+/// Start of a session or of a pair, as a job for the disk writer.
 struct beginning {
     const struct command_call *call;
     const struct command_value *name;
     const char *kind;
-    struct session_instrument instrument;
+    struct session_instrument instrument;  // of a session
+    struct captured_pair *captured;        // of a pair
     int error;
 };
 
@@ -220,53 +221,26 @@ static int save_pair(const struct command_call *call, const struct pair *pair,
     return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
 }
 
-/// Compares the pair with the saved calibration. 0 or, unless accepted, ERROR_MISMATCH with the
-/// call's message.
-static int match_calibration(const struct command_call *call, const struct pair *pair) {
-    struct calibration_match_state state;
-    struct session_instrument instrument;
-    struct message message;
-    commands_calibration_instrument(call, &instrument);
-    calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
-    const bool accepted = command_is_set(&call->values[CAPTURE_ACCEPT]);
-    const int error =
-        commands_calibration_match(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
-    if (error != ERROR_MISMATCH) {
-        return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
-    }
-    if (accepted) {
-        reply_text(call, "accepted_mismatch", message.text);
-        return 0;
-    }
-    return command_fail(call, error, "%s", message.text);
-}
-
-/// What is kept of a pair besides its images, as a job for the disk writer.
-struct keeping {
-    const struct command_call *call;
-    struct captured_pair *captured;
-    int error;
-    struct message message;
-};
-
 static void load_what_belongs(void *cookie) {
-    struct keeping *self = cookie;
+    struct beginning *self = cookie;
     struct captured_pair *captured = self->captured;
-    files_name_now(self->call, "capture", "", captured->name);
-    self->error = load_calibration(self->call, captured->calibration, &captured->calibration_length,
-                                   &self->message);
+    struct message message;
+    files_name_now(self->call, self->kind, "", captured->name);
+    const int error = load_calibration(self->call, captured->calibration,
+                                       &captured->calibration_length, &message);
+    self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
 }
 
 /// Fills in what a reconstruction needs besides the images.
 static int describe(const struct command_call *call, struct captured_pair *captured) {
     _Static_assert(sizeof captured->name > FILES_NAME_MAX, "a session's name fits");
     _Static_assert(sizeof captured->calibration >= STORE_CALIBRATION_BYTES, "a calibration fits");
-    struct keeping keeping = {.call = call, .captured = captured};
+    struct beginning beginning = {.call = call, .kind = "capture", .captured = captured};
     snprintf(captured->profile, sizeof captured->profile, "%s", call->rig->profile.name);
     captured->has_instrument = true;
     commands_calibration_instrument(call, &captured->instrument);
-    disk_writer_run(&daemon_of(call)->disk_writer, load_what_belongs, &keeping);
-    return keeping.error == 0 ? 0 : command_fail(call, keeping.error, "%s", keeping.message.text);
+    disk_writer_run(&daemon_of(call)->disk_writer, load_what_belongs, &beginning);
+    return beginning.error;
 }
 
 /// Writes the pair to disk if a session was asked for.
@@ -294,7 +268,8 @@ static int take_pair(const struct command_call *call, const struct pair_options 
     if (error != 0) {
         return error;
     }
-    const int mismatch = match_calibration(call, &captured->pair);
+    const int mismatch = commands_calibration_check(call, &captured->pair,
+                                                    command_is_set(&call->values[CAPTURE_ACCEPT]));
     error = session.recording ? 0 : mismatch;
     error = error != 0 ? error : describe(call, captured);
     error = error != 0 ? error : write_session(call, captured, &registers);
