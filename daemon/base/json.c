@@ -11,6 +11,7 @@
 #include "daemon/base/message.h"
 
 void json_begin(struct json *json, FILE *stream) {
+    INVARIANT(stream != NULL);
     *json = (struct json){.stream = stream};
     json->first[0] = true;
 }

@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "core/invariant.h"
+
 int message_set(struct message *message, int code, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
@@ -99,6 +101,7 @@ void printable_print_json(FILE *file, const char *text) {
 
 void printable_copy(const char *text, char *to, size_t bytes) {
     size_t length = 0;
+    INVARIANT(bytes > 0);
     while (*text != '\0' && length + 1 < bytes) {
         const size_t good = count_printable(text);
         const size_t room = bytes - 1 - length;

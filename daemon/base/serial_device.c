@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 
 enum { MIN_BAUD = 9600 };
 
@@ -37,6 +38,7 @@ bool serial_device_has_speed(uint32_t baud) {
 }
 
 bool serial_device_claim(int fd) {
+    INVARIANT(fd >= 0);
     // Lock first: if that fails, the owner's terminal stays unchanged.
     return flock(fd, LOCK_EX | LOCK_NB) == 0 && ioctl(fd, TIOCEXCL) == 0;
 }

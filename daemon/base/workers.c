@@ -173,6 +173,7 @@ void workers_destroy(struct workers *workers) {
         return;
     }
     pthread_mutex_lock(&workers->mutex);
+    INVARIANT(!workers->busy && workers->left == 0 && workers->unfinished == 0);
     workers->stop = true;
     pthread_cond_broadcast(&workers->wake);
     pthread_mutex_unlock(&workers->mutex);

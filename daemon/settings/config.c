@@ -104,6 +104,7 @@ static int set_number(struct config *config, const struct config_key *key, const
 
 static int set_text(struct config *config, const struct config_key *key, const char *value,
                     struct message *message) {
+    INVARIANT(key->none != NULL && key->bytes <= CONFIG_TEXT_BYTES);
     const char *text = strcmp(value, key->none) == 0 ? "" : value;
     if (strlen(text) >= key->bytes) {
         return message_set(message, ERROR_RANGE, "%s: too long (at most %zu characters)", key->name,
@@ -154,6 +155,7 @@ static int set_backend(struct config *config, const char *value, struct message 
 
 static int set_choice(struct config *config, const struct config_key *key, const char *called,
                       const char *value, struct message *message) {
+    INVARIANT(key->choices != NULL);
     const int place = command_words_choice(value, key->choices);
     if (place < 0) {
         return message_set(message, ERROR_ARGUMENT, "unknown %s \"%s\" (expected one of: %s)",

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "console/command_words.h"
+#include "core/invariant.h"
 
 #define AT(field) offsetof(struct config, field), sizeof(((struct config *)0)->field)
 #define TEXT(key, field, meaning) \
@@ -234,10 +235,12 @@ static const struct {
 
 const struct config_key *config_keys(size_t *count) {
     *count = sizeof keys / sizeof keys[0];
+    INVARIANT(*count <= CONFIG_KEYS_MAX && keys[0].kind == CONFIG_PROFILE);
     return keys;
 }
 
 const char *config_key_called(const struct config_key *key, bool in_profile) {
+    INVARIANT(key >= keys && key < keys + sizeof keys / sizeof keys[0]);
     return !in_profile                   ? key->name
            : key->kind == CONFIG_PROFILE ? CONFIG_LIKE
                                          : key->name + strlen(CONFIG_RIG);

@@ -25,6 +25,7 @@ struct loading {
 
 int config_line_error(const struct config_line *line, int error, struct message *message) {
     const struct message inner = *message;
+    INVARIANT(error != 0);
     return line->file == NULL
                ? error
                : message_set(message, error, "%s:%d: %.900s", line->file, line->number, inner.text);

@@ -174,6 +174,7 @@ int fault_plan_parse(struct fault_plan *self, const char *script, struct message
         }
         at += length;
     }
+    INVARIANT(plan.count >= 0 && plan.count <= FAULT_PLAN_RULES && plan.injected == 0);
     *self = plan;
     return ERROR_OK;
 }
@@ -197,6 +198,7 @@ bool fault_plan_names(const struct fault_plan *self, const char *part) {
 }
 
 static bool is_due(struct fault_plan *self, struct fault_plan_rule *rule) {
+    INVARIANT(rule->first == 0 || (rule->threshold == 0 && rule->seen <= rule->first));
     if (rule->first == 0) {
         return rule->threshold == UINT32_MAX || draw(&self->random) < rule->threshold;
     }

@@ -143,6 +143,7 @@ static bool read_window(struct saved_settings *saved, const char *text) {
 /// Reads a value of a side; versions before 3 have left_zoom for left.zoom.
 static bool read_value(const struct reading *self, const char *key, const char *text) {
     const bool bare = self->version == VERSION_BARE;
+    INVARIANT(self->version >= VERSION_BARE && self->version <= VERSION);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(side_names[side]);
         if (strncmp(key, side_names[side], bytes) != 0 ||
