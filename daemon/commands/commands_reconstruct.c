@@ -210,7 +210,7 @@ static void reply_figures(const struct surface *self) {
     reply_number(call, "points", result->vertex_count, 0, NULL);
     reply_number(call, "triangles", result->triangle_count, 0, NULL);
     reply_number(call, "density", result_figures_density_percent(result), 1, "%");
-    if (result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+    if (result->vertex_count > 0 && reconstruct_context_spread(context, &spread)) {
         reply_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
         reply_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
         reply_number(call, "depth_far", spread.depth_mm[2], 3, "mm");

@@ -9,6 +9,9 @@
 #include "daemon/base/process.h"
 #include "daemon/files/file_io.h"
 
+/// Surfaces have tens of megabytes: fewer calls of the system.
+enum { STREAM_BYTES = 1 << 17 };
+
 static void remember_error(struct output_file *file) {
     if (file->error_number == 0) {
         file->error_number = errno != 0 ? errno : EIO;
@@ -22,6 +25,8 @@ void output_file_open(struct output_file *file, const char *path) {
     file->stream = fopen(path, "wb");
     if (file->stream == NULL) {
         remember_error(file);
+    } else {
+        setvbuf(file->stream, NULL, _IOFBF, STREAM_BYTES);
     }
 }
 

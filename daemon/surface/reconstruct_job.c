@@ -316,13 +316,13 @@ static int compute(struct reconstruct_job *job) {
 
 static void find_common_sigma(struct reconstruct_job *job) {
     struct reconstruct_context *context = &job->context;
-    struct result_figures_quantiles spread;
     context->depth_sigma_common_mm = -1;
-    if (context->metric && job->result.vertex_count > 0 &&
-        result_figures_spread(&job->result, &spread)) {
+    context->has_spread =
+        job->result.vertex_count > 0 && result_figures_spread(&job->result, &context->spread);
+    if (context->metric && context->has_spread) {
         context->depth_sigma_common_mm = calibration_match_sigma_mm(
             context->calibration, context->has_instrument ? &context->instrument : NULL,
-            spread.depth_mm[1]);
+            context->spread.depth_mm[1]);
     }
 }
 

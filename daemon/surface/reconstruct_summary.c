@@ -32,7 +32,8 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
             "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
             result->vertex_count, result->triangle_count, result_figures_density_percent(result));
     struct result_figures_quantiles spread;
-    if (context->metric && result->vertex_count > 0 && result_figures_spread(result, &spread)) {
+    if (context->metric && result->vertex_count > 0 &&
+        reconstruct_context_spread(context, &spread)) {
         fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",
                 spread.depth_mm[1], spread.depth_mm[0], spread.depth_mm[2]);
         if (context->options->refine) {

@@ -126,7 +126,7 @@ class Reconstruct(Reconstructing):
         self.assertIn(f"capture     {reported}\n", done.stdout)
         for name, words in (("report.html", reported), ("mesh.ply", f"comment capture {reported}\n"),
                             ("points.pcd", f"# capture {reported}\n"),
-                            ("mesh.glb", f'"skew_us": {skew}'),
+                            ("mesh.glb", f'"skew_us":{skew}'),
                             ("result.json", f'"skew_us": {skew}')):
             self.assertIn(words.encode(), (out / name).read_bytes(), name)
         self.assertIn(f" pair 1, skew {skew} us\n", run("info", out).stdout)

@@ -19,6 +19,15 @@ void reconstruct_context_warn(struct reconstruct_context *context, const char *f
     message_set(&context->warnings[context->warning_count++], 0, "%s", text);
 }
 
+bool reconstruct_context_spread(const struct reconstruct_context *context,
+                                struct result_figures_quantiles *spread) {
+    if (!context->has_spread) {
+        return result_figures_spread(context->result, spread);
+    }
+    *spread = context->spread;
+    return true;
+}
+
 const struct reconstruct_result *reconstruct_context_ply(
     const struct reconstruct_context *context) {
     const struct reconstruct_mesh *mesh = context->mesh;

@@ -11,6 +11,7 @@
 #include "daemon/base/message.h"
 #include "daemon/session/capture_info.h"
 #include "daemon/session/session.h"
+#include "daemon/surface/result/result_figures.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
 
@@ -69,6 +70,9 @@ struct reconstruct_context {
     /// calibration_match_sigma_mm. Negative: unknown.
     double depth_sigma_common_mm;
 
+    bool has_spread;  // `spread` is that of the result; else it is computed where it is needed
+    struct result_figures_quantiles spread;
+
     bool metric;  // false: focal length or baseline are assumed, lengths are not real millimetres
     int shrink;   // integer factor by which the reader shrank the images; 1: not shrunk
     const struct reconstruct_mesh *mesh;  // NULL: not simplified
@@ -89,6 +93,10 @@ struct reconstruct_context {
 /// Adds a warning, formatted as by printf; dropped if there are already too many.
 void reconstruct_context_warn(struct reconstruct_context *context, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/// Quantiles of the result, which must have points, as by result_figures_spread.
+bool reconstruct_context_spread(const struct reconstruct_context *context,
+                                struct result_figures_quantiles *spread);
 
 /// The surface as written to mesh.ply.
 const struct reconstruct_result *reconstruct_context_ply(const struct reconstruct_context *context);

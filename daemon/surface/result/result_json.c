@@ -173,7 +173,7 @@ static void print_surface(const struct reconstruct_context *context, struct json
     json_reals(json, "max", bounds.greatest_mm, 3, 9);
     json_close_object(json);
     struct result_figures_quantiles spread;
-    if (!result_figures_spread(result, &spread)) {
+    if (!reconstruct_context_spread(context, &spread)) {
         return;
     }
     json_open_object(json, "depth_mm");
