@@ -20,13 +20,6 @@ enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
 static const double permille_a_percent = 10;
 
-/// The session being written: a recording, or one pair.
-static struct {
-    struct session_writer writer;
-    bool recording;
-    char name[FILES_NAME_MAX + 1];
-} session = {.writer = {.directory = -1, .index = -1}};
-
 /// Loads the saved calibration, if there is one: it is part of every pair and session. `text` has
 /// STORE_CALIBRATION_BYTES.
 static int load_calibration(const struct command_call *call, char *text, size_t *length,
@@ -47,12 +40,13 @@ static int load_calibration(const struct command_call *call, char *text, size_t 
 }
 
 static int write_calibration(const struct command_call *call, struct message *message) {
+    struct session *session = &daemon_of(call)->session;
     char text[STORE_CALIBRATION_BYTES];
     size_t length = 0;
     const int error = load_calibration(call, text, &length, message);
     return error != 0 || length == 0
                ? error
-               : session_writer_calibration(&session.writer, text, length, message);
+               : session_writer_calibration(&session->writer, text, length, message);
 }
 
 /// Start of a session or of a pair, as a job for the disk writer.
@@ -91,24 +85,25 @@ static void write_beginning(void *cookie) {
     struct beginning *self = cookie;
     const struct command_call *call = self->call;
     struct daemon *daemon = daemon_of(call);
+    struct session *session = &daemon->session;
     struct message message;
     const time_t now = time(NULL);
     struct tm parts;
     char date[32];
     if (self->name->given) {
-        snprintf(session.name, sizeof session.name, "%s", self->name->text);
+        snprintf(session->name, sizeof session->name, "%s", self->name->text);
     } else {
-        files_name_now(call, self->kind, "", session.name);
+        files_name_now(call, self->kind, "", session->name);
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    int error = session_writer_begin(&session.writer, daemon->files_fd, session.name,
+    int error = session_writer_begin(&session->writer, daemon->files_fd, session->name,
                                      version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
-        error = session_writer_instrument(&session.writer, &self->instrument, &message);
+        error = session_writer_instrument(&session->writer, &self->instrument, &message);
         error = error != 0 ? error : write_calibration(call, &message);
         if (error != 0) {
-            session_writer_discard(&session.writer, daemon->files_fd);
+            session_writer_discard(&session->writer, daemon->files_fd);
         }
     }
     self->error = error == 0 ? 0 : command_fail(call, error, "%s", message.text);
@@ -162,6 +157,7 @@ static void put_pair(const struct command_call *call, const struct captured_pair
 
 /// A write to the session, as a job for the disk writer, and its outcome.
 struct writing {
+    struct session *session;
     const struct pair *pair;
     const struct registers_all *registers;
     const char *command;
@@ -172,26 +168,28 @@ struct writing {
 
 /// Writes a pair with its register values.
 static int write_with_registers(struct writing *self) {
+    struct session *session = self->session;
     int error = 0;
     for (size_t i = 0; error == 0 && i < self->registers->count; i++) {
         const struct registers_run *run = &self->registers->run[i];
-        error = session_writer_registers(&session.writer, rig_part_text(run->part), run->at_us,
+        error = session_writer_registers(&session->writer, rig_part_text(run->part), run->at_us,
                                          run->first, run->values, run->count, &self->message);
     }
-    return error != 0 ? error : session_writer_pair(&session.writer, self->pair, &self->message);
+    return error != 0 ? error : session_writer_pair(&session->writer, self->pair, &self->message);
 }
 
 /// Writes and ends a session of one pair; discards it on failure.
 static void write_whole(void *cookie) {
     struct writing *self = cookie;
-    int error = session_writer_command(&session.writer, self->command, &self->message);
+    struct session *session = self->session;
+    int error = session_writer_command(&session->writer, self->command, &self->message);
     if (error == 0) {
         error = write_with_registers(self);
     }
     if (error == 0) {
-        error = session_writer_end(&session.writer, &self->message);
+        error = session_writer_end(&session->writer, &self->message);
     } else {
-        session_writer_discard(&session.writer, self->files_fd);
+        session_writer_discard(&session->writer, self->files_fd);
     }
     self->error = error;
 }
@@ -204,18 +202,20 @@ static void write_pair(void *cookie) {
 /// Writes a pair into its session; in a recording, after all calls that led to it.
 static int save_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
+    struct session *session = &daemon_of(call)->session;
     struct daemon *daemon = daemon_of(call);
-    struct writing writing = {.pair = pair,
+    struct writing writing = {.session = session,
+                              .pair = pair,
                               .registers = registers,
                               .command = command_is_set(&call->values[CAPTURE_ACCEPT])
                                              ? "capture " CAPTURE_ACCEPT_WORD
                                              : "capture",
                               .files_fd = daemon->files_fd};
-    if (session.recording) {
+    if (session->recording) {
         writing.error = record_flush(&daemon->record, &writing.message);
     }
     if (writing.error == 0) {
-        disk_writer_run(&daemon->disk_writer, session.recording ? write_pair : write_whole,
+        disk_writer_run(&daemon->disk_writer, session->recording ? write_pair : write_whole,
                         &writing);
     }
     return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
@@ -246,16 +246,18 @@ static int describe(const struct command_call *call, struct captured_pair *captu
 /// Writes the pair to disk if a session was asked for.
 static int write_session(const struct command_call *call, struct captured_pair *captured,
                          const struct registers_all *registers) {
-    if (!session.recording && !call->values[CAPTURE_NAME].given) {
+    struct session *session = &daemon_of(call)->session;
+    if (!session->recording && !call->values[CAPTURE_NAME].given) {
         return 0;
     }
-    int error = session.recording ? 0 : begin_session(call, &call->values[CAPTURE_NAME], "capture");
+    int error =
+        session->recording ? 0 : begin_session(call, &call->values[CAPTURE_NAME], "capture");
     error = error != 0 ? error : save_pair(call, &captured->pair, registers);
     if (error == 0) {
         captured->in_session = true;
-        snprintf(captured->name, sizeof captured->name, "%s", session.name);
+        snprintf(captured->name, sizeof captured->name, "%s", session->name);
         // Its number in the session, as for "reconstruct", not the rig's count.
-        captured->pair.number = session.writer.pairs;
+        captured->pair.number = session->writer.pairs;
     }
     return error;
 }
@@ -263,6 +265,7 @@ static int write_session(const struct command_call *call, struct captured_pair *
 /// Takes a pair into `captured`. `*kept`: it is the last pair now.
 static int take_pair(const struct command_call *call, const struct pair_options *options,
                      struct captured_pair *captured, bool *kept) {
+    struct session *session = &daemon_of(call)->session;
     struct registers_all registers;
     int error = capture_take(call->rig, options, &captured->pair, &registers);
     if (error != 0) {
@@ -270,7 +273,7 @@ static int take_pair(const struct command_call *call, const struct pair_options 
     }
     const int mismatch = commands_calibration_check(call, &captured->pair,
                                                     command_is_set(&call->values[CAPTURE_ACCEPT]));
-    error = session.recording ? 0 : mismatch;
+    error = session->recording ? 0 : mismatch;
     error = error != 0 ? error : describe(call, captured);
     error = error != 0 ? error : write_session(call, captured, &registers);
     if (error != 0) {
@@ -294,12 +297,13 @@ static void make_room(struct daemon *daemon) {
 }
 
 static int run_capture(const struct command_call *call) {
+    struct session *session = &daemon_of(call)->session;
     const struct pair_options options = capture_options(call->values);
     const bool named = call->values[CAPTURE_NAME].given;
-    if (session.recording && named) {
+    if (session->recording && named) {
         return command_fail(call, ERROR_ARGUMENT,
                             "capture: NAME is not allowed while recording %s (omit it, or use -)",
-                            session.name);
+                            session->name);
     }
     int error = named ? check_name(call, &call->values[CAPTURE_NAME]) : 0;
     if (error != 0) {
@@ -319,7 +323,8 @@ static int run_capture(const struct command_call *call) {
 
 /// Logs a state of the recording: "the recording r1 begins".
 static void report(struct daemon *daemon, const char *what) {
-    log_ring_print(&daemon->log_ring, HAL_LOG_NOTICE, "the recording %s %s", session.name, what);
+    struct session *session = &daemon->session;
+    log_ring_print(&daemon->log_ring, HAL_LOG_NOTICE, "the recording %s %s", session->name, what);
 }
 
 /// Resets the rig to its state after the daemon's start, in which a replay starts too.
@@ -336,6 +341,7 @@ static void begin_afresh(struct rig *rig) {
 /// Writes the profile that the instrument is based on, if its name differs, and the settings that
 /// differ from that profile: a replay has neither the configuration nor the profile's file.
 static int write_settings(const struct command_call *call, struct message *message) {
+    struct session *session = &daemon_of(call)->session;
     const struct config *config = &daemon_of(call)->config;
     const bool named = strcmp(config->profile.name, config->like) == 0;
     struct config defaults;
@@ -343,7 +349,7 @@ static int write_settings(const struct command_call *call, struct message *messa
     int error = config_set(&defaults, CONFIG_PROFILE_KEY, config->like, message);
     INVARIANT(error == 0);
     if (!named) {
-        error = session_writer_setting(&session.writer, CONFIG_PROFILE_KEY, config->like, message);
+        error = session_writer_setting(&session->writer, CONFIG_PROFILE_KEY, config->like, message);
     }
     for (size_t i = 0; error == 0 && i < config_key_count(); i++) {
         char value[CONFIG_TEXT_BYTES + 16];
@@ -351,7 +357,7 @@ static int write_settings(const struct command_call *call, struct message *messa
         config_key_print(config, i, value, sizeof value);
         config_key_print(&defaults, i, before, sizeof before);
         if (config_key_is_of_rig(i) && strcmp(value, before) != 0) {
-            error = session_writer_setting(&session.writer, config_key_name(i), value, message);
+            error = session_writer_setting(&session->writer, config_key_name(i), value, message);
             // A key may set others too, which then need not be written.
             error = error != 0 ? error : config_set(&defaults, config_key_name(i), value, message);
         }
@@ -360,9 +366,10 @@ static int write_settings(const struct command_call *call, struct message *messa
 }
 
 static int start_recording(const struct command_call *call) {
+    struct session *session = &daemon_of(call)->session;
     struct message message;
-    if (session.recording) {
-        return command_fail(call, ERROR_BUSY, "record: already recording %s", session.name);
+    if (session->recording) {
+        return command_fail(call, ERROR_BUSY, "record: already recording %s", session->name);
     }
     int error = check_name(call, &call->values[1]);
     error = error != 0 ? error : begin_session(call, &call->values[1], "record");
@@ -371,29 +378,31 @@ static int start_recording(const struct command_call *call) {
     }
     begin_afresh(call->rig);
     error = write_settings(call, &message);
-    error = error != 0 ? error : record_start(&daemon_of(call)->record, &session.writer, &message);
+    error = error != 0 ? error : record_start(&daemon_of(call)->record, &session->writer, &message);
     if (error != 0) {
-        session_writer_discard(&session.writer, daemon_of(call)->files_fd);
+        session_writer_discard(&session->writer, daemon_of(call)->files_fd);
         return command_fail(call, error, "%s", message.text);
     }
-    session.recording = true;
+    session->recording = true;
     report(daemon_of(call), "begins");
-    reply_text(call, "session", session.name);
+    reply_text(call, "session", session->name);
     return 0;
 }
 
 static void write_end(void *cookie) {
     struct writing *self = cookie;
-    self->error = session_writer_end(&session.writer, &self->message);
+    struct session *session = self->session;
+    self->error = session_writer_end(&session->writer, &self->message);
 }
 
 /// Ends a recording. An incomplete one gets no end record, so that readers detect it.
 static int stop_recording(struct daemon *daemon, struct message *message) {
-    struct writing end = {.error = 0};
+    struct session *session = &daemon->session;
+    struct writing end = {.session = session};
     end.error = record_stop(&daemon->record, &end.message);
-    session.recording = false;
+    session->recording = false;
     if (end.error != 0) {
-        session_writer_leave(&session.writer);
+        session_writer_leave(&session->writer);
         return message_set(message, end.error, "%.900s; the recording is cut off there",
                            end.message.text);
     }
@@ -406,21 +415,23 @@ static int stop_recording(struct daemon *daemon, struct message *message) {
 }
 
 void commands_session_put_state(const struct command_call *call) {
+    struct session *session = &daemon_of(call)->session;
     const char *cut = record_cut(&daemon_of(call)->record);
-    if (!session.recording) {
+    if (!session->recording) {
         return;
     }
-    reply_text(call, "recording", session.name);
+    reply_text(call, "recording", session->name);
     if (cut != NULL) {
         reply_text(call, "cut_off", cut);
     }
 }
 
 static int run_record(const struct command_call *call) {
+    struct session *session = &daemon_of(call)->session;
     struct message message;
     if (!call->values[0].given) {
         commands_session_put_state(call);
-        if (!session.recording) {
+        if (!session->recording) {
             reply_text(call, "recording", "nothing");
         }
         return 0;
@@ -433,18 +444,19 @@ static int run_record(const struct command_call *call) {
                             "record: unexpected NAME \"%s\" (only \"start\" has one)",
                             call->values[1].text);
     }
-    if (!session.recording) {
+    if (!session->recording) {
         return command_fail(call, ERROR_ARGUMENT, "record: not recording");
     }
-    reply_text(call, "session", session.name);
-    reply_number(call, "pairs", session.writer.pairs, 0, NULL);
+    reply_text(call, "session", session->name);
+    reply_number(call, "pairs", session->writer.pairs, 0, NULL);
     const int error = stop_recording(daemon_of(call), &message);
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
 void commands_session_end(struct daemon *daemon) {
+    struct session *session = &daemon->session;
     struct message message;
-    if (session.recording && stop_recording(daemon, &message) != 0) {
+    if (session->recording && stop_recording(daemon, &message) != 0) {
         log_ring_print(&daemon->log_ring, HAL_LOG_ERROR, "%s", message.text);
     }
 }

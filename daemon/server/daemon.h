@@ -25,6 +25,7 @@
 #include "daemon/session/disk_writer.h"
 #include "daemon/session/last_pair.h"
 #include "daemon/session/record.h"
+#include "daemon/session/session_write.h"
 #include "daemon/settings/config.h"
 #include "hal/store.h"
 #include "hal/watchdog.h"
@@ -97,6 +98,14 @@ struct worker {
     const char *progress_what;
 };
 
+/// The session being written: a recording, or one pair. The rig worker's thread, and the disk
+/// writer for it.
+struct session {
+    struct session_writer writer;
+    bool recording;
+    char name[CAPTURED_PAIR_NAME_BYTES];
+};
+
 /// Use static storage: it is large, and must not move.
 struct daemon {
     struct config config;
@@ -111,7 +120,8 @@ struct daemon {
     const struct v4l2_camera *cameras[RIG_SIDES];  ///< behind the rig's ports; NULL: none
     struct record record;            ///< in front of the rig's ports; records on request
     struct disk_writer disk_writer;  ///< for the rig worker's thread only
-    struct last_pair last_pair;      ///< for `reconstruct`
+    struct session session;
+    struct last_pair last_pair;  ///< for `reconstruct`
     struct worker rig_worker, general_worker;
     uint64_t started_us;  ///< monotonic
 };

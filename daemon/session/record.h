@@ -129,6 +129,22 @@ const char *record_cut(const struct record *self);
 /// Ends the recording. Returns as `record_flush`; allowed if it was not started.
 int record_stop(struct record *self, struct message *message);
 
+// ---- what the ports of record_ports.c add
+
+/// Whether calls are being recorded.
+bool record_is_on(const struct record *self);
+
+/// Adds one call that has just been made, with its results; nothing while not recording.
+void record_call(struct record *self, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/// The time that the instrument's clock shows at `now_us`.
+uint64_t record_clock(struct record *self, uint64_t now_us);
+
+/// Copies the pixels and queues them for the disk; `*crc32` is set to the CRC of their file. False:
+/// out of memory, which ends the recording.
+bool record_frame(struct record *self, const struct hal_camera_frame *frame, uint32_t *crc32);
+
 #ifdef __cplusplus
 }
 #endif

@@ -198,22 +198,22 @@ static uint64_t take_number(struct line *line, unsigned base, uint64_t max) {
 }
 
 /// A text is one word: blanks, '%' and anything but printable ASCII are %XX.
-static void walk_text(struct line *line, char *text, size_t bytes) {
-    for (; !line->parses && *text != '\0'; text++) {
+static void put_text(struct line *line, const char *text) {
+    for (; *text != '\0'; text++) {
         const unsigned char byte = (unsigned char)*text;
         put(line, byte > ' ' && byte < 0x7f && byte != '%' ? "%c" : "%%%02x", byte);
     }
-    for (size_t length = 0; line->parses && line->at < line->end && *line->at != ' '; length++) {
+}
+
+static void take_text(struct line *line, char *text, size_t bytes) {
+    for (size_t length = 0; line->at < line->end && *line->at != ' ' && !line->wrong; length++) {
         int byte = (unsigned char)*line->at++;
         if (byte == '%' && line->end - line->at >= 2) {
             byte = digit_of(line->at[0]) * 16 + digit_of(line->at[1]);
             line->at += 2;
         }
-        if (byte <= 0 || byte > 255 || length == bytes - 1) {
-            line->wrong = true;
-            return;
-        }
-        text[length] = (char)byte;
+        line->wrong = byte <= 0 || byte > 255 || length == bytes - 1;
+        text[length] = line->wrong ? '\0' : (char)byte;
     }
 }
 
@@ -291,8 +291,10 @@ static void store(const struct field *field, char *at, uint64_t value) {
 
 static void walk_value(struct line *line, const struct field *field, char *base) {
     char *const member = base + field->offset;
-    if (field->type == TEXT) {
-        walk_text(line, member, field->bytes);
+    if (field->type == TEXT && line->parses) {
+        take_text(line, member, field->bytes);
+    } else if (field->type == TEXT) {
+        put_text(line, member);
     } else if (field->type == VALUES) {
         walk_values(line, (struct session_event *)(void *)base);
     } else if (line->parses) {
@@ -302,6 +304,31 @@ static void walk_value(struct line *line, const struct field *field, char *base)
     }
 }
 
+/// The word before a value: its key or separator. False: the key is optional and not there, so
+/// neither are its values.
+static bool walk_key(struct line *line, const struct field *field, const char *prefix, char *base) {
+    const bool optional = field->present != 0;
+    char word[SESSION_NAME_MAX];
+    if (field->key != NULL) {
+        snprintf(word, sizeof word, " %s%s=", prefix, field->key);
+    } else {
+        snprintf(word, sizeof word, "%s", field->separator);
+    }
+    if (!line->parses && optional && base[field->present] == 0) {
+        return false;
+    }
+    if (!line->parses) {
+        put(line, "%s", word);
+        return true;
+    }
+    const bool there = take(line, word);
+    line->wrong |= !there && !optional;
+    if (there && optional) {
+        base[field->present] = 1;
+    }
+    return there;
+}
+
 static void walk(struct line *line, const struct field *field, const char *prefix, char *base) {
     bool present = true;
     for (; (field->key != NULL || field->separator != NULL) && !line->wrong; field++) {
@@ -309,22 +336,8 @@ static void walk(struct line *line, const struct field *field, const char *prefi
             walk(line, frame_fields, field->key, base + field->offset);
             continue;
         }
-        char before[SESSION_NAME_MAX];
-        const bool optional = field->present != 0;
-        if (field->key != NULL) {
-            snprintf(before, sizeof before, " %s%s=", prefix, field->key);
-            present = !optional || line->parses || base[field->present] != 0;
-        } else {
-            snprintf(before, sizeof before, "%s", field->separator);
-        }
-        if (present && line->parses) {
-            present = take(line, before);
-            line->wrong |= !present && !optional;
-        } else if (present) {
-            put(line, "%s", before);
-        }
-        if (present && optional && line->parses) {
-            base[field->present] = 1;
+        if (field->key != NULL || present) {
+            present = walk_key(line, field, prefix, base);
         }
         if (present) {
             walk_value(line, field, base);

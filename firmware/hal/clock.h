@@ -13,7 +13,7 @@ struct hal_clock_operations {
     uint64_t (*now_us)(void *self);
     /// Returns at `time_us` or later; at once if that time has passed.
     void (*wait_until_us)(void *self, uint64_t time_us);
-    /// NULL: time passes by itself, as in reality. Else, in virtual time: whether it has passed, so
+    /// NULL: time passes, as in reality. Else, in virtual time: whether it has passed meanwhile, so
     /// that an idle instrument is to be serviced once (see rig_idle), then to be asked again.
     bool (*idle_is_due)(void *self);
 };
