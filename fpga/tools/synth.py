@@ -168,8 +168,9 @@ def timing(text):
 
 
 def place(folder, options, command):
-    """Places with each seed; command(seed) returns the tool's arguments. Returns the worst of all
-    seeds, and the seed with the best result.
+    """Places with each seed; command(seed) returns the tool's arguments. Returns the worst clocks of
+    all seeds, and the seed with the shortest delay from a pixel clock to the PPI's, which the placer
+    does not optimise.
     """
     seeds = SEEDS[:options.seeds]
 
@@ -178,9 +179,9 @@ def place(folder, options, command):
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         placed = dict(zip(seeds, pool.map(one, seeds)))
-    best = max(seeds,
-               key=lambda seed: min(placed[seed]["control"] / 25, placed[seed]["pixel"] / 48))
-    worst = {"hop": max(result["hop"] for result in placed.values()),
+    best = min(seeds, key=lambda seed: placed[seed]["hop"])
+    worst = {"hop": placed[best]["hop"],
+             "worst_hop": max(result["hop"] for result in placed.values()),
              "cells": placed[best]["cells"],
              "seeds": {str(seed): [result["control"], result["pixel"]]
                        for seed, result in placed.items()}}

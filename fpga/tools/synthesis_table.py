@@ -37,7 +37,8 @@ def timings(results, needs):
             lines.append(f"| {DEVICES[target]} | no open timing model | | | | {file} |")
             continue
         words = [f"{result[name]:.1f} (needed {needs[target][name]})"
-                 for name in ("control", "pixel")] + [f"{result['hop']:.1f}"]
+                 for name in ("control", "pixel")] + [
+                     f"{result['hop']:.1f} (worst {result['worst_hop']:.1f})"]
         seeds = ", ".join(f"{control:.1f}" for control, _ in result["seeds"].values())
         lines.append(f"| {DEVICES[target]} | {' | '.join(words)} | {seeds} | {file} |")
     return lines
