@@ -123,7 +123,7 @@ static const struct client_command *find_command(const char *name,
         }
     }
     struct suggest suggest;
-    suggest_begin(&suggest, name);
+    suggest_begin(&suggest, name, "");
     for (int i = 0; i < command_count; i++) {
         suggest_consider(&suggest, commands[i].name);
     }

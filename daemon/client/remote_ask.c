@@ -209,6 +209,22 @@ static enum outcome receive_json(struct answer *self, char *line) {
     return event[0] != '\0' ? GOES_ON : ok ? ANSWERED_OK : ANSWERED_ERR;
 }
 
+/// Receives a line of the answer.
+static enum outcome receive_line(struct answer *self) {
+    const bool serial = self->remote->line.serial;
+    char *text = NULL;
+    const int limit_ms = !serial         ? REMOTE_FOREVER_MS
+                         : self->damaged ? FRAMING_QUIET_MS
+                                         : SILENCE_MS;
+    const int error = remote_receive(self->remote, limit_ms, &text);
+    if (error != 0) {
+        return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
+    }
+    return serial && strstr(text, FRAMING_DAMAGED) != NULL ? NOT_RECEIVED
+           : self->json                                    ? receive_json(self, text)
+                                                           : receive_text(self, text);
+}
+
 /// Receives the answer; over a serial line as long as keepalives arrive.
 static enum outcome receive(struct answer *self) {
     const struct remote_line *line = &self->remote->line;
@@ -217,17 +233,7 @@ static enum outcome receive(struct answer *self) {
     self->length = 0;
     self->damaged = false;
     while (outcome == GOES_ON) {
-        char *text = NULL;
-        const int limit_ms = !line->serial   ? REMOTE_FOREVER_MS
-                             : self->damaged ? FRAMING_QUIET_MS
-                                             : SILENCE_MS;
-        const int error = remote_receive(self->remote, limit_ms, &text);
-        if (error != 0) {
-            return error == ERROR_DEVICE ? BROKEN : UNANSWERED;
-        }
-        outcome = line->serial && strstr(text, FRAMING_DAMAGED) != NULL ? NOT_RECEIVED
-                  : self->json                                          ? receive_json(self, text)
-                                                                        : receive_text(self, text);
+        outcome = receive_line(self);
         // No valid answer is that long.
         if (line->serial && outcome == GOES_ON && line->rx_bytes - from > GARBAGE_BYTES) {
             return UNANSWERED;
@@ -248,6 +254,11 @@ static bool drain(struct remote *remote) {
     return error == ERROR_TIMEOUT;
 }
 
+/// Whether there is nothing to gain by sending the request again.
+static bool is_final(enum outcome outcome, bool may_repeat) {
+    return outcome != NOT_RECEIVED && (outcome != UNANSWERED || !may_repeat);
+}
+
 /// Sends the request until its outcome is known, or the peer is gone. `perhaps`: it may have been
 /// executed.
 static enum outcome repeat(struct answer *self, const char *request, bool may_repeat,
@@ -258,10 +269,13 @@ static enum outcome repeat(struct answer *self, const char *request, bool may_re
     for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(remote); i++) {
         const uint64_t before = remote->line.rx_bytes;
         const bool sent = remote_line_send(&remote->line, request, strlen(request));
-        outcome = sent ? receive(self) : BROKEN;
-        *perhaps = *perhaps || outcome == UNANSWERED || (sent && outcome == BROKEN);
+        if (!sent) {
+            return BROKEN;
+        }
+        outcome = receive(self);
+        *perhaps = *perhaps || outcome == UNANSWERED || outcome == BROKEN;
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
-        if (outcome != NOT_RECEIVED && (outcome != UNANSWERED || !may_repeat)) {
+        if (is_final(outcome, may_repeat)) {
             break;
         }
         // A damaged line may have become two, each with its answer.

@@ -208,8 +208,8 @@ int remote_run_line(struct remote *self, const char *line) {
     return ask_code(self, result, &message);
 }
 
-/// Reads the next line of a script, which may lack its end. 1; 0: end of input; or an error with a
-/// message.
+/// Reads the next line of a script, whose end may be missing. 1; 0: end of input; or an error with
+/// a message.
 static int next_line(struct remote *self, struct remote_line *script, char **line,
                      struct message *message) {
     for (;;) {

@@ -293,6 +293,17 @@ static int make_directory(const struct listing *list, const char *local, struct 
     return error;
 }
 
+/// Waits until the directory's name is on disk, if that can be ensured.
+static int sync_name(const char *local, struct message *message) {
+    const int fd = open(local, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const bool synced = fd >= 0 && (sync_directory_at(fd, "..") || errno == EACCES);
+    const int number = errno;
+    if (fd >= 0) {
+        close(fd);
+    }
+    return synced ? 0 : message_set(message, ERROR_IO, "%s: %s", local, strerror(number));
+}
+
 /// Checks the existing files of a directory, or fetches those that do not exist.
 static int move_files(struct transfer *self, const struct listing *list, bool existing,
                       uint64_t *bytes, struct message *message) {
@@ -322,6 +333,7 @@ static int fetch_directory(struct transfer *self, struct remote_written *written
     struct listing list = {NULL, 0};
     int error = list_files(self->remote, self->name, &list, message);
     error = error != 0 ? error : make_directory(&list, self->local, message);
+    error = error != 0 ? error : sync_name(self->local, message);
     for (int pass = 0; pass < 2 && error == 0; pass++) {
         error = move_files(self, &list, pass == 0, &written->bytes, message);
     }

@@ -85,6 +85,25 @@ static int send_block(struct sending *self, struct message *message) {
     return error == 0 && !self->whole && self->have <= offset ? invalid(message) : error;
 }
 
+/// Opens the file to be sent and sums it.
+static int open_sent(struct sending *self, struct message *message) {
+    struct stat about;
+    self->fd = open(self->local, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (self->fd < 0) {
+        return report_errno(self->local, message);
+    }
+    int error = 0;
+    if (fstat(self->fd, &about) != 0 || !S_ISREG(about.st_mode)) {
+        error = message_set(message, ERROR_ARGUMENT, "%s: not a file", self->local);
+    } else if (!remote_sum_file(self->fd, &self->size, &self->crc)) {
+        error = report_errno(self->local, message);
+    }
+    if (error != 0) {
+        close(self->fd);
+    }
+    return error;
+}
+
 /// Sends the file `local` as `name`; NULL: under its own name.
 static int send_file(struct remote *remote, const char *local, const char *name,
                      struct remote_written *written, struct message *message) {
@@ -94,16 +113,11 @@ static int send_file(struct remote *remote, const char *local, const char *name,
                            .name = name != NULL    ? name
                                    : slash != NULL ? slash + 1
                                                    : local};
-    struct stat about;
-    self.fd = open(local, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-    if (self.fd < 0) {
-        return report_errno(local, message);
+    int error = open_sent(&self, message);
+    if (error != 0) {
+        return error;
     }
-    int error = fstat(self.fd, &about) != 0 || !S_ISREG(about.st_mode)
-                    ? message_set(message, ERROR_ARGUMENT, "%s: not a file", local)
-                : remote_sum_file(self.fd, &self.size, &self.crc) ? 0
-                                                                  : report_errno(local, message);
-    bool again = error == 0;
+    bool again = true;
     // Data of an earlier attempt may be damaged: the instrument reports that at the end and
     // discards it.
     for (int i = 0; i < SEND_TRIES && again; i++) {
@@ -155,9 +169,42 @@ static int snapshot(struct remote *self, const char *line, struct remote_written
     return remote_fetch(self, name, local, written, message);
 }
 
+enum file_command { NO_FILE_COMMAND, SNAPSHOT, SEND, FETCH };
+
+/// Which of the client's own commands it is.
+static enum file_command command_of(const struct command_words *words) {
+    static const struct command_parser parser = {.dashes = ""};
+    if (strcmp(words->word[0], "snapshot") == 0) {
+        return SNAPSHOT;
+    }
+    // "fetch NAME offset=0" is for the instrument.
+    const bool block = words->count == 3 && (words->quoted >> 2 & 1) == 0 &&
+                       command_is_option(&parser, words->word[2]);
+    if (words->count < 2 || words->count > 3 || block) {
+        return NO_FILE_COMMAND;
+    }
+    return strcmp(words->word[0], "send") == 0    ? SEND
+           : strcmp(words->word[0], "fetch") == 0 ? FETCH
+                                                  : NO_FILE_COMMAND;
+}
+
+/// Shows an error. Returns the one to end with.
+static int show_error(struct remote *self, remote_show *show, void *cookie, bool image, int error,
+                      const struct message *message) {
+    if (error == ERROR_REFUSED && self->refused && (self->json || image)) {
+        char rejection[MESSAGE_BYTES + 8];
+        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
+        remote_show_rejection(self, show, cookie, rejection);
+        return image && !self->json ? 1 : error;
+    }
+    if (self->json) {
+        remote_show_error(self, show, cookie, error, message->text);
+    }
+    return error;
+}
+
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message) {
-    static const struct command_parser parser = {.dashes = ""};
     static struct remote_written written;
     char storage[COMMAND_LINE_MAX + 1];
     struct command_words words;
@@ -165,31 +212,21 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     if (command_words_split(line, storage, &words, &why) != 0 || words.count == 0) {
         return 0;
     }
-    const bool image = strcmp(words.word[0], "snapshot") == 0;
-    const bool sends = strcmp(words.word[0], "send") == 0;
-    // "fetch NAME offset=0" is for the instrument.
-    const bool block = words.count == 3 && (words.quoted >> 2 & 1) == 0 &&
-                       command_is_option(&parser, words.word[2]);
-    const bool file = (sends || strcmp(words.word[0], "fetch") == 0) && words.count > 1 &&
-                      words.count < 4 && !block;
-    if (!image && !file) {
+    const enum file_command command = command_of(&words);
+    if (command == NO_FILE_COMMAND) {
         return 0;
     }
+    const bool image = command == SNAPSHOT;
     const char *const other = words.count == 3 ? words.word[2] : NULL;
     self->refused = false;
     written = (struct remote_written){.bytes = 0};
-    *error = image   ? snapshot(self, line, &written, message)
-             : sends ? send_file(self, words.word[1], other, &written, message)
-                     : remote_fetch(self, words.word[1], other, &written, message);
+    *error = image             ? snapshot(self, line, &written, message)
+             : command == SEND ? send_file(self, words.word[1], other, &written, message)
+                               : remote_fetch(self, words.word[1], other, &written, message);
     if (*error == 0) {
         remote_show_written(self, show, cookie, &written);
-    } else if (*error == ERROR_REFUSED && self->refused && (self->json || image)) {
-        char rejection[MESSAGE_BYTES + 8];
-        snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
-        remote_show_rejection(self, show, cookie, rejection);
-        *error = image && !self->json ? 1 : *error;
-    } else if (self->json) {
-        remote_show_error(self, show, cookie, *error, message->text);
+    } else {
+        *error = show_error(self, show, cookie, image, *error, message);
     }
     return 1;
 }

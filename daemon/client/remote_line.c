@@ -264,8 +264,8 @@ static void take_in(struct remote_line *self, size_t bytes) {
     self->filled = kept;
 }
 
-/// Reads available bytes. ERROR_DEVICE at the end.
-static int fill(struct remote_line *self) {
+/// Makes room for more bytes.
+static void make_room(struct remote_line *self) {
     if (self->used > 0) {
         memmove(self->data, self->data + self->used, self->filled - self->used);
         self->filled -= self->used;
@@ -278,6 +278,11 @@ static int fill(struct remote_line *self) {
         self->skipping = true;
     }
     INVARIANT(self->filled < REMOTE_LINE_BYTES);
+}
+
+/// Reads available bytes. ERROR_DEVICE at the end.
+static int fill(struct remote_line *self) {
+    make_room(self);
     const ssize_t bytes =
         read(self->fd, self->data + self->filled, REMOTE_LINE_BYTES - self->filled);
     if (bytes > 0) {
@@ -289,7 +294,7 @@ static int fill(struct remote_line *self) {
     }
     self->errno_of_read = bytes < 0 ? errno : 0;
     if (self->script && bytes == 0 && self->filled > 0) {
-        self->data[self->filled++] = '\n';  // the last line may lack its end
+        self->data[self->filled++] = '\n';  // the end of the last line may be missing
         return 0;
     }
     return ERROR_DEVICE;

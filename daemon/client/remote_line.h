@@ -23,7 +23,7 @@ enum {
 struct remote_line {
     int fd;
     bool serial, tcp;
-    bool script;         ///< standard input instead: its last line may lack its end
+    bool script;         ///< standard input instead: the end of its last line may be missing
     int errno_of_read;   ///< of a script that could not be read; 0: its end
     uint64_t opened_us;  ///< monotonic: when opening began
     char *data;          ///< REMOTE_LINE_BYTES of it

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Captures pairs and records sessions into the instrument's files. Used by the rig's thread only,
 // which waits while the disk writer writes.
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
@@ -18,19 +16,14 @@
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
-static const double permille_a_percent = 10;
-
 /// Loads the saved calibration, if there is one: it is part of every pair and session. `text` has
 /// STORE_CALIBRATION_BYTES.
 static int load_calibration(const struct command_call *call, char *text, size_t *length,
                             struct message *message) {
     const struct hal_store *store = daemon_of(call)->store;
-    *length = 0;
-    if (store == NULL) {
-        return 0;
-    }
-    const int error = store->operations->load(store->self, STORE_CALIBRATION, text,
-                                              STORE_CALIBRATION_BYTES, length);
+    const int error = store == NULL ? ERROR_MISSING
+                                    : store->operations->load(store->self, STORE_CALIBRATION, text,
+                                                              STORE_CALIBRATION_BYTES, length);
     INVARIANT(error != 0 || *length <= STORE_CALIBRATION_BYTES);
     *length = error == 0 ? *length : 0;
     return error == 0 || error == ERROR_MISSING
@@ -40,13 +33,12 @@ static int load_calibration(const struct command_call *call, char *text, size_t 
 }
 
 static int write_calibration(const struct command_call *call, struct message *message) {
-    struct session *session = &daemon_of(call)->session;
     char text[STORE_CALIBRATION_BYTES];
     size_t length = 0;
     const int error = load_calibration(call, text, &length, message);
-    return error != 0 || length == 0
-               ? error
-               : session_writer_calibration(&session->writer, text, length, message);
+    return error != 0 || length == 0 ? error
+                                     : session_writer_calibration(&daemon_of(call)->session.writer,
+                                                                  text, length, message);
 }
 
 /// Start of a session or of a pair, as a job for the disk writer.
@@ -121,10 +113,10 @@ static int begin_session(const struct command_call *call, const struct command_v
 static void put_picture(const struct command_call *call, const struct pair_frame *frame) {
     const struct picture_stats *picture = &frame->picture;
     INVARIANT(frame->has_picture);
-    reply_number(call, "brightness", picture->brightness_permille / permille_a_percent, 1, "%");
-    reply_number(call, "saturated", picture->saturated_permille / permille_a_percent, 1, "%");
-    reply_number(call, "black", picture->black_permille / permille_a_percent, 1, "%");
-    reply_number(call, "sharpness", picture->sharpness_permille / permille_a_percent, 1, "%");
+    reply_number(call, "brightness", picture->brightness_permille / 10.0, 1, "%");
+    reply_number(call, "saturated", picture->saturated_permille / 10.0, 1, "%");
+    reply_number(call, "black", picture->black_permille / 10.0, 1, "%");
+    reply_number(call, "sharpness", picture->sharpness_permille / 10.0, 1, "%");
 }
 
 static void put_pair(const struct command_call *call, const struct captured_pair *captured) {
@@ -323,8 +315,8 @@ static int run_capture(const struct command_call *call) {
 
 /// Logs a state of the recording: "the recording r1 begins".
 static void report(struct daemon *daemon, const char *what) {
-    struct session *session = &daemon->session;
-    log_ring_print(&daemon->log_ring, HAL_LOG_NOTICE, "the recording %s %s", session->name, what);
+    log_ring_print(&daemon->log_ring, HAL_LOG_NOTICE, "the recording %s %s", daemon->session.name,
+                   what);
 }
 
 /// Resets the rig to its state after the daemon's start, in which a replay starts too.
@@ -391,8 +383,7 @@ static int start_recording(const struct command_call *call) {
 
 static void write_end(void *cookie) {
     struct writing *self = cookie;
-    struct session *session = self->session;
-    self->error = session_writer_end(&session->writer, &self->message);
+    self->error = session_writer_end(&self->session->writer, &self->message);
 }
 
 /// Ends a recording. An incomplete one gets no end record, so that readers detect it.

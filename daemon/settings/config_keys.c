@@ -252,7 +252,7 @@ static bool is_of_rig(const struct config_key *key) {
 
 /// The key of this name, or NULL and a similar name.
 static const struct config_key *find(const char *called, bool in_profile, struct suggest *suggest) {
-    suggest_begin(suggest, called);
+    suggest_begin(suggest, called, "");
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const bool of_rig = is_of_rig(&keys[i]);
         if (in_profile && keys[i].kind != CONFIG_PROFILE && !of_rig) {

@@ -98,7 +98,7 @@ int ini_text_read(const char *text, size_t length, ini_text_set *set, void *cook
     struct reading self = {
         .at = text, .end = text + length, .set = set, .cookie = cookie, .message = message};
     const int wrong = ini_parse_stream(next_line, &self, take_pair, &self);
-    // libinih reads on after a line that is no pair, and returns the first.
+    // libinih reads on after a line that is not a pair, and returns the first.
     if (wrong > 0 && (self.error == 0 || wrong < self.error_line)) {
         self.error_line = wrong;
         self.error = message_set(message, ERROR_SYNTAX, "invalid line (expected key = value)");

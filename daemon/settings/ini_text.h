@@ -19,7 +19,7 @@ typedef int ini_text_set(void *cookie, const char *key, const char *value, int l
 
 /// Reads `length` bytes. 0; an error of `set`; ERROR_SYNTAX: not such a line, too long (libinih
 /// limits lines to 196 characters unless it is built otherwise), or not a text; ERROR_MISSING: no
-/// key or no value; ERROR_MEMORY. After an error the message tells what is wrong in line `*line`.
+/// key or no value; ERROR_MEMORY. After an error the message says what is wrong in line `*line`.
 int ini_text_read(const char *text, size_t length, ini_text_set *set, void *cookie, int *line,
                   struct message *message);
 

@@ -24,7 +24,7 @@ const struct command *command_find(const struct command *table, size_t count, co
 int command_unknown(const struct command *table, size_t count, const char *name,
                     struct command_text *message) {
     struct suggest suggest;
-    suggest_begin(&suggest, name);
+    suggest_begin(&suggest, name, "");
     for (size_t i = 0; i < count; i++) {
         suggest_consider(&suggest, table[i].name);
     }
@@ -174,35 +174,46 @@ static int read_number(const struct command_argument *argument, const char *text
     return valid ? 0 : ERROR_SYNTAX;
 }
 
+/// Takes the number at `at`, which ends at `end`; NULL: it does not end where it should.
+static int take_number(const struct command_parser *parser, const struct command_argument *argument,
+                       const char *word, const char *at, const char *end, double *number,
+                       int64_t *integer) {
+    char text[NUMBER_BYTES];
+    const size_t length = end != NULL ? (size_t)(end - at) : sizeof text;
+    int error = ERROR_SYNTAX;
+    if (length < sizeof text) {
+        memcpy(text, at, length);
+        text[length] = '\0';
+        error = read_number(argument, text, number, integer);
+    }
+    if (error != 0) {
+        return refuse(parser, argument, error, word,
+                      argument->count > 1                 ? " is invalid"
+                      : argument->kind == COMMAND_INTEGER ? " is not an integer"
+                                                          : " is not a number");
+    }
+    if (*number < argument->min) {
+        return refuse(parser, argument, ERROR_RANGE, word, " is too small");
+    }
+    return *number > argument->max ? refuse(parser, argument, ERROR_RANGE, word, " is too large")
+                                   : 0;
+}
+
 static int take_numbers(const struct command_parser *parser,
                         const struct command_argument *argument, const char *word,
                         struct command_value *value) {
     const int count = argument->count > 0 ? argument->count : 1;
     const char *at = word;
-    int64_t integer = 0;
     INVARIANT(count <= COMMAND_NUMBERS_MAX);
     for (int i = 0; i < count; i++) {
         const bool last = i + 1 == count;
+        int64_t integer = 0;
         const char *end = last ? at + strlen(at) : strchr(at, argument->separator);
         end = end == NULL && argument->separator == 'x' ? strchr(at, 'X') : end;  // 9X6
-        char text[NUMBER_BYTES];
-        const size_t length = end != NULL ? (size_t)(end - at) : sizeof text;
-        int error = length < sizeof text ? 0 : ERROR_SYNTAX;
-        if (error == 0) {
-            memcpy(text, at, length);
-            text[length] = '\0';
-            error = read_number(argument, text, &value->numbers[i], &integer);
-        }
+        const int error =
+            take_number(parser, argument, word, at, end, &value->numbers[i], &integer);
         if (error != 0) {
-            return refuse(parser, argument, error, word,
-                          argument->count > 1                 ? " is invalid"
-                          : argument->kind == COMMAND_INTEGER ? " is not an integer"
-                                                              : " is not a number");
-        }
-        if (value->numbers[i] < argument->min || value->numbers[i] > argument->max) {
-            const bool small = value->numbers[i] < argument->min;
-            return refuse(parser, argument, ERROR_RANGE, word,
-                          small ? " is too small" : " is too large");
+            return error;
         }
         at = last ? end : end + 1;
         value->integer = i == 0 ? integer : value->integer;
@@ -218,7 +229,7 @@ static int take_choice(const struct command_parser *parser, const struct command
     if (value->choice >= 0) {
         return 0;
     }
-    suggest_begin(&suggest, word);
+    suggest_begin(&suggest, word, "");
     suggest_consider_all(&suggest, choices_of(argument));
     begin(parser);
     command_text_add(message, "unknown ");
@@ -275,7 +286,7 @@ static int unknown_option(const struct command_parser *parser, const char *word)
     const char *name = NULL;
     const size_t length = name_of(word, &name);
     memcpy(typed, name, length < sizeof typed ? length : 0);
-    suggest_begin(&suggest, typed);
+    suggest_begin(&suggest, typed, parser->dashes);
     for (unsigned i = 0; i < parser->count; i++) {
         if (command_argument_is_option(&parser->arguments[i])) {
             suggest_consider(&suggest, parser->arguments[i].name);

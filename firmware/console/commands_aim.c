@@ -120,7 +120,7 @@ static int check_position(const struct command_call *call, unsigned side, enum l
     return ERROR_RANGE;
 }
 
-/// Adds a note where a lens was sent to a target that it cannot approach from the usual side.
+/// Adds a note where a lens was sent to a target that it cannot approach from its side.
 static void put_play(const struct command_call *call, enum lens_axis axis) {
     const struct lens_axis_settings *settings = &call->rig->profile.lens.axis[axis];
     if (!call->values[0].given || lens_move_has_room(settings, (int32_t)call->values[0].integer)) {

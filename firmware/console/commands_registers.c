@@ -42,7 +42,7 @@ static int no_such(const struct command_call *call, const char *word,
     command_text_add(&sentence, "registers: unknown or unreadable register \"");
     command_text_add_typed(&sentence, word);
     command_text_add(&sentence, "\"");
-    suggest_begin(&suggest, word);
+    suggest_begin(&suggest, word, "");
     for (size_t i = 0; i < count; i++) {
         suggest_consider(&suggest, entries[i].name);
     }

@@ -6,7 +6,7 @@
 
 #include "core/invariant.h"
 
-enum { WRONG_MAX = 2, BEGIN_LETTERS = 3 };
+enum { WRONG_MAX = 2, BEGIN_LETTERS = 3, PREFIX_MAX = 2 };
 
 /// Levenshtein's distance, row by row: letters to change, insert or delete.
 static int edit_distance(const char *word, size_t length, const char *other, size_t columns) {
@@ -28,8 +28,10 @@ static int edit_distance(const char *word, size_t length, const char *other, siz
     return row[columns];
 }
 
-void suggest_begin(struct suggest *self, const char *typed) {
+void suggest_begin(struct suggest *self, const char *typed, const char *prefix) {
+    INVARIANT(strlen(prefix) <= PREFIX_MAX);
     self->typed = typed;
+    self->prefix = prefix;
     self->distance = WRONG_MAX + 1;
     self->text[0] = '\0';
 }
@@ -50,8 +52,11 @@ static void consider(struct suggest *self, const char *word, size_t length) {
     self->distance = distance;
     char *at = self->text;
     memcpy(at, before, sizeof before - 1);
-    memcpy(at + sizeof before - 1, word, length);
-    memcpy(at + sizeof before - 1 + length, after, sizeof after);
+    at += sizeof before - 1;
+    memcpy(at, self->prefix, strlen(self->prefix));
+    at += strlen(self->prefix);
+    memcpy(at, word, length);
+    memcpy(at + length, after, sizeof after);
 }
 
 void suggest_consider(struct suggest *self, const char *word) {

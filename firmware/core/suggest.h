@@ -13,12 +13,13 @@ enum { SUGGEST_WORD_MAX = 32, SUGGEST_TEXT_BYTES = SUGGEST_WORD_MAX + 24 };
 
 struct suggest {
     const char *typed;
+    const char *prefix;  ///< of the word that is proposed, such as "--"; not compared
     int distance;
     char text[SUGGEST_TEXT_BYTES];  ///< ` (did you mean "zoom"?)`; "": no word is similar
 };
 
-/// Begins a search; `typed` must remain valid.
-void suggest_begin(struct suggest *self, const char *typed);
+/// Begins a search; both texts must remain valid. `prefix`: at most two characters.
+void suggest_begin(struct suggest *self, const char *typed, const char *prefix);
 
 /// Considers a word of the list. Similar are words of which the typed one is the beginning (three
 /// letters or more), and those with at most two wrong letters and half of the letters right. Words

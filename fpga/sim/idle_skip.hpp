@@ -62,8 +62,9 @@ struct IdleCounters {
 
     // The number of clocks before one in which a comparison changes its outcome. Comparisons are
     // made by time_base, rate_meter with its counter's end, servo_frame with its period and, while
-    // the widths are worked out, with small numbers, servo_pwm with its pulse's end and 4096. clock_meter ignores ticks of 50 us after it has
-    // lost its clock; when resting, before that too.
+    // the widths are worked out, with small numbers, servo_pwm with its pulse's end and 4096.
+    // clock_meter ignores ticks of 50 us after it has lost its clock; when resting, before that
+    // too.
     unsigned room(bool resting) const {
         const unsigned now = phase;
         if (now < kWidths) {
@@ -109,7 +110,8 @@ struct IdleCounters {
 
   private:
     static constexpr unsigned kDecade = 9, kLastFive = 4, kLastTwenty = 19, kWidths = 64,
-                              kPhases = 4096, kRateOfFrames = 2, kRateFull = 0xFFFF, kDecadesOfMs = 100;
+                              kPhases = 4096, kRateOfFrames = 2, kRateFull = 0xFFFF,
+                              kDecadesOfMs = 100;
     std::array<unsigned, 3> ends() const { return {period, actual[0] / 16u, actual[1] / 16u}; }
 };
 

@@ -36,7 +36,7 @@ class Arguments(pairs.Fixture):
             (["reconstruct", "a", "b", "c"], "unexpected argument"),
             (["reconstruct", "a", "b", "--out", "o"], "--calibration"),
             (["reconstruct", "a", "b", "--out"], "--out"),
-            (["reconstruct", "a", "b", "--neer", "1"], '(did you mean "near"?)'),
+            (["reconstruct", "a", "b", "--neer", "1"], '(did you mean "--near"?)'),
             (["reconstruct", "a", "b", "--threads", "0"], "--threads"),
             (["reconstruct", "a", "b", "--scale", "nan"], "--scale"),
             (["reconstruct", "a", "b", "--bits", "17"], "16"),

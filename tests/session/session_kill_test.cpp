@@ -290,8 +290,8 @@ TEST_CASE("a disk without sync is accepted, one whose sync fails is not") {
                 run(what, folder / "session", {at, false, error, false, false}, &reported) == 0;
         }
     }
-    // Syncs of directories (the session's own for its index and each frame, and its parent's) and of
-    // the frames' files; those of the index are never spared.
+    // Syncs of directories (the session's own for its index and each frame, and its parent's) and
+    // of the frames' files; those of the index are never spared.
     CHECK(spared_by_EINVAL == spared_by_EIO + 1 + 2 * 2 * kPairs + 1);
     // Closed files are already synced.
     CHECK(spared_by_EIO == 3);

@@ -182,7 +182,7 @@ TEST_CASE("an empty line is not a command") {
 TEST_CASE("similar words are suggested, distant ones are not") {
     const auto suggested = [](const char *typed) {
         suggest suggest;
-        suggest_begin(&suggest, typed);
+        suggest_begin(&suggest, typed, "");
         suggest_consider_all(&suggest, "reconstruct evaluate info calibration cabin");
         return std::string(suggest.text);
     };
