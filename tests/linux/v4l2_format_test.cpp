@@ -176,7 +176,7 @@ TEST_CASE("mosaics: little-endian words, no excess bits, padded rows") {
         for (size_t x = 0; x < kWidth; x++) {
             const size_t at = y * (2 * kWidth + 10) + 2 * x;
             const int value = (bytes[at] | bytes[at + 1] << 8) & 0x3FF;
-            equal = equal && frame.image.data[y * frame.image.stride + x] == value;
+            equal = equal && raw_image_row(&frame.image, int(y))[x] == value;
         }
     }
     CHECK(equal);

@@ -84,7 +84,7 @@ TEST_CASE("each line of a profile counts") {
             char printed_other[32];
             std::snprintf(printed_other, sizeof printed_other, "%.4f", other);
             if (hex) {
-                std::snprintf(printed_other, sizeof printed_other, "0x%x", unsigned(other));
+                std::snprintf(printed_other, sizeof printed_other, "0x%x", unsigned(int(other)));
             }
             const std::string key = line.substr(0, equals);
             const std::string text = "like = rig\n" + key + " = " + printed_other + end + "\n";
