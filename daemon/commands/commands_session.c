@@ -294,7 +294,7 @@ static int run_capture(const struct command_call *call) {
     const bool named = call->values[CAPTURE_NAME].given;
     if (session->recording && named) {
         return command_fail(call, ERROR_ARGUMENT,
-                            "capture: NAME is not allowed while recording %s (omit it, or use -)",
+                            "capture: NAME is not allowed while recording %s (omit it)",
                             session->name);
     }
     int error = named ? check_name(call, &call->values[CAPTURE_NAME]) : 0;
