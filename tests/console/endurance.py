@@ -166,10 +166,12 @@ class Endurance:
     def ordinary(self):
         pick, side = self.chance, self.chance.choice(("left", "right", "both"))
         command = pick.choice((
-            f"pan {side} {pick.uniform(-25, 25):.2f}", f"zoom {side} {pick.randrange(300, 850)}",
-            f"focus {side} {pick.randrange(300, 850)}", f"iris {side} {pick.randrange(300, 850)}",
-            f"exposure {side} {pick.randrange(100, 40000)}",
-            f"gain {side} {pick.uniform(1, 15):.2f}",
+            f"pan {pick.uniform(-25, 25):.2f} side={side}",
+            f"zoom {pick.randrange(300, 850)} side={side}",
+            f"focus {pick.randrange(300, 850)} side={side}",
+            f"iris {pick.randrange(300, 850)} side={side}",
+            f"exposure {pick.randrange(100, 40000)} side={side}",
+            f"gain {pick.uniform(1, 15):.2f} side={side}",
             f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
             "capture x static=yes", "status", "health", "registers bridge", "registers left",
             "selftest", "log 20", "help", "config", "files", "bugreport", "snapshot", "safe",
@@ -177,7 +179,7 @@ class Endurance:
         if command.startswith("capture"):
             shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)
             if self.ask("record")["result"]["recording"] != "nothing":
-                command = command.replace("x", "-", 1)
+                command = command.replace(" x", "", 1)
         if command == "record start r":
             self.record()
         elif command == "record stop":
