@@ -225,7 +225,7 @@ static int step_going(struct rig *self, struct rig_lens_move *move, uint64_t unt
     struct lens_reading readings[LENS_AXES];
     int error = rig_poll(self);
     if (error == ERROR_OK && self->state != RIG_READY) {
-        error = rig_part_error(self, lens_read_part(mover->side), ERROR_NOT_READY,
+        error = rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_NOT_READY,
                                "the rig was brought to its safe state during a move", NULL);
     }
     const uint64_t pause_us = rig_now_us(self) - move->stepped_us;
@@ -266,8 +266,8 @@ int rig_lens_move_step(struct rig *self, struct rig_lens_move *move, uint64_t un
               move->turn < move->count);
     if (move->phase != LENS_MOVE_DONE && !has_axes(move)) {
         move->phase = LENS_MOVE_DONE;
-        return rig_part_error(self, lens_read_part(move->movers[0].side), ERROR_NOT_READY,
-                              "the rig was brought up again during a move", NULL);
+        return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, move->movers[0].side),
+                              ERROR_NOT_READY, "the rig was brought up again during a move", NULL);
     }
     switch (move->phase) {
         case LENS_MOVE_GOING:
@@ -299,12 +299,12 @@ bool rig_lens_move_done(const struct rig_lens_move *move) {
 static int check_target(struct rig *self, unsigned side, enum lens_axis axis, int32_t position) {
     const struct lens_axis_settings *settings = &self->profile.lens.axis[axis];
     if (position < settings->min || position > settings->max) {
-        return rig_part_error(self, lens_read_part(side), ERROR_RANGE,
+        return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_RANGE,
                               "position # is outside # to #",
                               (const int32_t[]){position, settings->min, settings->max});
     }
     if ((self->camera[side].lens.moving >> axis & 1) != 0) {
-        return rig_part_error(self, lens_read_part(side), ERROR_NOT_READY,
+        return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_NOT_READY,
                               "another move of this axis is under way", NULL);
     }
     return ERROR_OK;

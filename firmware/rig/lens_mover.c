@@ -67,9 +67,9 @@ static int send(struct rig *self, const struct lens_mover *mover) {
     const uint64_t deadline_us = rig_now_us(self) + COMMAND_US;
     const int error = lens_go(drive, mover->axis, mover->sign * mover->command, deadline_us);
     if (error != ERROR_OK) {
-        rig_part_used(self, lens_read_part(mover->side), error);
+        rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), error);
         return rig_part_failed(
-            self, lens_read_part(mover->side), error,
+            self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), error,
             "the move command cannot be sent (check the line to its controller)");
     }
     mover->lens->commanded[mover->axis] = mover->sign * mover->target;
@@ -129,17 +129,17 @@ static int jammed(struct rig *self, struct lens_mover *mover) {
         "iris is stuck at # and does not move to # (free the ring, then move it again)",
     };
     mover->lens->offset[mover->axis] = mover->offset_before;  // that was not drift
-    rig_part_used(self, lens_read_part(mover->side), ERROR_JAMMED);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_JAMMED);
     return rig_part_error(
-        self, lens_read_part(mover->side), ERROR_JAMMED, texts[mover->axis],
+        self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_JAMMED, texts[mover->axis],
         (const int32_t[]){mover->sign * mover->middle, mover->sign * mover->goal});
 }
 
 int lens_mover_late(struct rig *self, struct lens_mover *mover) {
     mover->lens->offset[mover->axis] = mover->offset_before;
-    rig_part_used(self, lens_read_part(mover->side), ERROR_TIMEOUT);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_TIMEOUT);
     return rig_part_error(
-        self, lens_read_part(mover->side), ERROR_TIMEOUT,
+        self, rig_part_of(RIG_PART_LEFT_LENS, mover->side), ERROR_TIMEOUT,
         "it is at # and does not arrive at # in time (check the motor, and the "
         "profile's speeds and tolerance)",
         (const int32_t[]){mover->sign * mover->middle, mover->sign * mover->goal});

@@ -11,11 +11,6 @@
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
 
-enum rig_part lens_read_part(unsigned side) {
-    INVARIANT(side < RIG_SIDES);
-    return side == RIG_LEFT ? RIG_PART_LEFT_LENS : RIG_PART_RIGHT_LENS;
-}
-
 int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]) {
     const int32_t a = values[0], b = values[1], c = values[2];
     const int32_t min = a < b ? a : b, max = a < b ? b : a;
@@ -31,15 +26,15 @@ int lens_read_ready(struct rig *self, unsigned sides, enum lens_axis axis) {
             continue;
         }
         if (!rig_has_lens(&self->profile, side)) {
-            return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+            return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_NOT_CONNECTED,
                                   "the profile has no motorized lens there", NULL);
         }
         if (self->state != RIG_READY) {
-            return rig_part_error(self, lens_read_part(side), ERROR_NOT_READY,
+            return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_NOT_READY,
                                   "the rig is not up (run bringup)", NULL);
         }
         if (axis < LENS_AXES && !rig_has_axis(&self->profile, side, axis)) {
-            return rig_part_error(self, lens_read_part(side), ERROR_NOT_CONNECTED,
+            return rig_part_error(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_NOT_CONNECTED,
                                   "its controller does not support this axis", NULL);
         }
     }
@@ -64,9 +59,9 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t u
     if (error == ERROR_TIMEOUT) {
         return error;
     }
-    rig_part_used(self, lens_read_part(side), error);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, side), error);
     if (error != ERROR_OK) {
-        return rig_part_failed(self, lens_read_part(side), error,
+        return rig_part_failed(self, rig_part_of(RIG_PART_LEFT_LENS, side), error,
                                "the line to its controller failed (check adapter and cable)");
     }
     copy(lens->readings, readings);
@@ -80,9 +75,9 @@ int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64
     if (!silent && now_us - since_us < LENS_READ_INVALID_US) {
         return ERROR_OK;
     }
-    rig_part_used(self, lens_read_part(side), ERROR_TIMEOUT);
+    rig_part_used(self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_TIMEOUT);
     return rig_part_error(
-        self, lens_read_part(side), ERROR_TIMEOUT,
+        self, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_TIMEOUT,
         silent ? "no reply for # ms (check the controller's supply and its line)"
                : "no valid reply for # ms (check the controller's supply and its line)",
         (const int32_t[]){(silent ? LENS_READ_SILENCE_US : LENS_READ_INVALID_US) / 1000});

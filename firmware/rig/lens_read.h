@@ -34,9 +34,6 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t u
 /// sends no valid replies.
 int lens_read_timeout(struct rig *self, unsigned side, uint64_t since_us, uint64_t now_us);
 
-/// The part to name in messages.
-enum rig_part lens_read_part(unsigned side);
-
 /// The median of three.
 int32_t lens_read_median(const int32_t values[LENS_READ_MEDIAN]);
 
