@@ -90,7 +90,6 @@ static int wrap_faults(struct backends *self, const char *script, struct rig_por
     if (error != 0) {
         return error;
     }
-    static const char *const sides[RIG_SIDES] = {"left", "right"};
     self->faults_clock = ports->clock;
     struct fault_common common = {.plan = &self->plan, .clock = ports->clock};
     if (ports->i2c != NULL) {
@@ -111,7 +110,7 @@ static int wrap_faults(struct backends *self, const char *script, struct rig_por
     const bool shared = ports->camera[RIG_LEFT] == ports->camera[RIG_RIGHT];
     for (int side = 0; side < RIG_SIDES; side++) {
         if (ports->camera[side] != NULL && (side == RIG_LEFT || !shared)) {
-            common.part = sides[side];
+            common.part = rig_side_names[side];
             fault_camera_wrap(&self->fault_camera[side], &common, ports->camera[side]);
             ports->camera[side] = &self->fault_camera[side].hal;
         }

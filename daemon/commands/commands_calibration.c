@@ -25,7 +25,7 @@ static void show_origin(const struct command_call *call, const struct calibratio
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct calibration_side_origin *at = &origin->side[side];
-        reply_group_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        reply_group_begin(call, rig_side_names[side], false);
         if (at->camera[0] != '\0') {
             reply_text(call, "camera", at->camera);
         }

@@ -131,7 +131,7 @@ static void put_pair(const struct command_call *call, const struct captured_pair
     }
     for (int side = 0; side < RIG_SIDES; side++) {
         const struct pair_frame *frame = &pair->frame[side];
-        reply_group_begin(call, side == RIG_LEFT ? "left" : "right", false);
+        reply_group_begin(call, rig_side_names[side], false);
         reply_number(call, "width", frame->image.width_px, 0, "px");
         reply_number(call, "height", frame->image.height_px, 0, "px");
         reply_number(call, "sequence", frame->sequence, 0, NULL);

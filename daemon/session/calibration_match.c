@@ -16,7 +16,6 @@ static const double share_per_ppm = 1e-6;
 /// Tolerance for the decimals of the text: a value exactly at the limit passes.
 static const double rounding = 2e-3;
 
-static const char *const side_names[RIG_SIDES] = {"left", "right"};
 static const char *const axis_names[CALIBRATION_AXES] = {"pan", "zoom", "focus", "iris"};
 static const char *const axis_units[CALIBRATION_AXES] = {"deg", "counts", "counts", "counts"};
 
@@ -150,7 +149,7 @@ static int match_cameras(const struct calibration_origin *made,
         const bool swapped = strcmp(camera, made->side[1 - side].camera) == 0;
         message_set(message, ERROR_MISMATCH,
                     "%sthe %s camera is \"%s\", the calibration was made with \"%s\"",
-                    swapped ? "the cameras are swapped: " : "", side_names[side], camera,
+                    swapped ? "the cameras are swapped: " : "", rig_side_names[side], camera,
                     made->side[side].camera);
         return advise(message, swapped ? "swap left_camera and right_camera" : "calibrate again",
                       accept);
@@ -179,7 +178,7 @@ static int match_window(const struct calibration *calibration, int side,
     message_set(message, ERROR_MISMATCH,
                 "the %s window is %d x %d px at %d,%d with skip %d, the calibration was made for "
                 "%d x %d px at %d,%d with skip %d",
-                side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
+                rig_side_names[side], width_px, height_px, now->column_px, now->row_px, now->skip,
                 lens->width_px, lens->height_px, made->column_px, made->row_px, made->skip);
     return advise(message, "set \"window\", calibrate again", accept);
 }
@@ -196,7 +195,7 @@ static int match_axis(const struct calibration_axis *then, const struct calibrat
                       const char *accept, struct message *message) {
     const double limit = limit_of(instrument, axis);
     const bool apart = calibration_match_is_apart(instrument, axis, then->mean, here->mean);
-    const char *const side_name = side_names[side], *const name = axis_names[axis];
+    const char *const side_name = rig_side_names[side], *const name = axis_names[axis];
     const char *const unit = axis_units[axis];
     const int decimals = axis == CALIBRATION_PAN ? 3 : 1;
     const bool unset = is_unset(here, side, axis, instrument);

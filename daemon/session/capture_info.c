@@ -10,8 +10,6 @@
 #include "device/lens_driver.h"
 
 static const double q3 = 8, q4 = 16, permille_a_percent = 10;
-static const char *const sides[RIG_SIDES] = {"left", "right"};
-static const char *const axes[LENS_AXES] = {"zoom", "focus", "iris"};
 
 // ---- lines
 
@@ -52,7 +50,7 @@ static void add_frame(const struct pair_frame *frame, const char *side,
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
         if (frame->before.position[axis] != INT32_MIN) {
-            add(text, ", %s %" PRId32, axes[axis], frame->before.position[axis]);
+            add(text, ", %s %" PRId32, lens_axis_names[axis], frame->before.position[axis]);
         }
     }
 }
@@ -64,7 +62,7 @@ void capture_info_line(const struct capture_info *info, int line, char text[CAPT
     if (line == 0) {
         add_pair(info, text);
     } else {
-        add_frame(&info->pair->frame[line - 1], sides[line - 1], text);
+        add_frame(&info->pair->frame[line - 1], rig_side_names[line - 1], text);
     }
 }
 
@@ -95,10 +93,10 @@ static void put_frame(struct json *json, const struct pair_frame *frame, const c
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
         if (before->position[axis] != INT32_MIN) {
-            json_reals(json, axes[axis],
+            json_reals(json, lens_axis_names[axis],
                        (const double[]){before->position[axis], after->position[axis]}, 2, 10);
         } else {
-            json_null(json, axes[axis]);
+            json_null(json, lens_axis_names[axis]);
         }
     }
     json_close_object(json);
@@ -122,7 +120,7 @@ void capture_info_json(const struct capture_info *info, struct json *json) {
         json_null(json, "changed_percent");
     }
     for (int side = 0; side < RIG_SIDES; side++) {
-        put_frame(json, &pair->frame[side], sides[side]);
+        put_frame(json, &pair->frame[side], rig_side_names[side]);
     }
     json_close_object(json);
 }

@@ -25,8 +25,6 @@ enum {
     POSITION_MAX = 65535,
 };
 
-static const char *const side_names[RIG_SIDES] = {"left", "right"};
-
 static const struct {
     const char *name;
     enum quantity quantity;
@@ -105,7 +103,7 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
                 (unsigned)saved->skip);
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        fprintf(file, "[%s]\n", side_names[side]);
+        fprintf(file, "[%s]\n", rig_side_names[side]);
         for (int i = 0; i < SAVED_VALUES; i++) {
             char value[QUANTITY_BYTES];
             if (saved->values[side][i] != NOT_KEPT) {
@@ -145,8 +143,8 @@ static bool read_value(const struct reading *self, const char *key, const char *
     const bool bare = self->version == VERSION_BARE;
     INVARIANT(self->version >= VERSION_BARE && self->version <= VERSION);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        const size_t bytes = strlen(side_names[side]);
-        if (strncmp(key, side_names[side], bytes) != 0 ||
+        const size_t bytes = strlen(rig_side_names[side]);
+        if (strncmp(key, rig_side_names[side], bytes) != 0 ||
             key[bytes] != (self->version < VERSION ? '_' : '.')) {
             continue;
         }
@@ -273,13 +271,13 @@ static int check_side(const struct saved_settings *saved, struct rig *rig, unsig
             continue;
         }
         if (!range_of(rig, side, i, &min, &max)) {
-            return message_set(why, ERROR_NOT_CONNECTED, "no motor for %s %s", side_names[side],
+            return message_set(why, ERROR_NOT_CONNECTED, "no motor for %s %s", rig_side_names[side],
                                values[i].name);
         }
         if (value < min || value > max) {
             quantity_print(values[i].quantity, value, text);
             quantity_print_range(values[i].quantity, min, max, range);
-            return message_set(why, ERROR_RANGE, "%s %s %s out of range (%s)", side_names[side],
+            return message_set(why, ERROR_RANGE, "%s %s %s out of range (%s)", rig_side_names[side],
                                values[i].name, text, range);
         }
     }
@@ -354,7 +352,7 @@ static size_t add(const struct saved_settings *saved, int value,
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         if (saved->values[side][value] != NOT_KEPT) {
             snprintf(lines[count++], sizeof lines[0], "%s %s side=%s", values[value].name,
-                     text[side], side_names[side]);
+                     text[side], rig_side_names[side]);
         }
     }
     return count;

@@ -8,6 +8,8 @@
 #include "core/invariant.h"
 #include "device/mt9t001.h"
 
+const char *const rig_side_names[RIG_SIDES] = {"left", "right"};
+
 enum {
     // Behind the bridge's router; see fpga/README.md.
     LEFT_SENSOR_ADDRESS = 0x5C,

@@ -16,6 +16,9 @@ extern "C" {
 
 enum { RIG_LEFT, RIG_RIGHT, RIG_SIDES };
 
+/// "left", "right".
+extern const char *const rig_side_names[RIG_SIDES];
+
 enum {
     RIG_PROFILE_SENSOR_CLOCK_HZ = 48000000,  ///< fastest clock of a sensor
     RIG_PROFILE_CAUSES = 3,
