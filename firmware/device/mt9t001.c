@@ -29,6 +29,7 @@ enum {
     RED_GAIN = 0x2D,
     GREEN2_GAIN = 0x2E,
     TEST_DATA = 0x32,
+    BLACK_LEVEL = 0x49,
 };
 
 enum {
@@ -44,6 +45,8 @@ enum {
     BIN_SHIFT = 4,
     TEST_DATA_SHIFT = 2,
     TEST_DATA_MAX = 0x3FF,
+    BLACK_SHIFT = 2,
+    BLACK_MAX = 0x3FF,
 };
 
 enum {
@@ -245,6 +248,11 @@ int mt9t001_set_window(struct mt9t001 *self, const struct mt9t001_window *window
     return change_to(self, &wanted);
 }
 
+int mt9t001_set_like(struct mt9t001 *self, const struct mt9t001 *like) {
+    INVARIANT(like->bus == self->bus && like->address == self->address);
+    return change_to(self, like);
+}
+
 int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows) {
     if (rows < 1 || rows > MT9T001_SHUTTER_ROWS_MAX) {
         return ERROR_RANGE;
@@ -267,6 +275,15 @@ int mt9t001_set_test_data(struct mt9t001 *self, uint16_t value) {
     }
     const int error = write(self, TEST_DATA, (uint16_t)(value << TEST_DATA_SHIFT));
     return error == ERROR_OK ? write(self, OUTPUT_CONTROL, CONTROL_RUN | CONTROL_TEST_DATA) : error;
+}
+
+int mt9t001_black(struct mt9t001 *self, uint16_t *black) {
+    uint16_t value = 0;
+    const int error = mt9t001_read(self, BLACK_LEVEL, &value);
+    if (error == ERROR_OK) {
+        *black = value >> BLACK_SHIFT & BLACK_MAX;
+    }
+    return error;
 }
 
 int mt9t001_check(struct mt9t001 *self) {

@@ -28,6 +28,8 @@ enum {
     MT9T001_GAIN_Q3_MIN = 8,  ///< gains are in 1/8
     MT9T001_GAIN_Q3_MAX = 1024,
     MT9T001_SHUTTER_ROWS_MAX = 0xFFFFF,
+    MT9T001_HBLANK_CLOCKS_MIN = 21,
+    MT9T001_VBLANK_ROWS_MIN = 3,
     /// Frames to skip after a change of exposure, gain or window.
     MT9T001_FRAMES_TO_SETTLE = 2,
 };
@@ -88,6 +90,9 @@ int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, 
 /// as closely as whole rows allow. After an error the sensor has the old window if it can still be
 /// reached; mt9t001_check shows that, and the next change writes everything.
 int mt9t001_set_window(struct mt9t001 *self, const struct mt9t001_window *window);
+/// Sets window, exposure rows and gain of `like`, such as an earlier copy of `self`, at one moment.
+/// After an error as mt9t001_set_window.
+int mt9t001_set_like(struct mt9t001 *self, const struct mt9t001 *like);
 /// Sets the exposure in whole rows, at least one; a long exposure makes frames longer.
 int mt9t001_set_shutter(struct mt9t001 *self, uint32_t rows);
 /// Sets the gain of all colours, in 1/8; `gain_q3` is then the nearest gain of the sensor.
@@ -108,6 +113,8 @@ uint32_t mt9t001_rows_for(const struct mt9t001_timing *timing, uint64_t exposure
 /// Reads chip version and the registers that were set: ERROR_VERIFY if one differs, ERROR_RESTARTED
 /// if all have reset values. For health.
 int mt9t001_check(struct mt9t001 *self);
+/// Reads the level that the sensor gives to black, in the unit of its pixels.
+int mt9t001_black(struct mt9t001 *self, uint16_t *black);
 /// Reads any register, for the command `registers`.
 int mt9t001_read(struct mt9t001 *self, uint8_t index, uint16_t *value);
 

@@ -7,9 +7,7 @@
 enum {
     SKIP_MAX = 8,
     BIN_MAX = 3,
-    HBLANK_MIN = 21,
     HBLANK_MAX = 2047,
-    VBLANK_MIN = 3,
     VBLANK_MAX = 2047,
     HBLANK_RESET = 142,
     VBLANK_RESET = 25,
@@ -55,8 +53,9 @@ static bool is_window_good(const struct mt9t001_window *window) {
            window->bin <= BIN_MAX && window->bin <= window->skip &&
            is_span_good(window->column_px, window->width_px, MT9T001_WIDTH_PX, window->skip) &&
            is_span_good(window->row_px, window->height_px, MT9T001_HEIGHT_PX, window->skip) &&
-           window->hblank_clocks >= HBLANK_MIN && window->hblank_clocks <= HBLANK_MAX &&
-           window->vblank_rows >= VBLANK_MIN && window->vblank_rows <= VBLANK_MAX;
+           window->hblank_clocks >= MT9T001_HBLANK_CLOCKS_MIN &&
+           window->hblank_clocks <= HBLANK_MAX && window->vblank_rows >= MT9T001_VBLANK_ROWS_MIN &&
+           window->vblank_rows <= VBLANK_MAX;
 }
 
 int mt9t001_centred_window(uint16_t width_px, uint16_t height_px, uint8_t skip, uint8_t bin,

@@ -32,28 +32,6 @@ void pair_release(struct pair_frame frames[RIG_SIDES]) {
 
 // ---- frames
 
-static int is_as_asked(struct rig *rig, unsigned side, const struct hal_camera_frame *frame) {
-    const struct raw_image *image = &frame->image;
-    if (image->width_px == rig->format.width_px && image->height_px == rig->format.height_px) {
-        return ERROR_OK;
-    }
-    const int32_t numbers[] = {image->width_px, image->height_px};
-    return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
-                          "it sends # x # pixels, which is not the requested size (run bringup)",
-                          numbers);
-}
-
-static int torn(struct rig *rig, unsigned side, uint32_t faults) {
-    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
-    rig_part_used(rig, part, ERROR_FRAME);
-    const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
-                           ? "two successive frames had lines of wrong length (check its cable)"
-                       : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
-                           ? "two successive frames had a wrong number of rows (check its cable)"
-                           : "two successive frames were damaged (check its cable and plug)";
-    return rig_part_error(rig, part, ERROR_FRAME, what, NULL);
-}
-
 static struct pair_window window_of(const struct rig *rig, unsigned side) {
     const struct mt9t001_window *window = &rig->camera[side].sensor.window;
     if (!rig->profile.bridge) {
@@ -67,7 +45,7 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
 // information but the axes; else releases it.
 static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *frame,
                       struct pair_frame *out) {
-    const int error = is_as_asked(rig, side, frame);
+    const int error = rig_camera_check_size(rig, side, &frame->image);
     if (error != ERROR_OK || frame->faults != 0) {
         raw_image_release(&frame->image);
         return error;
@@ -100,7 +78,7 @@ static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
             return error;
         }
     }
-    return torn(rig, side, frame.faults);
+    return rig_camera_torn(rig, side, frame.faults);
 }
 
 static void report(const struct rig *rig, const struct pair_options *options, uint32_t done) {
@@ -202,7 +180,7 @@ static int take_triggered(struct rig *rig, const struct pair_options *options,
         const bool whole = bad == RIG_SIDES;
         damaged = whole ? 0 : damaged + 1;
         if (damaged == FRAME_ATTEMPTS) {
-            return torn(rig, bad, faults[bad]);
+            return rig_camera_torn(rig, bad, faults[bad]);
         }
         if (error == ERROR_OK && whole) {
             apart++;

@@ -36,8 +36,7 @@ static bool has_source(const struct rig *self, unsigned side) {
     return !self->profile.bridge || side == RIG_LEFT;
 }
 
-// 0: not known.
-static uint32_t exposure_us(const struct rig *self, unsigned side) {
+uint32_t rig_camera_exposure_us(const struct rig *self, unsigned side) {
     return self->camera[side].exposure_us != 0 ? self->camera[side].exposure_us
                                                : self->camera[side].initial_exposure_us;
 }
@@ -45,7 +44,7 @@ static uint32_t exposure_us(const struct rig *self, unsigned side) {
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
     const struct mt9t001 *sensor = &self->camera[side].sensor;
     if (sensor->bus == NULL) {
-        return later(self->profile.frame_us, exposure_us(self, side));
+        return later(self->profile.frame_us, rig_camera_exposure_us(self, side));
     }
     struct mt9t001_timing timing;
     const int error =
@@ -154,8 +153,7 @@ static int no_frame(struct rig *self, unsigned side, int error) {
     return rig_part_error(self, part, error, what, NULL);
 }
 
-// Makes the bridge pass frames of this camera.
-static int choose(struct rig *self, unsigned side) {
+int rig_camera_choose(struct rig *self, unsigned side) {
     static const uint16_t sources[RIG_SIDES] = {BRIDGE_CAM_SELECT_SOURCE_IS_LEFT,
                                                 BRIDGE_CAM_SELECT_SOURCE_IS_RIGHT};
     struct fpga_bridge_source source;
@@ -193,6 +191,13 @@ static bool has_counted(uint16_t before, uint16_t after, bool last) {
     return after != before || (after >= COUNT_FULL && last);
 }
 
+uint32_t rig_camera_counted(const struct fpga_bridge_camera *before,
+                            const struct fpga_bridge_camera *after) {
+    const bool lines = has_counted(before->short_lines, after->short_lines, after->short_line);
+    const bool frames = has_counted(before->short_frames, after->short_frames, after->short_frame);
+    return (lines ? HAL_CAMERA_SHORT_LINE : 0u) | (frames ? HAL_CAMERA_SHORT : 0u);
+}
+
 // Waits for a frame in steps, so that the observer is called and the watchdog fed; at least once.
 static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64_t deadline_us,
                       struct hal_camera_frame *frame) {
@@ -217,11 +222,11 @@ static int wait_until(struct rig *self, unsigned side, uint64_t begin_us, uint64
 // they are sent.
 static uint64_t still_us(const struct rig *self, unsigned side) {
     return later(self->camera[side].pan_stopped_at_us, self->camera[side].lens.stopped_at_us) +
-           exposure_us(self, side);
+           rig_camera_exposure_us(self, side);
 }
 
-static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_us,
-                          struct hal_camera_frame *frame) {
+int rig_camera_wait(struct rig *self, unsigned side, uint64_t not_before_us,
+                    struct hal_camera_frame *frame) {
     const uint64_t begin_us =
         later(later(not_before_us, self->camera[side].settled_at_us), still_us(self, side));
     const uint64_t now_us = rig_now_us(self);
@@ -236,8 +241,8 @@ static int wait_for_frame(struct rig *self, unsigned side, uint64_t not_before_u
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame) {
     INVARIANT(side < RIG_SIDES && self->camera[side].streaming && !self->profile.bridge);
     const uint64_t started_us = self->camera[side].started_us;
-    const uint64_t deadline_us =
-        started_us + FIRST_FRAME_US + FIRST_EXPOSURES * (uint64_t)exposure_us(self, side);
+    const uint64_t deadline_us = started_us + FIRST_FRAME_US +
+                                 FIRST_EXPOSURES * (uint64_t)rig_camera_exposure_us(self, side);
     return wait_until(self, side, started_us, deadline_us, frame);
 }
 
@@ -245,16 +250,16 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
                             struct hal_camera_frame *frame) {
     INVARIANT(side < RIG_SIDES && self->ports.camera[side] != NULL && !self->profile.trigger);
     if (!self->profile.bridge) {
-        return wait_for_frame(self, side, not_before_us, frame);
+        return rig_camera_wait(self, side, not_before_us, frame);
     }
     struct fpga_bridge_camera before, after;
-    int error = choose(self, side);
+    int error = rig_camera_choose(self, side);
     if (error == ERROR_OK) {
         error = rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &before));
     }
     if (error == ERROR_OK) {
         // The port may still hold a frame of the other camera.
-        error = wait_for_frame(self, side, later(not_before_us, rig_now_us(self)), frame);
+        error = rig_camera_wait(self, side, later(not_before_us, rig_now_us(self)), frame);
     }
     if (error != ERROR_OK) {
         return error;
@@ -264,9 +269,28 @@ int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before
         raw_image_release(&frame->image);
         return error;
     }
-    const bool lines = has_counted(before.short_lines, after.short_lines, after.short_line);
-    const bool frames = has_counted(before.short_frames, after.short_frames, after.short_frame);
-    frame->faults |= lines ? HAL_CAMERA_SHORT_LINE : 0u;
-    frame->faults |= frames ? HAL_CAMERA_SHORT : 0u;
+    frame->faults |= rig_camera_counted(&before, &after);
     return ERROR_OK;
+}
+
+int rig_camera_check_size(struct rig *self, unsigned side, const struct raw_image *image) {
+    if (image->width_px == self->format.width_px && image->height_px == self->format.height_px) {
+        return ERROR_OK;
+    }
+    const int32_t numbers[] = {image->width_px, image->height_px};
+    return rig_part_error(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_FRAME,
+                          "it sends # x # pixels, which is not the requested size (run bringup)",
+                          numbers);
+}
+
+int rig_camera_torn(struct rig *self, unsigned side, uint32_t faults) {
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
+    INVARIANT(faults != 0);
+    rig_part_used(self, part, ERROR_FRAME);
+    const char *what = (faults & HAL_CAMERA_SHORT_LINE) != 0
+                           ? "two successive frames had lines of wrong length (check its cable)"
+                       : (faults & (HAL_CAMERA_SHORT | HAL_CAMERA_LONG)) != 0
+                           ? "two successive frames had a wrong number of rows (check its cable)"
+                           : "two successive frames were damaged (check its cable and plug)";
+    return rig_part_error(self, part, ERROR_FRAME, what, NULL);
 }

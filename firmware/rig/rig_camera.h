@@ -29,6 +29,9 @@ void rig_camera_find_exposure(struct rig *self, unsigned side);
 /// Stops the frames. Returns the first error.
 int rig_camera_stop(struct rig *self);
 
+/// Exposure as set or found; 0: not known.
+uint32_t rig_camera_exposure_us(const struct rig *self, unsigned side);
+
 /// To be called after a settings change was sent: only frames with the new settings count from now
 /// on. `before_us`: the frame period before the change.
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
@@ -36,9 +39,26 @@ void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);
 /// As rig_camera_take (rig/trigger.h), for cameras that do not wait for the trigger line.
 int rig_camera_take_running(struct rig *self, unsigned side, uint64_t not_before_us,
                             struct hal_camera_frame *frame);
+/// The steps of rig_camera_take_running. Makes the bridge pass frames of this camera.
+int rig_camera_choose(struct rig *self, unsigned side);
+/// Waits for the next frame of the chosen camera that counts, without the bridge's counters.
+int rig_camera_wait(struct rig *self, unsigned side, uint64_t not_before_us,
+                    struct hal_camera_frame *frame);
+/// Faults (HAL_CAMERA_SHORT_LINE, HAL_CAMERA_SHORT) that the bridge counted between two readings.
+uint32_t rig_camera_counted(const struct fpga_bridge_camera *before,
+                            const struct fpga_bridge_camera *after);
 /// The same for the first frame of a free-running camera with its own port: waits as long after its
 /// start as webcams need, plus its exposure, however long the wait for the other camera took.
 int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_frame *frame);
+
+/// ERROR_FRAME with its message if an image does not have the size of the format.
+int rig_camera_check_size(struct rig *self, unsigned side, const struct raw_image *image);
+/// The error ERROR_FRAME, with its message, of the second frame in a row that had faults.
+int rig_camera_torn(struct rig *self, unsigned side, uint32_t faults);
+
+/// Handles the result of a settings change of a sensor behind the bridge: makes the rig safe after
+/// an error. `before_us`: as above.
+int rig_camera_sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error);
 
 /// Checks that each data line of a camera reaches the port and is not swapped with another. Makes
 /// the sensor send two known values in a small window, and checks what arrives. Errors as

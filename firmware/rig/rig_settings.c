@@ -18,8 +18,7 @@ static int refuse_sides(unsigned sides) {
     return sides == 0 || (sides & ~(unsigned)BOTH_SIDES) != 0 ? ERROR_ARGUMENT : ERROR_OK;
 }
 
-// Handles the result of a settings change of a sensor behind the bridge.
-static int sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
+int rig_camera_sensor_was_set(struct rig *self, unsigned side, uint64_t before_us, int error) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, side);
     rig_part_used(self, part, error);
     rig_camera_unsettle(self, side, before_us);
@@ -93,7 +92,7 @@ static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
     const uint64_t before_us = rig_camera_frame_us(self, side);
     error = mt9t001_set_shutter(sensor, mt9t001_rows_for(&timing, exposure_us));
     self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
-    return sensor_was_set(self, side, before_us, error);
+    return rig_camera_sensor_was_set(self, side, before_us, error);
 }
 
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us) {
@@ -131,7 +130,7 @@ static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
     }
     const int error = mt9t001_set_gain(&self->camera[side].sensor, gain_q3);
     self->camera[side].gain_q3 = self->camera[side].sensor.gain_q3;
-    return sensor_was_set(self, side, rig_camera_frame_us(self, side), error);
+    return rig_camera_sensor_was_set(self, side, rig_camera_frame_us(self, side), error);
 }
 
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3) {
@@ -160,7 +159,7 @@ static int set_sensor_windows(struct rig *self, const struct mt9t001_window *win
         struct mt9t001 *sensor = &self->camera[side].sensor;
         const uint64_t before_us = rig_camera_frame_us(self, side);
         int error = mt9t001_set_window(sensor, window);
-        error = sensor_was_set(self, side, before_us, error);
+        error = rig_camera_sensor_was_set(self, side, before_us, error);
         if (error != ERROR_OK) {
             return error;
         }

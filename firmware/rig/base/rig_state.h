@@ -93,6 +93,12 @@ struct rig_observer {
 
 enum { RIG_EXPOSURE_MAX_US = 10000000 };
 
+/// A part of a camera's frame.
+struct rig_rectangle {
+    uint16_t column_px, row_px;  ///< of its corner
+    uint16_t width_px, height_px;
+};
+
 /// An error of a part.
 struct rig_error {
     enum rig_part part;
