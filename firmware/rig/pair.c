@@ -7,10 +7,10 @@
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
-#include "rig/pair_change.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
+#include "stereo/image/image_change.h"
 
 enum {
     FRAME_ATTEMPTS = 2,
@@ -309,7 +309,7 @@ static int compare_scenes(struct rig *rig, struct pair *pair) {
         return error;
     }
     const struct pair_frame *left = &pair->frame[RIG_LEFT];
-    pair->change_permille = pair_change_permille(&left->image, &again.image, left->gain_q3);
+    pair->change_permille = image_change_permille(&left->image, &again.image, left->gain_q3);
     raw_image_release(&again.image);
     pair->checked = true;
     if (pair->change_permille <= CHANGE_LIMIT_PERMILLE) {

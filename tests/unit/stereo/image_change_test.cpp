@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What counts as a change between two pictures of one camera: motion, but not noise.
-#include "rig/pair_change.h"
+#include "stereo/image/image_change.h"
 
 #include <doctest/doctest.h>
 
@@ -52,7 +52,7 @@ uint32_t change_of(const std::vector<uint16_t> &before, const std::vector<uint16
                         bits,          RAW_GREY, nullptr,   nullptr};
     raw_image other = one;
     other.data = after.data();
-    return pair_change_permille(&one, &other, gain_q3);
+    return image_change_permille(&one, &other, gain_q3);
 }
 
 uint32_t change(const std::vector<uint16_t> &before, const std::vector<uint16_t> &after,

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Whether two frames of one camera show the same scene, as far as their noise allows. For rig/
-/// only.
-#ifndef VERGENCE_RIG_PAIR_CHANGE_H
-#define VERGENCE_RIG_PAIR_CHANGE_H
+/// Whether two frames of one camera show the same scene, as far as their noise allows.
+#ifndef VERGENCE_STEREO_IMAGE_IMAGE_CHANGE_H
+#define VERGENCE_STEREO_IMAGE_IMAGE_CHANGE_H
 
 #include "stereo/image/raw_image.h"
 
@@ -15,7 +14,7 @@ extern "C" {
 /// (the MT9T001 has more) and a read noise of 1.5 / 1024 of its range, both times the gain; if the
 /// gain is not known, four times as much.
 /// `gain_q3`: of the sensor; 0: not known. Both images have the same size and layout.
-uint32_t pair_change_permille(const struct raw_image *before, const struct raw_image *after,
+uint32_t image_change_permille(const struct raw_image *before, const struct raw_image *after,
                               uint16_t gain_q3);
 
 #ifdef __cplusplus

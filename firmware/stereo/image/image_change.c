@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/pair_change.h"
+#include "stereo/image/image_change.h"
 
 #include "core/invariant.h"
 
@@ -23,7 +23,7 @@ static uint32_t sum_of(const struct raw_image *image, int row, size_t column) {
     return sum;
 }
 
-uint32_t pair_change_permille(const struct raw_image *before_image,
+uint32_t image_change_permille(const struct raw_image *before_image,
                               const struct raw_image *after_image, uint16_t known_gain_q3) {
     const size_t width = raw_image_row_values(before_image);
     INVARIANT(before_image->bits >= 8 && before_image->bits <= 16);
