@@ -60,7 +60,12 @@ static int read_all(struct lens_controller *self, struct lens_reading *readings)
         if (axis < MOTORS && error == ERROR_OK) {
             error = read_register(self, (uint8_t)axis, &position);
         }
-        readings[axis] = (struct lens_reading){position, busy != 0, state->polled_us};
+        readings[axis] = (struct lens_reading){
+            .position = position,
+            .moving = busy != 0,
+            .time_us = state->polled_us,
+            .sampled_us = state->polled_us,
+        };
     }
     state->last_rx_us = error == ERROR_OK ? now_us(self) : state->last_rx_us;
     return error;

@@ -75,6 +75,9 @@ struct lens_reading {
     int32_t position;
     bool moving;       ///< false if the controller does not report it
     uint64_t time_us;  ///< when it was requested, on the system's hal_clock
+    /// When the controller sampled the position, as far as the driver knows; 0: not known, as when
+    /// an answer may be to one of several questions.
+    uint64_t sampled_us;
 };
 
 /// The interfaces that drivers use; that of the driver's `port` and `clock` are required.
@@ -112,6 +115,7 @@ struct lens_driver {
     enum lens_port port;
     struct lens_abilities abilities;
     int32_t position_max;           ///< largest position that its commands can express
+    uint32_t sample_us;             ///< from the end of a question to the sample that it reports
     struct lens_settings settings;  ///< unless the profile says otherwise
     const struct lens_operations *operations;
 };

@@ -10,6 +10,8 @@ enum {
     UNANSWERED_MAX = 100,
     // Invalid data must not make questions come faster than the line can carry answers.
     MIN_GAP_US = 100000,
+    BITS_PER_BYTE = 10,  // with start and stop bit
+    US_PER_S = 1000000,
     TIMEOUT_MORE_US = 100000,
 };
 
@@ -40,6 +42,14 @@ static bool has_axis(const struct lens_v3lc *self, unsigned axis) {
     return (self->controller->driver->abilities.axes >> axis & 1) != 0;
 }
 
+// The line sends bytes one after the other.
+static void note_sent(struct lens_v3lc *self, size_t bytes) {
+    const uint32_t bits_per_s = self->controller->settings->bits_per_s;
+    const uint64_t from_us = self->sent_us > now_us(self) ? self->sent_us : now_us(self);
+    INVARIANT(bits_per_s > 0);
+    self->sent_us = from_us + (uint64_t)bytes * BITS_PER_BYTE * US_PER_S / bits_per_s;
+}
+
 // Sends "<lens><text>\n", with `number` after the text unless it is negative.
 static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number,
                 uint64_t deadline_us) {
@@ -62,6 +72,7 @@ static int send(struct lens_v3lc *self, unsigned lens, char text, int32_t number
     line[length++] = '\n';
     INVARIANT(length <= sizeof line);
     self->broken = true;  // until the write is known to be complete
+    note_sent(self, length);
     const int error =
         uart_of(self)->operations->write(uart_of(self)->self, line, length, deadline_us);
     self->broken = error != ERROR_OK;
@@ -88,6 +99,7 @@ static int ask(struct lens_v3lc *self, unsigned number, bool again, uint64_t dea
     }
     lens->first_us = lens->unanswered == 0 && !again ? time_us : lens->first_us;
     lens->last_us = self->quiet_us = time_us;
+    lens->asked_us = self->sent_us;
     lens->unanswered = (uint8_t)(lens->unanswered + (lens->unanswered < UNANSWERED_MAX ? 1 : 0));
     self->waiting = true;
     self->corrupted = false;
@@ -128,7 +140,9 @@ static void take_answer(struct lens_v3lc *self) {
         self->corrupted = true;
         return;
     }
-    if (lens->unanswered == 0) {  // otherwise it is not known which question this answers
+    const bool only = lens->unanswered == 0;  // else it is not known which question this answers
+    lens->sampled_us = only ? lens->asked_us + self->controller->driver->sample_us : 0;
+    if (only) {
         learn_timeout(self, now_us(self) - lens->last_us);
     }
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
@@ -250,6 +264,7 @@ static int read(struct lens_controller *controller, unsigned number, uint64_t de
         readings[axis] = (struct lens_reading){
             .position = lens->accepted[axis],
             .time_us = lens->accepted_us,
+            .sampled_us = lens->sampled_us,
         };
     }
     return error;
@@ -261,6 +276,9 @@ static int open(struct lens_controller *controller, unsigned number, uint64_t de
     // The public V1LC code begins with T255, whose effect is not known.
     static const char greeting[] = {'\n', 'T', '2', '5', '5', '\n'};
     self->waiting &= self->lens == number;
+    if (!self->waiting) {
+        note_sent(self, sizeof greeting);
+    }
     const int error = self->waiting
                           ? ERROR_OK
                           : uart_of(self)->operations->write(uart_of(self)->self, greeting,

@@ -14,6 +14,10 @@
 /// for that to the next question. A question to the other lens waits as long: each lens gets its
 /// own answer, also when both are read in turn with short deadlines. The timeout adapts: a little
 /// more than twice the time of the last answer. `time_us` of a reading is the time of the question.
+/// `sampled_us` is the time when its last byte reaches the controller, behind those of commands
+/// before it, plus the driver's `sample_us`: 0, as positions are assumed to be sampled before the
+/// answer begins. The time when the answer arrives says less, as it depends on the controller's
+/// delay.
 ///
 /// Not detectable: a digit changed into another one, and a command that lost bytes but is still
 /// valid ("2Z600" without its 2 moves lens 1). Code that moves lenses therefore checks several
@@ -59,6 +63,7 @@ struct lens_v3lc {
     uint64_t quiet_us;    ///< time of the last byte in either direction
     uint64_t last_rx_us;  ///< time of its last byte; 0: none
     uint64_t heard_us;    ///< time when it was last listened to
+    uint64_t sent_us;     ///< when the line has sent all bytes written so far
     struct lens_v3lc_answer answer;
     struct lens_v3lc_counts counts;
     struct lens_v3lc_lens {
@@ -66,6 +71,8 @@ struct lens_v3lc {
         bool fresh;                  ///< an accepted answer has not been returned yet
         uint64_t first_us, last_us;  ///< when the first and the last of these were sent
         uint64_t accepted_us;        ///< when the question of the accepted answer was first sent
+        uint64_t asked_us;           ///< when the last question had reached the controller
+        uint64_t sampled_us;         ///< of the accepted answer; 0: not known
         int16_t accepted[LENS_V3LC_VALUES];
     } lenses[LENS_LENSES_MAX];
 };

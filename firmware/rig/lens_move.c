@@ -165,6 +165,10 @@ static int step_resting(struct rig *self, struct rig_lens_move *move, uint64_t u
     if (resting == RESTING_NOT_YET || (resting == RESTING_READ && !is_at_rest(move, &reading))) {
         return ERROR_OK;
     }
+    if (resting == RESTING_READ) {
+        const struct lens_mover *mover = &move->movers[move->turn];
+        mover->lens->rest_us[mover->axis] = reading.time_us;
+    }
     take_turn(self, move, move->turn + 1);
     return move->turn == move->count ? end_move(self, move) : ERROR_OK;
 }
@@ -311,7 +315,7 @@ static int check_target(struct rig *self, unsigned side, enum lens_axis axis, in
 }
 
 int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned sides,
-                        enum lens_axis axis, int32_t position) {
+                        enum lens_axis axis, int32_t position, enum rig_lens_move_when when) {
     *move = (struct rig_lens_move){.phase = LENS_MOVE_DONE};
     int error = (unsigned)axis < LENS_AXES
                     ? lens_read_ready(self, sides, axis)
@@ -327,6 +331,7 @@ int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned s
         if ((sides >> side & 1) != 0) {
             struct lens_mover *mover = &move->movers[move->count++];
             lens_mover_init(self, mover, side, axis, position);
+            mover->forced = when == LENS_MOVE_ALWAYS;
             mover->lens->moving = (uint8_t)(mover->lens->moving | bit_of(mover));
         }
     }
@@ -342,7 +347,7 @@ int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned s
 
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position) {
     struct rig_lens_move move;
-    int error = rig_lens_move_begin(self, &move, sides, axis, position);
+    int error = rig_lens_move_begin(self, &move, sides, axis, position, LENS_MOVE_IF_NEEDED);
     while (error == ERROR_OK && !rig_lens_move_done(&move)) {
         error = rig_lens_move_step(self, &move, rig_now_us(self) + RIG_POLL_US);
     }

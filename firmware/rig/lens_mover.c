@@ -73,6 +73,7 @@ static int send(struct rig *self, const struct lens_mover *mover) {
             "the move command cannot be sent (check the line to its controller)");
     }
     mover->lens->commanded[mover->axis] = mover->sign * mover->target;
+    mover->lens->rest_us[mover->axis] = UINT64_MAX;
     return ERROR_OK;
 }
 
@@ -103,7 +104,7 @@ static int begin_approach(struct rig *self, struct lens_mover *mover) {
 
 // It is already at its target, approached from below.
 static bool there(const struct lens_mover *mover) {
-    return mover->lens->commanded[mover->axis] == mover->sign * mover->target &&
+    return !mover->forced && mover->lens->commanded[mover->axis] == mover->sign * mover->target &&
            distance(mover->middle, mover->target) <= mover->settings->tolerance_counts;
 }
 
@@ -177,7 +178,7 @@ static int update_offset(struct rig *self, struct lens_mover *mover) {
     const bool again = mover->rest_position != INT32_MIN &&
                        distance(mover->rest_position, mover->middle) <= tolerance;
     if (at_end && again) {
-        mover->lens->stopped_at_us = mover->mark_us;
+        mover->lens->stopped_at_us = mover->lens->rest_us[mover->axis] = mover->mark_us;
         mover->phase = LENS_MOVER_ARRIVED;
         return ERROR_OK;
     }
@@ -233,6 +234,7 @@ static int assess(struct rig *self, struct lens_mover *mover) {
         }
         follow_drift(mover);
         mover->lens->stopped_at_us = now_us;
+        mover->lens->rest_us[mover->axis] = mover->settled_us;
         mover->phase = LENS_MOVER_ARRIVED;
         return ERROR_OK;
     }
@@ -281,6 +283,8 @@ int lens_mover_take(struct rig *self, struct lens_mover *mover,
         return start(self, mover);
     }
     mover->settled = is_at_goal(mover) && !reading->moving ? mover->settled + 1 : 0;
+    // The median of three readings is one reading late.
+    mover->settled_us = mover->settled == 2 ? reading->time_us : mover->settled_us;
     if (reading->moving || distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
         mover->mark = mover->middle;
         mover->mark_us = rig_now_us(self);
@@ -330,5 +334,6 @@ void lens_mover_hold(struct rig *self, const struct lens_mover *mover,
     const int32_t all = lens_read_median((const int32_t[]){two, readings[2], seen});
     const int32_t wanted = mover->sign * all + mover->lens->offset[mover->axis];
     const int32_t at = mover->sign * within(wanted, mover->min, mover->max);
+    mover->lens->rest_us[mover->axis] = UINT64_MAX;
     (void)lens_go(&mover->lens->drive, mover->axis, at, rig_now_us(self) + COMMAND_US);
 }

@@ -50,10 +50,12 @@ struct lens_mover {
     int32_t mark;         ///< position when it last moved
     uint32_t since_mark;  ///< number of readings
     uint32_t settled;     ///< number of readings
+    uint64_t settled_us;  ///< when two of them were
     uint32_t sent;
     uint64_t since_us;  ///< later readings count
     uint64_t mark_us, deadline_us;
     bool been_back, far;
+    bool forced;  ///< also to the present target
     int32_t offset_before;
     uint32_t trims;
     int32_t rest_position;  ///< where the previous approach ended off its target; INT32_MIN: not

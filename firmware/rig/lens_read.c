@@ -3,10 +3,12 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "focus/position_fit.h"
 #include "rig/base/health.h"
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
+#include "rig/lens_move.h"
 #include "rig/safe.h"
 
 enum { BOTH = 1u << RIG_LEFT | 1u << RIG_RIGHT };
@@ -47,6 +49,18 @@ static void copy(struct lens_reading *to, const struct lens_reading *from) {
     }
 }
 
+// Keeps a reading for positions at earlier times.
+static void keep(struct rig_lens *lens, const struct lens_reading readings[LENS_AXES]) {
+    if (readings[0].sampled_us == 0) {
+        return;
+    }
+    struct rig_lens_track *track = &lens->track[lens->tracked++ % RIG_LENS_TRACK];
+    track->sampled_us = readings[0].sampled_us;
+    for (unsigned axis = 0; axis < LENS_AXES; axis++) {
+        track->position[axis] = readings[axis].position;
+    }
+}
+
 int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t until_us,
                   struct lens_reading readings[LENS_AXES]) {
     struct rig_lens *lens = &self->camera[side].lens;
@@ -65,6 +79,7 @@ int lens_read_try(struct rig *self, unsigned side, uint64_t since_us, uint64_t u
                                "the line to its controller failed (check adapter and cable)");
     }
     copy(lens->readings, readings);
+    keep(lens, readings);
     return readings[0].time_us >= since_us ? ERROR_OK : ERROR_TIMEOUT;
 }
 
@@ -116,6 +131,69 @@ int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES])
         self->camera[side].lens.position[axis] = positions[axis];
     }
     return rig_end(self, error);
+}
+
+int rig_lens_read_mean(struct rig *self, unsigned side, unsigned readings,
+                       struct lens_mean means[LENS_AXES]) {
+    struct position_sample samples[LENS_AXES][POSITION_FIT_MAX];
+    INVARIANT(readings > 0 && readings <= POSITION_FIT_MAX);
+    int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, LENS_AXES);
+    for (unsigned i = 0; i < readings && error == ERROR_OK; i++) {
+        struct lens_reading reading[LENS_AXES];
+        error = read_now(self, side, reading);
+        for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+            samples[axis][i] =
+                (struct position_sample){reading[axis].sampled_us, reading[axis].position};
+        }
+        error = error == ERROR_OK ? rig_poll(self) : error;
+    }
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        means[axis] = (struct lens_mean){INT32_MIN, 0};
+        self->camera[side].lens.position[axis] = INT32_MIN;
+        if (rig_has_axis(&self->profile, side, (enum lens_axis)axis)) {
+            position_fit_mean(samples[axis], readings, &means[axis].position_q4,
+                              &means[axis].sigma_q4);
+            self->camera[side].lens.position[axis] = position_fit_counts(means[axis].position_q4);
+        }
+    }
+    return rig_end(self, error);
+}
+
+// The readings of an axis from `since_us` on, in the order of time; returns their number.
+static unsigned track_of(const struct rig_lens *lens, enum lens_axis axis, uint64_t since_us,
+                         struct position_sample samples[RIG_LENS_TRACK]) {
+    unsigned count = 0;
+    const uint32_t kept = lens->tracked < RIG_LENS_TRACK ? lens->tracked : RIG_LENS_TRACK;
+    for (uint32_t i = lens->tracked - kept; i != lens->tracked; i++) {
+        const struct rig_lens_track *track = &lens->track[i % RIG_LENS_TRACK];
+        if (track->sampled_us >= since_us) {
+            samples[count++] = (struct position_sample){track->sampled_us, track->position[axis]};
+        }
+    }
+    return count;
+}
+
+int rig_lens_position_at(const struct rig *self, unsigned side, enum lens_axis axis,
+                         uint64_t time_us, int32_t *position_q4, uint16_t *sigma_q4) {
+    struct position_sample samples[RIG_LENS_TRACK];
+    INVARIANT(side < RIG_SIDES && (unsigned)axis < LENS_AXES);
+    _Static_assert((int)RIG_LENS_TRACK <= (int)POSITION_FIT_MAX, "a fit takes all readings");
+    const struct rig_lens *lens = &self->camera[side].lens;
+    if (!rig_has_axis(&self->profile, side, axis) || lens->drive.controller == NULL) {
+        return ERROR_NOT_CONNECTED;
+    }
+    if (time_us < lens->rest_us[axis]) {
+        return lens->drive.controller->driver->abilities.reads_position
+                   ? position_fit_at(samples, track_of(lens, axis, 0, samples), time_us,
+                                     position_q4, sigma_q4)
+                   : ERROR_UNSUPPORTED;
+    }
+    const unsigned count = track_of(lens, axis, lens->rest_us[axis], samples);
+    if (count == 0) {
+        return ERROR_NOT_READY;
+    }
+    position_fit_mean(samples, count, position_q4, sigma_q4);
+    return ERROR_OK;
 }
 
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,

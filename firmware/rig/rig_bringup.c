@@ -410,6 +410,7 @@ static void forget(struct rig *self) {
         self->camera[side].lens.stopped_at_us = 0;
         self->camera[side].lens.moving = 0;
         self->camera[side].lens.readings[0].time_us = 0;
+        self->camera[side].lens.tracked = 0;
         self->camera[side].settled_at_us = 0;
         self->camera[side].frame_pending = false;
         self->camera[side].exposure_us = 0;
@@ -418,6 +419,7 @@ static void forget(struct rig *self) {
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->camera[side].lens.commanded[axis] = INT32_MIN;
             self->camera[side].lens.position[axis] = INT32_MIN;
+            self->camera[side].lens.rest_us[axis] = 0;
         }
     }
     self->bridge = (struct fpga_bridge){.marked = false};

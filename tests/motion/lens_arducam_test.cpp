@@ -108,7 +108,8 @@ TEST_CASE("zoom and focus of one lens move at once, on a bus that loses transfer
         for (const lens_axis axis : {LENS_ZOOM, LENS_FOCUS}) {
             targets[axis] = axes[axis].min +
                             int32_t(noise.next() % uint64_t(axes[axis].max - axes[axis].min + 1));
-            REQUIRE(rig_lens_move_begin(rig, &moves[axis], 1, axis, targets[axis]) == ERROR_OK);
+            REQUIRE(rig_lens_move_begin(rig, &moves[axis], 1, axis, targets[axis],
+                                        LENS_MOVE_IF_NEEDED) == ERROR_OK);
         }
         while (!rig_lens_move_done(&moves[0]) || !rig_lens_move_done(&moves[1])) {
             for (rig_lens_move &move : moves) {
@@ -139,7 +140,7 @@ TEST_CASE("a cancelled move rests when the motor has ended its leg") {
     Instrument instrument(bus);
     rig *rig = &instrument.rig;
     rig_lens_move move;
-    REQUIRE(rig_lens_move_begin(rig, &move, 1, LENS_ZOOM, 19000) == ERROR_OK);
+    REQUIRE(rig_lens_move_begin(rig, &move, 1, LENS_ZOOM, 19000, LENS_MOVE_IF_NEEDED) == ERROR_OK);
     int error = ERROR_OK;
     while (!rig_lens_move_done(&move)) {
         error = rig_lens_move_step(rig, &move, uint64_t(bus.time_us) + 20000);
@@ -158,7 +159,7 @@ TEST_CASE("a controller that disappears is reported within two seconds") {
     Instrument instrument(bus);
     rig *rig = &instrument.rig;
     rig_lens_move move;
-    REQUIRE(rig_lens_move_begin(rig, &move, 1, LENS_FOCUS, 19000) == ERROR_OK);
+    REQUIRE(rig_lens_move_begin(rig, &move, 1, LENS_FOCUS, 19000, LENS_MOVE_IF_NEEDED) == ERROR_OK);
     int error = ERROR_OK;
     while (!rig_lens_move_done(&move)) {
         error = rig_lens_move_step(rig, &move, uint64_t(bus.time_us) + 20000);

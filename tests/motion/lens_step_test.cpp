@@ -23,7 +23,7 @@ struct TwoMoves {
     }
     int begin(LensRig &lenses, unsigned side) {
         return rig_lens_move_begin(&lenses.rig, &moves[side], draws[side].sides, draws[side].axis,
-                                   draws[side].target);
+                                   draws[side].target, LENS_MOVE_IF_NEEDED);
     }
     // Steps the moves `sides` until all are done, with other work between the steps. Returns their
     // results.
@@ -166,11 +166,14 @@ TEST_CASE("an axis has one move at a time, and none after a bring-up or in the s
     LensRig lenses(world);
     REQUIRE(lenses.open() == ERROR_OK);
     rig_lens_move move{}, other{};
-    REQUIRE(rig_lens_move_begin(&lenses.rig, &move, kBoth, LENS_ZOOM, 800) == ERROR_OK);
-    CHECK(rig_lens_move_begin(&lenses.rig, &other, kRight, LENS_ZOOM, 400) == ERROR_NOT_READY);
+    REQUIRE(rig_lens_move_begin(&lenses.rig, &move, kBoth, LENS_ZOOM, 800, LENS_MOVE_IF_NEEDED) ==
+            ERROR_OK);
+    CHECK(rig_lens_move_begin(&lenses.rig, &other, kRight, LENS_ZOOM, 400, LENS_MOVE_IF_NEEDED) ==
+          ERROR_NOT_READY);
     CHECK(rig_lens_move_done(&other));
     CHECK(lenses.rig.last_error.part == RIG_PART_RIGHT_LENS);
-    REQUIRE(rig_lens_move_begin(&lenses.rig, &other, kRight, LENS_FOCUS, 400) == ERROR_OK);
+    REQUIRE(rig_lens_move_begin(&lenses.rig, &other, kRight, LENS_FOCUS, 400,
+                                LENS_MOVE_IF_NEEDED) == ERROR_OK);
     for (int i = 0; i < 100; i++) {
         CHECK(rig_lens_move_step(&lenses.rig, &move, 0) == ERROR_OK);
         CHECK(rig_lens_move_step(&lenses.rig, &other, 0) == ERROR_OK);

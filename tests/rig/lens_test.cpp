@@ -33,7 +33,7 @@ Run move_with_frames(RigBench &bench, const std::vector<Axis> &axes) {
     Run run{};
     for (size_t i = 0; i < axes.size(); i++) {
         REQUIRE(rig_lens_move_begin(&bench.rig, &moves[i], 1u << axes[i].side, axes[i].axis,
-                                    axes[i].target) == ERROR_OK);
+                                    axes[i].target, LENS_MOVE_IF_NEEDED) == ERROR_OK);
     }
     for (bool done = false; !done;) {
         done = true;

@@ -120,6 +120,14 @@ struct rig_part_health {
     uint64_t last_us;  ///< time of the last successful use
 };
 
+enum { RIG_LENS_TRACK = 32 };
+
+/// A reading of all axes of a lens.
+struct rig_lens_track {
+    uint64_t sampled_us;
+    int32_t position[LENS_AXES];
+};
+
 /// The lens of a camera. Positions are counts of the controller; INT32_MIN: not known.
 struct rig_lens {
     struct lens_drive drive;
@@ -128,8 +136,11 @@ struct rig_lens {
     int32_t offset[LENS_AXES];    ///< added to commands, away from the side of approach: see
                                   ///< rig/lens_move.h
     uint8_t moving;               ///< bits of the axes that a move has
-    struct lens_reading readings[LENS_AXES];  ///< the last ones; time 0: none
-    uint64_t stopped_at_us;                   ///< when it was last seen to have arrived
+    struct lens_reading readings[LENS_AXES];      ///< the last ones; time 0: none
+    uint64_t stopped_at_us;                       ///< when it was last seen to have arrived
+    struct rig_lens_track track[RIG_LENS_TRACK];  ///< the last readings, in turn
+    uint32_t tracked;                             ///< number of readings; wraps
+    uint64_t rest_us[LENS_AXES];  ///< an axis is at rest from then on; UINT64_MAX: it may move
 };
 
 /// One of the two cameras, with its lens and its pan servo.
