@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The firmware's rig with simulated lenses and cameras that see a scene, in virtual time; and what
+/// came of focusing on it.
+#ifndef VERGENCE_TESTS_FOCUS_FOCUS_BENCH_HPP
+#define VERGENCE_TESTS_FOCUS_FOCUS_BENCH_HPP
+
+#include <string>
+
+#include "focus_camera.hpp"
+#include "rig/rig.h"
+#include "rig/rig_region.h"
+
+namespace focus {
+
+enum class Verdict {
+    kFocused,
+    kEverywhere,
+    kNoContrast,
+    kEnd,
+    kTwoPeaks,
+    kChanged,
+    kJammed,
+    kError,
+};
+constexpr int kVerdicts = 8;
+extern const char *const kVerdictNames[kVerdicts];
+
+/// What a method reports about a lens.
+struct Report {
+    Verdict verdict = Verdict::kError;
+    int error = 0;
+    double blur_px = -1;  ///< remaining; negative: not reported
+    double seconds = 0;   ///< of the rig's time
+    unsigned frames = 0;
+};
+
+/// A report, and the truth. Plain bytes, as processes exchange them.
+struct Result {
+    unsigned scene, method, side;
+    SceneClass kind;
+    Report report;
+    double ring, best;       ///< in counts; of two depths the nearer one
+    double blur_px;          ///< true diameter of the disc of what the window shows
+    double excess_px;        ///< of that above what a ring kResolutionCounts off its best has
+    double tolerance;        ///< larger of half a depth of focus and kResolutionCounts
+    double contrast, noise;  ///< rms over mean: of the sharp window, of a frame
+
+    bool is_sharp() const { return std::abs(ring - best) <= tolerance; }
+};
+
+class FocusBench {
+  public:
+    FocusBench(const Scene &scene, const BlurStack &stack);
+    FocusBench(const FocusBench &) = delete;
+
+    /// Brings the rig up with the scene's exposure and gain. Returns 0 or an error.
+    int bring_up();
+    /// Fills in the truth for a lens that has been focused.
+    Result result(unsigned method, unsigned side, const Report &report);
+    double now_s() const { return world.lenses.now_us() * 1e-6; }
+    unsigned frames(unsigned side) const { return (side == 0 ? left_ : right_).frames(); }
+
+    const Scene &scene;
+    FocusWorld world;
+    struct rig rig;
+
+  private:
+    FocusCamera left_, right_;
+};
+
+/// The larger part of the frame, whose pixels are measured.
+rig_rectangle focus_region();
+
+/// Builds what both windows of a scene show.
+void build_stack(const Scene &scene, BlurStack &stack);
+
+/// Ways to focus a lens. The second lens follows the first.
+enum Method { kCold, kTable, kHillClimb, kStops, kMethods };
+extern const char *const kMethodNames[kMethods];
+
+/// Focuses a lens by climbing with smaller and smaller steps.
+Report hill_climb(FocusBench &bench, unsigned side);
+/// As libcamera's rpi/af.cpp: coarse stops until the contrast falls, fine ones, a parabola.
+Report stops(FocusBench &bench, unsigned side);
+
+}  // namespace focus
+
+#endif

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A random scene for both cameras: what they see, how their lenses are set, and what is wrong with
+/// their motors.
+#ifndef VERGENCE_TESTS_FOCUS_FOCUS_SCENE_HPP
+#define VERGENCE_TESTS_FOCUS_FOCUS_SCENE_HPP
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "blur_stack.hpp"
+#include "lens_truth.hpp"
+#include "tools/simrig/devices/lens_controller.hpp"
+
+namespace focus {
+
+constexpr unsigned kSides = 2;
+
+/// How a scene counts.
+enum class SceneClass { kTextured, kTwoDepths, kFlat, kBetween };
+constexpr int kSceneClasses = 4;
+extern const char *const kSceneClassNames[kSceneClasses];
+
+struct SceneSide {
+    LensTruth lens;
+    double zoom = 300, focus = 300, iris = 850;  ///< positions of the rings at the start
+    std::array<simrig::LensMotorSettings, simrig::kLensAxes> motors;
+    double per_mm = 0;      ///< 1 / distance of what the window shows
+    double far_per_mm = 0;  ///< of its other part, if there are two depths
+
+    double blur_px(double ring) const { return lens.blur_px(ring, zoom, iris, per_mm); }
+    double px_per_count() const { return lens.blur_px_per_count(zoom, iris, per_mm); }
+    /// The ring's best position within its range, for the near or the far part.
+    double best_ring(bool far = false) const {
+        return std::clamp(lens.ring_for(far ? far_per_mm : per_mm, zoom), kRingLow, kRingHigh);
+    }
+};
+
+struct Scene {
+    uint64_t seed = 0;
+    unsigned index = 0;
+    Texture texture;
+    bool two_depths = false;
+    double split = 0.5;  ///< part of the window's width with the near depth
+    double exposure_us = 5000;
+    unsigned gain_q3 = 8;
+    double electrons = 4000;  ///< of a green pixel of radiance 1 at this exposure and iris
+    double flicker = 0;       ///< modulation of the light at 100 Hz
+    double flicker_phase = 0;
+    double warm_us = 0;  ///< time since the controller's power-up
+    std::array<SceneSide, kSides> side;
+
+    /// Noise of a green pixel of radiance 1, in electrons.
+    double noise_electrons() const;
+    std::string text() const;
+};
+
+/// The same scene for the same numbers.
+Scene draw_scene(uint64_t seed, unsigned index);
+
+}  // namespace focus
+
+#endif
