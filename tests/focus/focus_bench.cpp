@@ -22,6 +22,12 @@ rig_rectangle focus_region() {
     return region;
 }
 
+focus_noise unity_noise() {
+    constexpr double kPerElectron = (kValueMax - kBlack) / kFullWellElectrons;
+    constexpr double kRead = kReadElectrons * kPerElectron;
+    return {uint16_t(kBlack), uint32_t(256 * kRead * kRead), uint32_t(65536 * kPerElectron)};
+}
+
 void build_stack(const Scene &scene, BlurStack &stack) {
     simrig::Noise noise(simrig::Noise(scene.seed ^ 0x5EED).next() + scene.index);
     const SceneSide &left = scene.side[0];
@@ -57,7 +63,7 @@ int FocusBench::bring_up() {
 
 Result FocusBench::result(unsigned method, unsigned side, const Report &report) {
     const SceneSide &own = scene.side[side];
-    const FocusCamera &camera = side == 0 ? left_ : right_;
+    const FocusCamera &own_camera = camera(side);
     Result result{};
     result.scene = scene.index;
     result.method = method;
@@ -91,7 +97,7 @@ Result FocusBench::result(unsigned method, unsigned side, const Report &report) 
                                                                rings[simrig::kIris], per_mm));
         }
         Rings sharp = {own.zoom, own.best_ring(far), own.iris};
-        result.contrast = std::max(result.contrast, camera.contrast(camera.still(sharp)));
+        result.contrast = std::max(result.contrast, own_camera.contrast(own_camera.still(sharp)));
     }
     result.noise = scene.noise_electrons() / scene.electrons;
     result.kind = result.contrast < 0.5 * result.noise ? SceneClass::kFlat

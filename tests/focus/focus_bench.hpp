@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "focus/focus_measure.h"
 #include "focus_camera.hpp"
 #include "rig/rig.h"
 #include "rig/rig_region.h"
@@ -58,7 +59,8 @@ class FocusBench {
     /// Fills in the truth for a lens that has been focused.
     Result result(unsigned method, unsigned side, const Report &report);
     double now_s() const { return world.lenses.now_us() * 1e-6; }
-    unsigned frames(unsigned side) const { return (side == 0 ? left_ : right_).frames(); }
+    const FocusCamera &camera(unsigned side) const { return side == 0 ? left_ : right_; }
+    unsigned frames(unsigned side) const { return camera(side).frames(); }
 
     const Scene &scene;
     FocusWorld world;
@@ -70,6 +72,9 @@ class FocusBench {
 
 /// The larger part of the frame, whose pixels are measured.
 rig_rectangle focus_region();
+
+/// Noise of the cameras at a gain of 1, as the firmware's measures are given it.
+focus_noise unity_noise();
 
 /// Builds what both windows of a scene show.
 void build_stack(const Scene &scene, BlurStack &stack);

@@ -18,7 +18,8 @@ using namespace focus;
 namespace {
 
 const char *const kUsage =
-    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N] [--failures N]
+    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N [--curve yes]]
+                   [--failures N]
 
 Focuses both lenses of the rig on random scenes and prints how well that went.
 
@@ -27,6 +28,9 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
   --jobs N        processes (default: 1)
   --methods LIST  of cold, table, climb, stops, separated by commas (default: all)
   --scene N       this scene only, with all that is known about it
+  --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
+                  position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
+                  without noise, and the same with it
   --failures N    failures that are printed, one a line (default: 20)
   --help          this text
 
@@ -37,6 +41,7 @@ struct Options {
     unsigned runs = 200, jobs = 1, failures = 20;
     uint64_t seed = 20090915;
     long scene = -1;
+    bool curve = false;
     std::vector<unsigned> methods;
 };
 
@@ -170,6 +175,8 @@ Options options_of(int argc, char **argv) {
             options.jobs = std::max(1U, unsigned(number(value)));
         } else if (name == "--scene") {
             options.scene = long(number(value));
+        } else if (name == "--curve") {
+            options.curve = std::strcmp(value, "yes") == 0;
         } else if (name == "--failures") {
             options.failures = unsigned(number(value));
         } else {
@@ -179,6 +186,36 @@ Options options_of(int argc, char **argv) {
     }
     options.methods = methods_of(methods);
     return options;
+}
+
+void print_curve(const Options &options) {
+    const Scene scene = draw_scene(options.seed, unsigned(options.scene));
+    BlurStack stack;
+    build_stack(scene, stack);
+    FocusBench bench(scene, stack);
+    const focus_noise noise = unity_noise(), own = focus_noise_at(&noise, uint16_t(scene.gain_q3));
+    bench.bring_up();
+    for (unsigned side = 0; side < kSides; side++) {
+        for (double ring = kRingLow; ring <= kRingHigh; ring++) {
+            const SceneSide &lens = scene.side[side];
+            const Rings rings = {lens.zoom, ring, lens.iris};
+            std::printf("%u %.0f %.2f", side, ring, lens.blur_px(ring));
+            for (const bool noisy : {false, true}) {
+                const FocusCamera &camera = bench.camera(side);
+                const auto frame =
+                    noisy ? camera.noisy(rings, ring * 1e4 / 7) : camera.still(rings);
+                const focus_window window = {&frame[kMarginPx * kFramePx + kMarginPx], kFramePx,
+                                             kRegionPx, kRegionPx, kValueMax};
+                for (int measure = 0; measure < FOCUS_MEASURES; measure++) {
+                    const focus_noise none{};
+                    const focus_sharpness sharpness = focus_measure_window(
+                        &window, FOCUS_GREEN, focus_measure(measure), noisy ? &own : &none);
+                    std::printf(" %.4g", double(sharpness.energy));
+                }
+            }
+            std::printf("\n");
+        }
+    }
 }
 
 /// All that is known about a scene.
@@ -206,7 +243,7 @@ void print_scene(const Options &options) {
 int main(int argc, char **argv) {
     const Options options = options_of(argc, argv);
     if (options.scene >= 0) {
-        print_scene(options);
+        options.curve ? print_curve(options) : print_scene(options);
         return 0;
     }
     const std::vector<Result> results = run_all(options);
