@@ -121,27 +121,27 @@ void print_failure(const Result &result) {
         100 * result.noise, result.report.seconds, result.report.frames);
 }
 
-bool print_table(const std::vector<Result> &results) {
+bool print_table(std::FILE *file, const std::vector<Result> &results) {
     std::map<unsigned, Column> columns;
     for (const Result &result : results) {
         add(columns[result.method], result);
     }
     const auto row = [&](const char *name, const std::function<std::string(const Column &)> &cell) {
-        std::printf("| %s |", name);
+        std::fprintf(file, "| %s |", name);
         for (const auto &[method, column] : columns) {
-            std::printf(" %s |", cell(column).c_str());
+            std::fprintf(file, " %s |", cell(column).c_str());
         }
-        std::printf("\n");
+        std::fprintf(file, "\n");
     };
-    std::printf("| figure |");
+    std::fprintf(file, "| figure |");
     for (const auto &[method, column] : columns) {
-        std::printf(" %s |", kMethodNames[method]);
+        std::fprintf(file, " %s |", kMethodNames[method]);
     }
-    std::printf("\n|---|");
+    std::fprintf(file, "\n|---|");
     for (std::size_t i = 0; i < columns.size(); i++) {
-        std::printf("---|");
+        std::fprintf(file, "---|");
     }
-    std::printf("\n");
+    std::fprintf(file, "\n");
     row("textured, one depth: ends sharp",
         [](const Column &c) { return shares(c.sharp, c.textured); });
     row("textured, two depths: ends sharp at one",

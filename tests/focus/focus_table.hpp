@@ -16,9 +16,9 @@ const char *failure_of(const Result &result);
 /// One line that says what happened, and what should have.
 void print_failure(const Result &result);
 
-/// Prints the rows of all methods that ran, in Markdown. Returns whether the limits hold for
+/// Writes the rows of all methods that ran, in Markdown. Returns whether the limits hold for
 /// kCold and kTable, as far as they ran.
-bool print_table(const std::vector<Result> &results);
+bool print_table(std::FILE *file, const std::vector<Result> &results);
 
 }  // namespace focus
 
