@@ -37,6 +37,9 @@ static const struct {
     [QUANTITY_SERVO_SCALE] = {"us/deg", 916.73247, true},  // 16 * 180 / pi
     [QUANTITY_PERCENT] = {"%", 10000, false},
     [QUANTITY_GAIN] = {"x", 8, false},
+    [QUANTITY_MM_IN_UM] = {"mm", 1000, false},
+    [QUANTITY_UM_IN_NM] = {"um", 1000, false},
+    [QUANTITY_F_NUMBER] = {"", 1000, false},
 };
 
 /// A unit in the base unit of its kind; 0: not one that others may stand for.
@@ -80,7 +83,7 @@ static int read_steps(enum quantity quantity, const char *text, const char *rang
     const char *unit = quantities[quantity].unit;
     char *end = NULL;
     int64_t integer = 0;
-    if (*unit == '\0') {
+    if (*unit == '\0' && quantities[quantity].steps == 1) {
         const bool good = command_words_integer(text, &integer);
         *steps = (double)integer;
         return good ? 0 : message_set(why, ERROR_SYNTAX, "not an integer (expected %s)", range);
@@ -91,7 +94,7 @@ static int read_steps(enum quantity quantity, const char *text, const char *rang
         return message_set(why, ERROR_SYNTAX, "not a number (expected %s)", range);
     }
     end += strspn(end, " \t");
-    if (*end == '\0') {
+    if (*end == '\0' && *unit != '\0') {
         return message_set(why, ERROR_SYNTAX, "unit missing (expected %s)", unit);
     }
     return steps_of(quantity, end, number, steps)

@@ -31,6 +31,9 @@ enum quantity {
     QUANTITY_SERVO_SCALE,   ///< us/deg; 1/16 us per rad
     QUANTITY_PERCENT,       ///< %; 1e-6
     QUANTITY_GAIN,          ///< x; 1/8
+    QUANTITY_MM_IN_UM,      ///< mm; um
+    QUANTITY_UM_IN_NM,      ///< um; nm
+    QUANTITY_F_NUMBER,      ///< no unit; 1/1000
     QUANTITIES
 };
 

@@ -156,6 +156,26 @@ lens_repeatability = 0 counts
 # change of the focal length by one count of zoom (0 to 10 %)
 lens_zoom_step = 0 %
 
+# focal length at the smallest position of zoom, by the lens's data sheet; 0 mm: not known (0 to
+# 1000 mm)
+focal_length_wide = 0 mm
+
+# focal length at the largest position of zoom (0 to 1000 mm)
+focal_length_tele = 0 mm
+
+# distance in focus at the largest position of focus; at the smallest it is infinity. 0 mm: not
+# known (0 to 100000 mm)
+focus_nearest = 0 mm
+
+# f-number at the largest position of iris; 0: not known (0 to 64)
+f_number_open = 0
+
+# f-number at the smallest position of iris (0 to 64)
+f_number_closed = 0
+
+# distance from pixel to pixel on the sensor; 0 um: not known (0 to 50 um)
+pixel_pitch = 0 um
+
 # width of full frames (16 to 16384 px)
 width = 640 px
 

@@ -50,6 +50,10 @@ int rig_profile_set_lenses(struct rig_profile *profile, const char *name) {
     if (driver == NULL && !is_same(name, RIG_LENSES_FIXED)) {
         return ERROR_MISSING;
     }
+    if (driver != profile->lens_driver) {
+        const uint16_t pixel_nm = profile->optics.pixel_nm;
+        profile->optics = (struct rig_profile_optics){.pixel_nm = pixel_nm};
+    }
     profile->lens_driver = driver;
     profile->lens = driver != NULL ? driver->settings : (struct lens_settings){.bits_per_s = 0};
     return ERROR_OK;
@@ -77,6 +81,17 @@ bool rig_needs_lens_uart(const struct rig_profile *profile) {
 static void set_default_lenses(struct rig_profile *profile) {
     const int error = rig_profile_set_lenses(profile, "v3lc");
     INVARIANT(error == ERROR_OK);
+}
+
+// The Rainbow H10x8.5 (8.5 to 85 mm) on the MT9T001. Its data sheet was not found: nearest distance
+// and f-numbers are those of comparable lenses.
+static struct rig_profile_optics rainbow_h10x85(void) {
+    return (struct rig_profile_optics){.focal_length_wide_um = 8500,
+                                       .focal_length_tele_um = 85000,
+                                       .focus_nearest_um = 800000,
+                                       .f_number_open = 1600,
+                                       .f_number_closed = 16000,
+                                       .pixel_nm = 3200};
 }
 
 static struct rig_profile two_cameras_lens(void) {
@@ -109,6 +124,7 @@ static struct rig_profile full_rig(void) {
         .skew_limit_us = SKEW_IN_TURN_US,
     };
     set_default_lenses(&profile);
+    profile.optics = rainbow_h10x85();
     return profile;
 }
 

@@ -24,6 +24,14 @@ enum {
     RIG_PROFILE_CAUSES = 3,
 };
 
+/// Data sheet of the lenses and of the sensors; each 0: not known. See focus/lens_optics.h.
+struct rig_profile_optics {
+    uint32_t focal_length_wide_um, focal_length_tele_um;
+    uint32_t focus_nearest_um;                ///< in focus at the upper end of the focus ring
+    uint16_t f_number_open, f_number_closed;  ///< 1/1000
+    uint16_t pixel_nm;                        ///< distance from pixel to pixel
+};
+
 /// An instrument. Parameters of parts that it does not have are ignored.
 struct rig_profile {
     char name[32];
@@ -41,6 +49,7 @@ struct rig_profile {
 
     const struct lens_driver *lens_driver;  ///< of the lens controller; NULL: fixed lenses
     struct lens_settings lens;
+    struct rig_profile_optics optics;
 
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time between frames of cameras without a known rate
@@ -56,8 +65,8 @@ int rig_profile_named(const char *name, struct rig_profile *profile);
 /// The word for lenses without motors, where others have the name of a lens driver.
 #define RIG_LENSES_FIXED "fixed"
 
-/// Sets the lens driver of this name, or RIG_LENSES_FIXED, and its settings. ERROR_MISSING: another
-/// name.
+/// Sets the lens driver of this name, or RIG_LENSES_FIXED, and its settings. With another
+/// controller come other lenses: their optics are then not known. ERROR_MISSING: another name.
 int rig_profile_set_lenses(struct rig_profile *profile, const char *name);
 
 /// Whether a side has a motorized lens, and whether that has an axis.

@@ -34,6 +34,10 @@ enum {
     // The trigger inputs of such cameras detect this reliably.
     TRIGGER_MIN_US = 100,
     TRIGGER_MAX_US = 1000000,
+    FOCAL_LENGTH_MAX_UM = 1000000,
+    FOCUS_NEAREST_MAX_UM = 100000000,
+    F_NUMBER_MAX = 64000,
+    PIXEL_MAX_NM = 50000,
 };
 
 /// A field's value, and its range.
@@ -264,6 +268,38 @@ static int check_lenses(const struct rig_profile *profile,
     return CHECK(limits, profile_error);
 }
 
+/// Each may be unknown; of a pair both are known or none.
+static int check_optics(const struct rig_profile *profile,
+                        struct rig_profile_error *profile_error) {
+    static const char wide[] = "focal_length_wide", open[] = "f_number_open";
+    const struct rig_profile_optics *optics = &profile->optics;
+    const int32_t wide_um = (int32_t)optics->focal_length_wide_um;
+    const struct limit first[] = {
+        {optics->focal_length_wide_um, {wide, 0, FOCAL_LENGTH_MAX_UM - 1, .causes = {NULL}}},
+        {optics->f_number_open, {open, 0, F_NUMBER_MAX - 1, .causes = {NULL}}},
+        {optics->pixel_nm, {"pixel_pitch", 0, PIXEL_MAX_NM, .causes = {NULL}}},
+    };
+    const int error = CHECK(first, profile_error);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    const bool zooms = wide_um > 0, stops_down = optics->f_number_open > 0;
+    // The thin lens of focus/lens_optics.h is for objects beyond two focal lengths.
+    const int64_t nearest_min_um = 3 * (int64_t)optics->focal_length_tele_um;
+    const struct limit limits[] = {
+        {optics->focal_length_tele_um,
+         {"focal_length_tele", zooms ? wide_um + 1 : 0, zooms ? FOCAL_LENGTH_MAX_UM : 0,
+          .causes = {wide}}},
+        {optics->f_number_closed,
+         {"f_number_closed", stops_down ? optics->f_number_open + 1 : 0,
+          stops_down ? F_NUMBER_MAX : 0, .causes = {open}}},
+        {optics->focus_nearest_um > 0 ? optics->focus_nearest_um : nearest_min_um,
+         {"focus_nearest", (int32_t)nearest_min_um, FOCUS_NEAREST_MAX_UM,
+          .causes = {"focal_length_tele"}}},
+    };
+    return CHECK(limits, profile_error);
+}
+
 static int check_trigger(const struct rig_profile *profile,
                          struct rig_profile_error *profile_error) {
     const struct limit limits[] = {
@@ -287,6 +323,8 @@ int rig_profile_check(const struct rig_profile *profile, struct rig_profile_erro
     if (error == ERROR_OK && profile->servos) {
         error = check_servos(profile, profile_error);
     }
-    return error == ERROR_OK && profile->lens_driver != NULL ? check_lenses(profile, profile_error)
-                                                             : error;
+    if (error == ERROR_OK && profile->lens_driver != NULL) {
+        error = check_lenses(profile, profile_error);
+    }
+    return error == ERROR_OK ? check_optics(profile, profile_error) : error;
 }

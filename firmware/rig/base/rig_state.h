@@ -15,6 +15,7 @@
 #include "device/fpga_bridge_servo.h"
 #include "device/lens_driver.h"
 #include "device/mt9t001.h"
+#include "focus/lens_learned.h"
 #include "hal/camera.h"
 #include "hal/clock.h"
 #include "hal/gpio.h"
@@ -141,6 +142,7 @@ struct rig_lens {
     struct rig_lens_track track[RIG_LENS_TRACK];  ///< the last readings, in turn
     uint32_t tracked;                             ///< number of readings; wraps
     uint64_t rest_us[LENS_AXES];  ///< an axis is at rest from then on; UINT64_MAX: it may move
+    struct lens_learned learned;  ///< outlives the bring-up; see rig/rig_optics.h
 };
 
 /// One of the two cameras, with its lens and its pan servo.
@@ -177,6 +179,7 @@ struct rig {
                             ///< made safe
     uint64_t triggered_us;  ///< when the trigger line last went active
     struct hal_camera_format format;
+    struct lens_object object;  ///< that a lens was last focused on; outlives the bring-up
     uint32_t pairs;   ///< number taken since the bring-up
     uint64_t fed_us;  ///< last feed of the bridge's watchdog
     /// Time of the last feed that arrived since the bring-up (0: none), and the longest interval

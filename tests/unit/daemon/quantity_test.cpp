@@ -88,6 +88,9 @@ TEST_CASE("numbers are as short as they can be") {
     CHECK(printed(QUANTITY_MS_IN_US, 3300) == "3.3 ms");
     CHECK(printed(QUANTITY_PERCENT, 4187) == "0.4187 %");
     CHECK(printed(QUANTITY_GAIN, 20) == "2.5 x");
+    CHECK(printed(QUANTITY_MM_IN_UM, 8500) == "8.5 mm");
+    CHECK(printed(QUANTITY_UM_IN_NM, 3200) == "3.2 um");
+    CHECK(printed(QUANTITY_F_NUMBER, 1600) == "1.6");
     CHECK(printed(QUANTITY_MHZ, 48000000) == "48 MHz");
     CHECK(printed(QUANTITY_ADDRESS, 0x2c) == "0x2c");
     CHECK(printed(QUANTITY_ADDRESS, 8) == "0x08");
@@ -148,6 +151,9 @@ TEST_CASE("everything else is rejected for a reason") {
         {QUANTITY_S, "3600.000001 s", ERROR_RANGE, "not a multiple of 1 s"},
         {QUANTITY_PULSE, "0.03 us", ERROR_RANGE, "not a multiple of 0.0625 us"},
         {QUANTITY_GAIN, "2.3 x", ERROR_RANGE, "not a multiple of 0.125 x"},
+        {QUANTITY_F_NUMBER, "f/8", ERROR_SYNTAX, "not a number"},
+        {QUANTITY_F_NUMBER, "8 mm", ERROR_SYNTAX, "unknown unit"},
+        {QUANTITY_F_NUMBER, "1.6001", ERROR_RANGE, "not a multiple of 0.001"},
     };
     for (const auto &one : cases) {
         const Read got = read(one.kind, one.text);
@@ -163,9 +169,10 @@ TEST_CASE("everything else is rejected for a reason") {
         for (int kind = QUANTITY_PX; kind < QUANTITIES; kind++) {
             char step[QUANTITY_BYTES];
             quantity_print(quantity(kind), 0, step);
+            const char *blank = std::strchr(step, ' ');
+            const std::string unit = blank != nullptr ? blank : "";
             for (const char *sign : {"", "-"}) {
-                CHECK(read(quantity(kind), sign + text + std::strchr(step, ' '), -7, 7).error ==
-                      ERROR_RANGE);
+                CHECK(read(quantity(kind), sign + text + unit, -7, 7).error == ERROR_RANGE);
             }
         }
     }
