@@ -29,6 +29,10 @@ static void put_side(const struct command_call *call, const struct saved_setting
         [SAVED_IRIS] = {"iris", 1, 0, "counts"},
     };
     reply_group_begin(call, commands_side_name(side), false);
+    if (saved->placed) {
+        reply_number(call, "column", saved->column_px[side], 0, "px");
+        reply_number(call, "row", saved->row_px[side], 0, "px");
+    }
     for (int i = 0; i < SAVED_VALUES; i++) {
         const int32_t value = saved->values[side][i];
         if (value != INT32_MIN) {

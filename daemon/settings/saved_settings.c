@@ -74,15 +74,30 @@ static void clear(struct saved_settings *saved) {
     }
 }
 
+static void take_window(const struct rig *rig, struct saved_settings *saved) {
+    const struct mt9t001_window *window = &rig->camera[RIG_LEFT].sensor.window;
+    struct mt9t001_window centred;
+    const int error =
+        mt9t001_centred_window(window->width_px, window->height_px, window->skip, 1, &centred);
+    INVARIANT(error == 0);
+    saved->width_px = window->width_px;
+    saved->height_px = window->height_px;
+    saved->skip = window->skip;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        window = &rig->camera[side].sensor.window;
+        saved->column_px[side] = window->column_px;
+        saved->row_px[side] = window->row_px;
+        saved->placed = saved->placed || window->column_px != centred.column_px ||
+                        window->row_px != centred.row_px;
+    }
+}
+
 void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     INVARIANT(rig->state == RIG_READY);
     clear(saved);
     memcpy(saved->profile, rig->profile.name, sizeof saved->profile);
     if (rig->profile.bridge) {
-        const struct mt9t001_window *window = &rig->camera[RIG_LEFT].sensor.window;
-        saved->width_px = window->width_px;
-        saved->height_px = window->height_px;
-        saved->skip = window->skip;
+        take_window(rig, saved);
     } else {
         saved->width_px = rig->format.width_px;
         saved->height_px = rig->format.height_px;
@@ -99,8 +114,13 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
     INVARIANT(file != NULL);
     fprintf(file, "version = %d\nprofile = %s\n", VERSION, saved->profile);
     if (saved->width_px != 0) {
-        fprintf(file, "window = %u %u %u\n", (unsigned)saved->width_px, (unsigned)saved->height_px,
+        fprintf(file, "window = %u %u %u", (unsigned)saved->width_px, (unsigned)saved->height_px,
                 (unsigned)saved->skip);
+        for (unsigned side = 0; side < RIG_SIDES && saved->placed; side++) {
+            fprintf(file, " %u %u", (unsigned)saved->column_px[side],
+                    (unsigned)saved->row_px[side]);
+        }
+        fprintf(file, "\n");
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         fprintf(file, "[%s]\n", rig_side_names[side]);
@@ -125,16 +145,32 @@ struct reading {
 };
 
 static bool read_window(struct saved_settings *saved, const char *text) {
-    unsigned width_px = 0, height_px = 0, skip = 0;
-    int end = 0;
-    if (sscanf(text, "%u %u %u%n", &width_px, &height_px, &skip, &end) != 3 || text[end] != '\0' ||
-        width_px < SIZE_MIN_PX || width_px > SIZE_MAX_PX || height_px < SIZE_MIN_PX ||
-        height_px > SIZE_MAX_PX || skip < 1 || skip > SKIP_MAX) {
+    enum { SIZE = 3, ALL = SIZE + 2 * RIG_SIDES };
+    static const struct {
+        unsigned min, max;
+    } limits[ALL] = {
+        {SIZE_MIN_PX, SIZE_MAX_PX}, {SIZE_MIN_PX, SIZE_MAX_PX}, {1, SKIP_MAX},   {0, SIZE_MAX_PX},
+        {0, SIZE_MAX_PX},           {0, SIZE_MAX_PX},           {0, SIZE_MAX_PX}};
+    unsigned numbers[ALL];
+    int count = 0, bytes = 0;
+    while (count < ALL && sscanf(text, "%u%n", &numbers[count], &bytes) == 1) {
+        if (numbers[count] < limits[count].min || numbers[count] > limits[count].max) {
+            return false;
+        }
+        text += bytes;
+        count++;
+    }
+    if (*text != '\0' || (count != SIZE && count != ALL)) {
         return false;
     }
-    saved->width_px = (uint16_t)width_px;
-    saved->height_px = (uint16_t)height_px;
-    saved->skip = (uint8_t)skip;
+    saved->width_px = (uint16_t)numbers[0];
+    saved->height_px = (uint16_t)numbers[1];
+    saved->skip = (uint8_t)numbers[2];
+    saved->placed = count == ALL;
+    for (unsigned side = 0; side < RIG_SIDES && saved->placed; side++) {
+        saved->column_px[side] = (uint16_t)numbers[SIZE + 2 * side];
+        saved->row_px[side] = (uint16_t)numbers[SIZE + 2 * side + 1];
+    }
     return true;
 }
 
@@ -284,16 +320,25 @@ static int check_side(const struct saved_settings *saved, struct rig *rig, unsig
     return 0;
 }
 
-static int check_all(const struct saved_settings *saved, struct rig *rig, struct message *why) {
+static bool fits_sensors(const struct saved_settings *saved) {
     struct mt9t001_window window;
+    bool fits =
+        mt9t001_centred_window(saved->width_px, saved->height_px, saved->skip, 1, &window) == 0;
+    for (unsigned side = 0; side < RIG_SIDES && saved->placed; side++) {
+        fits = fits && saved->column_px[side] % 2 == 0 && saved->row_px[side] % 2 == 0 &&
+               saved->column_px[side] + saved->width_px <= MT9T001_WIDTH_PX &&
+               saved->row_px[side] + saved->height_px <= MT9T001_HEIGHT_PX;
+    }
+    return fits;
+}
+
+static int check_all(const struct saved_settings *saved, struct rig *rig, struct message *why) {
     if (strcmp(saved->profile, rig->profile.name) != 0) {
         return message_set(why, ERROR_ARGUMENT, "saved with the profile %s, this one is %s",
                            saved->profile, rig->profile.name);
     }
-    const bool fits = rig->profile.bridge
-                          ? mt9t001_centred_window(saved->width_px, saved->height_px, saved->skip,
-                                                   1, &window) == 0
-                          : saved->skip == 1;
+    const bool fits =
+        rig->profile.bridge ? fits_sensors(saved) : saved->skip == 1 && !saved->placed;
     if (saved->width_px != 0 && !fits) {
         return message_set(why, ERROR_RANGE, "unsupported window %u x %u px, skip %u",
                            (unsigned)saved->width_px, (unsigned)saved->height_px,
@@ -358,6 +403,39 @@ static size_t add(const struct saved_settings *saved, int value,
     return count;
 }
 
+static bool are_windows_equal(const struct saved_settings *a, const struct saved_settings *b) {
+    return a->width_px == b->width_px && a->height_px == b->height_px && a->skip == b->skip &&
+           a->placed == b->placed &&
+           (!a->placed || (memcmp(a->column_px, b->column_px, sizeof a->column_px) == 0 &&
+                           memcmp(a->row_px, b->row_px, sizeof a->row_px) == 0));
+}
+
+/// Appends the command for both windows, then that for a right window elsewhere.
+static size_t add_window(const struct saved_settings *saved,
+                         char (*lines)[SAVED_SETTINGS_LINE_BYTES]) {
+    size_t count = 0;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        char *line = lines[count];
+        int length =
+            snprintf(line, sizeof lines[0], "window %u %u skip=%u", (unsigned)saved->width_px,
+                     (unsigned)saved->height_px, (unsigned)saved->skip);
+        if (!saved->placed) {
+            return 1;
+        }
+        length += snprintf(line + length, sizeof lines[0] - (size_t)length, " column=%u row=%u",
+                           (unsigned)saved->column_px[side], (unsigned)saved->row_px[side]);
+        if (side == RIG_RIGHT) {
+            snprintf(line + length, sizeof lines[0] - (size_t)length, " side=right");
+        }
+        count++;
+        if (saved->column_px[RIG_LEFT] == saved->column_px[RIG_RIGHT] &&
+            saved->row_px[RIG_LEFT] == saved->row_px[RIG_RIGHT]) {
+            break;
+        }
+    }
+    return count;
+}
+
 size_t saved_settings_commands(const struct saved_settings *saved, const struct rig *rig,
                                char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
                                size_t *of_cameras) {
@@ -365,10 +443,8 @@ size_t saved_settings_commands(const struct saved_settings *saved, const struct 
     size_t count = 0;
     saved_settings_take(rig, &now);
     // An unchanged window does not restart the cameras.
-    if (saved->width_px != 0 && (saved->width_px != now.width_px ||
-                                 saved->height_px != now.height_px || saved->skip != now.skip)) {
-        snprintf(lines[count++], sizeof lines[0], "window %u %u skip=%u", (unsigned)saved->width_px,
-                 (unsigned)saved->height_px, (unsigned)saved->skip);
+    if (saved->width_px != 0 && !are_windows_equal(saved, &now)) {
+        count = add_window(saved, lines);
     }
     for (int i = 0; i < SAVED_VALUES; i++) {
         if (i == SAVED_PAN_URAD) {

@@ -13,6 +13,9 @@
 ///     zoom = 420 counts
 ///     [right]
 ///
+/// A window that is not centred has four more numbers: column and row of the left, then of the right
+/// sensor.
+///
 /// Older versions are still read: 2 had `left_exposure 7000 us`, 1 had `left_exposure_us 7000`,
 /// `left_gain_q3 20` (1/8), `left_pan_urad 69290` and `left_zoom 420`, both after a first line
 /// `vergence settings 2`.
@@ -52,6 +55,8 @@ struct saved_settings {
     char profile[sizeof((struct rig_profile *)0)->name];
     uint16_t width_px, height_px;            ///< window of the sensors; 0: not saved
     uint8_t skip;                            ///< one pixel in this many is read
+    bool placed;                             ///< not centred, and:
+    uint16_t column_px[RIG_SIDES], row_px[RIG_SIDES];
     int32_t values[RIG_SIDES][SAVED_VALUES]; /**< INT32_MIN: not saved */
 };
 

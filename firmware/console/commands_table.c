@@ -87,6 +87,19 @@ static const struct command_argument window_arguments[] = {
      .min = 1,
      .max = 8,
      .help = "use every N-th pixel in both directions; default: 1"},
+    {.name = "column",
+     .kind = COMMAND_INTEGER,
+     .unit = "px",
+     .min = 0,
+     .max = MT9T001_WIDTH_PX,
+     .help = "first column of the window on the sensor; default: centred"},
+    {.name = "row",
+     .kind = COMMAND_INTEGER,
+     .unit = "px",
+     .min = 0,
+     .max = MT9T001_HEIGHT_PX,
+     .help = "first row of the window on the sensor; default: centred"},
+    SIDE_OPTION,
 };
 
 static const struct command_argument registers_arguments[] = {
@@ -185,9 +198,11 @@ static const struct command commands[] = {
      .run = commands_camera_gain},
     {.name = "window",
      .summary = "set the window of the sensors, or show the frame size",
-     .help = "The window is centred. The size of the frames is shown. Sensors behind a bridge have "
-             "2048 x 1536 px, and accept multiples of 2 * skip; other cameras accept the sizes "
-             "that they support, without skip.",
+     .help =
+         "The size of the frames is shown, and where the windows begin. Sensors behind a bridge "
+         "have 2048 x 1536 px, and accept multiples of 2 * skip at any even column and row; both "
+         "windows have the same size, so that of one side can only be moved. Other cameras "
+         "accept the sizes that they support, without skip, column, row and side.",
      .arguments = window_arguments,
      .argument_count = COUNT(window_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,

@@ -90,6 +90,11 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
 /// multiples of 2 * `skip` up to the whole sensor, else ERROR_RANGE. A camera with its own port has
 /// a list of sizes and no `skip`, else ERROR_UNSUPPORTED; `rejected` has the details.
 int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip);
+/// The same anywhere on the sensors of `sides` behind the bridge (`where_px`: of the whole sensor;
+/// column and row even). The windows of both sides have the same size and `skip`, so those of one
+/// side must be those in force; else ERROR_RANGE. ERROR_UNSUPPORTED: cameras with their own ports.
+int rig_window_at(struct rig *self, unsigned sides, const struct rig_rectangle *where_px,
+                  uint8_t skip);
 
 #ifdef __cplusplus
 }

@@ -90,6 +90,15 @@ int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_came
     return ERROR_OK;
 }
 
+void rig_camera_note_exposure(struct rig *self, unsigned side) {
+    const struct mt9t001 *sensor = &self->camera[side].sensor;
+    struct mt9t001_timing timing;
+    const int error =
+        mt9t001_timing_of(&sensor->window, sensor->shutter_rows, sensor->clock_hz, &timing);
+    INVARIANT(error == ERROR_OK);
+    self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+}
+
 void rig_camera_find_exposure(struct rig *self, unsigned side) {
     const struct hal_camera *camera = self->ports.camera[side];
     INVARIANT(camera != NULL && !self->profile.bridge);

@@ -32,6 +32,9 @@ int rig_camera_stop(struct rig *self);
 /// Exposure as set or found; 0: not known.
 uint32_t rig_camera_exposure_us(const struct rig *self, unsigned side);
 
+/// Sets the exposure of a camera behind the bridge to that of its sensor's rows.
+void rig_camera_note_exposure(struct rig *self, unsigned side);
+
 /// To be called after a settings change was sent: only frames with the new settings count from now
 /// on. `before_us`: the frame period before the change.
 void rig_camera_unsettle(struct rig *self, unsigned side, uint64_t before_us);

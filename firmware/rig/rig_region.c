@@ -45,16 +45,6 @@ static int set_port(struct rig *self, const struct hal_camera_format *format) {
     return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
 }
 
-// The exposure of a camera after its window or shutter was set.
-static void note_exposure(struct rig *self, unsigned side) {
-    const struct mt9t001 *sensor = &self->camera[side].sensor;
-    struct mt9t001_timing timing;
-    const int error =
-        mt9t001_timing_of(&sensor->window, sensor->shutter_rows, sensor->clock_hz, &timing);
-    INVARIANT(error == ERROR_OK);
-    self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
-}
-
 static int read_black(struct rig *self, struct rig_region *region) {
     const enum rig_part part = rig_part_of(RIG_PART_LEFT_SENSOR, region->side);
     const int error = rig_part_used(
@@ -79,7 +69,7 @@ static int begin_sensor(struct rig *self, struct rig_region *region,
         return error;
     }
     error = mt9t001_set_window(sensor, window);
-    note_exposure(self, side);
+    rig_camera_note_exposure(self, side);
     error = rig_camera_sensor_was_set(self, side, before_us, error);
     if (error == ERROR_OK) {
         error = set_port(self, &format);
@@ -254,7 +244,7 @@ static int end_sensor(struct rig *self, const struct rig_region *region, bool ke
     const uint64_t before_us = rig_camera_frame_us(self, side);
     int error = keep_settings ? mt9t001_set_window(sensor, &region->sensor.window)
                               : mt9t001_set_like(sensor, &region->sensor);
-    note_exposure(self, side);
+    rig_camera_note_exposure(self, side);
     self->camera[side].gain_q3 = sensor->gain_q3;
     error = rig_camera_sensor_was_set(self, side, before_us, error);
     if (error == ERROR_OK) {

@@ -91,7 +91,7 @@ static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
     INVARIANT(error == ERROR_OK);
     const uint64_t before_us = rig_camera_frame_us(self, side);
     error = mt9t001_set_shutter(sensor, mt9t001_rows_for(&timing, exposure_us));
-    self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
+    rig_camera_note_exposure(self, side);
     return rig_camera_sensor_was_set(self, side, before_us, error);
 }
 
@@ -153,28 +153,30 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
     return error;
 }
 
-// Switches both sensors, the bridge and the port to another size.
-static int set_sensor_windows(struct rig *self, const struct mt9t001_window *window) {
-    for (unsigned side = 0; side < RIG_SIDES; side++) {
-        struct mt9t001 *sensor = &self->camera[side].sensor;
-        const uint64_t before_us = rig_camera_frame_us(self, side);
-        int error = mt9t001_set_window(sensor, window);
-        error = rig_camera_sensor_was_set(self, side, before_us, error);
-        if (error != ERROR_OK) {
-            return error;
+static int set_sensor_window(struct rig *self, unsigned side, const struct mt9t001_window *window) {
+    struct mt9t001 *sensor = &self->camera[side].sensor;
+    const uint64_t before_us = rig_camera_frame_us(self, side);
+    const int error = mt9t001_set_window(sensor, window);
+    rig_camera_note_exposure(self, side);
+    return rig_camera_sensor_was_set(self, side, before_us, error);
+}
+
+// Switches sensors and the bridge to another window.
+static int set_sensor_windows(struct rig *self, unsigned sides,
+                              const struct mt9t001_window *window) {
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides >> side & 1) != 0) {
+            error = set_sensor_window(self, side, window);
         }
-        struct mt9t001_timing timing;
-        error = mt9t001_timing_of(window, sensor->shutter_rows, sensor->clock_hz, &timing);
-        INVARIANT(error == ERROR_OK);
-        self->camera[side].exposure_us =
-            (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
     }
-    const int error =
-        rig_part_used(self, RIG_PART_BRIDGE,
-                      fpga_bridge_camera_expect(&self->bridge, window->width_px / window->skip,
-                                                window->height_px / window->skip));
-    return error == ERROR_OK ? ERROR_OK
-                             : rig_fail_safe(self, rig_bus_failed(self, RIG_PART_BRIDGE, error));
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = rig_bridge_used(
+        self, fpga_bridge_camera_expect(&self->bridge, window->width_px / window->skip,
+                                        window->height_px / window->skip));
+    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
 }
 
 // The cameras do not support this size: return to the previous one. This is a rejected argument,
@@ -196,6 +198,29 @@ static int take_back(struct rig *self, const struct hal_camera_format *before,
     return why.error;
 }
 
+// Switches the sources of the frames to another size.
+static int set_format(struct rig *self, const struct hal_camera_format *format) {
+    const struct hal_camera_format before = self->format;
+    const struct rig_error last_error = self->last_error;
+    const uint32_t failures[RIG_SIDES] = {self->health[RIG_PART_LEFT_CAMERA].failures,
+                                          self->health[RIG_PART_RIGHT_CAMERA].failures};
+    int error = rig_camera_stop(self);
+    if (error == ERROR_OK) {
+        error = rig_camera_start(self, format);
+    }
+    if (error == ERROR_UNSUPPORTED && before.width_px != 0) {
+        return take_back(self, &before, &last_error, failures);
+    }
+    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
+}
+
+static int set_windows(struct rig *self, unsigned sides, const struct mt9t001_window *window) {
+    const struct hal_camera_format format = {(uint16_t)(window->width_px / window->skip),
+                                             (uint16_t)(window->height_px / window->skip)};
+    const int error = set_sensor_windows(self, sides, window);
+    return error == ERROR_OK ? set_format(self, &format) : error;
+}
+
 int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t skip) {
     struct mt9t001_window window = {.skip = 1};
     int error = ERROR_OK;
@@ -210,24 +235,39 @@ int rig_window(struct rig *self, uint16_t width_px, uint16_t height_px, uint8_t 
     if (self->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
-    if (self->profile.bridge) {
-        error = set_sensor_windows(self, &window);
-    }
+    const struct hal_camera_format format = {width_px, height_px};
+    return self->profile.bridge ? set_windows(self, BOTH_SIDES, &window)
+                                : set_format(self, &format);
+}
+
+int rig_window_at(struct rig *self, unsigned sides, const struct rig_rectangle *where_px,
+                  uint8_t skip) {
+    struct mt9t001_window window = mt9t001_full_window();
+    struct mt9t001_timing timing;
+    window.column_px = where_px->column_px;
+    window.row_px = where_px->row_px;
+    window.width_px = where_px->width_px;
+    window.height_px = where_px->height_px;
+    window.skip = skip;
+    const int error = refuse_sides(sides);
     if (error != ERROR_OK) {
         return error;
     }
-    const struct hal_camera_format format = {(uint16_t)(width_px / window.skip),
-                                             (uint16_t)(height_px / window.skip)};
-    const struct hal_camera_format before = self->format;
-    const struct rig_error last_error = self->last_error;
-    const uint32_t failures[RIG_SIDES] = {self->health[RIG_PART_LEFT_CAMERA].failures,
-                                          self->health[RIG_PART_RIGHT_CAMERA].failures};
-    error = rig_camera_stop(self);
-    if (error == ERROR_OK) {
-        error = rig_camera_start(self, &format);
+    if (!self->profile.bridge) {
+        return ERROR_UNSUPPORTED;
     }
-    if (error == ERROR_UNSUPPORTED && before.width_px != 0) {
-        return take_back(self, &before, &last_error, failures);
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
     }
-    return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, error);
+    if (mt9t001_timing_of(&window, 1, self->profile.sensor_clock_hz, &timing) != ERROR_OK) {
+        return ERROR_RANGE;
+    }
+    const struct mt9t001_window *other =
+        &self->camera[(sides >> RIG_LEFT & 1) != 0 ? RIG_RIGHT : RIG_LEFT].sensor.window;
+    if (sides != BOTH_SIDES &&
+        (other->width_px != window.width_px || other->height_px != window.height_px ||
+         other->skip != window.skip)) {
+        return ERROR_RANGE;
+    }
+    return set_windows(self, sides, &window);
 }

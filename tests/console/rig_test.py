@@ -75,8 +75,14 @@ class Rig(RigTest):
     def test_cameras(self):
         self.assertAlmostEqual(self.asked("exposure 5000")["left"], 5000, delta=60)
         self.assertEqual(self.asked("gain 2.5 side=right"), {"right": 2.5})
-        self.assertEqual(self.asked("window 640 480"), {"width": 640, "height": 480})
+        centred = {"column": 704, "row": 528}
+        self.assertEqual(self.asked("window 640 480"),
+                         {"width": 640, "height": 480, "left": centred, "right": centred})
+        corner = {"column": 1408, "row": 0}
+        self.assertEqual(self.asked("window 640 480 column=1408 row=0 side=left"),
+                         {"width": 640, "height": 480, "left": corner, "right": centred})
         self.assertRegex(self.first.ask("window 640")[-1], "^ERR MISSING window: HEIGHT")
+        self.assertRegex(self.first.ask("window row=8")[-1], "^ERR MISSING window: WIDTH")
         self.assertRegex(self.first.ask("exposure 10000001")[-1],
                          '^ERR RANGE exposure: TIME "10000001" .*from 1 to 10000000 us')
         self.assertEqual(self.asked("help exposure")["TIME"]["expected"],
@@ -85,9 +91,13 @@ class Rig(RigTest):
                 ("5000 5000", "WIDTH 5000 .*skip=1: 16 to 2048 px in steps of 2"),
                 ("640 1538", "HEIGHT 1538 .*skip=1: 16 to 1536 px in steps of 2"),
                 ("17 33 skip=3", "WIDTH 17 .*skip=3: 18 to 2046 px in steps of 6"),
-                ("2046 1530 skip=4", "WIDTH 2046 .*skip=4: 16 to 2048 px in steps of 8")):
+                ("2046 1530 skip=4", "WIDTH 2046 .*skip=4: 16 to 2048 px in steps of 8"),
+                ("640 480 column=1410", "column=1410 .*0 to 1408 px in steps of 2"),
+                ("640 480 row=3", "row=3 .*0 to 1056 px in steps of 2"),
+                ("320 480 side=right", "the other side has 640 480 skip=1")):
             self.assertRegex(self.first.ask(f"window {window}")[-1], f"^ERR RANGE window: {words}")
-        self.assertEqual(self.asked("window 18 36 skip=3"), {"width": 6, "height": 12})
+        small = self.asked("window 18 36 skip=3")
+        self.assertEqual((small["width"], small["height"]), (6, 12))
         self.assertNotIn("error", self.asked("health"))
         self.asked("safe")
         self.assertRegex(self.first.ask("health")[-1], "^ERR NOT_READY health: .*bringup")

@@ -52,9 +52,9 @@ std::vector<std::string> commands(const saved_settings &saved, const rig &rig) {
 
 TEST_CASE("what is in force, as text and back") {
     rig up = made("rig");
-    up.camera[RIG_LEFT].sensor.window.width_px = 1024;
-    up.camera[RIG_LEFT].sensor.window.height_px = 768;
-    up.camera[RIG_LEFT].sensor.window.skip = 2;
+    for (rig_camera &camera : up.camera) {
+        REQUIRE(mt9t001_centred_window(1024, 768, 2, 1, &camera.sensor.window) == ERROR_OK);
+    }
     up.camera[RIG_LEFT].exposure_us = 7001;
     up.camera[RIG_RIGHT].gain_q3 = 20;
     up.camera[RIG_LEFT].pan_q4 = 24654;
@@ -79,6 +79,30 @@ TEST_CASE("what is in force, as text and back") {
                   "left_pan_urad 69265\nright_gain_q3 20\nright_iris 400\n",
                   read) == ERROR_OK);
     CHECK(printed(read) == text);
+}
+
+TEST_CASE("windows that are not centred keep their place") {
+    rig up = made("rig"), other = made("rig");
+    for (rig_camera &camera : up.camera) {
+        camera.sensor.window.width_px = 640;
+        camera.sensor.window.height_px = 480;
+    }
+    up.camera[RIG_RIGHT].sensor.window.column_px = 1408;
+    saved_settings saved{}, read{};
+    saved_settings_take(&up, &saved);
+    const std::string text = printed(saved);
+    CHECK(text == "version = 3\nprofile = rig\nwindow = 640 480 1 0 0 1408 0\n[left]\n[right]\n");
+    REQUIRE(parse(text, read) == ERROR_OK);
+    CHECK(printed(read) == text);
+    CHECK(commands(read, up).empty());
+    CHECK(commands(read, other) ==
+          std::vector<std::string>{"window 640 480 skip=1 column=0 row=0",
+                                   "window 640 480 skip=1 column=1408 row=0 side=right"});
+    message why{};
+    CHECK(saved_settings_check(&read, &up, &why) == ERROR_OK);
+    REQUIRE(parse("version = 3\nprofile = rig\nwindow = 640 480 1 0 0 1410 0\n", read) == ERROR_OK);
+    CHECK(saved_settings_check(&read, &up, &why) == ERROR_RANGE);
+    CHECK(parse("version = 3\nprofile = rig\nwindow = 640 480 1 0 0 8\n", read) == ERROR_SYNTAX);
 }
 
 TEST_CASE("a value beyond its limits is saved as the limit") {
