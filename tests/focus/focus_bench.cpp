@@ -13,7 +13,15 @@ const char *const kVerdictNames[kVerdicts] = {
     "focused",   "sharp everywhere", "no contrast", "peak at end of range",
     "two peaks", "scene changed",    "lens jammed", "error",
 };
-const char *const kMethodNames[kMethods] = {"cold", "table", "hill climb", "stops"};
+const MethodRow kMethodRows[kMethods] = {
+    {"cold", "cold", hill_climb, false, 0, 0, 0},
+    {"table", "table", hill_climb, false, 0, 0, 0},
+    {"hill climb", "climb", hill_climb, false, 0, 0, 0},
+    {"stops", "stops", stops, false, 0, 0, 0},
+    {"sweep", "sweep", sweep_open, false, 0, 0, 0},
+    {"iris closed first", "closed", sweep_closed, false, 0, 0, 0},
+    {"wide end first", "wide", sweep_wide, false, 0, 0, 0},
+};
 
 rig_rectangle focus_region() {
     rig_rectangle region{};
@@ -43,6 +51,7 @@ FocusBench::FocusBench(const Scene &scene_, const BlurStack &stack)
     rig_profile_named("two-cameras-lens", &profile);
     profile.width_px = profile.height_px = kFramePx;
     profile.frame_us = uint32_t(kFrameMinUs);
+    profile.lens.axis[LENS_FOCUS].approach = LENS_FROM_ABOVE;
     rig_ports ports{};
     ports.clock = world.lenses.clock();
     ports.lens_uart = world.lenses.uart();

@@ -80,13 +80,24 @@ focus_noise unity_noise();
 void build_stack(const Scene &scene, BlurStack &stack);
 
 /// Ways to focus a lens. The second lens follows the first.
-enum Method { kCold, kTable, kHillClimb, kStops, kMethods };
-extern const char *const kMethodNames[kMethods];
+enum Method { kHillClimb, kStops, kSweep, kSweepClosed, kSweepWide, kMethods };
+struct MethodRow {
+    const char *name, *option;
+    Report (*focus)(FocusBench &bench, unsigned side);
+    bool ours;                                    ///< the limits hold for it
+    double seconds_p50, seconds_p99, frames_p99;  ///< limits
+};
+extern const MethodRow kMethodRows[kMethods];
 
 /// Focuses a lens by climbing with smaller and smaller steps.
 Report hill_climb(FocusBench &bench, unsigned side);
 /// As libcamera's rpi/af.cpp: coarse stops until the contrast falls, fine ones, a parabola.
 Report stops(FocusBench &bench, unsigned side);
+/// One sweep as the lens is set; with the iris closed, then near the peak; at the wide end, then
+/// near the peak.
+Report sweep_open(FocusBench &bench, unsigned side);
+Report sweep_closed(FocusBench &bench, unsigned side);
+Report sweep_wide(FocusBench &bench, unsigned side);
 
 }  // namespace focus
 

@@ -114,7 +114,7 @@ void print_failure(const Result &result) {
     std::printf(
         "%s: --scene %u (%s, %s side, %s): %s at %.1f, best %.1f +-%.1f; blur %.2f px, "
         "reported %.2f; contrast %.2f %%, noise %.2f %%; %.1f s, %u frames\n",
-        failure_of(result), result.scene, kMethodNames[result.method],
+        failure_of(result), result.scene, kMethodRows[result.method].name,
         result.side == 0 ? "left" : "right", kSceneClassNames[int(result.kind)],
         kVerdictNames[std::size_t(result.report.verdict)], result.ring, result.best,
         result.tolerance, result.blur_px, result.report.blur_px, 100 * result.contrast,
@@ -135,7 +135,7 @@ bool print_table(std::FILE *file, const std::vector<Result> &results) {
     };
     std::fprintf(file, "| figure |");
     for (const auto &[method, column] : columns) {
-        std::fprintf(file, " %s |", kMethodNames[method]);
+        std::fprintf(file, " %s |", kMethodRows[method].name);
     }
     std::fprintf(file, "\n|---|");
     for (std::size_t i = 0; i < columns.size(); i++) {
@@ -158,13 +158,13 @@ bool print_table(std::FILE *file, const std::vector<Result> &results) {
     }
     bool holds = true;
     for (const auto &[method, c] : columns) {
-        if (method == kCold || method == kTable) {
-            const bool cold = method == kCold;
+        const MethodRow &limits = kMethodRows[method];
+        if (limits.ours) {
             holds = holds && c.sharp >= 0.999 * c.textured && c.no_contrast == c.flat &&
                     c.false_focused == 0 && c.right_blurs >= 0.95 * c.blurs &&
-                    part(c.seconds, 0.5) <= (cold ? 12 : 6) &&
-                    part(c.seconds, 0.99) <= (cold ? 20 : 10) &&
-                    part(c.frames, 0.99) <= (cold ? 250 : 50);
+                    part(c.seconds, 0.5) <= limits.seconds_p50 &&
+                    part(c.seconds, 0.99) <= limits.seconds_p99 &&
+                    part(c.frames, 0.99) <= limits.frames_p99;
         }
     }
     return holds;

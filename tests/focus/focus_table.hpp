@@ -17,7 +17,7 @@ const char *failure_of(const Result &result);
 void print_failure(const Result &result);
 
 /// Writes the rows of all methods that ran, in Markdown. Returns whether the limits hold for
-/// kCold and kTable, as far as they ran.
+/// our own methods.
 bool print_table(std::FILE *file, const std::vector<Result> &results);
 
 }  // namespace focus

@@ -26,7 +26,7 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
   --runs N        scenes (default: 200)
   --seed N        of the random numbers (default: 20090915)
   --jobs N        processes (default: 1)
-  --methods LIST  of cold, table, climb, stops, separated by commas (default: climb,stops)
+  --methods LIST  of climb, stops, sweep, closed, wide, separated by commas (default: climb,stops)
   --scene N       this scene only, with all that is known about it
   --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
                   position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
@@ -47,17 +47,6 @@ struct Options {
     std::vector<unsigned> methods;
 };
 
-Report focus_with(FocusBench &bench, unsigned method, unsigned side) {
-    switch (method) {
-        case kHillClimb:
-            return hill_climb(bench, side);
-        case kStops:
-            return stops(bench, side);
-        default:
-            return {};
-    }
-}
-
 /// All methods on a scene, each with a rig that was just switched on.
 std::vector<Result> run_scene(const Options &options, unsigned index) {
     const Scene scene = draw_scene(options.seed, index);
@@ -71,12 +60,12 @@ std::vector<Result> run_scene(const Options &options, unsigned index) {
             Report report;
             report.error = error;
             if (error == ERROR_OK) {
-                report = focus_with(bench, method, side);
+                report = kMethodRows[method].focus(bench, side);
             }
             results.push_back(bench.result(method, side, report));
-            if (report.verdict == Verdict::kError) {
-                std::fprintf(stderr, "--scene %u, %s: error %d: %s\n", index, kMethodNames[method],
-                             report.error, bench.rig.last_error.text);
+            if (report.verdict == Verdict::kError && options.scene >= 0) {
+                std::fprintf(stderr, "--scene %u, %s: error %d: %s\n", index,
+                             kMethodRows[method].name, report.error, bench.rig.last_error.text);
             }
         }
     }
@@ -143,10 +132,10 @@ unsigned long number(const char *text) {
 }
 
 std::vector<unsigned> methods_of(const std::string &list) {
-    static const char *const names[kMethods] = {"cold", "table", "climb", "stops"};
     std::vector<unsigned> methods;
     for (unsigned method = 0; method < kMethods; method++) {
-        if (("," + list + ",").find("," + std::string(names[method]) + ",") != std::string::npos) {
+        if (("," + list + ",").find("," + std::string(kMethodRows[method].option) + ",") !=
+            std::string::npos) {
             methods.push_back(method);
         }
     }
@@ -234,7 +223,7 @@ void print_scene(const Options &options) {
             std::printf(
                 "%s, %s: %s at %.1f, best %.1f +-%.1f, blur %.2f px (reported %.2f), %s, "
                 "%.1f s, %u frames\n",
-                kMethodNames[result.method], result.side == 0 ? "left" : "right",
+                kMethodRows[result.method].name, result.side == 0 ? "left" : "right",
                 kVerdictNames[std::size_t(result.report.verdict)], result.ring, result.best,
                 result.tolerance, result.blur_px, result.report.blur_px,
                 kSceneClassNames[int(result.kind)], result.report.seconds, result.report.frames);
@@ -253,7 +242,8 @@ int main(int argc, char **argv) {
     const std::vector<Result> results = run_all(options);
     unsigned shown = 0;
     for (const Result &result : results) {
-        if (result.method <= kTable && failure_of(result) != nullptr && shown < options.failures) {
+        if (kMethodRows[result.method].ours && failure_of(result) != nullptr &&
+            shown < options.failures) {
             print_failure(result);
             shown++;
         }
