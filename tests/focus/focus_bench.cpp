@@ -14,8 +14,6 @@ const char *const kVerdictNames[kVerdicts] = {
     "two peaks", "scene changed",    "lens jammed", "error",
 };
 const MethodRow kMethodRows[kMethods] = {
-    {"cold", "cold", hill_climb, false, 0, 0, 0},
-    {"table", "table", hill_climb, false, 0, 0, 0},
     {"hill climb", "climb", hill_climb, false, 0, 0, 0},
     {"stops", "stops", stops, false, 0, 0, 0},
     {"sweep", "sweep", sweep_open, false, 0, 0, 0},
