@@ -174,11 +174,61 @@ TEST_CASE("the outline of an object out of focus is as blurred as its texture") 
     }
 }
 
+namespace {
+
+// The iris position for an f-number at zoom 600.
+double iris_for(double f_number) {
+    const double open = 1.6 + 0.4 * 300 / 550;
+    return 850 - 550 * std::log(f_number / open) / std::log(16 / open);
+}
+
+// Contrast of a perfect round pupil at this f-number for green light.
+double airy_contrast(double cycles_per_px, double f_number) {
+    const double v = cycles_per_px / 3.2 * 0.55 * f_number;
+    return v >= 1 ? 0 : 2 / world::kPi * (std::acos(v) - v * std::sqrt(1 - v * v));
+}
+
+}  // namespace
+
+TEST_CASE("diffraction is a spot that has the peak and the light of Airy's disk") {
+    world::Rig rig = perfect_rig();
+    for (const double f_number : {2.0, 4.0, 8.0, 16.0}) {
+        const world::Mechanics m = straight(rig, 600, 1800, iris_for(f_number));
+        rig.camera[0].lens.diffraction = 0;
+        CHECK(world::camera_at(rig.camera[0], m).optics.spot_rms_px == 0);
+        rig.camera[0].lens.diffraction = 1;
+        const world::Optics optics = world::camera_at(rig.camera[0], m).optics;
+        CHECK(optics.f_number == doctest::Approx(f_number));
+        const double rms_um = 3.2 * optics.spot_rms_px;
+        // Airy's disk of peak 1, (2 J1(x) / x)^2, summed over rings as far as its light converges.
+        double light = 0;
+        const double per_um = world::kPi / (0.55 * f_number);
+        constexpr double kStep = 0.01, kEnd = 2000;
+        for (double x = 0.5 * kStep; x < kEnd; x += kStep) {
+            const double amplitude = 2 * std::cyl_bessel_j(1.0, x) / x;
+            light += amplitude * amplitude * 2 * world::kPi * x * kStep;
+        }
+        light /= per_um * per_um;
+        CHECK(2 * world::kPi * rms_um * rms_um == doctest::Approx(light).epsilon(0.002));
+        MESSAGE("f/" << f_number << ": " << optics.spot_rms_px << " px rms");
+        // The lens's own spot adds to it.
+        rig.camera[0].lens.spot_rms_um = 1;
+        CHECK(world::camera_at(rig.camera[0], m).optics.spot_rms_px ==
+              doctest::Approx(std::hypot(optics.spot_rms_px, 1 / 3.2)));
+        rig.camera[0].lens.spot_rms_um = 0;
+    }
+}
+
 TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no more beyond") {
-    for (const double spot_um : {0.0, 1.0}) {
+    struct Case {
+        double spot_um, diffraction, f_number;
+    };
+    for (const auto &[spot_um, diffraction, f_number] :
+         {Case{0, 0, 3.3}, Case{1, 0, 3.3}, Case{0, 1, 8}, Case{1, 1, 16}}) {
         world::Rig rig = perfect_rig();
         rig.camera[0].lens.spot_rms_um = spot_um;
-        const world::Mechanics m = straight(rig, 600, 1800, 700);
+        rig.camera[0].lens.diffraction = diffraction;
+        const world::Mechanics m = straight(rig, 600, 1800, iris_for(f_number));
         const world::Camera camera = world::camera_at(rig.camera[0], m);
         const double slant_deg = 5;
         const world::Window window = {1024 - 40, 768 - 200, 80, 400, 1, 1, 1, 1};
@@ -187,7 +237,9 @@ TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no 
         const double step = 0.125;
         const std::vector<double> p = profile(
             seen_edge(frame, window, rig.camera[0].sensor, world::radians(slant_deg)), 12, step);
-        std::printf("spot %.1f um: cycles a pixel, measured, expected\n", spot_um);
+        std::printf("spot %.1f um, f/%.1f, diffraction %.0f: cycles a pixel, measured, expected\n",
+                    spot_um, f_number, diffraction);
+        const double spot_px = camera.optics.spot_rms_px;
         for (const double f : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2}) {
             std::complex<double> sum = 0;
             for (std::size_t i = 0; i + 1 < p.size(); i++) {
@@ -198,7 +250,6 @@ TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no 
             // Across a slanted edge the pixel's square is two boxes; so are bins and differences.
             const double a = world::radians(slant_deg);
             const double pixel = sinc(f * std::cos(a)) * sinc(f * std::sin(a));
-            const double spot_px = spot_um / 3.2;
             const double lens = std::exp(-2 * world::kPi * world::kPi * f * f * spot_px * spot_px);
             const double measured =
                 std::abs(sum) / std::fabs(p.back() - p.front()) / sinc(f * step) / sinc(f * step);
@@ -206,6 +257,9 @@ TEST_CASE("in focus the slanted edge has the contrast of pixel and lens, and no 
             std::printf("  %.1f  %.3f  %.3f\n", f, measured, expected);
             if (f <= 1) {
                 CHECK(measured == doctest::Approx(expected).epsilon(0.015));
+            }
+            if (diffraction == 1 && spot_um == 0) {
+                CHECK(std::fabs(measured - std::fabs(pixel) * airy_contrast(f, f_number)) < 0.11);
             }
             // Beyond that nothing may be there that the pixel itself does not let through.
             CHECK(measured < std::fabs(pixel) + 0.015);

@@ -44,7 +44,7 @@ class Arducam : public LensController {
         if (position >= kFirst[motor] && position <= kLast[motor]) {
             const double part = (position - kFirst[motor]) / (kLast[motor] - kFirst[motor]);
             positions_[motor] = uint16_t(position);
-            motors_[0][motor].go(time_us, settings_.lowest + part * span());
+            motors_[0][motor].step_to(time_us, settings_.lowest + part * span());
         }
     }
 

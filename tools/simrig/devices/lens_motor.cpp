@@ -8,7 +8,8 @@ namespace simrig {
 
 double drift_counts(const LensMotorSettings &settings, double since_us) {
     constexpr double kWarmUpH = 6, kUsPerH = 3.6e9;
-    return settings.drift_counts_per_h * kWarmUpH * -std::expm1(-since_us / kUsPerH / kWarmUpH);
+    return settings.drift_counts +
+           settings.drift_counts_per_h * kWarmUpH * -std::expm1(-since_us / kUsPerH / kWarmUpH);
 }
 
 LensMotor::LensMotor(const LensMotorSettings &settings, double position, uint64_t seed,
@@ -21,14 +22,25 @@ LensMotor::LensMotor(const LensMotorSettings &settings, double position, uint64_
       powered_us_(begin_us),
       at_us_(begin_us) {}
 
+// Drift changes too slowly to differ between the command and the end of its move.
 void LensMotor::go(double time_us, double counts) {
+    step_to(time_us, counts - drift_counts(settings_, time_us - powered_us_));
+}
+
+void LensMotor::step_to(double time_us, double counts) {
     advance(time_us);
-    if (std::abs(counts - motor_) < settings_.min_step_counts) {
+    const double dead = settings_.min_step_counts;
+    if (std::abs(counts - motor_) < dead) {
         target_ = motor_;
         return;
     }
-    target_ = counts + settings_.settle_error_counts * noise_.gauss();
+    target_ = counts + std::clamp(settings_.settle_error_counts * noise_.gauss(), -dead, dead);
     begins_us_ = time_us + settings_.start_ms * 1000;
+}
+
+void LensMotor::put(double time_us, double counts) {
+    advance(time_us);
+    motor_ = ring_ = target_ = std::clamp(counts, settings_.stop_low, settings_.stop_high);
 }
 
 void LensMotor::stop(double time_us) {

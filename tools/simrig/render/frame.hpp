@@ -58,6 +58,8 @@ struct FrameRequest {
     double start_time_us = 0;
     double row_time_us = 53.3125;
     std::function<Mechanics(double time_us)> mechanics;
+    /// The scene's light at a time, as a share of what its file has. Empty: all of it.
+    std::function<double(double time_us)> light;
     std::uint64_t seed = 1;
     std::uint64_t frame = 0;  ///< chosen by the caller: noise of two frames differs
     int threads = 1;

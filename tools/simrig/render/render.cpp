@@ -34,6 +34,11 @@ double row_start_us(const FrameRequest &request, int row) {
     return request.start_time_us + row * request.row_time_us;
 }
 
+double middle_us(const FrameRequest &request) {
+    return 0.5 * (row_start_us(request, 0) +
+                  row_start_us(request, request.window.output_rows() - 1) + request.exposure_us);
+}
+
 bool moves(const FrameRequest &request, int row_begin, int row_end) {
     const double begin = row_start_us(request, row_begin);
     const double end = row_start_us(request, row_end - 1) + request.exposure_us;
@@ -289,6 +294,13 @@ double BlockOfPixels::electrons(int x, int y, double lit_us) {
     return pixel_luminance(view, task) * task.electrons_per_luminance;
 }
 
+// How long a row is lit by the scene's full light.
+double lit_time(const Job &job, int row) {
+    const double start_us = row_start_us(job.request, row), exposure_us = job.request.exposure_us;
+    const double share = job.request.light ? job.request.light(start_us + 0.5 * exposure_us) : 1;
+    return share * lit_time_us(job.mains, start_us, exposure_us);
+}
+
 // Blocks are those of the whole array where no pixel is left out, so that a window shows what the
 // whole frame would.
 int first_of_blocks(int first, int skip) {
@@ -313,8 +325,7 @@ void render_strip(const Job &job, int row_first) {
             const Block block = {left, left + kTile, top, top + rows_together};
             BlockOfPixels pixels(job, block, states);
             for (int row = std::max(top, 0); row < std::min(block.row_end, row_end); row++) {
-                const double lit_us =
-                    lit_time_us(job.mains, row_start_us(job.request, row), job.request.exposure_us);
+                const double lit_us = lit_time(job, row);
                 for (int column = std::max(left, 0);
                      column < std::min(block.column_end, job.frame.columns); column++) {
                     pixels.render(column, row, lit_us);
@@ -370,7 +381,9 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
     const RigCamera &rig_camera = rig.of(side);
     const std::uint64_t key =
         mixed(mixed(request.seed, static_cast<std::uint64_t>(side)), request.frame);
-    const double spot_px = rig_camera.lens.spot_rms_um / rig_camera.sensor.pixel_um;
+    // An iris that moves meanwhile has the spot of the frame's middle.
+    const double spot_px =
+        camera_at(rig_camera, request.mechanics(middle_us(request))).optics.spot_rms_px;
     const Job job = {scene,       rig_camera,
                      rig.mains,   request,
                      Aperture(0), Aperture(spot_px),

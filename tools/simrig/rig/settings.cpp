@@ -33,6 +33,7 @@ LensMotorSettings read_motor(const Entry &entry, double &position) {
                 {"read_noise_counts", &motor.read_noise_counts, 0, 100},
                 {"outlier_chance", &motor.outlier_chance, 0, 1},
                 {"settle_error_counts", &motor.settle_error_counts, 0, 100},
+                {"drift_counts", &motor.drift_counts, -100, 100},
                 {"drift_counts_per_h", &motor.drift_counts_per_h, -1000, 1000}},
                {"position", "stop_high"});
     motor.stop_high = entry.number("stop_high", motor.stop_low, 1023);

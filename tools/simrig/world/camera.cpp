@@ -22,6 +22,14 @@ double sharp_per_mm(const Lens &lens, double zoom, double focus) {
            lens.focus_drift_per_m * zoom_part(zoom) / 1000;
 }
 
+// The spot of a point at a round pupil is Airy's disk, (2 J1(x) / x)^2 with x = pi r / (wavelength
+// N). The Gaussian with the same peak and the same light has 2 pi rms^2 = 4 (wavelength N)^2 / pi;
+// its curvature at the peak is Airy's, too. The rms of Airy's disk itself is infinite.
+double diffraction_rms_um(double f_number) {
+    constexpr double kGreenUm = 0.55;
+    return std::sqrt(2.0) / kPi * kGreenUm * f_number;
+}
+
 double f_number_of(const Lens &lens, double z, double iris) {
     const double open = blend(lens.f_number_wide, lens.f_number_tele, z);
     const double part_closed = std::clamp((850 - iris) / 550, 0.0, 1.0);
@@ -95,7 +103,8 @@ Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) 
     o.natural_falloff = lens.natural_falloff;
     o.mount_falloff = lens.mount_falloff * open * open;
     o.transmission = lens.transmission;
-    o.spot_rms_px = lens.spot_rms_um / pixel_um;
+    o.spot_rms_px =
+        std::hypot(lens.spot_rms_um, lens.diffraction * diffraction_rms_um(o.f_number)) / pixel_um;
     return o;
 }
 

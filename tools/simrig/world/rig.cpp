@@ -37,7 +37,8 @@ Lens read_lens(const Entry &entry) {
                 {"transmission", &lens.transmission, 0.01, 1},
                 {"natural_falloff", &lens.natural_falloff, 0, 1},
                 {"mount_falloff", &lens.mount_falloff, 0, 0.9},
-                {"spot_rms_um", &lens.spot_rms_um, 0, 20}},
+                {"spot_rms_um", &lens.spot_rms_um, 0, 20},
+                {"diffraction", &lens.diffraction, 0, 10}},
                {"ripple_phase_deg", "centre_offset_px", "centre_wander_px", "distortion_wide",
                 "distortion_tele", "decentring_wide_px", "decentring_tele_px"});
     lens.ripple_phase_rad = radians(entry.number("ripple_phase_deg", -360, 360));

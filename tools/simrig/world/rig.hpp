@@ -55,6 +55,8 @@ struct Lens {
     double mount_falloff = 0;
     /// Spot of the lens in focus: rms radius a dimension, on the sensor.
     double spot_rms_um = 0;
+    /// How much of diffraction at the pupil is there: 1 physical, 0 none.
+    double diffraction = 0;
 };
 
 struct Sensor {
