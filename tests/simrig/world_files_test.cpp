@@ -80,6 +80,7 @@ TEST_CASE("every mistake in a scene is named with its line") {
         {"material: m", "material: q", ":10: unknown material 'q'"},
         {"material: c", "material: m", ":13: this material cannot"},
         {"[[0.5, 0.5, 0.5]]", "[[0.5, 1.5, 0.5]]", ":7: a colour's channels"},
+        {"kind: clay", "kind: clay, brightness: 9", ":8: only paper"},
         {"lights: []", "lights: {", ":"},
         {"tilt_deg: 0", "tilt_deg: .nan", ":1: not a number"},
         {"ambient: [300, 300, 300]\n", "", ":1: 'ambient' is missing"},

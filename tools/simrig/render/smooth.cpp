@@ -190,7 +190,7 @@ bool meet_middle(const View &view, const PixelTask &task, Remembered &memory, Sp
         s.normal = memory.normal;
         s.tone = memory.tone;
     }
-    s.even_light = patched;
+    s.even_light = patched || task.block_light != nullptr;
     s.middle = found.p;
     s.direction = found.direction;
     s.slant = std::fabs(dot(s.normal, found.direction)) / length(found.direction);
@@ -308,7 +308,10 @@ bool smooth_luminance(const View &view, const PixelTask &task, Remembered &memor
         luminance = lit * filtered_along(s, task.channel) + sheen;
         return true;
     }
-    if (s.object->material.kind == MaterialKind::kPainted && s.blur_mm > kBlurredPx * s.pixel_mm) {
+    // Of a flat picture one disk holds pixel, spot and blur, also in focus.
+    const bool disk = s.object->solid == nullptr ? task.block_light != nullptr
+                                                 : s.blur_mm > kBlurredPx * s.pixel_mm;
+    if (s.object->material.kind == MaterialKind::kPainted && disk) {
         double reflectance = 0;
         if (s.even_light && filtered_by_disk(s, task.channel, reflectance)) {
             luminance = lit * reflectance + sheen;

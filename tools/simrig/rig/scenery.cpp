@@ -40,6 +40,21 @@ void Stage::set_scene(std::shared_ptr<world::Scene> scene) {
     scene_ = std::move(scene);
 }
 
+double Stage::Light::at(double time_us) const {
+    if (time_us >= end_us) {
+        return to;
+    }
+    return from + (to - from) * std::max(time_us - begin_us, 0.0) / (end_us - begin_us);
+}
+
+void Stage::set_light(double share, double begin_us, double end_us) {
+    light_ = {light_.at(begin_us), share, begin_us, end_us};
+}
+
+void Stage::set_cap(int camera, bool on) {
+    capped_[size_t(camera)] = on;
+}
+
 world::Mechanics Stage::mechanics(const CameraState &state) {
     world::Mechanics mechanics;
     mechanics.pan_rad = world::radians(state.pan_deg);
@@ -106,6 +121,10 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
         return pixels;
     }
     asked.request.mechanics = [&state](double time_us) { return mechanics(state(time_us)); };
+    const bool capped = capped_[size_t(camera)];
+    asked.request.light = [this, capped](double time_us) {
+        return capped ? 0 : light_.at(time_us);
+    };
     const world::Frame lit = world::render(*scene_, rig_, world::Side(camera), asked.request);
     for (int row = 0; row < lit.rows; row++) {
         const auto from = lit.pixels.begin() + long(row) * lit.columns;
@@ -123,6 +142,14 @@ std::vector<uint16_t> Stage::picture(int camera, const SensorFrame &frame, doubl
 const Stage::Pictured *Stage::pictured(int camera) const {
     const Asked &asked = asked_[size_t(camera)];
     return asked.ready ? &asked.pictured : nullptr;
+}
+
+std::vector<float> Stage::depth_mm(int camera, const world::Window &part,
+                                   const world::Mechanics &mechanics) const {
+    world::FrameRequest request;
+    request.window = part;
+    request.mechanics = [&mechanics](double) { return mechanics; };
+    return world::truth(*scene_, rig_, world::Side(camera), request).depth_mm;
 }
 
 world::Truth Stage::truth(int camera, int first_row, int rows) const {

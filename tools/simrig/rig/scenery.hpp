@@ -21,6 +21,12 @@ class Stage {
     /// Replaces the scene from the next frame on.
     void set_scene(std::shared_ptr<world::Scene> scene);
 
+    /// From begin_us on the scene's light changes linearly to `share` of what its file has, which
+    /// it reaches at end_us.
+    void set_light(double share, double begin_us, double end_us);
+    /// A cap on a lens lets no light in.
+    void set_cap(int camera, bool on);
+
     /// Numbers of a frame, as Scenery wants them. Where the window leaves the lit array, dark ones.
     std::vector<uint16_t> picture(int camera, const SensorFrame &frame, double begin_us,
                                   const std::function<CameraState(double time_us)> &state);
@@ -31,6 +37,9 @@ class Stage {
         std::shared_ptr<const world::Scene> scene;
     };
     const Pictured *pictured(int camera) const;
+    /// Depth of what a part of the whole array sees with these positions, row by row; 0: nothing.
+    std::vector<float> depth_mm(int camera, const world::Window &part,
+                                const world::Mechanics &mechanics) const;
     /// Truth for `rows` rows from `first_row` on of that frame, in the order of its pixels;
     /// dark pixels see nothing. pictured() must not be null, and the rows must exist.
     world::Truth truth(int camera, int first_row, int rows) const;
@@ -58,6 +67,12 @@ class Stage {
     std::shared_ptr<world::Scene> scene_;
     uint64_t seed_;
     int threads_;
+    struct Light {
+        double from = 1, to = 1, begin_us = 0, end_us = 0;
+        double at(double time_us) const;
+    };
+    Light light_;
+    std::array<bool, BRIDGE_CAMERAS> capped_{};
     std::array<Asked, BRIDGE_CAMERAS> asked_;
 };
 

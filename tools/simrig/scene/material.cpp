@@ -124,7 +124,21 @@ Vec2 on_ornament(const Material &m, const Vec3 &p, double tone, double fine) {
     return {around_mm + 0.07 * fine, p.y + m.raster.height_mm() - 0.07 * tone};
 }
 
+// On a sheet the picture's middle is the sheet's.
+Vec2 on_print(const Material &m, const SurfacePlace &s) {
+    return {s.sheet.x + 0.5 * m.raster.width_mm(), s.sheet.y + 0.5 * m.raster.height_mm()};
+}
+
+double printed(const Material &m, double print, const SurfacePlace &s, int channel) {
+    return glazed(m, print, 1, m.layer[0].at(s.sheet.x, s.sheet.y, s.rms_mm),
+                  m.layer[2].at(s.sheet.x, s.sheet.y, s.rms_mm), channel);
+}
+
 double painted(const Material &m, const SurfacePlace &s, int channel) {
+    if (s.on_sheet) {
+        const Vec2 at = on_print(m, s);
+        return printed(m, m.raster.at(channel, at.x, at.y, s.rms_mm), s, channel);
+    }
     const double wall = on_wall(m, s);
     const double tone = around(m.layer[0], s);
     const double fine = around(m.layer[2], s);
@@ -202,6 +216,16 @@ bool painted_under_disk(const Material &material, const SurfacePlace &place, con
                         int channel, double &reflectance) {
     const Material &m = material;
     const Vec3 &p = place.p;
+    if (place.on_sheet) {
+        const Vec2 flat[2] = {{axes[0].x, axes[0].y}, {axes[1].x, axes[1].y}};
+        // Further aside the picture would be looked up beyond its first repetition.
+        if (2 * place.rms_mm > 0.9 * m.raster.width_mm()) {
+            return false;
+        }
+        const double print = m.raster.under_disk(channel, on_print(m, place), flat);
+        reflectance = std::max(printed(m, print, place, channel), 0.0);
+        return true;
+    }
     const double from_axis2 = p.x * p.x + p.z * p.z;
     const double out = place.n.x * p.x + place.n.z * p.z;
     constexpr double kUpright2 = 0.98 * 0.98;

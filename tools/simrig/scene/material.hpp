@@ -22,7 +22,7 @@ struct Material {
     double gloss = 0;
     double gloss_blur_rad = 0.1;
     Board board;
-    std::string image;  ///< file name of the ornament that is wrapped around a solid; empty: none
+    std::string image;  ///< file name of the ornament on a sheet or around a solid; empty: none
     Vec2 image_size_mm;
     Raster raster;  ///< the ornament, once it is loaded
     NoiseLayer layer[4];

@@ -64,7 +64,7 @@ void read_image(const Entry &entry, Material &material) {
 
 Material read_material(const Entry &entry) {
     entry.allow({"kind", "colours", "contrast", "gloss", "gloss_blur_deg", "board", "image",
-                 "image_size_mm", "plank_mm"});
+                 "image_size_mm", "plank_mm", "brightness"});
     const std::string kind = entry.at("kind").text();
     if (kKinds.count(kind) == 0) {
         entry.at("kind").fail("unknown material '" + kind + "'");
@@ -83,6 +83,17 @@ Material read_material(const Entry &entry) {
     material.gloss = entry.number("gloss", 0, 1, 0);
     material.gloss_blur_rad = radians(entry.number("gloss_blur_deg", 0.05, 60, 6));
     material.plank_mm = entry.number("plank_mm", 5, 10000, 120);
+    if (entry.has("brightness")) {
+        if (material.kind != MaterialKind::kPaper) {
+            entry.at("brightness").fail("only paper can shine");
+        }
+        const double times = entry.number("brightness", 0, 1e5);
+        for (Colour &tone : material.tones) {
+            for (double &channel : tone.channel) {
+                channel *= times;
+            }
+        }
+    }
     if (is_board) {
         material.board = read_board(entry.at("board"));
     }
@@ -258,14 +269,11 @@ std::unique_ptr<Object> read_object(const Entry &entry, const Pose &room,
     object->world_object =
         room * Pose{turn_of(e.vector("turn_deg", {})), e.at("position_mm").vector()};
     object->object_world = inverse(object->world_object);
-    if (object->material.kind == MaterialKind::kPainted && kind == "sheet") {
-        e.fail("painted materials require a solid");
-    }
     const bool flat_only = object->material.kind == MaterialKind::kPlaster ||
                            object->material.kind == MaterialKind::kWood ||
                            object->material.kind == MaterialKind::kBoard ||
                            object->material.kind == MaterialKind::kPaper;
-    if (flat_only != (kind == "sheet")) {
+    if (flat_only != (kind == "sheet") && object->material.kind != MaterialKind::kPainted) {
         e.at("material").fail("this material cannot be used for a " + kind);
     }
     kind == "sheet" ? read_sheet(e, *object) : read_solid(e, *object);

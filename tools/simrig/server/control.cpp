@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/server/control.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -21,6 +22,8 @@ namespace {
 constexpr double kLatestS = 1e6;
 // Limit of an object's position and rotation, in mm and degrees.
 constexpr double kFarthest = 1e6;
+// Times the light of the scene's file.
+constexpr double kBrightest = 1e6;
 constexpr size_t kMoveWords = 2, kPlaceNumbers = 3;
 
 [[noreturn]] void refuse(const std::string &what) {
@@ -41,6 +44,13 @@ auto loaded(Load load) -> decltype(load()) {
 size_t side_at(const Words &words, size_t at) {
     return one_of(word_at(words, at, "left or right"), {"left", "right"}, "side");
 }
+
+size_t axis_at(const Words &words, size_t at) {
+    return one_of(word_at(words, at, "the motor"), {"zoom", "focus", "iris"}, "lens motor");
+}
+
+/// Commands that may also run later.
+const Words kActions = {"fault", "scene", "move", "light", "cap", "ring"};
 
 }  // namespace
 
@@ -109,6 +119,16 @@ std::string ControlServer::help() {
            "                                    NAME.yaml (the camera, and the objects' names)\n"
            "view NAME                           writes what both cameras see now, and a drawing:\n"
            "                                    NAME_left.png, NAME_right.png, NAME_rig.svg\n"
+           "light SHARE [SECONDS]               the scene's light, as a share of its file's; at "
+           "once, or\n"
+           "                                    linearly over so many seconds\n"
+           "cap left|right on|off               the lens cap\n"
+           "ring left|right zoom|focus|iris COUNT\n"
+           "                                    turned there by hand, at once\n"
+           "sharp left|right COLUMN ROW COLUMNS ROWS\n"
+           "                                    of this part of the array: its depths, the focus\n"
+           "                                    positions for them, where the ring is, the blur "
+           "now\n"
            "fault servo left|right jam|free\n"
            "fault lens left|right zoom|focus|iris jam|free\n"
            "fault camera left|right unplug|silent|stuck|torn BIT|ok\n"
@@ -118,7 +138,9 @@ std::string ControlServer::help() {
            "                                    of the lens controller's line; PART: share of "
            "bytes, "
            "0 to 1\n"
-           "at SECONDS fault|scene|move ...     the same at that time of the rig\n"
+           "at SECONDS COMMAND                  the same at that time of the rig: fault, scene, "
+           "move,\n"
+           "                                    light, cap or ring\n"
            "snapshot NAME                       saves this moment (virtual time only)\n"
            "restore NAME                        returns to it\n";
 }
@@ -133,13 +155,16 @@ std::string ControlServer::run(const std::string &command) {
     if (name == "truth") {
         return truth(words);
     }
+    if (name == "sharp") {
+        return sharp(words);
+    }
     if (name == "view") {
         return view(words);
     }
     if (name == "at") {
         return at(words);
     }
-    if (name == "fault" || name == "scene" || name == "move") {
+    if (std::find(kActions.begin(), kActions.end(), name) != kActions.end()) {
         const Action what = action(words);
         what.run();
         return what.answer;
@@ -148,14 +173,88 @@ std::string ControlServer::run(const std::string &command) {
 }
 
 ControlServer::Action ControlServer::action(const Words &words) {
-    switch (one_of(word_at(words, 0, "a command"), {"fault", "scene", "move"}, "command")) {
+    switch (one_of(word_at(words, 0, "a command"), kActions, "command")) {
         case 0:
             return {fault_of(rig_, words), ""};
         case 1:
             return change_scene(words);
-        default:
+        case 2:
             return move(words);
+        case 3:
+            return light(words);
+        case 4:
+            return cap(words);
+        default:
+            return ring(words);
     }
+}
+
+ControlServer::Action ControlServer::light(const Words &words) {
+    const double share = number_at(words, 1, "the share of the light", 0, kBrightest);
+    const double ramp_us =
+        words.size() > 2 ? 1e6 * number_at(words, 2, "the time in seconds", 0, kLatestS) : 0;
+    no_more_than(words, 3);
+    return {[this, share, ramp_us] {
+                const double now_us = rig_.now_us();
+                stage_.set_light(share, now_us, now_us + ramp_us);
+            },
+            ""};
+}
+
+ControlServer::Action ControlServer::cap(const Words &words) {
+    const auto side = int(side_at(words, 1));
+    const bool on = one_of(word_at(words, 2, "on or off"), {"off", "on"}, "state of the cap") == 1;
+    no_more_than(words, 3);
+    return {[this, side, on] { stage_.set_cap(side, on); }, ""};
+}
+
+ControlServer::Action ControlServer::ring(const Words &words) {
+    const size_t side = side_at(words, 1);
+    const auto axis = LensAxis(axis_at(words, 2));
+    const LensMotorSettings &motor = rig_.lenses().motor(side, axis).settings();
+    const double counts =
+        number_at(words, 3, "the ring's position", motor.stop_low, motor.stop_high);
+    no_more_than(words, 4);
+    return {
+        [this, side, axis, counts] { rig_.lenses().motor(side, axis).put(rig_.now_us(), counts); },
+        ""};
+}
+
+std::string ControlServer::sharp(const Words &words) {
+    const auto side = int(side_at(words, 1));
+    const auto part = [&words](size_t at, const char *what, int limit) {
+        return int(number_at(words, at, what, 0, limit));
+    };
+    world::Window window;
+    window.column = part(2, "the column", world::kArrayColumns);
+    window.row = part(3, "the row", world::kArrayRows);
+    window.columns = part(4, "the number of columns", world::kArrayColumns);
+    window.rows = part(5, "the number of rows", world::kArrayRows);
+    no_more_than(words, 6);
+    if (window.fault() != nullptr) {
+        refuse(window.fault());
+    }
+    const world::Mechanics now = Stage::mechanics(rig_.state(side));
+    const world::RigCamera &camera = stage_.rig().of(world::Side(side));
+    const world::Optics optics = world::camera_at(camera, now).optics;
+    std::ostringstream text;
+    text.precision(7);
+    text << "focus: " << now.focus << "\nf_number: " << optics.f_number
+         << "\nspot_px: " << optics.spot_rms_px << "\n";
+    // The nearest and farthest, and in between where a half of the part is nearer.
+    std::vector<float> depth_mm = stage_.depth_mm(side, window, now);
+    depth_mm.erase(std::remove(depth_mm.begin(), depth_mm.end(), 0.0F), depth_mm.end());
+    std::sort(depth_mm.begin(), depth_mm.end());
+    const char *const names[] = {"nearest", "median", "farthest"};
+    for (size_t i = 0; i < 3 && !depth_mm.empty(); i++) {
+        const double mm = depth_mm[i * (depth_mm.size() - 1) / 2];
+        const double diameter_px = optics.pupil_diameter_mm * optics.focal_px *
+                                   std::abs(1 / optics.focus_distance_mm - 1 / mm);
+        text << names[i] << ": {depth_mm: " << mm
+             << ", focus: " << world::focus_position_for(camera.lens, now.zoom, mm)
+             << ", blur_px: " << diameter_px << "}\n";
+    }
+    return text.str();
 }
 
 // The answer holds the file's sum, so that a replay notices a changed file.

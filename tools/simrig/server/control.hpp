@@ -50,6 +50,10 @@ class ControlServer {
     Action action(const Words &words);
     Action change_scene(const Words &words);
     Action move(const Words &words);
+    Action light(const Words &words);
+    Action cap(const Words &words);
+    Action ring(const Words &words);
+    std::string sharp(const Words &words);
     std::string status();
     std::string truth(const Words &words);
     std::string view(const Words &words);
