@@ -11,6 +11,7 @@ enum {
     SOBEL_NOISE = 24,
     LAPLACIAN_NOISE = 20,
     PERMILLE = 1000,
+    RGB_VALUES = 3,
 };
 
 /// The pixels of a colour: from `first`, every `step`-th in both directions.
@@ -105,13 +106,14 @@ static unsigned planes_of(const struct focus_window *window, enum focus_plane pl
     } at[FOCUS_PLANES][2] = {[FOCUS_GREEN] = {{0, 0}, {1, 1}},
                              [FOCUS_RED] = {{1, 0}},
                              [FOCUS_BLUE] = {{0, 1}},
-                             [FOCUS_GREY] = {{0, 0}}};
+                             [FOCUS_GREY] = {{0, 0}},
+                             [FOCUS_RGB_GREEN] = {{1, 0}}};
     const unsigned count = plane == FOCUS_GREEN ? 2 : 1;
-    const uint32_t step = plane == FOCUS_GREY ? 1 : 2;
+    const uint32_t step = focus_plane_is_mosaic(plane) ? 2 : 1;
     for (unsigned i = 0; i < count; i++) {
         planes[i] = (struct plane){
             .first = window->values + at[plane][i].y * window->stride + at[plane][i].x,
-            .step = step,
+            .step = plane == FOCUS_RGB_GREEN ? RGB_VALUES : step,
             .row = step * window->stride,
             .width = window->width_px / step,
             .height = window->height_px / step};
@@ -143,7 +145,8 @@ struct focus_sharpness focus_measure_window(const struct focus_window *window,
     INVARIANT(window->width_px >= FOCUS_WINDOW_MIN_PX && window->width_px <= FOCUS_WINDOW_MAX_PX);
     INVARIANT(window->height_px >= FOCUS_WINDOW_MIN_PX && window->height_px <= FOCUS_WINDOW_MAX_PX);
     INVARIANT(window->stride >= window->width_px);
-    INVARIANT(plane == FOCUS_GREY || (window->width_px % 2 == 0 && window->height_px % 2 == 0));
+    INVARIANT(!focus_plane_is_mosaic(plane) ||
+              (window->width_px % 2 == 0 && window->height_px % 2 == 0));
     struct plane planes[2];
     const unsigned count = planes_of(window, plane, planes);
     struct focus_sharpness result = {0};

@@ -33,9 +33,14 @@ enum focus_plane {
     FOCUS_GREEN,
     FOCUS_RED,
     FOCUS_BLUE,
-    FOCUS_GREY,  ///< every pixel: not a mosaic
+    FOCUS_GREY,       ///< every pixel: not a mosaic
+    FOCUS_RGB_GREEN,  ///< of interleaved R G B, every pixel
     FOCUS_PLANES
 };
+
+static inline bool focus_plane_is_mosaic(enum focus_plane plane) {
+    return plane != FOCUS_GREY && plane != FOCUS_RGB_GREEN;
+}
 
 enum {
     FOCUS_WINDOW_MIN_PX = 8,

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "focus/focus_curve.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "core/invariant.h"
+
+// Above this part of the height a reciprocal is close to a parabola for all textures.
+static const double fit_part = 0.45;
+// A second peak has this part of the height of the first, and the valley between both this part of
+// the second. Repeating patterns have side lobes of a third: where the blur inverts them.
+static const double second_part = 0.5, valley_part = 0.7;
+// Closer ones may be one, seen at positions that are known with errors.
+static const double apart_counts = 4;
+// Frames also differ by light that flickers and by the position's error.
+static const double relative_deviation = 0.01;
+
+struct focus_sample focus_sample_of(const struct focus_sharpness *sharpness,
+                                    enum focus_measure measure) {
+    const double mean = sharpness->mean_q8 / 256.0;
+    const double floor = mean > 0.5 ? mean : 0.5;  // lens cap: no division by 0
+    const double unit = measure == FOCUS_NORMALIZED_VARIANCE ? 1.0 / (1 << FOCUS_NORMALIZED_SHIFT)
+                                                             : 1.0 / 256.0 / (floor * floor);
+    const double value = (double)sharpness->energy * unit;
+    const double noise = (double)sharpness->noise_energy * unit;
+    const double count = sharpness->samples > 0 ? sharpness->samples : 1;
+    // Neighbouring gradients share values.
+    const double shared = measure == FOCUS_TENENGRAD || measure == FOCUS_LAPLACIAN ? 6.0 : 1.0;
+    const double variance = shared * (2 * noise * noise + 4 * noise * value) / count;
+    return (struct focus_sample){
+        .sharpness = (float)value,
+        .deviation = (float)sqrt(variance),
+        .noise = (float)noise,
+        .mean = (float)mean,
+        .saturated_permille = sharpness->saturated_permille,
+    };
+}
+
+static bool is_in(const struct focus_sample *sample, const struct focus_range *range) {
+    return (range->legs >> sample->leg & 1) != 0 && sample->position >= range->min &&
+           sample->position <= range->max;
+}
+
+// The samples of a range in the order of their positions.
+static unsigned sorted(const struct focus_curve *curve, const struct focus_range *range,
+                       const struct focus_sample *order[FOCUS_SAMPLES_MAX]) {
+    unsigned count = 0;
+    INVARIANT(curve->count <= FOCUS_SAMPLES_MAX);
+    for (unsigned i = 0; i < curve->count; i++) {
+        const struct focus_sample *sample = &curve->samples[i];
+        unsigned at = count;
+        if (!is_in(sample, range)) {
+            continue;
+        }
+        for (; at > 0 && order[at - 1]->position > sample->position; at--) {
+            order[at] = order[at - 1];
+        }
+        order[at] = sample;
+        count++;
+    }
+    return count;
+}
+
+static void sort(double *values, unsigned count) {
+    for (unsigned i = 1; i < count; i++) {
+        const double value = values[i];
+        unsigned at = i;
+        for (; at > 0 && values[at - 1] > value; at--) {
+            values[at] = values[at - 1];
+        }
+        values[at] = value;
+    }
+}
+
+double focus_curve_noise(const struct focus_curve *curve, const struct focus_range *range) {
+    const struct focus_sample *order[FOCUS_SAMPLES_MAX];
+    double bends[FOCUS_SAMPLES_MAX], predicted[FOCUS_SAMPLES_MAX];
+    const unsigned count = sorted(curve, range, order);
+    if (count < 3) {
+        return 0;
+    }
+    for (unsigned i = 0; i < count; i++) {
+        predicted[i] = order[i]->deviation;
+    }
+    for (unsigned i = 1; i + 1 < count; i++) {
+        bends[i - 1] =
+            fabs(order[i - 1]->sharpness - 2.0 * order[i]->sharpness + order[i + 1]->sharpness);
+    }
+    sort(predicted, count);
+    sort(bends, count - 2);
+    // The median of |bend| of white noise of deviation 1 is 0.6745 sqrt(6).
+    const double rough = bends[(count - 2) / 2] / 1.652;
+    const double expected = predicted[count / 2];
+    return rough > expected ? rough : expected;
+}
+
+// Far from all peaks: the mean of the lowest tenth, at least of 3 samples.
+static double floor_of(const struct focus_sample *const *order, unsigned count) {
+    double values[FOCUS_SAMPLES_MAX], sum = 0;
+    const unsigned lowest = count / 10 > 3 ? count / 10 : count < 3 ? count : 3;
+    for (unsigned i = 0; i < count; i++) {
+        values[i] = order[i]->sharpness;
+    }
+    sort(values, count);
+    for (unsigned i = 0; i < lowest; i++) {
+        sum += values[i];
+    }
+    return lowest > 0 ? sum / lowest : 0;
+}
+
+static double at(const struct focus_sample *const *order, unsigned i) {
+    return order[i]->sharpness;
+}
+
+// From a peak to where the curve crosses a level, on one side; the distance to the last sample if
+// it does not.
+static double reach(const struct focus_sample *const *order, unsigned count, unsigned peak,
+                    int step, double level, unsigned *inside) {
+    unsigned i = peak;
+    while ((step < 0 ? i > 0 : i + 1 < count)) {
+        const unsigned next = (unsigned)((int)i + step);
+        if (at(order, next) < level) {
+            const double drop = at(order, i) - at(order, next);
+            const double part = drop > 0 ? (at(order, i) - level) / drop : 0;
+            const double edge =
+                order[i]->position + part * (double)(order[next]->position - order[i]->position);
+            return fabs(edge - order[peak]->position);
+        }
+        i = next;
+        (*inside)++;
+    }
+    return fabs((double)order[i]->position - order[peak]->position);
+}
+
+static struct focus_peak peak_of(const struct focus_sample *const *order, unsigned count,
+                                 unsigned peak, double floor) {
+    const double height = at(order, peak), level = floor + (height - floor) / 2;
+    unsigned below = 0, above = 0;
+    const double down = reach(order, count, peak, -1, level, &below);
+    const double up = reach(order, count, peak, 1, level, &above);
+    const bool cut_below = below == peak, cut_above = above == count - 1 - peak;
+    const double wide = down > up ? down : up;
+    return (struct focus_peak){
+        .position = order[peak]->position,
+        .half_width = cut_below != cut_above ? (cut_below ? up : down)
+                      : cut_below            ? wide
+                                             : (down + up) / 2,
+        .height = height,
+        .floor = floor,
+        .samples = 1 + below + above,
+        .at_edge = peak == 0 || peak == count - 1,
+    };
+}
+
+// The lowest value between two samples.
+static double valley_between(const struct focus_sample *const *order, unsigned a, unsigned b) {
+    double lowest = at(order, a);
+    for (unsigned i = a < b ? a : b; i <= (a < b ? b : a); i++) {
+        lowest = at(order, i) < lowest ? at(order, i) : lowest;
+    }
+    return lowest;
+}
+
+unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_range *range,
+                           struct focus_peak peaks[2]) {
+    const struct focus_sample *order[FOCUS_SAMPLES_MAX];
+    const unsigned count = sorted(curve, range, order);
+    unsigned first = 0, second = count;
+    if (count == 0) {
+        return 0;
+    }
+    const double floor = floor_of(order, count);
+    for (unsigned i = 1; i < count; i++) {
+        first = at(order, i) > at(order, first) ? i : first;
+    }
+    const double height = at(order, first) - floor;
+    peaks[0] = peak_of(order, count, first, floor);
+    const double apart = 2 * peaks[0].half_width + apart_counts;
+    for (unsigned i = 0; i < count; i++) {
+        const double other = at(order, i) - floor;
+        if (fabs((double)order[i]->position - order[first]->position) > apart &&
+            other >= second_part * height &&
+            valley_between(order, i, first) - floor < valley_part * other &&
+            (second == count || at(order, i) > at(order, second))) {
+            second = i;
+        }
+    }
+    if (second == count) {
+        return 1;
+    }
+    peaks[1] = peak_of(order, count, second, floor);
+    return 2;
+}
+
+// ---- the vertex of the parabola
+
+// Weighted sums of powers of u and of y, for y = a + b u + c u^2.
+struct sums {
+    double u0, u1, u2, u3, u4, y0, y1, y2;
+};
+
+static double determinant(const struct sums *s) {
+    return s->u0 * (s->u2 * s->u4 - s->u3 * s->u3) - s->u1 * (s->u1 * s->u4 - s->u2 * s->u3) +
+           s->u2 * (s->u1 * s->u3 - s->u2 * s->u2);
+}
+
+// Solves the normal equations; the vertex, its variance, and 1 / y there.
+static bool solve(const struct sums *s, double *vertex, double *variance, double *lowest,
+                  double *curvature) {
+    const double det = determinant(s);
+    if (!(det > 1e-12 * s->u0 * s->u2 * s->u4)) {
+        return false;
+    }
+    const double m01 = s->u2 * s->u3 - s->u1 * s->u4, m02 = s->u1 * s->u3 - s->u2 * s->u2;
+    const double m00 = s->u2 * s->u4 - s->u3 * s->u3, m11 = s->u0 * s->u4 - s->u2 * s->u2;
+    const double m12 = s->u1 * s->u2 - s->u0 * s->u3, m22 = s->u0 * s->u2 - s->u1 * s->u1;
+    const double a = (m00 * s->y0 + m01 * s->y1 + m02 * s->y2) / det;
+    const double b = (m01 * s->y0 + m11 * s->y1 + m12 * s->y2) / det;
+    const double c = (m02 * s->y0 + m12 * s->y1 + m22 * s->y2) / det;
+    if (!(c > 0)) {
+        return false;
+    }
+    *vertex = -b / (2 * c);
+    *curvature = c;
+    *lowest = a - b * b / (4 * c);
+    const double db = -1 / (2 * c), dc = b / (2 * c * c);
+    *variance = (db * db * m11 + 2 * db * dc * m12 + dc * dc * m22) / det;
+    return *lowest > 0 && *variance >= 0;
+}
+
+// Adds a sample's reciprocal. Its variance is that of the sample over the fourth power.
+static void add(struct sums *s, double u, double height, double deviation, double top) {
+    const double scaled = height / top;
+    const double spread = deviation / top, relative = relative_deviation * scaled;
+    const double weight =
+        scaled * scaled * scaled * scaled / (spread * spread + relative * relative);
+    const double y = 1 / scaled;
+    s->u0 += weight;
+    s->u1 += weight * u;
+    s->u2 += weight * u * u;
+    s->u3 += weight * u * u * u;
+    s->u4 += weight * u * u * u * u;
+    s->y0 += weight * y;
+    s->y1 += weight * y * u;
+    s->y2 += weight * y * u * u;
+}
+
+bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
+                     struct focus_peak *peak) {
+    INVARIANT(peak->half_width >= 0 && peak->height >= peak->floor);
+    const double top = peak->height - peak->floor;
+    const double scale = peak->half_width > 1 ? peak->half_width : 1;
+    struct sums sums = {0};
+    unsigned used = 0;
+    double min = 0, max = 0;
+    for (unsigned i = 0; i < curve->count && top > 0; i++) {
+        const struct focus_sample *sample = &curve->samples[i];
+        const double u = (sample->position - peak->position) / scale;
+        const double height = sample->sharpness - peak->floor;
+        if (!is_in(sample, range) || height < fit_part * top || fabs(u) > 1.5) {
+            continue;
+        }
+        add(&sums, u, height, sample->deviation, top);
+        min = u < min ? u : min;
+        max = u > max ? u : max;
+        used++;
+    }
+    double vertex = 0, variance = 0, lowest = 0, curvature = 0;
+    if (used < 3 || !solve(&sums, &vertex, &variance, &lowest, &curvature)) {
+        return false;
+    }
+    // Beyond the samples it is not a peak that they show.
+    peak->at_edge = vertex < min || vertex > max;
+    vertex = vertex < min ? min : vertex > max ? max : vertex;
+    peak->position += vertex * scale;
+    peak->deviation = sqrt(variance) * scale;
+    peak->samples = used;
+    if (!peak->at_edge) {
+        peak->height = peak->floor + top / lowest;
+        peak->half_width = sqrt(lowest / curvature) * scale;
+    }
+    return true;
+}
+
+double focus_peak_at(const struct focus_peak *peak, double position) {
+    const double half = peak->half_width > 0 ? peak->half_width : 1;
+    const double u = (position - peak->position) / half;
+    return peak->floor + (peak->height - peak->floor) / (1 + u * u);
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sharpness against the position of the focus ring, and the peaks of this curve.
+///
+/// A thin lens's blur grows linearly with the distance from focus, as rings are nearly linear in
+/// 1 / distance: the curve is symmetric about its peak. Where blur dominates, the variance of a
+/// fine texture falls with its square, so that its reciprocal is a parabola; for coarser textures
+/// and edges it still is one near the top. Its vertex is the peak.
+#ifndef VERGENCE_FOCUS_FOCUS_CURVE_H
+#define VERGENCE_FOCUS_FOCUS_CURVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "focus/focus_measure.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { FOCUS_SAMPLES_MAX = 512 };
+
+/// The part of a search that a sample is from.
+enum focus_leg {
+    FOCUS_LEG_SWEEP,     ///< over the range, at full speed
+    FOCUS_LEG_PASS,      ///< through the peak, at full speed and from the side of approach
+    FOCUS_LEG_APPROACH,  ///< to the peak
+    FOCUS_LEG_REST,      ///< at rest
+    FOCUS_LEGS
+};
+
+/// One window of one frame.
+struct focus_sample {
+    float position;    ///< of the ring when the frame was exposed, counts
+    float sharpness;   ///< relative variance (or mean squared gradient) without noise: divided by
+                       ///< the squared mean above black, so that changing light cancels out
+    float deviation;   ///< standard deviation of `sharpness` that noise causes
+    float noise;       ///< relative variance of noise in the window
+    float mean;        ///< above black, values
+    uint32_t time_ms;  ///< since the search began
+    uint16_t saturated_permille;
+    uint8_t leg;  ///< enum focus_leg
+};
+
+struct focus_curve {
+    struct focus_sample samples[FOCUS_SAMPLES_MAX];
+    uint16_t count;
+};
+
+/// The sample of a measured window. `leg`, position and time are the caller's.
+struct focus_sample focus_sample_of(const struct focus_sharpness *sharpness,
+                                    enum focus_measure measure);
+
+/// Legs as bits 1 << enum focus_leg.
+struct focus_range {
+    unsigned legs;
+    float min, max;  ///< positions
+};
+
+/// A peak of a curve. Positions in counts.
+struct focus_peak {
+    double position, deviation;  ///< and its standard deviation
+    double half_width;           ///< from the peak to half its height above the floor
+    double height, floor;        ///< sharpness at the peak, and far from it
+    unsigned samples;            ///< above half its height
+    bool at_edge;                ///< it continues to rise to the last sample on a side
+};
+
+/// Noise of a curve: the roughness of neighbouring samples, and what noise alone predicts,
+/// whichever is larger. 0 with fewer than 3 samples.
+double focus_curve_noise(const struct focus_curve *curve, const struct focus_range *range);
+
+/// The highest peak, and the highest other one that is at least half as high and separated by a
+/// valley; `*peaks` of them (0, 1 or 2) in `peaks`.
+unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_range *range,
+                           struct focus_peak peaks[2]);
+
+/// Locates a peak within a range from samples around an estimate: the vertex of the parabola
+/// through the reciprocals of all samples above 0.45 of its height. False: the samples do not show
+/// a peak (fewer than 3, or not curved down); `*peak` is unchanged.
+bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
+                     struct focus_peak *peak);
+
+/// Sharpness that the fitted peak predicts at a position.
+double focus_peak_at(const struct focus_peak *peak, double position);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "focus/focus_search.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "core/invariant.h"
+
+enum {
+    SWEEP_SAMPLES = 180,     // most of a sweep
+    SWEEP_SAMPLES_MIN = 40,  // however wide the peak may be
+    PASS_SAMPLES = 40,
+    PEAK_SAMPLES = 8,  // that locate a peak
+    PASSES = 3,
+    STOPS = 5,
+    LOOK_FRAMES = 4,
+};
+
+// A fine texture's sharpness falls to half at this diameter of the blur, in each direction.
+static const double narrow_blur_px = 2;
+// Contrast of a subject, as rms: a part of the noise of one value, and of the brightness. A quarter
+// of its square is enough where the peak is seen in passing.
+static const double noise_part = 0.9, relative_contrast = 0.01;
+// Peaks stand out by this many deviations of the curve.
+static const double significant = 6;
+// A peak that is wider, in sizes of the region, comes from bright objects beside it.
+static const double widest_regions = 4;
+// Blur below this is not seen.
+static const double sharp_px = 1;
+// At rest the picture shows this part of the peak's height.
+static const double same_part = 0.85, changed_part = 0.5;
+
+const char *focus_verdict_text(enum focus_verdict verdict) {
+    static const char *const texts[FOCUS_VERDICTS] = {
+#define FOCUS_VERDICT_TEXT(name, text, help) text,
+        FOCUS_VERDICT_LIST(FOCUS_VERDICT_TEXT)
+#undef FOCUS_VERDICT_TEXT
+    };
+    INVARIANT((unsigned)verdict < FOCUS_VERDICTS);
+    return texts[verdict];
+}
+
+const char *focus_verdict_help(enum focus_verdict verdict) {
+    static const char *const texts[FOCUS_VERDICTS] = {
+#define FOCUS_VERDICT_HELP(name, text, help) help,
+        FOCUS_VERDICT_LIST(FOCUS_VERDICT_HELP)
+#undef FOCUS_VERDICT_HELP
+    };
+    INVARIANT((unsigned)verdict < FOCUS_VERDICTS);
+    return texts[verdict];
+}
+
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static double within_range(const struct focus_search *self, double position) {
+    return larger(self->options.min, smaller(position, self->options.max));
+}
+
+// Towards the side that approaches begin from.
+static double back(const struct focus_search *self) {
+    return self->options.from_above ? 1 : -1;
+}
+
+// Distance from the peak that is as good as none: half a depth of focus, but not less than the
+// motor can do.
+static double good_counts(const struct focus_search *self) {
+    const struct focus_search_options *options = &self->options;
+    const double half_depth =
+        options->blur_per_count_px > 0 ? sharp_px / 2 / options->blur_per_count_px : 0;
+    return larger(options->tolerance, half_depth);
+}
+
+static bool is_at_end(const struct focus_search *self, double position) {
+    return position - self->options.min < self->options.tolerance ||
+           self->options.max - position < self->options.tolerance;
+}
+
+// ---- steps
+
+static struct focus_step go(struct focus_search *self, double position) {
+    return (struct focus_step){FOCUS_STEP_GO, FOCUS_LEG_SWEEP, within_range(self, position), 0, 0};
+}
+
+static struct focus_step end(struct focus_search *self, const struct focus_event *event) {
+    self->phase = FOCUS_SEARCH_END;
+    self->result.position = event->position;
+    self->result.frames = self->curve.count;
+    return (struct focus_step){.kind = FOCUS_STEP_END};
+}
+
+static struct focus_step give_back(struct focus_search *self, enum focus_verdict verdict) {
+    self->result.verdict = verdict;
+    self->phase = FOCUS_SEARCH_RETURN;
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH,
+                               within_range(self, self->begin), 0, 0};
+}
+
+static double sweep_spacing(const struct focus_search *self, double way) {
+    const struct focus_search_options *options = &self->options;
+    const double narrow =
+        options->blur_per_count_px > 0 ? 2 * narrow_blur_px / 3 / options->blur_per_count_px : 0;
+    const double spacing = smaller(larger(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
+    return larger(spacing, options->counts_per_frame);
+}
+
+static struct focus_step sweep(struct focus_search *self, enum focus_leg leg, double to,
+                               double spacing) {
+    self->step_begin = self->curve.count;
+    return (struct focus_step){FOCUS_STEP_SWEEP, leg, within_range(self, to), spacing, 0};
+}
+
+// The whole range, from the nearer end.
+static struct focus_step begin_cold(struct focus_search *self, double position) {
+    const struct focus_search_options *options = &self->options;
+    const bool down = options->max - position < position - options->min;
+    self->near_only = false;
+    self->curve.count = 0;
+    self->sweep_end = down ? options->min : options->max;
+    self->phase = FOCUS_SEARCH_TO_START;
+    return go(self, down ? options->max : options->min);
+}
+
+static struct focus_step begin_near(struct focus_search *self) {
+    const struct focus_search_options *options = &self->options;
+    const double half = options->expected_half_range;
+    self->near_only = true;
+    self->sweep_end = within_range(self, options->expected - back(self) * half);
+    self->phase = FOCUS_SEARCH_TO_START;
+    return go(self, options->expected + back(self) * (half + options->run_up));
+}
+
+struct focus_step focus_search_begin(struct focus_search *self,
+                                     const struct focus_search_options *options, double position) {
+    INVARIANT(options->min < options->max && options->tolerance > 0 && options->run_up >= 0);
+    INVARIANT(options->counts_per_frame > 0 && options->noise_ratio >= 1);
+    self->options = *options;
+    self->curve.count = 0;
+    self->result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
+    self->begin = position;
+    self->passes = self->stops = 0;
+    self->stopped = false;
+    self->noise = self->off_sum = 0;
+    return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
+}
+
+void focus_search_add(struct focus_search *self, const struct focus_sample *sample) {
+    INVARIANT(sample->leg < FOCUS_LEGS);
+    if (self->curve.count < FOCUS_SAMPLES_MAX) {
+        self->curve.samples[self->curve.count++] = *sample;
+    }
+}
+
+// ---- the approach and its judgement
+
+static struct focus_step approach(struct focus_search *self, double target) {
+    self->target = within_range(self, target);
+    self->phase = FOCUS_SEARCH_APPROACH;
+    self->step_begin = self->curve.count;
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH, self->target, 0, 0};
+}
+
+static struct focus_step look(struct focus_search *self, int phase) {
+    self->phase = phase;
+    self->step_begin = self->curve.count;
+    return (struct focus_step){FOCUS_STEP_LOOK, FOCUS_LEG_REST, self->target, 0, LOOK_FRAMES};
+}
+
+// Mean of the samples of this step; false if there are none.
+static bool step_mean(const struct focus_search *self, double *sharpness, double *light,
+                      double *deviation) {
+    double sum = 0, sum_light = 0, sum_variance = 0;
+    const unsigned count = (unsigned)(self->curve.count - self->step_begin);
+    for (unsigned i = self->step_begin; i < self->curve.count; i++) {
+        const struct focus_sample *sample = &self->curve.samples[i];
+        sum += sample->sharpness;
+        sum_light += sample->mean;
+        sum_variance += (double)sample->deviation * sample->deviation;
+    }
+    if (count == 0) {
+        return false;
+    }
+    *sharpness = sum / count;
+    *light = sum_light / count;
+    *deviation = sqrt(sum_variance) / count;
+    return true;
+}
+
+// Light at the peak before this step.
+static double light_at_peak(const struct focus_search *self) {
+    double sum = 0;
+    unsigned count = 0;
+    for (unsigned i = 0; i < self->step_begin; i++) {
+        const struct focus_sample *sample = &self->curve.samples[i];
+        if (fabs(sample->position - self->result.peak.position) <= self->result.peak.half_width) {
+            sum += sample->mean;
+            count++;
+        }
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+// The distance from the peak, from positions and from the picture, each with its weight.
+static double distance_from_peak(const struct focus_search *self, const struct focus_event *event,
+                                 double part, double part_deviation) {
+    const struct focus_peak *peak = &self->result.peak;
+    const double half = peak->half_width;
+    const double read = fabs(event->position - peak->position);
+    const double read_variance =
+        event->deviation * event->deviation + peak->deviation * peak->deviation + 0.01;
+    const double seen = part < 1 ? half * sqrt(1 / larger(part, 0.01) - 1) : 0;
+    const double slope = 2 * larger(seen, half * sqrt(part_deviation)) / (half * half);
+    const double seen_deviation = part_deviation / slope;
+    const double seen_variance = seen_deviation * seen_deviation + 1e-6;
+    return (read / read_variance + seen / seen_variance) / (1 / read_variance + 1 / seen_variance);
+}
+
+static enum focus_verdict verdict_of(const struct focus_search *self) {
+    const struct focus_search_options *options = &self->options;
+    const struct focus_result *result = &self->result;
+    const double way =
+        larger(result->peak.position - options->min, options->max - result->peak.position);
+    if (result->peak.at_edge && is_at_end(self, result->peak.position)) {
+        return FOCUS_PEAK_AT_END;
+    }
+    if (result->second.height > 0) {
+        return FOCUS_TWO_PEAKS;
+    }
+    return options->blur_per_count_px > 0 && way * options->blur_per_count_px <= 2 * sharp_px
+               ? FOCUS_SHARP_EVERYWHERE
+               : FOCUS_FOCUSED;
+}
+
+static struct focus_step begin_stops(struct focus_search *self);
+
+static struct focus_step judge(struct focus_search *self, const struct focus_event *event) {
+    struct focus_result *result = &self->result;
+    const struct focus_peak *peak = &result->peak;
+    double sharpness = 0, light = 0, deviation = 0;
+    if (!step_mean(self, &sharpness, &light, &deviation)) {
+        return give_back(self, FOCUS_SCENE_CHANGED);
+    }
+    const double height = larger(peak->height - peak->floor, 1e-12);
+    const double part = (sharpness - peak->floor) / height;
+    const double off = event->position - peak->position, good = good_counts(self);
+    const double before = light_at_peak(self);
+    const bool changed = fabs(light - before) > 0.1 * before;
+    const bool there = fabs(off) <= 0.6 * good;
+    const bool same =
+        part >= same_part || peak->half_width * sqrt(1 / larger(part, 0.01) - 1) <= good;
+    result->light_changed = result->light_changed || changed;
+    result->blur_counts = distance_from_peak(self, event, part, larger(0.01, deviation / height));
+    result->blur_px = self->options.blur_per_count_px > 0
+                          ? result->blur_counts * self->options.blur_per_count_px
+                          : -1;
+    if (there && same) {
+        result->verdict = verdict_of(self);
+        return end(self, event);
+    }
+    if (result->tries < FOCUS_TRIES) {
+        // One rest off the peak is chance; what all of them share is not.
+        self->off_sum += off;
+        const double shared = self->off_sum / (result->tries + 1.0);
+        return there && !self->stopped ? begin_stops(self)
+                                       : approach(self, peak->position - shared);
+    }
+    result->verdict =
+        part < changed_part || fabs(off) > 2 * good ? FOCUS_SCENE_CHANGED : verdict_of(self);
+    return end(self, event);
+}
+
+// ---- the peak, at rest at several positions
+
+static double stop_position(const struct focus_search *self, unsigned stop) {
+    const double half = (self->pass_max - self->pass_min) / 2;
+    const double middle = (self->pass_max + self->pass_min) / 2;
+    return middle + back(self) * half * (1 - 2.0 * stop / (STOPS - 1));
+}
+
+static struct focus_step go_to_stop(struct focus_search *self) {
+    self->phase = FOCUS_SEARCH_STOP;
+    self->target = within_range(self, stop_position(self, self->stops));
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH, self->target, 0, 0};
+}
+
+static struct focus_step begin_stops(struct focus_search *self) {
+    const struct focus_peak *peak = &self->result.peak;
+    const double half = larger(larger(1.2 * peak->half_width, self->options.counts_per_exposure),
+                               2 * self->options.tolerance);
+    self->pass_min = within_range(self, peak->position - half);
+    self->pass_max = within_range(self, peak->position + half);
+    self->stops = 0;
+    self->stopped = true;
+    self->passes++;
+    return go_to_stop(self);
+}
+
+// ---- the peak, in passing
+
+static struct focus_step begin_pass(struct focus_search *self, double half) {
+    const struct focus_peak *peak = &self->result.peak;
+    self->pass_min = within_range(self, peak->position - half);
+    self->pass_max = within_range(self, peak->position + half);
+    self->passes++;
+    self->phase = FOCUS_SEARCH_TO_PASS;
+    const double start = back(self) > 0 ? self->pass_max : self->pass_min;
+    return go(self, start + back(self) * self->options.run_up);
+}
+
+static struct focus_step pass(struct focus_search *self) {
+    const double from = back(self) > 0 ? self->pass_max : self->pass_min;
+    const double to = back(self) > 0 ? self->pass_min : self->pass_max;
+    const double spacing = larger(self->options.counts_per_frame, fabs(from - to) / PASS_SAMPLES);
+    self->phase = FOCUS_SEARCH_PASS;
+    return sweep(self, FOCUS_LEG_PASS, to, spacing);
+}
+
+// ---- what the curve shows
+
+// The least relative variance of a subject.
+static double contrast_min(const struct focus_search *self) {
+    double noise = 0;
+    for (unsigned i = 0; i < self->curve.count; i++) {
+        noise = larger(noise, self->curve.samples[i].noise);
+    }
+    return larger(noise_part * noise_part * noise / self->options.noise_ratio,
+                  relative_contrast * relative_contrast);
+}
+
+static bool has_contrast(const struct focus_search *self, const struct focus_peak *peak,
+                         double part) {
+    return peak->height - peak->floor >=
+           larger(part * contrast_min(self), significant * self->noise);
+}
+
+// Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
+static bool is_too_wide(const struct focus_search *self, const struct focus_peak *peak) {
+    const double blur_px = 2 * peak->half_width * self->options.blur_per_count_px;
+    return self->options.region_px > 0 && blur_px > widest_regions * self->options.region_px;
+}
+
+static struct focus_range range_of(unsigned legs, double min, double max) {
+    return (struct focus_range){legs, (float)min, (float)max};
+}
+
+static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
+                                 const struct focus_peak *peak) {
+    const struct focus_search_options *options = &self->options;
+    const double blur_px = (options->max - options->min) / 2 * options->blur_per_count_px;
+    if (self->near_only) {
+        return begin_cold(self, event->position);
+    }
+    // Texture everywhere, and no lens position that blurs it.
+    if (peak->floor > 4 * contrast_min(self) && blur_px < 4 * sharp_px) {
+        self->result.tries = FOCUS_TRIES;
+        return give_back(self, FOCUS_SHARP_EVERYWHERE);
+    }
+    return give_back(self, FOCUS_NO_CONTRAST);
+}
+
+// The peak that is wanted first.
+static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
+    const bool nearer = peaks[1].position > peaks[0].position;
+    const bool second = self->options.choice == FOCUS_NEARER    ? nearer
+                        : self->options.choice == FOCUS_FARTHER ? !nearer
+                                                                : false;
+    self->result.second = second ? peaks[0] : peaks[1];
+    return second ? 1 : 0;
+}
+
+static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
+    const struct focus_search_options *options = &self->options;
+    const struct focus_range range = range_of(1u << FOCUS_LEG_SWEEP, options->min, options->max);
+    struct focus_peak peaks[2];
+    const unsigned count = focus_curve_peaks(&self->curve, &range, peaks);
+    if (count == 0) {
+        return give_back(self, FOCUS_NO_CONTRAST);
+    }
+    self->noise = focus_curve_noise(&self->curve, &range);
+    if (!has_contrast(self, &peaks[0], 0.25) || is_too_wide(self, &peaks[0])) {
+        return no_peak(self, event, &peaks[0]);
+    }
+    const struct focus_peak *peak = &peaks[count == 2 ? choose(self, peaks) : 0];
+    self->result.peak = *peak;
+    if (peak->at_edge && self->near_only && !is_at_end(self, peak->position)) {
+        return begin_cold(self, event->position);
+    }
+    const bool same_way = (self->sweep_end < peak->position) == options->from_above;
+    const double spacing = sweep_spacing(self, options->max - options->min);
+    if (options->counts_per_exposure > 0.7 * peak->half_width) {
+        return begin_stops(self);
+    }
+    if (same_way && peak->samples >= PEAK_SAMPLES &&
+        focus_curve_fit(&self->curve, &range, &self->result.peak)) {
+        return approach(self, self->result.peak.position);
+    }
+    return begin_pass(self, larger(2 * peak->half_width, 2 * spacing) +
+                                (same_way ? options->tolerance : options->run_up));
+}
+
+// The peak of this pass, or of these stops.
+static struct focus_step after_pass(struct focus_search *self, const struct focus_event *event,
+                                    enum focus_leg leg) {
+    struct focus_range range = range_of(1u << leg, self->options.min, self->options.max);
+    struct focus_peak peaks[2];
+    const double floor = self->result.peak.floor;
+    if (leg == FOCUS_LEG_REST) {
+        range.min = (float)(self->pass_min - self->options.run_up);
+        range.max = (float)(self->pass_max + self->options.run_up);
+    }
+    if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
+        return give_back(self, FOCUS_SCENE_CHANGED);
+    }
+    // A pass does not go far enough to see the floor.
+    struct focus_peak peak = peaks[0];
+    peak.floor = smaller(floor, peak.floor);
+    const bool fits = focus_curve_fit(&self->curve, &range, &peak);
+    if (!has_contrast(self, &peak, 1)) {
+        return no_peak(self, event, &peak);
+    }
+    self->result.peak = peak;
+    if (peak.at_edge && !is_at_end(self, peak.position) && self->passes < PASSES) {
+        return leg == FOCUS_LEG_REST ? begin_stops(self)
+                                     : begin_pass(self, (self->pass_max - self->pass_min) / 2 + 1);
+    }
+    if (!fits && leg == FOCUS_LEG_PASS) {
+        return begin_stops(self);
+    }
+    return approach(self, peak.position);
+}
+
+struct focus_step focus_search_next(struct focus_search *self, const struct focus_event *event) {
+    INVARIANT(self->phase != FOCUS_SEARCH_END);
+    if (event->jammed) {
+        self->result.verdict = FOCUS_LENS_JAMMED;
+        return end(self, event);
+    }
+    switch (self->phase) {
+        case FOCUS_SEARCH_TO_START:
+            self->phase = FOCUS_SEARCH_SWEEP;
+            return sweep(self, FOCUS_LEG_SWEEP, self->sweep_end,
+                         sweep_spacing(self, fabs(self->sweep_end - event->position)));
+        case FOCUS_SEARCH_SWEEP:
+            return after_sweep(self, event);
+        case FOCUS_SEARCH_TO_PASS:
+            return pass(self);
+        case FOCUS_SEARCH_PASS:
+            return after_pass(self, event, FOCUS_LEG_PASS);
+        case FOCUS_SEARCH_STOP:
+            return look(self, FOCUS_SEARCH_STOP_LOOK);
+        case FOCUS_SEARCH_STOP_LOOK:
+            return ++self->stops < STOPS ? go_to_stop(self)
+                                         : after_pass(self, event, FOCUS_LEG_REST);
+        case FOCUS_SEARCH_APPROACH:
+            self->result.tries++;
+            return look(self, FOCUS_SEARCH_LOOK);
+        case FOCUS_SEARCH_LOOK:
+            return judge(self, event);
+        case FOCUS_SEARCH_RETURN:
+        case FOCUS_SEARCH_END:
+            break;
+    }
+    return end(self, event);
+}

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Autofocus as a state machine: measurements in, steps out. It moves nothing and reads no clock;
+/// rig/autofocus.h carries out its steps with a motor and a camera.
+///
+///     struct focus_step step = focus_search_begin(&search, &options, position);
+///     while (step.kind != FOCUS_STEP_END) {
+///         ... carry it out; focus_search_add for each frame ...
+///         step = focus_search_next(&search, &event);
+///     }
+///
+/// Without knowledge the ring goes to the nearer end of its range and sweeps to the other while
+/// frames arrive: every peak is seen, and the highest is known to be the highest. Then it passes
+/// through that peak once more, from the side of approach and with all frames that come, if the
+/// sweep had too few on it; approaches the peak from that side; and is judged at rest by position
+/// and picture. Up to FOCUS_TRIES approaches are made. Where the peak is expected, only its
+/// neighbourhood is swept; if there is none, everything.
+///
+/// Sources: the variance as measure: Liu, Willis and Sui, "Stereoscopic 3D Reconstruction using
+/// Motorized Zoom Lenses within an Embedded System"; success only where a real peak was seen:
+/// libcamera's contrast detection (src/ipa/rpi/controller/rpi/af.cpp).
+#ifndef VERGENCE_FOCUS_FOCUS_SEARCH_H
+#define VERGENCE_FOCUS_FOCUS_SEARCH_H
+
+#include "focus/focus_curve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { FOCUS_TRIES = 4 };
+
+// X(name, text, help)
+#define FOCUS_VERDICT_LIST(X)                                                                  \
+    X(PENDING, "not known", "")                                                                \
+    X(FOCUSED, "focused", "")                                                                  \
+    X(SHARP_EVERYWHERE, "sharp everywhere", "the depth of field covers the range")             \
+    X(NO_CONTRAST, "no contrast",                                                              \
+      "choose a region with texture, add light, or remove the lens "                           \
+      "cap")                                                                                   \
+    X(PEAK_AT_END, "peak at end of range",                                                     \
+      "the subject is nearer or farther than the lens can focus: move it, or zoom out")        \
+    X(TWO_PEAKS, "two peaks",                                                                  \
+      "the region shows two distances: choose near or far, or a smaller region")               \
+    X(SCENE_CHANGED, "scene changed", "keep subject, cameras and light still, then try again") \
+    X(LENS_JAMMED, "lens jammed", "free the ring, then run bringup")
+
+enum focus_verdict {
+#define FOCUS_VERDICT_ENUM(name, text, help) FOCUS_##name,
+    FOCUS_VERDICT_LIST(FOCUS_VERDICT_ENUM)
+#undef FOCUS_VERDICT_ENUM
+        FOCUS_VERDICTS
+};
+
+/// "focused", and what to do ("" if nothing). Static storage; `verdict` must be valid.
+const char *focus_verdict_text(enum focus_verdict verdict);
+const char *focus_verdict_help(enum focus_verdict verdict);
+
+/// Of two peaks.
+enum focus_choice { FOCUS_STRONGER, FOCUS_NEARER, FOCUS_FARTHER };
+
+/// What is known before. Positions in counts; larger ones are nearer.
+struct focus_search_options {
+    double min, max;             ///< range of the ring, min < max
+    bool from_above;             ///< side of approach
+    double run_up;               ///< counts by which an approach overshoots; >= 0
+    double tolerance;            ///< within which the ring can be put, counts; > 0
+    double blur_per_count_px;    ///< diameter of the blur that one count makes; 0: not known
+    double counts_per_frame;     ///< that the ring moves between two frames at full speed; > 0
+    double counts_per_exposure;  ///< that it moves during an exposure
+    double noise_ratio;          ///< variance of the noise in the search over that of the
+                                 ///< settings before it (higher gain); >= 1
+    double region_px;            ///< smaller side of the region
+    double expected, expected_half_range;  ///< where the peak is expected; half range 0: not known
+    enum focus_choice choice;
+};
+
+enum focus_step_kind {
+    FOCUS_STEP_GO,        ///< move to `position`; frames are not needed
+    FOCUS_STEP_SWEEP,     ///< move to `position`, with a frame every `spacing` counts
+    FOCUS_STEP_APPROACH,  ///< move to `position` exactly, from the side of approach, also if it is
+                          ///< there already; with frames on the last leg
+    FOCUS_STEP_LOOK,      ///< take `frames` frames at rest
+    FOCUS_STEP_END
+};
+
+struct focus_step {
+    enum focus_step_kind kind;
+    enum focus_leg leg;  ///< of the frames
+    double position, spacing;
+    unsigned frames;
+};
+
+/// What a finished step led to.
+struct focus_event {
+    double position, deviation;  ///< of the ring at rest, counts
+    bool jammed;
+};
+
+struct focus_result {
+    enum focus_verdict verdict;
+    double position;                 ///< where the ring is
+    double blur_px;                  ///< remaining diameter of the blur; < 0: not known
+    double blur_counts;              ///< the same as a distance from the peak
+    struct focus_peak peak, second;  ///< second.height 0: none
+    unsigned tries, frames;
+    bool light_changed;  ///< by more than a tenth; it was divided out
+};
+
+struct focus_search {
+    struct focus_search_options options;
+    struct focus_curve curve;
+    struct focus_result result;
+    enum {
+        FOCUS_SEARCH_TO_START,
+        FOCUS_SEARCH_SWEEP,
+        FOCUS_SEARCH_TO_PASS,
+        FOCUS_SEARCH_PASS,
+        FOCUS_SEARCH_STOP,
+        FOCUS_SEARCH_STOP_LOOK,
+        FOCUS_SEARCH_APPROACH,
+        FOCUS_SEARCH_LOOK,
+        FOCUS_SEARCH_RETURN,
+        FOCUS_SEARCH_END
+    } phase;
+    double begin;      ///< position at the start
+    double sweep_end;  ///< of the present sweep
+    bool near_only;    ///< the sweep covers the expected neighbourhood only
+    double target;     ///< of the present approach
+    double noise;      ///< of the curve
+    double pass_min, pass_max;
+    unsigned passes, stops;
+    uint16_t step_begin;  ///< samples before this step
+    double off_sum;       ///< of the tries' distances from the peak
+    bool stopped;         ///< the peak was located at rest
+};
+
+/// Starts a search from a position. The options must be within their ranges.
+struct focus_step focus_search_begin(struct focus_search *self,
+                                     const struct focus_search_options *options, double position);
+
+/// Adds the window of a frame of the present step. Ignored when the curve is full.
+void focus_search_add(struct focus_search *self, const struct focus_sample *sample);
+
+/// The next step after one was carried out. At FOCUS_STEP_END `result` is complete.
+struct focus_step focus_search_next(struct focus_search *self, const struct focus_event *event);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
