@@ -6,6 +6,7 @@
 
 #include "console/command.h"
 #include "console/command_text.h"
+#include "rig/base/rig_state.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -44,6 +45,12 @@ int commands_aim_iris(const struct command_call *call);
 int commands_camera_exposure(const struct command_call *call);
 int commands_camera_gain(const struct command_call *call);
 int commands_camera_window(const struct command_call *call);
+
+/// Reads an option X,Y,W,H in px; `*region_px` has no width if it was not given. 0, or ERROR_RANGE
+/// with a message.
+int commands_region(const struct command_call *call, const struct command_value *value,
+                    struct rig_rectangle *region_px);
+int commands_focus_auto(const struct command_call *call);
 
 int commands_registers_run(const struct command_call *call);
 /// Adds the names of the registers of the chosen device.

@@ -13,6 +13,14 @@
         .help = "camera; default: both"                                    \
     }
 
+#define REGION_OPTION                                                              \
+    {                                                                              \
+        .name = "region", .kind = COMMAND_NUMBER, .unit = "px", .min = 0,          \
+        .max = UINT16_MAX, .count = 4, .separator = ',', .value_name = "X,Y,W,H",  \
+        .help = "part of the sensor to look at: column and row of its corner, "    \
+                "width, height; default: 100 x 100 px in the middle"               \
+    }
+
 #define ANGLE_VALUE .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180
 
 static const struct command_argument pan_arguments[] = {
@@ -102,6 +110,22 @@ static const struct command_argument window_arguments[] = {
     SIDE_OPTION,
 };
 
+static const struct command_argument autofocus_arguments[] = {
+    SIDE_OPTION,
+    REGION_OPTION,
+    {.name = "measure",
+     .kind = COMMAND_CHOICE,
+     .choices = "variance normalized tenengrad laplacian",
+     .help = "what counts as sharp; default: variance"},
+    {.name = "prefer",
+     .kind = COMMAND_CHOICE,
+     .choices = "stronger near far",
+     .help = "which of two distances to focus on; default: stronger"},
+    {.name = "whole",
+     .kind = COMMAND_FLAG,
+     .help = "search the whole range, whatever was learned before"},
+};
+
 static const struct command_argument registers_arguments[] = {
     {.name = "WHERE",
      .kind = COMMAND_CHOICE,
@@ -182,6 +206,18 @@ static const struct command commands[] = {
      .argument_count = COUNT(position_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_aim_iris},
+    {.name = "autofocus",
+     .summary = "find the focus",
+     .help = "Sweeps the focus while small frames of a region arrive, approaches the sharpest "
+             "position from one side, and checks it there. Where a focus was found before at this "
+             "zoom, only its neighbourhood is searched. The verdict is \"focused\", \"sharp "
+             "everywhere\" or \"two peaks\" (two distances; the sharper one is taken); the "
+             "command fails with \"no contrast\", \"peak at end of range\" and \"scene "
+             "changed\". Exposure, gain and window are afterwards as before.",
+     .arguments = autofocus_arguments,
+     .argument_count = COUNT(autofocus_arguments),
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = commands_focus_auto},
     {.name = "exposure",
      .summary = "set or show the exposure time",
      .help = VALUE_HELP,

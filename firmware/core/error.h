@@ -46,7 +46,8 @@
     X(MOVED, -35, "the scene or the instrument moved during the pair")                    \
     X(FRAME, -36, "a frame was incomplete or damaged")                                    \
     X(BUSY, -37, "too many pending requests")                                             \
-    X(MISMATCH, -38, "the calibration was made with other axes, cameras or windows")
+    X(MISMATCH, -38, "the calibration was made with other axes, cameras or windows")      \
+    X(NO_FOCUS, -39, "no focus was found")
 
 enum error_code {
 #define ERROR_ENUM(name, number, text) ERROR_##name = (number),

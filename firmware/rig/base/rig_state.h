@@ -15,6 +15,7 @@
 #include "device/fpga_bridge_servo.h"
 #include "device/lens_driver.h"
 #include "device/mt9t001.h"
+#include "focus/focus_search.h"
 #include "focus/lens_learned.h"
 #include "hal/camera.h"
 #include "hal/clock.h"
@@ -145,10 +146,21 @@ struct rig_lens {
     struct lens_learned learned;  ///< outlives the bring-up; see rig/rig_optics.h
 };
 
+/// The last autofocus of a camera. Positions in counts of the lens, or parts of a focus control.
+struct rig_focus {
+    bool done;          ///< it was searched to the end
+    bool was_expected;  ///< the search began where the peak was expected
+    struct rig_rectangle region_px;
+    uint32_t duration_ms;
+    uint32_t frames;             ///< read
+    struct focus_search search;  ///< with curve and result
+};
+
 /// One of the two cameras, with its lens and its pan servo.
 struct rig_camera {
     struct mt9t001 sensor;
     struct rig_lens lens;
+    struct rig_focus focus;
     uint16_t pan_q4;               ///< pulse width of the last command
     uint64_t pan_stopped_at_us;    ///< when the horn stops
     uint32_t exposure_us;          ///< as set; 0: never set, or not known
@@ -180,8 +192,8 @@ struct rig {
     uint64_t triggered_us;  ///< when the trigger line last went active
     struct hal_camera_format format;
     struct lens_object object;  ///< that a lens was last focused on; outlives the bring-up
-    uint32_t pairs;   ///< number taken since the bring-up
-    uint64_t fed_us;  ///< last feed of the bridge's watchdog
+    uint32_t pairs;             ///< number taken since the bring-up
+    uint64_t fed_us;            ///< last feed of the bridge's watchdog
     /// Time of the last feed that arrived since the bring-up (0: none), and the longest interval
     /// between two.
     uint64_t feed_arrived_us, feed_gap_us;

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Commands that find a setting by pictures: autofocus.
+#include <math.h>
+
+#include "console/commands.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "rig/auto/autofocus.h"
+#include "rig/rig.h"
+#include "rig/rig_optics.h"
+
+enum { AUTOFOCUS_SIDE, AUTOFOCUS_REGION, AUTOFOCUS_MEASURE, AUTOFOCUS_PREFER, AUTOFOCUS_WHOLE };
+enum { PREFER_STRONGER, PREFER_NEAR, PREFER_FAR };
+
+// 0 within `value`, or ERROR_RANGE with a message.
+int commands_region(const struct command_call *call, const struct command_value *value,
+                    struct rig_rectangle *region_px) {
+    uint16_t parts[4];
+    *region_px = (struct rig_rectangle){.width_px = 0};
+    if (!value->given) {
+        return ERROR_OK;
+    }
+    for (int i = 0; i < 4; i++) {
+        const double number = value->numbers[i];
+        if (!(number >= 0 && number <= UINT16_MAX) || number != floor(number)) {
+            struct command_text sentence = commands_sentence(call);
+            command_text_add(&sentence,
+                             "region: not four whole numbers of pixels (expected "
+                             "X,Y,WIDTH,HEIGHT)");
+            return ERROR_RANGE;
+        }
+        parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
+    }
+    *region_px = (struct rig_rectangle){parts[0], parts[1], parts[2], parts[3]};
+    return ERROR_OK;
+}
+
+// The distances between which the image is sharp, where they are known.
+static void put_sharp_range(const struct command_call *call, unsigned side) {
+    double distance_mm = 0, near_mm = 0, far_mm = 0;
+    const int32_t focus = call->rig->camera[side].lens.position[LENS_FOCUS];
+    if (rig_optics_distance_at(call->rig, side, focus, &distance_mm) != ERROR_OK ||
+        rig_optics_sharp_range(call->rig, side, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
+            ERROR_OK) {
+        return;
+    }
+    reply_number(call, "distance", distance_mm, 0, "mm");
+    reply_number(call, "sharp_from", near_mm, 0, "mm");
+    reply_number(call, "sharp_to", far_mm, 0, "mm");
+}
+
+static void put_focus(const struct command_call *call, unsigned side) {
+    const struct rig_focus *focus = &call->rig->camera[side].focus;
+    const struct focus_result *result = &focus->search.result;
+    reply_group_begin(call, commands_side_name(side), false);
+    reply_text(call, "verdict", focus_verdict_text(result->verdict));
+    reply_number(call, "position", result->position, 1, "counts");
+    if (result->peak.height > 0) {
+        reply_number(call, "peak", result->peak.position, 1, "counts");
+    }
+    if (result->second.height > 0) {
+        reply_number(call, "other_peak", result->second.position, 1, "counts");
+    }
+    if (result->blur_px >= 0 && result->verdict != FOCUS_NO_CONTRAST) {
+        reply_number(call, "blur", result->blur_px, 1, "px");
+    }
+    put_sharp_range(call, side);
+    if (focus_verdict_help(result->verdict)[0] != '\0') {
+        reply_text(call, "advice", focus_verdict_help(result->verdict));
+    }
+    if (result->light_changed) {
+        reply_text(call, "note", "the light changed during the search");
+    }
+    reply_number(call, "frames", focus->frames, 0, NULL);
+    reply_number(call, "tries", result->tries, 0, NULL);
+    reply_number(call, "time", focus->duration_ms / 1000.0, 1, "s");
+    reply_group_end(call);
+}
+
+// What a verdict means for a script.
+static int error_of(enum focus_verdict verdict) {
+    switch (verdict) {
+        case FOCUS_FOCUSED:
+        case FOCUS_SHARP_EVERYWHERE:
+        case FOCUS_TWO_PEAKS:
+            return ERROR_OK;
+        case FOCUS_SCENE_CHANGED:
+            return ERROR_MOVED;
+        case FOCUS_LENS_JAMMED:
+            return ERROR_JAMMED;
+        case FOCUS_PENDING:
+        case FOCUS_NO_CONTRAST:
+        case FOCUS_PEAK_AT_END:
+        case FOCUS_VERDICTS:
+            break;
+    }
+    return ERROR_NO_FOCUS;
+}
+
+static int sum_up(const struct command_call *call, unsigned sides) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const enum focus_verdict verdict = call->rig->camera[side].focus.search.result.verdict;
+        const int error = (sides >> side & 1) != 0 ? error_of(verdict) : ERROR_OK;
+        if (error != ERROR_OK) {
+            struct command_text sentence = commands_sentence(call);
+            command_text_join(&sentence, commands_side_name(side),
+                              " camera: ", focus_verdict_text(verdict));
+            command_text_join(&sentence, " (", focus_verdict_help(verdict), ")");
+            return error;
+        }
+    }
+    return ERROR_OK;
+}
+
+int commands_focus_auto(const struct command_call *call) {
+    static const enum focus_measure measures[] = {FOCUS_VARIANCE, FOCUS_NORMALIZED_VARIANCE,
+                                                  FOCUS_TENENGRAD, FOCUS_LAPLACIAN};
+    static const enum focus_choice choices[] = {FOCUS_STRONGER, FOCUS_NEARER, FOCUS_FARTHER};
+    const struct command_value *values = call->values;
+    const unsigned sides = commands_sides(&values[AUTOFOCUS_SIDE]);
+    struct rig_autofocus_options options = {
+        .whole_range = command_is_set(&values[AUTOFOCUS_WHOLE]),
+    };
+    if (values[AUTOFOCUS_MEASURE].given) {
+        options.measure = measures[values[AUTOFOCUS_MEASURE].choice];
+    }
+    if (values[AUTOFOCUS_PREFER].given) {
+        options.choice = choices[values[AUTOFOCUS_PREFER].choice];
+    }
+    int error = commands_region(call, &values[AUTOFOCUS_REGION], &options.region_px);
+    if (error == ERROR_OK) {
+        error = rig_autofocus(call->rig, sides, &options);
+    }
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides >> side & 1) != 0) {
+            put_focus(call, side);
+        }
+    }
+    return error != ERROR_OK ? error : sum_up(call, sides);
+}
