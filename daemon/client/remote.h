@@ -122,13 +122,14 @@ int remote_fetch(struct remote *self, const char *name, const char *local,
                  struct remote_written *written, struct message *message);
 
 /// Runs a line that moves whole files: "fetch NAME [FILE]" (also of a directory), "send FILE
-/// [NAME]", "snapshot". 0: not such a line; else 1, with its error in `*error`. Written files are
-/// shown as an answer, in JSON errors too.
+/// [NAME]", and commands that make files, which are fetched: "view", "focus-curve". 0: not such a
+/// line; else 1, with its result in `*error`, as of remote_ask. Written files are shown as an
+/// answer, in JSON errors too.
 int remote_files(struct remote *self, const char *line, remote_show *show, void *cookie, int *error,
                  struct message *message);
 
-/// Show, in the form of the daemon's answers: what was written; an error (JSON only); and a line
-/// "ERR NAME sentence" of the daemon, in the form that was requested.
+/// Show, in the form of the daemon's answers: what was written (in text without the OK); an error
+/// (JSON only); and a line "ERR NAME sentence" of the daemon, in the form that was requested.
 void remote_show_written(struct remote *self, remote_show *show, void *cookie,
                          const struct remote_written *written);
 void remote_show_error(struct remote *self, remote_show *show, void *cookie, int error,

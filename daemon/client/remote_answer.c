@@ -66,7 +66,6 @@ void remote_show_written(struct remote *self, remote_show *show, void *cookie,
     snprintf(text, sizeof text, "written: %s,%s %" PRIu64 " bytes", written->name, files,
              written->bytes);
     show(self, cookie, text);
-    show(self, cookie, "OK");
 }
 
 void remote_show_error(struct remote *self, remote_show *show, void *cookie, int error,

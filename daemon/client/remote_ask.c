@@ -331,8 +331,8 @@ static int ask(struct answer *self, const char *command, bool may_repeat, struct
 
 /// Whether a command only reads, so that it may be executed again.
 static bool only_reads(const char *command) {
-    static const char *const names[] = {"complete", "config", "files",  "health", "help",
-                                        "log",      "status", "system", "version"};
+    static const char *const names[] = {"complete", "config", "files",  "health",  "help",
+                                        "log",      "status", "system", "version", "view"};
     const size_t bytes = strcspn(command, " ");
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strlen(names[i]) == bytes && strncmp(command, names[i], bytes) == 0) {

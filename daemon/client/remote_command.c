@@ -60,8 +60,8 @@ static const struct option_page page = {
         "commands.\n"
         "\"fetch NAME [FILE]\" copies a file from the instrument, or all files of a session into a "
         "directory, \"send FILE [NAME]\" copies one to it; if the connection is lost, the same "
-        "command resumes the transfer later. \"snapshot\" fetches an image of what both cameras "
-        "see now.\n"
+        "command resumes the transfer later. \"view\" fetches an image of what both cameras see "
+        "now.\n"
         "Exit code: 0 OK; 1 ERR, or a local file or script failed; 2 invalid command line; 3 no "
         "connection, or no vergenced there; 130 cancelled by Ctrl-C.",
     .examples =

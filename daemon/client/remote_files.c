@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that move whole files, which the client carries out itself: fetch, send, snapshot. A
-// file that was moved in part is continued.
+// Commands that move whole files, which the client carries out itself: fetch, send, and those that
+// make files for the user. A file that was moved in part is continued.
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -25,7 +25,8 @@ enum {
     BLOCK_SENT = 288,  // commands are limited to 512 characters
     SEND_TRIES = 2,
     NAME_BYTES = 256,
-    SNAPSHOTS_MAX = 1000
+    NUMBERS_MAX = 1000,
+    MADE_FILES = 2  // by one command
 };
 
 /// A file being sent.
@@ -137,45 +138,116 @@ static int send_file(struct remote *remote, const char *local, const char *name,
     return error;
 }
 
+/// A command's answer, and the files that it made for the user. They are written here under the
+/// same names, or with a number appended if those exist: an instrument without a valid clock
+/// repeats names.
+struct made {
+    remote_show *show;
+    void *cookie;
+    char name[MADE_FILES][NAME_BYTES];
+    char local[MADE_FILES][NAME_BYTES + 8];
+    struct cJSON *answer;  // in JSON
+};
+
+/// Members of the answer with their names.
+static const char *const made_members[MADE_FILES] = {"file", "table"};
+
 /// Whether it is a name as the instrument chooses it: no other file may be fetched or written.
-static bool is_of_snapshot(const char *name) {
-    static const char begin[] = "snapshot-", end[] = ".png";
-    const size_t length = strlen(name);
-    return length > sizeof begin + sizeof end - 2 && strncmp(name, begin, sizeof begin - 1) == 0 &&
-           strcmp(name + length - (sizeof end - 1), end) == 0 &&
-           name[strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789-.")] == '\0';
+static bool is_made(const char *name) {
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789-.";
+    const char *ending = strrchr(name, '.');
+    return ending != NULL && ending != name && name[0] != '.' &&
+           name[strspn(name, letters)] == '\0' &&
+           (strcmp(ending, ".png") == 0 || strcmp(ending, ".svg") == 0 ||
+            strcmp(ending, ".csv") == 0);
 }
 
-/// Runs the line and fetches its image under the same name, or with a number appended if that
-/// exists: an instrument without a valid clock repeats names.
-static int snapshot(struct remote *self, const char *line, struct remote_written *written,
-                    struct message *message) {
-    const struct cJSON *result = NULL;
-    char name[NAME_BYTES] = "";
-    struct stat about;
-    const int error = remote_call(self, line, &result, message);
-    if (error != 0) {
-        return error;
+/// Shows the answer except for the names and its end.
+static void hold_back(struct remote *self, void *cookie, const char *text) {
+    struct made *made = cookie;
+    char event[32];
+    if (self->json) {
+        struct cJSON *all = json_parse(text);
+        if (!json_member_text(all, "event", event, sizeof event) && json_member_true(all, "ok")) {
+            cJSON_Delete(made->answer);
+            made->answer = all;
+            return;
+        }
+        cJSON_Delete(all);
     }
-    if (!json_member_text(result, "file", name, sizeof name) || !is_of_snapshot(name)) {
+    for (int i = 0; i < MADE_FILES && !self->json; i++) {
+        const size_t length = strlen(made_members[i]);
+        if (strncmp(text, made_members[i], length) == 0 && strncmp(text + length, ": ", 2) == 0) {
+            snprintf(made->name[i], sizeof made->name[i], "%s", text + length + 2);
+            return;
+        }
+    }
+    if (self->json || strcmp(text, "OK") != 0) {
+        made->show(self, made->cookie, text);
+    }
+}
+
+/// Fetches a file under a name that is free here.
+static int fetch_made(struct remote *self, const char *name, char local[NAME_BYTES + 8],
+                      struct remote_written *written, struct message *message) {
+    enum { BYTES = NAME_BYTES + 8 };
+    struct stat about;
+    if (!is_made(name)) {
         return invalid(message);
     }
     const int stem = (int)(strrchr(name, '.') - name);
-    char local[NAME_BYTES + 8];
-    snprintf(local, sizeof local, "%s", name);
-    for (int i = 2; i < SNAPSHOTS_MAX && lstat(local, &about) == 0; i++) {
-        snprintf(local, sizeof local, "%.*s-%d%s", stem, name, i, name + stem);
+    snprintf(local, BYTES, "%s", name);
+    for (int i = 2; i < NUMBERS_MAX && lstat(local, &about) == 0; i++) {
+        snprintf(local, BYTES, "%.*s-%d%s", stem, name, i, name + stem);
     }
     return remote_fetch(self, name, local, written, message);
 }
 
-enum file_command { NO_FILE_COMMAND, SNAPSHOT, SEND, FETCH };
+/// Fetches and shows all that was made. The answer must name at least one file.
+static int fetch_all(struct remote *self, struct made *made, struct message *message) {
+    static struct remote_written written;
+    struct cJSON *result = cJSON_GetObjectItemCaseSensitive(made->answer, "result");
+    for (int i = 0; i < MADE_FILES; i++) {
+        char *name = made->name[i];
+        json_member_text(result, made_members[i], name, NAME_BYTES);
+        if (name[0] == '\0' && i > 0) {
+            continue;
+        }
+        const int error = fetch_made(self, name, made->local[i], &written, message);
+        if (error != 0) {
+            return error;
+        }
+        if (self->json) {
+            cJSON_ReplaceItemInObject(result, made_members[i], cJSON_CreateString(made->local[i]));
+        } else {
+            remote_show_written(self, made->show, made->cookie, &written);
+        }
+    }
+    return 0;
+}
+
+/// Runs a line that makes files, and fetches them. As remote_ask: 1 if the answer is ERR.
+static int make(struct remote *self, const char *line, remote_show *show, void *cookie,
+                struct message *message) {
+    struct made made = {.show = show, .cookie = cookie};
+    int error = remote_ask(self, line, hold_back, &made, message);
+    error = error == 0 ? fetch_all(self, &made, message) : error;
+    if (error == 0) {
+        char *text = self->json ? cJSON_PrintUnformatted(made.answer) : NULL;
+        show(self, cookie, text != NULL ? text : "OK");
+        cJSON_free(text);
+    }
+    cJSON_Delete(made.answer);
+    return error;
+}
+
+enum file_command { NO_FILE_COMMAND, MAKE, SEND, FETCH };
 
 /// Which of the client's own commands it is.
 static enum file_command command_of(const struct command_words *words) {
     static const struct command_parser parser = {.dashes = ""};
-    if (strcmp(words->word[0], "snapshot") == 0) {
-        return SNAPSHOT;
+    if (strcmp(words->word[0], "view") == 0 || strcmp(words->word[0], "focus-curve") == 0) {
+        return MAKE;
     }
     // "fetch NAME offset=0" is for the instrument.
     const bool block = words->count == 3 && (words->quoted >> 2 & 1) == 0 &&
@@ -189,15 +261,13 @@ static enum file_command command_of(const struct command_words *words) {
 }
 
 /// Shows an error. Returns the one to end with.
-static int show_error(struct remote *self, remote_show *show, void *cookie, bool image, int error,
+static int show_error(struct remote *self, remote_show *show, void *cookie, int error,
                       const struct message *message) {
-    if (error == ERROR_REFUSED && self->refused && (self->json || image)) {
+    if (error == ERROR_REFUSED && self->refused && self->json) {
         char rejection[MESSAGE_BYTES + 8];
         snprintf(rejection, sizeof rejection, "ERR %s", message->text);  // from the daemon
         remote_show_rejection(self, show, cookie, rejection);
-        return image && !self->json ? 1 : error;
-    }
-    if (self->json) {
+    } else if (self->json && error < 0) {
         remote_show_error(self, show, cookie, error, message->text);
     }
     return error;
@@ -216,17 +286,19 @@ int remote_files(struct remote *self, const char *line, remote_show *show, void 
     if (command == NO_FILE_COMMAND) {
         return 0;
     }
-    const bool image = command == SNAPSHOT;
     const char *const other = words.count == 3 ? words.word[2] : NULL;
     self->refused = false;
     written = (struct remote_written){.bytes = 0};
-    *error = image             ? snapshot(self, line, &written, message)
+    *error = command == MAKE   ? make(self, line, show, cookie, message)
              : command == SEND ? send_file(self, words.word[1], other, &written, message)
                                : remote_fetch(self, words.word[1], other, &written, message);
-    if (*error == 0) {
+    if (*error != 0) {
+        *error = show_error(self, show, cookie, *error, message);
+    } else if (command != MAKE) {
         remote_show_written(self, show, cookie, &written);
-    } else {
-        *error = show_error(self, show, cookie, image, *error, message);
+        if (!self->json) {
+            show(self, cookie, "OK");
+        }
     }
     return 1;
 }

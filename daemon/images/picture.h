@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-enum { PICTURE_HEAD_BYTES = 64 };
+enum { PICTURE_HEAD_BYTES = 64, PICTURE_COLOURS = 256 };
 
 /// 8 bits a value.
 struct picture {
@@ -22,6 +22,8 @@ struct picture {
     int channels;      ///< 1: grey; 3: red, green, blue
     size_t row_bytes;  ///< from one row to the next
     const char *text;  ///< comment: printable ASCII and line feeds; NULL: none
+    /// Red, green and blue of each value of a picture of one channel; NULL: grey.
+    const uint8_t (*palette)[3];
 };
 
 /// Develops the image as a reconstruction does, into `picture`, whose channels are set and whose

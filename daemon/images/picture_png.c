@@ -48,9 +48,18 @@ static void write_head(png_structp png, png_infop info, const struct picture *pi
          .key = comment,
          .text = (char *)(uintptr_t)picture->text},
     };
+    const int one = picture->palette != NULL ? PNG_COLOR_TYPE_PALETTE : PNG_COLOR_TYPE_GRAY;
     png_set_IHDR(png, info, (png_uint_32)picture->width_px, (png_uint_32)picture->height_px, 8,
-                 picture->channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_GRAY,
-                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+                 picture->channels == 3 ? PNG_COLOR_TYPE_RGB : one, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (one == PNG_COLOR_TYPE_PALETTE) {
+        png_color palette[PICTURE_COLOURS];
+        for (size_t i = 0; i < PICTURE_COLOURS; i++) {
+            const uint8_t *colour = picture->palette[i];
+            palette[i] = (png_color){colour[0], colour[1], colour[2]};
+        }
+        png_set_PLTE(png, info, palette, PICTURE_COLOURS);
+    }
     png_set_text(png, info, texts, picture->text != NULL ? 2 : 1);
     // Photographs repeat nothing: a search for repetitions takes long and saves little.
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_PAETH);
@@ -72,7 +81,7 @@ static bool write_all_rows(png_structp png, png_infop info, const struct picture
 }
 
 uint8_t *picture_png(const struct picture *picture, size_t *bytes) {
-    INVARIANT(picture->channels == 1 || picture->channels == 3);
+    INVARIANT(picture->channels == 1 || (picture->channels == 3 && picture->palette == NULL));
     INVARIANT(picture->width_px >= 1 && picture->width_px <= MAX_SIDE_PX);
     INVARIANT(picture->height_px >= 1 && picture->height_px <= MAX_SIDE_PX);
     struct output output = {.bytes = NULL};

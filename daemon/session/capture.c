@@ -19,14 +19,20 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
                             "accept a saved calibration made with other axes, cameras or windows"},
 };
 
-const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS] = {
-    [SNAPSHOT_FULL] = {.name = "full",
-                       .kind = COMMAND_FLAG,
-                       .help = "all pixels, in colour; default: grey, at most 640 pixels a side"},
+const struct command_argument view_arguments[VIEW_ARGUMENTS] = {
+    [VIEW_FULL] = {.name = "full",
+                   .kind = COMMAND_FLAG,
+                   .help = "all pixels, in colour, without marks"},
 };
 
 struct pair_options capture_options(const struct command_value *values) {
     return (struct pair_options){.check_static = command_is_set(&values[CAPTURE_CHECK])};
+}
+
+int view_take(struct rig *rig, const struct command_value *values,
+              struct pair_look_frame looks[RIG_SIDES]) {
+    const bool full = command_is_set(&values[VIEW_FULL]);
+    return pair_look(rig, full ? PAIR_LOOK_WHOLE_PX : VIEW_SIDE_MAX_PX, looks);
 }
 
 int capture_take(struct rig *rig, const struct pair_options *options, struct pair *pair,

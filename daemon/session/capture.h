@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Arguments of the commands `capture` and `snapshot`, shared by the daemon and by replay.
+/// Arguments of the commands `capture` and `view`, shared by the daemon and by replay.
 #ifndef VERGENCE_DAEMON_SESSION_CAPTURE_H
 #define VERGENCE_DAEMON_SESSION_CAPTURE_H
 
@@ -18,13 +18,19 @@ enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ACCEPT, CAPTURE_ARGUMENTS };
 /// How it is written at the console.
 #define CAPTURE_ACCEPT_WORD CAPTURE_ACCEPT_NAME "=yes"
 
-enum { SNAPSHOT_FULL, SNAPSHOT_ARGUMENTS };
+enum { VIEW_FULL, VIEW_ARGUMENTS };
+/// Maximum side of one camera's picture by `view` without "full".
+enum { VIEW_SIDE_MAX_PX = 640 };
 
 extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
-extern const struct command_argument snapshot_arguments[SNAPSHOT_ARGUMENTS];
+extern const struct command_argument view_arguments[VIEW_ARGUMENTS];
 
 /// The pair options that the arguments ask for.
 struct pair_options capture_options(const struct command_value *values);
+
+/// Takes the frames of `view`, see pair_look.
+int view_take(struct rig *rig, const struct command_value *values,
+              struct pair_look_frame looks[RIG_SIDES]);
 
 /// Takes the pair as pair_capture does, then reads all registers and computes the image statistics.
 /// Errors of either; on success `*registers` is set, and the caller releases the pair.

@@ -28,6 +28,7 @@ enum {
     MT9T001_GAIN_Q3_MIN = 8,  ///< gains are in 1/8
     MT9T001_GAIN_Q3_MAX = 1024,
     MT9T001_SHUTTER_ROWS_MAX = 0xFFFFF,
+    MT9T001_SKIP_MAX = 8,
     MT9T001_HBLANK_CLOCKS_MIN = 21,
     MT9T001_VBLANK_ROWS_MIN = 3,
     /// Frames to skip after a change of exposure, gain or window.

@@ -5,7 +5,6 @@
 #include "device/mt9t001.h"
 
 enum {
-    SKIP_MAX = 8,
     BIN_MAX = 3,
     HBLANK_MAX = 2047,
     VBLANK_MAX = 2047,
@@ -49,7 +48,7 @@ static bool is_span_good(unsigned first, unsigned size, unsigned all, unsigned s
 }
 
 static bool is_window_good(const struct mt9t001_window *window) {
-    return window->skip >= 1 && window->skip <= SKIP_MAX && window->bin >= 1 &&
+    return window->skip >= 1 && window->skip <= MT9T001_SKIP_MAX && window->bin >= 1 &&
            window->bin <= BIN_MAX && window->bin <= window->skip &&
            is_span_good(window->column_px, window->width_px, MT9T001_WIDTH_PX, window->skip) &&
            is_span_good(window->row_px, window->height_px, MT9T001_HEIGHT_PX, window->skip) &&

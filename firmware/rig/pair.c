@@ -403,24 +403,63 @@ int pair_capture(struct rig *rig, const struct pair_options *options, struct pai
     return end(rig, error);
 }
 
-int pair_look(struct rig *rig, struct pair_frame frames[RIG_SIDES]) {
+// The part of the sensor that frames show now, and how to thin it to `max_side_px` pixels a side.
+static struct rig_rectangle thinned(const struct rig *rig, unsigned side, int max_side_px,
+                                    uint8_t *skip) {
+    const struct mt9t001_window *window = &rig->camera[side].sensor.window;
+    struct rig_rectangle where = {0, 0, rig->format.width_px, rig->format.height_px};
+    *skip = 1;
+    if (rig->profile.bridge) {
+        const int all_px =
+            window->width_px > window->height_px ? window->width_px : window->height_px;
+        const int need = (all_px + max_side_px - 1) / max_side_px;
+        const int apply = need > window->skip ? need : window->skip;
+        *skip = (uint8_t)(apply < MT9T001_SKIP_MAX ? apply : MT9T001_SKIP_MAX);
+        where = (struct rig_rectangle){window->column_px, window->row_px, window->width_px,
+                                       window->height_px};
+    }
+    const int step_px = 2 * *skip;
+    const int left_px = where.width_px % step_px, over_px = where.height_px % step_px;
+    where.width_px = (uint16_t)(where.width_px - left_px);
+    where.height_px = (uint16_t)(where.height_px - over_px);
+    where.column_px = (uint16_t)(where.column_px + left_px / 4 * 2);
+    where.row_px = (uint16_t)(where.row_px + over_px / 4 * 2);
+    INVARIANT(where.width_px > 0 && where.height_px > 0);
+    return where;
+}
+
+int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG_SIDES]) {
     const struct pair_options options = {.check_static = false};
+    INVARIANT(max_side_px >= PAIR_LOOK_MIN_PX && max_side_px <= PAIR_LOOK_WHOLE_PX);
     if (rig->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
     int error = ERROR_OK;
     report(rig, &options, 0);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
-        frames[side] = (struct pair_frame){.image = {.data = NULL}};
+        looks[side] = (struct pair_look_frame){.frame.image.data = NULL};
     }
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = take_frame(rig, side, rig_now_us(rig), &frames[side]);
+        struct rig_region region;
+        struct pair_look_frame *look = &looks[side];
+        const struct rig_rectangle where = thinned(rig, side, max_side_px, &look->skip);
+        error = rig_region_begin(rig, &region, side, &where, look->skip);
+        error = error == ERROR_OK ? rig_region_take(rig, &region, rig_now_us(rig), &look->frame)
+                                  : error;
+        const int ended = rig_region_end(rig, &region, false);
+        error = error == ERROR_OK ? ended : error;
         report(rig, &options, side + 1);
     }
     if (error != ERROR_OK) {
-        pair_release(frames);
+        pair_look_release(looks);
     }
-    return end(rig, error);
+    return error;
+}
+
+void pair_look_release(struct pair_look_frame looks[RIG_SIDES]) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        raw_image_release(&looks[side].frame.image);
+    }
 }
 
 void pair_frame_assess(struct pair_frame *frame) {

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "rig/rig.h"
+#include "rig/rig_region.h"
 #include "stereo/image/picture_stats.h"
 
 #ifdef __cplusplus
@@ -60,10 +61,21 @@ struct pair_options {
 /// for ERROR_MOVED, when it shows what moved but has no images.
 int pair_capture(struct rig *rig, const struct pair_options *options, struct pair *pair);
 
-/// Takes one current frame of each camera without any comparison, for display only; the caller
-/// releases their images. Their axes are not read. Errors: ERROR_MEMORY; ERROR_FRAME: incomplete,
-/// also at the second attempt; others of the parts.
-int pair_look(struct rig *rig, struct pair_frame frames[RIG_SIDES]);
+/// A frame for display.
+struct pair_look_frame {
+    struct rig_region_frame frame;
+    uint8_t skip;  ///< of the sensor; 1 for a camera with its own port
+};
+
+enum { PAIR_LOOK_MIN_PX = 256, PAIR_LOOK_WHOLE_PX = UINT16_MAX };
+
+/// Takes one current frame of each camera without any comparison, for display only. Behind the
+/// bridge, frames of more than `max_side_px` (at least PAIR_LOOK_MIN_PX) a side are thinned by the
+/// sensor, which is then set as before; other cameras send theirs whole. Their axes are not read.
+/// Errors: ERROR_MEMORY; ERROR_FRAME: incomplete, also at the second attempt; ERROR_CANCELLED;
+/// others of the parts. On success the caller releases them.
+int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG_SIDES]);
+void pair_look_release(struct pair_look_frame looks[RIG_SIDES]);
 
 /// Releases the images of both frames.
 void pair_release(struct pair_frame frames[RIG_SIDES]);

@@ -82,7 +82,7 @@ class Commands(unittest.TestCase):
                 self.assertTrue((self.folder / made).exists())
             else:
                 self.run_line(line)
-        for pattern in ("images/scene-pair1-*.png", "snapshot-*.png"):
+        for pattern in ("images/scene-pair1-*.png", "view-*.png"):
             self.assertEqual(len(list(self.folder.glob(pattern))), 2, pattern)
 
 

@@ -174,7 +174,7 @@ class Endurance:
             f"gain {pick.uniform(1, 15):.2f} side={side}",
             f"window {16 * pick.randrange(1, 9)} {16 * pick.randrange(1, 7)}", "capture x",
             "capture x static=yes", "status", "health", "registers bridge", "registers left",
-            "selftest", "log 20", "help", "config", "files", "bugreport", "snapshot", "safe",
+            "selftest", "log 20", "help", "config", "files", "bugreport", "view", "safe",
             "record start r", "record stop", "settings save", "settings restore"))
         if command.startswith("capture"):
             shutil.rmtree(os.path.join(self.files, "x"), ignore_errors=True)

@@ -12,7 +12,7 @@ import zlib
 from daemon_process import TIMEOUT_S, VERGENCE, VERGENCED
 from played_pairs import SESSION, PlayedPairs, lines_of, write_index
 
-COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "snapshot", "capture", "wait 0.1",
+COMMANDS = ["bringup", "status", "window 672 400", "exposure 7000", "view", "capture", "wait 0.1",
             "health", "capture static=yes"]
 
 

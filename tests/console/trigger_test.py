@@ -51,9 +51,9 @@ class Trigger(DeviceTest):
         self.asked("selftest")
         # The left one again, to check that the scene does not move.
         self.assertEqual(self.asked("capture static=yes")["change"], 0)
-        # A snapshot compares nothing, and pulses for each camera.
+        # A view compares nothing, and pulses for each camera.
         before = len(self.levels())
-        self.asked("snapshot")
+        self.asked("view")
         self.assertEqual(self.levels()[before:], ["1", "0", "1", "0"])
 
     def test_a_long_pause_is_not_a_broken_stream(self):

@@ -115,7 +115,7 @@ class Webcams(unittest.TestCase):
         """The page's commands that show what was captured."""
         with open(os.path.join(ROOT, "FIRST_HOUR.md"), encoding="utf-8") as file:
             text = re.sub(r"\n +", " ", file.read())
-        shown = re.findall(r"`(vergence (?:--connect unix:rig.sock snapshot|\w+ files/scene"
+        shown = re.findall(r"`(vergence (?:--connect unix:rig.sock view|\w+ files/scene"
                            r"(?: --png --out seen)?))`", text)
         self.assertEqual([command.split()[1] for command in shown], ["--connect", "info", "export"])
         written, output_text, _ = map(self.run_one, shown)

@@ -126,17 +126,17 @@ static int run_capture(const struct command_call *call) {
     return error;
 }
 
-/// A snapshot is not stored; its frames are part of the recorded calls.
-static int run_snapshot(const struct command_call *call) {
-    struct pair_frame frames[RIG_SIDES];
-    const int error = pair_look(call->rig, frames);
+/// A view is not stored; its frames are part of the recorded calls.
+static int run_view(const struct command_call *call) {
+    struct pair_look_frame looks[RIG_SIDES];
+    const int error = view_take(call->rig, call->values, looks);
     if (error == 0) {
-        pair_release(frames);
+        pair_look_release(looks);
     }
     return error;
 }
 
-/// The instrument's own commands, capture and snapshot; other commands do not affect the
+/// The instrument's own commands, capture and view; other commands do not affect the
 /// instrument.
 static void make_table(struct play *self) {
     static const struct command more[] = {
@@ -147,13 +147,13 @@ static void make_table(struct play *self) {
          .argument_count = CAPTURE_ARGUMENTS,
          .flags = COMMAND_NEEDS_RIG,
          .run = run_capture},
-        {.name = "snapshot",
+        {.name = "view",
          .summary = "",
          .help = "",
-         .arguments = snapshot_arguments,
-         .argument_count = SNAPSHOT_ARGUMENTS,
+         .arguments = view_arguments,
+         .argument_count = VIEW_ARGUMENTS,
          .flags = COMMAND_NEEDS_RIG,
-         .run = run_snapshot},
+         .run = run_view},
     };
     enum { MORE = sizeof more / sizeof more[0] };
     size_t count = 0;

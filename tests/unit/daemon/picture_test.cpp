@@ -22,7 +22,7 @@ using pixels = std::vector<uint8_t>;
 std::string encoded(const pixels &values, int width, int height, int channels,
                     const char *text = nullptr) {
     const picture shown{const_cast<uint8_t *>(values.data()),  width, height, channels,
-                        static_cast<size_t>(width * channels), text};
+                        static_cast<size_t>(width * channels), text,  nullptr};
     size_t bytes = 0;
     const std::unique_ptr<uint8_t, void (*)(void *)> file(picture_png(&shown, &bytes), std::free);
     REQUIRE(file != nullptr);
@@ -111,7 +111,7 @@ TEST_CASE("a frame is reduced by whole squares") {
     for (const int channels : {1, 3}) {
         // Rows are spaced further apart than they are long.
         pixels out(static_cast<size_t>(2 * 20), 99);
-        picture picture{out.data(), 3, 2, channels, 20, nullptr};
+        picture picture{out.data(), 3, 2, channels, 20, nullptr, nullptr};
         REQUIRE(picture_develop(&raw, &balance, 2, &picture) == ERROR_OK);
         for (size_t y = 0; y < 2; y++) {
             for (size_t x = 0; x < 3; x++) {
@@ -127,6 +127,6 @@ TEST_CASE("a frame is reduced by whole squares") {
     }
     raw.bits = 7;
     pixels out(20);
-    picture picture{out.data(), 3, 2, 1, 10, nullptr};
+    picture picture{out.data(), 3, 2, 1, 10, nullptr, nullptr};
     CHECK(picture_develop(&raw, &balance, 2, &picture) == ERROR_ARGUMENT);
 }

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// One picture of both cameras side by side, to aim, focus and expose by.
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "daemon/commands/commands.h"
+#include "daemon/commands/files.h"
+#include "daemon/images/picture.h"
+#include "daemon/images/picture_marks.h"
+#include "daemon/session/capture.h"
+
+/// One call, and its job for the disk writer.
+struct view {
+    const struct command_call *call;
+    struct pair_look_frame look[RIG_SIDES];
+    struct picture_marks marks[RIG_SIDES];
+    uint8_t palette[PICTURE_COLOURS][3];
+    struct picture picture;
+    char name[FILES_NAME_MAX + 1];
+    size_t bytes;
+    bool full;
+    int error;
+};
+
+/// Noise of a frame. The cameras behind the bridge have MT9T001: 8500 electrons in 981 values, read
+/// noise 8 electrons. Of others only an upper bound is known: 2 of 255.
+static struct focus_noise noise_of(const struct view *self, unsigned side) {
+    static const struct focus_noise unity = {.read_q8 = 218, .shot_q16 = 7563};
+    const struct rig_region_frame *frame = &self->look[side].frame;
+    struct focus_noise noise = {.read_q8 = 4 << 8 << 2 * (frame->image.bits - 8)};
+    if (self->call->rig->profile.bridge) {
+        noise = focus_noise_at(&unity, frame->gain_q3);
+        noise.black = frame->black;
+    }
+    return noise;
+}
+
+/// Integer factor that reduces a frame to at most VIEW_SIDE_MAX_PX a side; 1 if all pixels are
+/// wanted.
+static int shrink_of(const struct view *self) {
+    const struct raw_image *image = &self->look[RIG_LEFT].frame.image;
+    const int side_px = image->width_px > image->height_px ? image->width_px : image->height_px;
+    return self->full ? 1 : (side_px + VIEW_SIDE_MAX_PX - 1) / VIEW_SIDE_MAX_PX;
+}
+
+/// Develops both frames side by side, with the white balance of the left one, and marks them.
+static int develop(struct view *self, int shrink) {
+    const struct develop_balance balance = develop_balance_of(&self->look[RIG_LEFT].frame.image);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct raw_image *image = &self->look[side].frame.image;
+        struct picture half = self->picture;
+        half.width_px /= RIG_SIDES;
+        half.pixels += (size_t)side * (size_t)half.width_px * (size_t)half.channels;
+        const int error = picture_develop(image, &balance, shrink, &half);
+        if (error != 0) {
+            return error;
+        }
+        if (!self->full) {
+            const struct focus_noise noise = noise_of(self, side);
+            picture_mark(image, &noise, self->look[side].skip, shrink, &half, &self->marks[side]);
+        }
+    }
+    return 0;
+}
+
+static int write_png(struct view *self) {
+    uint8_t *png = picture_png(&self->picture, &self->bytes);
+    if (png == NULL) {
+        return ERROR_MEMORY;
+    }
+    files_name_now(self->call, "view", ".png", self->name);
+    const int error = files_write(self->call, self->name, png, self->bytes);
+    free(png);
+    return error;
+}
+
+/// On the disk writer's thread: this may take seconds, in which the bridge's watchdog must be fed.
+static void make_file(void *cookie) {
+    struct view *self = cookie;
+    const struct raw_image *left = &self->look[RIG_LEFT].frame.image;
+    struct picture *picture = &self->picture;
+    const int shrink = shrink_of(self);
+    picture->channels = self->full && left->layout != RAW_GREY ? 3 : 1;
+    picture->width_px = RIG_SIDES * (left->width_px / shrink);
+    picture->height_px = left->height_px / shrink;
+    picture->row_bytes = (size_t)picture->width_px * (size_t)picture->channels;
+    picture->pixels = malloc(picture->row_bytes * (size_t)picture->height_px);
+    if (!self->full) {
+        picture_marks_palette(self->palette);
+        picture->palette = self->palette;
+    }
+    self->error = picture->pixels != NULL ? develop(self, shrink) : ERROR_MEMORY;
+    self->error = self->error == 0 ? write_png(self) : self->error;
+    free(picture->pixels);
+}
+
+static void put_share(const struct command_call *call, const char *name, uint32_t part,
+                      uint32_t of) {
+    reply_number(call, name, of > 0 ? 100.0 * part / of : 0, 1, "%");
+}
+
+static void put_answer(const struct view *self) {
+    const struct command_call *call = self->call;
+    reply_text(call, "file", self->name);
+    reply_number(call, "size", (double)self->bytes, 0, "bytes");
+    reply_number(call, "width", self->picture.width_px, 0, "px");
+    reply_number(call, "height", self->picture.height_px, 0, "px");
+    for (unsigned side = 0; side < RIG_SIDES && !self->full; side++) {
+        const struct rig_region_frame *frame = &self->look[side].frame;
+        const struct picture_marks *marks = &self->marks[side];
+        reply_group_begin(call, rig_side_names[side], false);
+        // 0: not set since bring-up, so the camera decides.
+        if (frame->exposure_us != 0) {
+            reply_number(call, "exposure", frame->exposure_us, 0, "us");
+        }
+        if (frame->gain_q3 != 0) {
+            reply_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
+        }
+        put_share(call, "saturated", marks->saturated, marks->blocks);
+        put_share(call, "dark", marks->dark, marks->blocks);
+        reply_number(call, "edges_in_focus", marks->sharp, 0, NULL);
+        reply_group_end(call);
+    }
+}
+
+static int run_view(const struct command_call *call) {
+    static struct view view;  // one thread has the rig
+    const int unavailable = files_need_directory(call);
+    if (unavailable != 0) {
+        return unavailable;
+    }
+    view = (struct view){.call = call, .full = command_is_set(&call->values[VIEW_FULL])};
+    int error = view_take(call->rig, call->values, view.look);
+    if (error == 0) {
+        disk_writer_run(&daemon_of(call)->disk_writer, make_file, &view);
+        pair_look_release(view.look);
+        error = view.error;
+    }
+    if (error == 0) {
+        put_answer(&view);
+    }
+    return error != ERROR_MEMORY ? error : command_fail(call, error, "view: out of memory");
+}
+
+static const struct command commands[] = {
+    {.name = "view",
+     .summary = "write one picture of what both cameras see, to aim, focus and expose by",
+     .help = "Left and right image side by side, at most 640 px each, as a PNG file in \"files\"; "
+             "vergence --connect fetches it. Green: edges in focus; red stripes: too bright; blue: "
+             "too dark; yellow: the middle. edges_in_focus counts the green ones: turn the focus "
+             "until it is greatest. Settings stay as they are. No checks are made, and the scene "
+             "may move; \"capture\" takes a pair to measure.",
+     .arguments = view_arguments,
+     .argument_count = VIEW_ARGUMENTS,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = run_view},
+};
+
+const struct command *commands_view_table(size_t *count) {
+    *count = sizeof commands / sizeof commands[0];
+    return commands;
+}
