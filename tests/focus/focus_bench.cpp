@@ -14,6 +14,8 @@ const char *const kVerdictNames[kVerdicts] = {
     "two peaks", "scene changed",    "lens jammed", "error",
 };
 const MethodRow kMethodRows[kMethods] = {
+    {"cold", "cold", autofocus_cold, true, 12, 20, 250},
+    {"with the table", "table", autofocus_table, true, 6, 10, 50},
     {"hill climb", "climb", hill_climb, false, 0, 0, 0},
     {"stops", "stops", stops, false, 0, 0, 0},
     {"sweep", "sweep", sweep_open, false, 0, 0, 0},
@@ -50,6 +52,14 @@ FocusBench::FocusBench(const Scene &scene_, const BlurStack &stack)
     profile.width_px = profile.height_px = kFramePx;
     profile.frame_us = uint32_t(kFrameMinUs);
     profile.lens.axis[LENS_FOCUS].approach = LENS_FROM_ABOVE;
+    // The lenses' data sheet, from which each lens differs.
+    const LensTruth sheet;
+    profile.optics.focal_length_wide_um = uint32_t(sheet.wide_mm * 1000);
+    profile.optics.focal_length_tele_um = uint32_t(sheet.tele_mm * 1000);
+    profile.optics.focus_nearest_um = uint32_t(kNearestMm * 1000);
+    profile.optics.f_number_open = uint16_t(sheet.open_wide * 1000);
+    profile.optics.f_number_closed = uint16_t(sheet.closed * 1000);
+    profile.optics.pixel_nm = uint16_t(kPixelMm * 1e6);
     rig_ports ports{};
     ports.clock = world.lenses.clock();
     ports.lens_uart = world.lenses.uart();

@@ -80,7 +80,7 @@ focus_noise unity_noise();
 void build_stack(const Scene &scene, BlurStack &stack);
 
 /// Ways to focus a lens. The second lens follows the first.
-enum Method { kHillClimb, kStops, kSweep, kSweepClosed, kSweepWide, kMethods };
+enum Method { kCold, kTable, kHillClimb, kStops, kSweep, kSweepClosed, kSweepWide, kMethods };
 struct MethodRow {
     const char *name, *option;
     Report (*focus)(FocusBench &bench, unsigned side);
@@ -89,6 +89,11 @@ struct MethodRow {
 };
 extern const MethodRow kMethodRows[kMethods];
 
+/// Of the firmware's autofocus.
+extern focus_measure measure_of_autofocus;
+/// rig_autofocus: knowing nothing for the first lens; with what was learned of both lenses.
+Report autofocus_cold(FocusBench &bench, unsigned side);
+Report autofocus_table(FocusBench &bench, unsigned side);
 /// Focuses a lens by climbing with smaller and smaller steps.
 Report hill_climb(FocusBench &bench, unsigned side);
 /// As libcamera's rpi/af.cpp: coarse stops until the contrast falls, fine ones, a parabola.

@@ -26,7 +26,9 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
   --runs N        scenes (default: 200)
   --seed N        of the random numbers (default: 20090915)
   --jobs N        processes (default: 1)
-  --methods LIST  of climb, stops, sweep, closed, wide, separated by commas (default: climb,stops)
+  --methods LIST  of cold, table, climb, stops, sweep, closed, wide, separated by commas
+                  (default: cold,table,climb,stops)
+  --measure N     of the autofocus: 0 variance, 1 normalised, 2 Tenengrad, 3 Laplacian (default: 0)
   --scene N       this scene only, with all that is known about it
   --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
                   position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
@@ -144,7 +146,7 @@ std::vector<unsigned> methods_of(const std::string &list) {
 
 Options options_of(int argc, char **argv) {
     Options options;
-    std::string methods = "climb,stops";
+    std::string methods = "cold,table,climb,stops";
     for (int i = 1; i < argc; i++) {
         const std::string name = argv[i];
         if (name == "--help") {
@@ -168,6 +170,8 @@ Options options_of(int argc, char **argv) {
             options.scene = long(number(value));
         } else if (name == "--curve") {
             options.curve = std::strcmp(value, "yes") == 0;
+        } else if (name == "--measure") {
+            measure_of_autofocus = focus_measure(number(value) % FOCUS_MEASURES);
         } else if (name == "--write") {
             options.write = value;
         } else if (name == "--failures") {

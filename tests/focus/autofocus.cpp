@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// The firmware's autofocus.
+#include "rig/auto/autofocus.h"
+
+#include <cmath>
+
+#include "core/error.h"
+#include "focus_bench.hpp"
+
+namespace focus {
+
+focus_measure measure_of_autofocus = FOCUS_VARIANCE;
+
+namespace {
+
+Verdict verdict_of(focus_verdict verdict) {
+    switch (verdict) {
+        case FOCUS_FOCUSED:
+            return Verdict::kFocused;
+        case FOCUS_SHARP_EVERYWHERE:
+            return Verdict::kEverywhere;
+        case FOCUS_NO_CONTRAST:
+            return Verdict::kNoContrast;
+        case FOCUS_PEAK_AT_END:
+            return Verdict::kEnd;
+        case FOCUS_TWO_PEAKS:
+            return Verdict::kTwoPeaks;
+        case FOCUS_SCENE_CHANGED:
+            return Verdict::kChanged;
+        case FOCUS_LENS_JAMMED:
+            return Verdict::kJammed;
+        default:
+            return Verdict::kError;
+    }
+}
+
+/// As if this object had been focused at some zooms before, yesterday: the potentiometers have
+/// drifted since.
+void learn(FocusBench &bench) {
+    simrig::Noise noise(bench.scene.seed + bench.scene.index);
+    const lens_axis_settings *axes = bench.rig.profile.lens.axis;
+    const bool above = axes[LENS_FOCUS].approach == LENS_FROM_ABOVE;
+    for (const double zoom : {320.0, 430.0, 560.0, 700.0, 840.0}) {
+        for (unsigned side = 0; side < kSides; side++) {
+            const SceneSide &own = bench.scene.side[side];
+            const double play = own.motors[simrig::kFocus].backlash_counts / 2;
+            const double position =
+                own.lens.ring_for(own.per_mm, zoom) + (above ? -play : play) + 0.7 * noise.gauss();
+            if (position < kRingLow || position > kRingHigh) {
+                continue;
+            }
+            lens_learned_focus(&bench.rig.camera[side].lens.learned.focus, uint8_t(side),
+                               &bench.rig.object, int32_t(zoom), int32_t(kRingSpan),
+                               int32_t(std::lround(16 * position)), 16, INT32_MIN);
+        }
+    }
+}
+
+Report focus_side(FocusBench &bench, unsigned side) {
+    Report report;
+    rig_autofocus_options options{};
+    options.measure = measure_of_autofocus;
+    const double begin_s = bench.now_s();
+    const unsigned begin_frames = bench.frames(side);
+    report.error = rig_autofocus(&bench.rig, 1u << side, &options);
+    report.seconds = bench.now_s() - begin_s;
+    report.frames = bench.frames(side) - begin_frames;
+    const focus_result &result = bench.rig.camera[side].focus.search.result;
+    if (report.error == ERROR_OK || report.error == ERROR_JAMMED) {
+        report.verdict = verdict_of(result.verdict);
+        report.blur_px = result.blur_px;
+    }
+    return report;
+}
+
+}  // namespace
+
+Report autofocus_cold(FocusBench &bench, unsigned side) {
+    return focus_side(bench, side);
+}
+
+Report autofocus_table(FocusBench &bench, unsigned side) {
+    if (side == 0) {
+        learn(bench);
+    }
+    return focus_side(bench, side);
+}
+
+}  // namespace focus
