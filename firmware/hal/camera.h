@@ -58,6 +58,24 @@ enum hal_camera_control {
     /// Changes nothing, whatever the value: `applied` is the exposure in force, which another
     /// program may have set; 0: automatic, or not known.
     HAL_CAMERA_EXPOSURE_FOUND_US,
+    /// The same for gain and focus; ERROR_UNSUPPORTED: automatic, too.
+    HAL_CAMERA_GAIN_FOUND_PART,
+    HAL_CAMERA_FOCUS_FOUND_PART,
+    /// Changes nothing: `applied` is the number of steps of the camera's focus range; 0: no focus
+    /// control.
+    HAL_CAMERA_FOCUS_STEPS,
+    /// Switches everything off that the camera sets by itself, whatever the value. `applied`: bits
+    /// HAL_CAMERA_AUTO_* of what was on, plus those, shifted by HAL_CAMERA_AUTO_STILL, of what
+    /// cannot be switched off.
+    HAL_CAMERA_AUTOMATIC_OFF,
+};
+
+enum {
+    HAL_CAMERA_AUTO_EXPOSURE = 1,
+    HAL_CAMERA_AUTO_GAIN = 2,
+    HAL_CAMERA_AUTO_FOCUS = 4,
+    HAL_CAMERA_AUTO_WHITE_BALANCE = 8,
+    HAL_CAMERA_AUTO_STILL = 4,
 };
 
 /// What a backend implements; `self` is that of `struct hal_camera`.

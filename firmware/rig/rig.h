@@ -86,6 +86,12 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 
+/// Sets the focus of a camera that has a focus control of its own (`focus_steps` of struct
+/// rig_camera): 0 .. 1000 of its range, from far to near as the camera's driver has it. Frames
+/// count again after the time that such lenses take. ERROR_RANGE; ERROR_UNSUPPORTED: no focus
+/// control.
+int rig_focus_part(struct rig *self, unsigned side, int32_t part, int32_t *applied);
+
 /// Sets the part of the sensor that frames show: centred, every `skip`-th pixel. Behind the bridge:
 /// multiples of 2 * `skip` up to the whole sensor, else ERROR_RANGE. A camera with its own port has
 /// a list of sizes and no `skip`, else ERROR_UNSUPPORTED; `rejected` has the details.

@@ -350,7 +350,7 @@ static void bring_up_bridge(struct rig *self, struct finding *finding) {
 static int start_source(struct rig *self, unsigned side, const struct hal_camera_format *format) {
     const int error = rig_camera_start_side(self, side, format);
     if (error == ERROR_OK) {
-        rig_camera_find_exposure(self, side);
+        rig_camera_take_over(self, side);
     }
     if (error != ERROR_UNSUPPORTED) {
         return error;
@@ -415,6 +415,9 @@ static void forget(struct rig *self) {
         self->camera[side].frame_pending = false;
         self->camera[side].exposure_us = 0;
         self->camera[side].initial_exposure_us = 0;
+        self->camera[side].initial_gain_q3 = 0;
+        self->camera[side].focus_steps = 0;
+        self->camera[side].focus_part = 0;
         self->camera[side].gain_q3 = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->camera[side].lens.commanded[axis] = INT32_MIN;

@@ -41,6 +41,11 @@ uint32_t rig_camera_exposure_us(const struct rig *self, unsigned side) {
                                                : self->camera[side].initial_exposure_us;
 }
 
+uint16_t rig_camera_gain_q3(const struct rig *self, unsigned side) {
+    return self->camera[side].gain_q3 != 0 ? self->camera[side].gain_q3
+                                           : self->camera[side].initial_gain_q3;
+}
+
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side) {
     const struct mt9t001 *sensor = &self->camera[side].sensor;
     if (sensor->bus == NULL) {
@@ -99,18 +104,63 @@ void rig_camera_note_exposure(struct rig *self, unsigned side) {
     self->camera[side].exposure_us = (uint32_t)mt9t001_exposure_us(&timing, sensor->shutter_rows);
 }
 
-void rig_camera_find_exposure(struct rig *self, unsigned side) {
+// Calls a control of a camera that takes no value. `missing`: the camera does not report it; others
+// are limited to 0 .. max, as data from a driver is untrusted.
+static int32_t found(struct rig *self, unsigned side, enum hal_camera_control which, int32_t max,
+                     int32_t missing) {
     const struct hal_camera *camera = self->ports.camera[side];
-    INVARIANT(camera != NULL && !self->profile.bridge);
-    int32_t found_us = 0;
-    const int error =
-        camera->operations->control == NULL
-            ? ERROR_UNSUPPORTED
-            : camera->operations->control(camera->self, HAL_CAMERA_EXPOSURE_FOUND_US, 0, &found_us);
-    // Data from a driver is untrusted.
-    const int32_t max_us = RIG_EXPOSURE_MAX_US;
-    const int32_t usable_us = error != ERROR_OK || found_us < 0 ? 0 : found_us;
-    self->camera[side].initial_exposure_us = (uint32_t)(usable_us < max_us ? usable_us : max_us);
+    int32_t value = 0;
+    const int error = camera->operations->control(camera->self, which, 0, &value);
+    return error != ERROR_OK || value < 0 ? missing : value < max ? value : max;
+}
+
+uint16_t rig_camera_gain_of(int32_t part) {
+    const int32_t span = MT9T001_GAIN_Q3_MAX - MT9T001_GAIN_Q3_MIN;
+    INVARIANT(part >= 0 && part <= RIG_CAMERA_PARTS);
+    return (uint16_t)(MT9T001_GAIN_Q3_MIN +
+                      (part * span + RIG_CAMERA_PARTS / 2) / RIG_CAMERA_PARTS);
+}
+
+// What a camera sets by itself is off from now on: it must not change between two frames.
+static void switch_automatic_off(struct rig *self, unsigned side) {
+    static const struct {
+        unsigned bit;
+        const char *off, *still_on;
+    } controls[] = {
+        {HAL_CAMERA_AUTO_EXPOSURE, "its automatic exposure is now off",
+         "its automatic exposure cannot be switched off (use the camera's own program)"},
+        {HAL_CAMERA_AUTO_GAIN, "its automatic gain is now off",
+         "its automatic gain cannot be switched off (use the camera's own program)"},
+        {HAL_CAMERA_AUTO_FOCUS, "its automatic focus is now off",
+         "its automatic focus cannot be switched off (use the camera's own program)"},
+        {HAL_CAMERA_AUTO_WHITE_BALANCE, "its automatic white balance is now off",
+         "its automatic white balance cannot be switched off (use the camera's own program)"},
+    };
+    const enum rig_part part = rig_part_of(RIG_PART_LEFT_CAMERA, side);
+    const int32_t automatic = found(self, side, HAL_CAMERA_AUTOMATIC_OFF, UINT8_MAX, 0);
+    for (size_t i = 0; i < sizeof controls / sizeof controls[0]; i++) {
+        if (((unsigned)automatic >> HAL_CAMERA_AUTO_STILL & controls[i].bit) != 0) {
+            rig_part_log(self, part, HAL_LOG_WARNING, controls[i].still_on);
+        } else if (((unsigned)automatic & controls[i].bit) != 0) {
+            rig_part_log(self, part, HAL_LOG_NOTICE, controls[i].off);
+        }
+    }
+}
+
+void rig_camera_take_over(struct rig *self, unsigned side) {
+    const struct hal_camera *port = self->ports.camera[side];
+    struct rig_camera *camera = &self->camera[side];
+    INVARIANT(port != NULL && !self->profile.bridge);
+    if (port->operations->control == NULL) {
+        return;
+    }
+    switch_automatic_off(self, side);
+    camera->initial_exposure_us =
+        (uint32_t)found(self, side, HAL_CAMERA_EXPOSURE_FOUND_US, RIG_EXPOSURE_MAX_US, 0);
+    const int32_t part = found(self, side, HAL_CAMERA_GAIN_FOUND_PART, RIG_CAMERA_PARTS, -1);
+    camera->initial_gain_q3 = part < 0 ? 0 : rig_camera_gain_of(part);
+    camera->focus_steps = (uint16_t)found(self, side, HAL_CAMERA_FOCUS_STEPS, UINT16_MAX, 0);
+    camera->focus_part = found(self, side, HAL_CAMERA_FOCUS_FOUND_PART, RIG_CAMERA_PARTS, 0);
 }
 
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format) {

@@ -15,6 +15,9 @@ extern "C" {
 /// After this time the bridge switches to another source even if no frame of the old one ends.
 enum { RIG_CAMERA_SWITCH_LIMIT_MS = 120 };
 
+/// Largest part of a range (HAL_CAMERA_GAIN_PART, HAL_CAMERA_FOCUS_PART).
+enum { RIG_CAMERA_PARTS = 1000 };
+
 /// Frame period with the camera's settings. Where no sensor reports it, an upper bound: that of the
 /// profile, or the exposure that was set or found, if that is longer.
 uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
@@ -23,14 +26,19 @@ uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format);
 /// The same for one camera with its own port.
 int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_camera_format *format);
-/// Reads the present exposure of a camera with its own port, as frames may take that long. Cameras
-/// that do not report it count as 0; whether the camera works shows in its frames.
-void rig_camera_find_exposure(struct rig *self, unsigned side);
+/// Switches off what a camera with its own port sets by itself, logs that, and reads its exposure,
+/// gain and focus: frames may take as long as the exposure. What a camera does not report is not
+/// known; whether it works shows in its frames.
+void rig_camera_take_over(struct rig *self, unsigned side);
+/// The gain that stands for a part of the range of a camera with its own port, which has a scale of
+/// its own; gain_q3 as `rig_gain`.
+uint16_t rig_camera_gain_of(int32_t part);
 /// Stops the frames. Returns the first error.
 int rig_camera_stop(struct rig *self);
 
-/// Exposure as set or found; 0: not known.
+/// Exposure and gain as set or found; 0: not known.
 uint32_t rig_camera_exposure_us(const struct rig *self, unsigned side);
+uint16_t rig_camera_gain_q3(const struct rig *self, unsigned side);
 
 /// Sets the exposure of a camera behind the bridge to that of its sensor's rows.
 void rig_camera_note_exposure(struct rig *self, unsigned side);
@@ -58,6 +66,10 @@ int rig_camera_take_first(struct rig *self, unsigned side, struct hal_camera_fra
 int rig_camera_check_size(struct rig *self, unsigned side, const struct raw_image *image);
 /// The error ERROR_FRAME, with its message, of the second frame in a row that had faults.
 int rig_camera_torn(struct rig *self, unsigned side, uint32_t faults);
+
+/// Sets exposure or gain of a camera, whatever the state of the rig.
+int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us);
+int rig_camera_set_gain(struct rig *self, unsigned side, uint16_t gain_q3);
 
 /// Handles the result of a settings change of a sensor behind the bridge: makes the rig safe after
 /// an error. `before_us`: as above.

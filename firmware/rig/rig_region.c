@@ -140,6 +140,7 @@ int rig_region_begin(struct rig *self, struct rig_region *region, unsigned side,
         .exposure_us = camera->exposure_us,
         .initial_exposure_us = camera->initial_exposure_us,
         .gain_q3 = camera->gain_q3,
+        .initial_gain_q3 = camera->initial_gain_q3,
     };
     const int error = bridge ? begin_sensor(self, region, &window) : ERROR_OK;
     if (error != ERROR_OK) {
@@ -218,7 +219,7 @@ int rig_region_take(struct rig *self, struct rig_region *region, uint64_t not_be
             .image = self->profile.bridge ? taken.image : part_of(&taken.image, &region->where_px),
             .exposed_us = read_us - exposure_us / 2,
             .exposure_us = exposure_us,
-            .gain_q3 = self->camera[side].gain_q3,
+            .gain_q3 = rig_camera_gain_q3(self, side),
             .black = region->black,
         };
         return ERROR_OK;
@@ -253,21 +254,35 @@ static int end_sensor(struct rig *self, const struct rig_region *region, bool ke
     return error == ERROR_OK ? set_port(self, &region->format) : error;
 }
 
-// A setting that was not known before cannot be put back, and stays.
+// The camera keeps its settings over a bring-up, so they are put back in the safe state too. One
+// that was not known before stays.
 static int end_own_port(struct rig *self, const struct rig_region *region) {
-    const struct rig_camera *camera = &self->camera[region->side];
+    const unsigned side = region->side;
+    struct rig_camera *camera = &self->camera[side];
     const uint32_t exposure_us =
         region->exposure_us != 0 ? region->exposure_us : region->initial_exposure_us;
+    const uint16_t gain_q3 = region->gain_q3 != 0 ? region->gain_q3 : region->initial_gain_q3;
+    const struct rig_error last_error = self->last_error;
+    const bool safe = self->state != RIG_READY;
     int error = ERROR_OK;
-    if (exposure_us != 0 && exposure_us != rig_camera_exposure_us(self, region->side)) {
-        uint32_t applied_us = 0;
-        error = rig_exposure(self, 1u << region->side, exposure_us, &applied_us);
+    if (exposure_us != 0 && exposure_us != rig_camera_exposure_us(self, side)) {
+        error = rig_camera_set_exposure(self, side, exposure_us);
     }
-    if (error == ERROR_OK && region->gain_q3 != 0 && region->gain_q3 != camera->gain_q3) {
-        uint16_t applied_q3 = 0;
-        error = rig_gain(self, 1u << region->side, region->gain_q3, &applied_q3);
+    if (error == ERROR_OK) {
+        camera->exposure_us = region->exposure_us;
+        camera->initial_exposure_us = region->initial_exposure_us;
     }
-    return error;
+    if (error == ERROR_OK && gain_q3 != 0 && gain_q3 != rig_camera_gain_q3(self, side)) {
+        error = rig_camera_set_gain(self, side, gain_q3);
+    }
+    if (error == ERROR_OK) {
+        camera->gain_q3 = region->gain_q3;
+        camera->initial_gain_q3 = region->initial_gain_q3;
+    }
+    if (safe) {
+        self->last_error = last_error;  // why it is safe
+    }
+    return safe ? ERROR_OK : error;
 }
 
 int rig_region_end(struct rig *self, struct rig_region *region, bool keep_settings) {
@@ -275,11 +290,8 @@ int rig_region_end(struct rig *self, struct rig_region *region, bool keep_settin
         return ERROR_OK;
     }
     region->running = false;
-    if (self->state != RIG_READY) {
-        return ERROR_OK;
+    if (!self->profile.bridge) {
+        return keep_settings ? ERROR_OK : end_own_port(self, region);
     }
-    if (self->profile.bridge) {
-        return end_sensor(self, region, keep_settings);
-    }
-    return keep_settings ? ERROR_OK : end_own_port(self, region);
+    return self->state == RIG_READY ? end_sensor(self, region, keep_settings) : ERROR_OK;
 }

@@ -4,7 +4,8 @@
 ///
 /// Behind the bridge the sensor reads only the region, with its shortest blanking, and the bridge
 /// passes only this camera; the other camera is left alone. Exposure times stay as they are. A
-/// camera with its own port has no windows: it sends whole frames, of which a region is a part.
+/// camera with its own port has no windows: it sends whole frames, of which a region is a part; an
+/// exposure or gain that such a camera does not report cannot be put back.
 ///
 /// After an error of a part `last_error` names it and the rig is RIG_SAFE; the next bring-up sets
 /// the camera. ERROR_CANCELLED, ERROR_FRAME and ERROR_MEMORY leave the rig ready, and the region
@@ -47,7 +48,7 @@ struct rig_region {
     struct mt9t001 sensor;
     struct hal_camera_format format;
     uint32_t exposure_us, initial_exposure_us;
-    uint16_t gain_q3;
+    uint16_t gain_q3, initial_gain_q3;
 };
 
 /// Starts a region of a camera. `where_px`: its place on the whole sensor (2048 x 1536 px),

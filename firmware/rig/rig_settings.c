@@ -11,7 +11,8 @@
 
 enum {
     BOTH_SIDES = 1 << RIG_LEFT | 1 << RIG_RIGHT,
-    GAIN_PARTS = 1000,
+    // A webcam's lens needs this long for its whole way, with the driver's buffers.
+    FOCUS_TRAVEL_US = 70000,
 };
 
 static int refuse_sides(unsigned sides) {
@@ -39,7 +40,7 @@ static int refuse_control(struct rig *self, enum rig_part part, int error,
 
 // Whether a value that a camera reports is possible. Data from a driver is untrusted.
 static bool can_be(enum hal_camera_control which, int32_t value) {
-    return value >= 0 && (which == HAL_CAMERA_EXPOSURE_US || value <= GAIN_PARTS);
+    return value >= 0 && (which == HAL_CAMERA_EXPOSURE_US || value <= RIG_CAMERA_PARTS);
 }
 
 // Sets a control of a camera with its own port.
@@ -70,11 +71,12 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->camera[side].settled_at_us = rig_now_us(self) + wait_us;
+    self->camera[side].settled_at_us =
+        rig_now_us(self) + wait_us + (which == HAL_CAMERA_FOCUS_PART ? FOCUS_TRAVEL_US : 0);
     return ERROR_OK;
 }
 
-static int set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
+int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
     if (!self->profile.bridge) {
         int32_t applied = 0;
         const int error =
@@ -108,23 +110,22 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
     }
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
-            error = set_exposure(self, side, exposure_us);
+            error = rig_camera_set_exposure(self, side, exposure_us);
             *applied_us = error == ERROR_OK ? self->camera[side].exposure_us : *applied_us;
         }
     }
     return error;
 }
 
-static int set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
+int rig_camera_set_gain(struct rig *self, unsigned side, uint16_t gain_q3) {
     if (!self->profile.bridge) {
         // Such cameras have a scale of their own.
         const int32_t span = MT9T001_GAIN_Q3_MAX - MT9T001_GAIN_Q3_MIN;
-        const int32_t part = ((gain_q3 - MT9T001_GAIN_Q3_MIN) * GAIN_PARTS + span / 2) / span;
+        const int32_t part = ((gain_q3 - MT9T001_GAIN_Q3_MIN) * RIG_CAMERA_PARTS + span / 2) / span;
         int32_t applied = 0;
         const int error = control(self, side, HAL_CAMERA_GAIN_PART, part, &applied);
         if (error == ERROR_OK) {
-            self->camera[side].gain_q3 =
-                (uint16_t)(MT9T001_GAIN_Q3_MIN + (applied * span + GAIN_PARTS / 2) / GAIN_PARTS);
+            self->camera[side].gain_q3 = rig_camera_gain_of(applied);
         }
         return error;
     }
@@ -146,9 +147,28 @@ int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *appli
     }
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
-            error = set_gain(self, side, gain_q3);
+            error = rig_camera_set_gain(self, side, gain_q3);
             *applied_q3 = error == ERROR_OK ? self->camera[side].gain_q3 : *applied_q3;
         }
+    }
+    return error;
+}
+
+int rig_focus_part(struct rig *self, unsigned side, int32_t part, int32_t *applied) {
+    INVARIANT(side < RIG_SIDES);
+    if (part < 0 || part > RIG_CAMERA_PARTS) {
+        return ERROR_RANGE;
+    }
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    if (self->camera[side].focus_steps == 0) {
+        return rig_reject(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_UNSUPPORTED,
+                          "it has no focus control (turn its lens by hand)", NULL);
+    }
+    const int error = control(self, side, HAL_CAMERA_FOCUS_PART, part, applied);
+    if (error == ERROR_OK) {
+        self->camera[side].focus_part = *applied;
     }
     return error;
 }

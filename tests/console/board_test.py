@@ -144,7 +144,7 @@ class Everything(Board):
                 self.assertAlmostEqual(side["position"], position, delta=6)
         self.assertAlmostEqual(self.asked("exposure 6000")["left"], 6000, delta=60)
         self.assertEqual(self.asked("gain 2 side=right"), {"right": 2})
-        self.assertEqual(self.asked("window 96 64"), {"width": 96, "height": 64})
+        self.assertEqual(self.asked("window 96 64")["width"], 96)
         pair = self.asked("capture static=yes")
         self.assertEqual((pair["left"]["width"], pair["right"]["gain"]), (96, 2))
         self.asked("wait 0.1")  # all registers were read: see the drift above

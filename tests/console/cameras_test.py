@@ -36,6 +36,9 @@ class TwoCameras(DeviceTest):
         self.serve(self.cameras(), self.profile)
         self.assertNotIn("confine", self.output_text())
         self.assertEqual(self.asked("bringup"), {"state": "ready", "parts": WORKS})
+        for side in ("left", "right"):
+            for control in ("exposure", "focus", "white balance"):
+                self.assert_logged(f"{side} camera: its automatic {control} is now off")
         status = self.asked("status")
         self.assertEqual((status["window"], status["pairs"]), ({"width": 640, "height": 480}, 0))
         self.assertNotIn("exposure", status["left"])

@@ -79,6 +79,9 @@ static void add_video(const char *line, const char *rest) {
     video->controls[0] = (struct fake_video_control){V4L2_CID_EXPOSURE_AUTO, 0, 3, 1, 3};
     video->controls[1] = (struct fake_video_control){V4L2_CID_EXPOSURE_ABSOLUTE, 1, 5000, 1, 100};
     video->controls[2] = (struct fake_video_control){V4L2_CID_GAIN, 0, 255, 1, 0};
+    video->controls[3] = (struct fake_video_control){V4L2_CID_FOCUS_AUTO, 0, 1, 1, 1};
+    video->controls[4] = (struct fake_video_control){V4L2_CID_FOCUS_ABSOLUTE, 0, 250, 5, 50};
+    video->controls[5] = (struct fake_video_control){V4L2_CID_AUTO_WHITE_BALANCE, 0, 1, 1, 1};
 }
 
 static void add_failure(const char *line, const char *rest) {

@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-enum { FAKE_VIDEO_BUFFERS = 16, FAKE_VIDEO_FORMATS = 8, FAKE_VIDEO_CONTROLS = 8 };
+enum { FAKE_VIDEO_BUFFERS = 16, FAKE_VIDEO_FORMATS = 8, FAKE_VIDEO_CONTROLS = 12 };
 
 struct fake_video_format {
     uint32_t fourcc, width_px, height_px;

@@ -412,6 +412,47 @@ TEST_CASE("the current exposure is reported, unless it is automatic") {
     CHECK(camera.control(HAL_CAMERA_EXPOSURE_FOUND_US, 0, &applied) == ERROR_UNSUPPORTED);
 }
 
+TEST_CASE("what the camera sets by itself is switched off, and reported") {
+    const Kernel kernel;
+    fake_video *video = fake_video_add(kVideo, V4L2_PIX_FMT_GREY, kWidth, kHeight);
+    Camera camera;
+    int32_t applied = 7;
+    // A camera that has nothing of this.
+    CHECK(camera.control(HAL_CAMERA_AUTOMATIC_OFF, 0, &applied) == ERROR_OK);
+    CHECK(applied == 0);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_STEPS, 0, &applied) == ERROR_OK);
+    CHECK(applied == 0);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_FOUND_PART, 0, &applied) == ERROR_UNSUPPORTED);
+    CHECK(camera.control(HAL_CAMERA_GAIN_FOUND_PART, 0, &applied) == ERROR_UNSUPPORTED);
+    video->controls[0] = {V4L2_CID_EXPOSURE_AUTO, 0, 3, 1, V4L2_EXPOSURE_APERTURE_PRIORITY};
+    video->controls[1] = {V4L2_CID_FOCUS_AUTO, 0, 1, 1, 1};
+    video->controls[2] = {V4L2_CID_AUTO_WHITE_BALANCE, 0, 1, 1, 1};
+    video->controls[3] = {V4L2_CID_FOCUS_ABSOLUTE, 0, 250, 5, 50};
+    video->controls[4] = {V4L2_CID_GAIN, 0, 255, 1, 51};
+    CHECK(camera.control(HAL_CAMERA_FOCUS_FOUND_PART, 0, &applied) == ERROR_UNSUPPORTED);
+    CHECK(camera.control(HAL_CAMERA_AUTOMATIC_OFF, 0, &applied) == ERROR_OK);
+    CHECK(applied ==
+          (HAL_CAMERA_AUTO_EXPOSURE | HAL_CAMERA_AUTO_FOCUS | HAL_CAMERA_AUTO_WHITE_BALANCE));
+    CHECK(video->controls[0].value == V4L2_EXPOSURE_MANUAL);
+    CHECK(video->controls[1].value == 0);
+    CHECK(video->controls[2].value == 0);
+    CHECK(camera.control(HAL_CAMERA_AUTOMATIC_OFF, 0, &applied) == ERROR_OK);
+    CHECK(applied == 0);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_STEPS, 0, &applied) == ERROR_OK);
+    CHECK(applied == 50);
+    CHECK(camera.control(HAL_CAMERA_FOCUS_FOUND_PART, 0, &applied) == ERROR_OK);
+    CHECK(applied == 200);
+    CHECK(camera.control(HAL_CAMERA_GAIN_FOUND_PART, 0, &applied) == ERROR_OK);
+    CHECK(applied == 200);
+    // A driver that does not allow it.
+    video->controls[1].value = 1;
+    fake_kernel_fail("S_CTRL", 1, EACCES, 1);
+    CHECK(camera.control(HAL_CAMERA_AUTOMATIC_OFF, 0, &applied) == ERROR_OK);
+    CHECK(applied == (HAL_CAMERA_AUTO_FOCUS | HAL_CAMERA_AUTO_FOCUS << HAL_CAMERA_AUTO_STILL));
+    fake_kernel_fail("G_CTRL", 2, ENODEV, 1);
+    CHECK(camera.control(HAL_CAMERA_AUTOMATIC_OFF, 0, &applied) == ERROR_DEVICE);
+}
+
 TEST_CASE("each call of a control fails in turn") {
     const struct {
         int system, ours;

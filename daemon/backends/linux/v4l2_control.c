@@ -28,6 +28,17 @@ static const struct control controls[] = {
     [HAL_CAMERA_FOCUS_PART] = {V4L2_CID_FOCUS_ABSOLUTE, V4L2_CID_FOCUS_AUTO, 0, 0},
 };
 
+/// What a camera sets by itself, in the order of HAL_CAMERA_AUTO_*.
+static const struct {
+    uint32_t id;
+    int32_t off, also_off;
+} automatics[] = {
+    {V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY},
+    {V4L2_CID_AUTOGAIN, 0, 0},
+    {V4L2_CID_FOCUS_AUTO, 0, 0},
+    {V4L2_CID_AUTO_WHITE_BALANCE, 0, 0},
+};
+
 static int error_of(int error_number) {
     switch (error_number) {
         case EINVAL:
@@ -100,41 +111,131 @@ static int32_t exposure_us_of(int32_t units) {
     return units > 0 && units <= INT32_MAX / EXPOSURE_UNIT_US ? units * EXPOSURE_UNIT_US : 0;
 }
 
+static int read_control(int fd, uint32_t id, int32_t *value) {
+    struct v4l2_control now = {.id = id};
+    if (device_file_control(fd, VIDIOC_G_CTRL, &now) < 0) {
+        return error_of(errno);
+    }
+    *value = now.value;
+    return ERROR_OK;
+}
+
+/// Whether the camera sets this by itself. A camera without such a control does not.
+static int read_automatic(int fd, size_t which, bool *on) {
+    int32_t value = automatics[which].off;
+    const int error = read_control(fd, automatics[which].id, &value);
+    *on = value != automatics[which].off && value != automatics[which].also_off;
+    return error == ERROR_UNSUPPORTED ? ERROR_OK : error;
+}
+
+static int switch_automatic_off(int fd, int32_t *found) {
+    int32_t bits = 0;
+    for (size_t i = 0; i < sizeof automatics / sizeof automatics[0]; i++) {
+        bool on = false;
+        int error = read_automatic(fd, i, &on);
+        if (error == ERROR_OK && on) {
+            bits |= 1 << i;
+            // A driver that does not allow it keeps it on.
+            (void)write_control(fd, automatics[i].id, automatics[i].off);
+            error = read_automatic(fd, i, &on);
+            bits |= on ? 1 << (i + HAL_CAMERA_AUTO_STILL) : 0;
+        }
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    *found = bits;
+    return ERROR_OK;
+}
+
 /// Reads the current exposure, unless the camera chooses it automatically.
 static int find_exposure(int fd, int32_t *exposure_us) {
-    struct v4l2_control mode = {.id = V4L2_CID_EXPOSURE_AUTO};
-    int error = device_file_control(fd, VIDIOC_G_CTRL, &mode) < 0 ? error_of(errno) : ERROR_OK;
-    if (error == ERROR_OK && mode.value != V4L2_EXPOSURE_MANUAL &&
-        mode.value != V4L2_EXPOSURE_SHUTTER_PRIORITY) {
-        *exposure_us = 0;
-        return ERROR_OK;
-    }
-    struct v4l2_control now = {.id = V4L2_CID_EXPOSURE_ABSOLUTE};
-    if (error == ERROR_OK || error == ERROR_UNSUPPORTED) {
-        error = device_file_control(fd, VIDIOC_G_CTRL, &now) < 0 ? error_of(errno) : ERROR_OK;
+    bool on = false;
+    int32_t units = 0;
+    int error = read_automatic(fd, 0, &on);
+    if (error == ERROR_OK && !on) {
+        error = read_control(fd, V4L2_CID_EXPOSURE_ABSOLUTE, &units);
     }
     if (error == ERROR_OK) {
-        *exposure_us = exposure_us_of(now.value);
+        *exposure_us = exposure_us_of(units);
     }
     return error;
 }
 
-int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied) {
-    INVARIANT(fd >= 0);
-    if (control == HAL_CAMERA_EXPOSURE_FOUND_US) {
-        return find_exposure(fd, applied);
-    }
-    INVARIANT((size_t)control < sizeof controls / sizeof controls[0]);
-    const struct control *entry = &controls[control];
-    struct v4l2_queryctrl range = {.id = entry->id};
-    if (device_file_control(fd, VIDIOC_QUERYCTRL, &range) < 0) {
+/// The range of a control that the camera has.
+static int read_range(int fd, uint32_t id, struct v4l2_queryctrl *range) {
+    *range = (struct v4l2_queryctrl){.id = id};
+    if (device_file_control(fd, VIDIOC_QUERYCTRL, range) < 0) {
         return error_of(errno);
     }
-    if ((range.flags & V4L2_CTRL_FLAG_DISABLED) != 0 || range.maximum <= range.minimum) {
-        return ERROR_UNSUPPORTED;
+    return (range->flags & V4L2_CTRL_FLAG_DISABLED) != 0 || range->maximum <= range->minimum
+               ? ERROR_UNSUPPORTED
+               : ERROR_OK;
+}
+
+static int find_part(int fd, enum hal_camera_control control, int32_t *part) {
+    const struct control *entry = &controls[control];
+    struct v4l2_queryctrl range;
+    int32_t automatic = entry->manual, value = 0;
+    int error = read_range(fd, entry->id, &range);
+    if (error == ERROR_OK) {
+        error = read_control(fd, entry->automatic_id, &automatic);
+        error = error == ERROR_UNSUPPORTED ? ERROR_OK : error;
     }
+    if (error == ERROR_OK) {
+        error = automatic == entry->manual ? read_control(fd, entry->id, &value)
+                                           : (int)ERROR_UNSUPPORTED;
+    }
+    if (error == ERROR_OK) {
+        *part = scale_down(&range, value);
+    }
+    return error;
+}
+
+static int find_focus_steps(int fd, int32_t *steps) {
+    struct v4l2_queryctrl range;
+    const int error = read_range(fd, V4L2_CID_FOCUS_ABSOLUTE, &range);
+    if (error == ERROR_OK) {
+        const int64_t span = (int64_t)range.maximum - range.minimum;
+        const int64_t count = span / (range.step > 0 ? range.step : 1);
+        *steps = count < INT32_MAX ? (int32_t)count : INT32_MAX;
+    }
+    if (error == ERROR_UNSUPPORTED) {
+        *steps = 0;
+    }
+    return error == ERROR_UNSUPPORTED ? ERROR_OK : error;
+}
+
+/// The controls that change no value: they report what they find.
+static int find(int fd, enum hal_camera_control control, int32_t *applied) {
+    switch (control) {
+        case HAL_CAMERA_EXPOSURE_FOUND_US:
+            return find_exposure(fd, applied);
+        case HAL_CAMERA_GAIN_FOUND_PART:
+            return find_part(fd, HAL_CAMERA_GAIN_PART, applied);
+        case HAL_CAMERA_FOCUS_FOUND_PART:
+            return find_part(fd, HAL_CAMERA_FOCUS_PART, applied);
+        case HAL_CAMERA_FOCUS_STEPS:
+            return find_focus_steps(fd, applied);
+        default:
+            INVARIANT(control == HAL_CAMERA_AUTOMATIC_OFF);
+            return switch_automatic_off(fd, applied);
+    }
+}
+
+int v4l2_control_set(int fd, enum hal_camera_control control, int32_t value, int32_t *applied) {
+    INVARIANT(fd >= 0);
+    if ((size_t)control >= sizeof controls / sizeof controls[0]) {
+        return find(fd, control, applied);
+    }
+    const struct control *entry = &controls[control];
+    struct v4l2_queryctrl range;
     struct v4l2_control now = {.id = entry->id};
-    int error = raw_value(control, &range, value, &now.value);
+    int error = read_range(fd, entry->id, &range);
+    if (error != ERROR_OK) {
+        return error;
+    }
+    error = raw_value(control, &range, value, &now.value);
     if (error != ERROR_OK) {
         report_nearest(control, &range, value, applied);
         return error;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Exposure, gain and focus of a V4L2 camera. Each call first disables the camera's automatic
-/// control: measuring requires a camera that does not change between two frames.
+/// Exposure, gain and focus of a V4L2 camera. Each call that sets one first disables the camera's
+/// automatic control: measuring requires a camera that does not change between two frames.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CONTROL_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_CONTROL_H
 

@@ -103,7 +103,8 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     return 0;
 }
 
-/// Frames have the recorded settings, whatever is requested.
+/// Frames have the recorded settings, whatever is requested; nothing is automatic, and there is no
+/// focus control.
 static int control(void *context, enum hal_camera_control control, int32_t value,
                    int32_t *applied) {
     const struct replay_camera *camera = context;

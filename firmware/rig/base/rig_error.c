@@ -35,12 +35,9 @@ static void add(struct sentence *sentence, const char *text) {
     sentence->text[sentence->length] = '\0';
 }
 
-static int write_error(struct rig_error *last_error, enum rig_part part, int error,
-                       const char *what, const int32_t *numbers) {
-    INVARIANT(error < ERROR_OK);
+static void write_text(struct rig_error *last_error, enum rig_part part, const char *what,
+                       const int32_t *numbers) {
     struct sentence sentence = {last_error->text, 0};
-    last_error->part = part;
-    last_error->error = error;
     add(&sentence, rig_part_text(part));
     add(&sentence, ": ");
     for (; *what != '\0'; what++) {
@@ -51,12 +48,30 @@ static int write_error(struct rig_error *last_error, enum rig_part part, int err
         }
         add(&sentence, piece);
     }
+}
+
+static int write_error(struct rig_error *last_error, enum rig_part part, int error,
+                       const char *what, const int32_t *numbers) {
+    INVARIANT(error < ERROR_OK);
+    last_error->part = part;
+    last_error->error = error;
+    write_text(last_error, part, what, numbers);
     return error;
 }
 
 int rig_part_error(struct rig *self, enum rig_part part, int error, const char *what,
                    const int32_t *numbers) {
     return write_error(&self->last_error, part, error, what, numbers);
+}
+
+void rig_part_log(const struct rig *self, enum rig_part part, enum hal_log_level level,
+                  const char *what) {
+    const struct hal_log *log = self->ports.log;
+    struct rig_error line;
+    if (log != NULL) {
+        write_text(&line, part, what, NULL);
+        log->operations->write(log->self, level, line.text);
+    }
 }
 
 int rig_part_failed(struct rig *self, enum rig_part part, int error, const char *what) {

@@ -17,6 +17,10 @@ enum rig_part rig_part_of(enum rig_part left, unsigned side);
 int rig_part_error(struct rig *self, enum rig_part part, int error, const char *what,
                    const int32_t *numbers);
 
+/// Logs "<part>: <what>", cut off if it is too long.
+void rig_part_log(const struct rig *self, enum rig_part part, enum hal_log_level level,
+                  const char *what);
+
 /// The same for a part that does not work: if its device could not be opened, the reason for that,
 /// else `what`, without numbers. Returns `error`.
 int rig_part_failed(struct rig *self, enum rig_part part, int error, const char *what);

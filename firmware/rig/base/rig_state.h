@@ -166,10 +166,13 @@ struct rig_camera {
     uint32_t exposure_us;          ///< as set; 0: never set, or not known
     uint32_t initial_exposure_us;  ///< found in the camera at the bring-up; 0: as above
     uint16_t gain_q3;
-    uint64_t settled_at_us;  ///< frames that begin at this time or later have the new settings
-    bool streaming;          ///< its source delivers frames
-    uint64_t started_us;     ///< when its stream started
-    bool frame_pending;      ///< the frame of the last trigger pulse has not been taken yet
+    uint16_t initial_gain_q3;  ///< as initial_exposure_us
+    uint16_t focus_steps;      ///< of its own focus control; 0: it has none
+    int32_t focus_part;        ///< 0 .. 1000 of the range of that, as set or found
+    uint64_t settled_at_us;    ///< frames that begin at this time or later have the new settings
+    bool streaming;            ///< its source delivers frames
+    uint64_t started_us;       ///< when its stream started
+    bool frame_pending;        ///< the frame of the last trigger pulse has not been taken yet
 };
 
 /// An instrument. The caller owns it and everything it points to.
