@@ -2,14 +2,12 @@
 #include "stereo/image/image_change.h"
 
 #include "core/invariant.h"
+#include "stereo/image/sensor_noise.h"
 
 enum {
     SQUARE = 4,
     VALUES = SQUARE * SQUARE,
     SIGMAS = 5,
-    WELL_E = 5000,
-    GAIN_ONE_Q3 = 8,
-    GAIN_UNKNOWN_Q3 = 32,
 };
 
 static uint32_t sum_of(const struct raw_image *image, int row, size_t column) {
@@ -29,19 +27,17 @@ uint32_t image_change_permille(const struct raw_image *before_image,
     INVARIANT(before_image->bits >= 8 && before_image->bits <= 16);
     INVARIANT(raw_image_row_values(after_image) == width);
     INVARIANT(after_image->height_px == before_image->height_px);
-    const uint64_t range = UINT64_C(1) << before_image->bits;
-    const uint64_t gain_q3 = known_gain_q3 != 0 ? known_gain_q3 : GAIN_UNKNOWN_Q3;
-    // Variance of a sum of values: shot noise is proportional to the sum, read noise is constant.
-    // Everything is times 8 * 8, as the gain squared is; both occur in each of two frames.
-    const uint64_t light_q6 = gain_q3 * GAIN_ONE_Q3 * range;  // / WELL_E
-    const uint64_t read_q6 = VALUES * gain_q3 * gain_q3 * range * range / 1024 * 9 / 4 / 1024;
+    const int bits = before_image->bits;
+    const uint64_t gain_q3 = sensor_noise_gain_q3(known_gain_q3);
+    const uint64_t read_q6 = sensor_noise_of_reading_q6(bits, gain_q3, VALUES);
     uint64_t squares = 0, changed = 0;
     for (int row = 0; row + SQUARE <= before_image->height_px; row += SQUARE) {
         for (size_t column = 0; column + SQUARE <= width; column += SQUARE) {
             const uint64_t before = sum_of(before_image, row, column);
             const uint64_t after = sum_of(after_image, row, column);
             const uint64_t apart = before > after ? before - after : after - before;
-            const uint64_t variance_q6 = (before + after) * light_q6 / WELL_E + 2 * read_q6;
+            const uint64_t variance_q6 =
+                sensor_noise_of_light_q6(bits, gain_q3, before + after) + 2 * read_q6;
             squares++;
             changed += apart * apart * 64 > SIGMAS * SIGMAS * variance_q6;
         }

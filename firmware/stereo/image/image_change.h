@@ -10,9 +10,7 @@ extern "C" {
 #endif
 
 /// Parts per thousand of the picture whose squares of 4 x 4 values differ in their sums by more
-/// than five times the noise of the difference. The assumed sensor has 5000 electrons full well
-/// (the MT9T001 has more) and a read noise of 1.5 / 1024 of its range, both times the gain; if the
-/// gain is not known, four times as much.
+/// than five times the noise of the difference, which sensor_noise.h assumes.
 /// `gain_q3`: of the sensor; 0: not known. Both images have the same size and layout.
 uint32_t image_change_permille(const struct raw_image *before, const struct raw_image *after,
                               uint16_t gain_q3);
