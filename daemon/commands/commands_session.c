@@ -119,6 +119,27 @@ static void put_picture(const struct command_call *call, const struct pair_frame
     reply_number(call, "sharpness", picture->sharpness_permille / 10.0, 1, "%");
 }
 
+/// What a frame was merged from.
+static void put_parts(const struct command_call *call, const struct pair_frame *frame) {
+    if (frame->parts == 0) {
+        return;
+    }
+    reply_group_begin(call, "merged", true);
+    for (int i = 0; i < frame->parts; i++) {
+        const struct pair_part *part = &frame->part[i];
+        reply_group_begin(call, NULL, false);
+        reply_number(call, "frames", part->frames, 0, NULL);
+        if (part->exposure_us != 0) {
+            reply_number(call, "exposure", part->exposure_us, 0, "us");
+        }
+        if (part->gain_q3 != 0) {
+            reply_number(call, "gain", part->gain_q3 / 8.0, 3, NULL);
+        }
+        reply_group_end(call);
+    }
+    reply_group_end(call);
+}
+
 static void put_pair(const struct command_call *call, const struct captured_pair *captured) {
     const struct pair *pair = &captured->pair;
     if (captured->in_session) {
@@ -142,6 +163,7 @@ static void put_pair(const struct command_call *call, const struct captured_pair
         if (frame->gain_q3 != 0) {
             reply_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
         }
+        put_parts(call, frame);
         put_picture(call, frame);
         reply_group_end(call);
     }
@@ -191,17 +213,31 @@ static void write_pair(void *cookie) {
     self->error = write_with_registers(self);
 }
 
+/// The command that took the pair, as far as it is of interest in its own session.
+static void write_command(const struct command_call *call, char text[COMMAND_TEXT_BYTES]) {
+    const struct pair_options options = capture_options(call->values);
+    const unsigned frames = options.average != 0 ? options.average : options.bracket;
+    const int length = snprintf(
+        text, COMMAND_TEXT_BYTES, "capture%s",
+        command_is_set(&call->values[CAPTURE_ACCEPT]) ? " " CAPTURE_ACCEPT_WORD : "");
+    INVARIANT(length > 0 && length < COMMAND_TEXT_BYTES / 2);
+    if (frames != 0) {
+        snprintf(text + length, COMMAND_TEXT_BYTES - (size_t)length, " %s=%u",
+                 options.average != 0 ? "average" : "bracket", frames);
+    }
+}
+
 /// Writes a pair into its session; in a recording, after all calls that led to it.
 static int save_pair(const struct command_call *call, const struct pair *pair,
                      const struct registers_all *registers) {
     struct session *session = &daemon_of(call)->session;
     struct daemon *daemon = daemon_of(call);
+    char command[COMMAND_TEXT_BYTES];
+    write_command(call, command);
     struct writing writing = {.session = session,
                               .pair = pair,
                               .registers = registers,
-                              .command = command_is_set(&call->values[CAPTURE_ACCEPT])
-                                             ? "capture " CAPTURE_ACCEPT_WORD
-                                             : "capture",
+                              .command = command,
                               .files_fd = daemon->files_fd};
     if (session->recording) {
         writing.error = record_flush(&daemon->record, &writing.message);
@@ -279,11 +315,14 @@ static int take_pair(const struct command_call *call, const struct pair_options 
 }
 
 /// Forgets the last pair if there is no room for another one beside it.
-static void make_room(struct daemon *daemon) {
+static void make_room(struct daemon *daemon, const struct pair_options *options) {
     const struct rig *rig = &daemon->rig;
+    // Two merged from several: the left one, the right one's sums of 4 bytes, and a frame.
+    const bool merged = options->average != 0 || options->bracket != 0;
+    const uint64_t images = merged ? RIG_SIDES + 2 : RIG_SIDES + 1;
     const uint64_t values = rig->profile.bridge ? 1 : 3;  // only others deliver colours
     const uint64_t pixels = (uint64_t)rig->format.width_px * rig->format.height_px;
-    if (memory_available_bytes() < (RIG_SIDES + 1) * pixels * values * sizeof(uint16_t)) {
+    if (memory_available_bytes() < images * pixels * values * sizeof(uint16_t)) {
         last_pair_set(&daemon->last_pair, NULL);
     }
 }
@@ -297,11 +336,15 @@ static int run_capture(const struct command_call *call) {
                             "capture: NAME is not allowed while recording %s (omit it)",
                             session->name);
     }
+    if (call->values[CAPTURE_AVERAGE].given && call->values[CAPTURE_BRACKET].given) {
+        return command_fail(call, ERROR_ARGUMENT,
+                            "capture: average and bracket exclude each other (omit one)");
+    }
     int error = named ? check_name(call, &call->values[CAPTURE_NAME]) : 0;
     if (error != 0) {
         return error;
     }
-    make_room(daemon_of(call));
+    make_room(daemon_of(call), &options);
     struct captured_pair *captured = calloc(1, sizeof *captured);
     bool kept = false;
     error = captured != NULL ? take_pair(call, &options, captured, &kept) : ERROR_MEMORY;
@@ -476,7 +519,13 @@ static const struct command commands[] = {
          "calibration was made with other axes, "
          "cameras or windows. Reports for each side brightness (mean, of full scale), saturated "
          "and black pixels, and sharpness (relative to the steepest possible edges; blur lowers "
-         "it, the amount of light does not).",
+         "it, the amount of light does not). \"average\" and \"bracket\" merge several frames of a "
+         "scene at rest into one of 16 bits with less noise, of all cameras or of those behind a "
+         "bridge; they take the left camera's frames, then the right one's, and fail if anything "
+         "moved meanwhile. A bracket begins with the present exposure, or a shorter one if more "
+         "than 0.1 % is saturated, and grows until the dark parts have an eighth of the range, at "
+         "most 8 times from one exposure to the next; the exposure is the present one again "
+         "afterwards.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

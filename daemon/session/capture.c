@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session/capture.h"
 
+#include <stdlib.h>
+
 const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
     [CAPTURE_NAME] =
         {.name = "NAME",
@@ -17,6 +19,18 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
                         .kind = COMMAND_FLAG,
                         .help =
                             "accept a saved calibration made with other axes, cameras or windows"},
+    [CAPTURE_AVERAGE] = {.name = "average",
+                         .kind = COMMAND_INTEGER,
+                         .min = 2,
+                         .max = PAIR_AVERAGE_MAX,
+                         .help = "merge this many frames of each camera: less noise"},
+    [CAPTURE_BRACKET] =
+        {.name = "bracket",
+         .kind = COMMAND_INTEGER,
+         .min = 2,
+         .max = PAIR_BRACKET_MAX,
+         .help = "merge this many exposures of each camera, from one for the bright parts to one "
+                 "for the dark parts"},
 };
 
 const struct command_argument view_arguments[VIEW_ARGUMENTS] = {
@@ -26,7 +40,15 @@ const struct command_argument view_arguments[VIEW_ARGUMENTS] = {
 };
 
 struct pair_options capture_options(const struct command_value *values) {
-    return (struct pair_options){.check_static = command_is_set(&values[CAPTURE_CHECK])};
+    static const struct pair_memory memory = {malloc, free};
+    const struct command_value *average = &values[CAPTURE_AVERAGE];
+    const struct command_value *bracket = &values[CAPTURE_BRACKET];
+    return (struct pair_options){
+        .check_static = command_is_set(&values[CAPTURE_CHECK]),
+        .average = average->given && !bracket->given ? (uint8_t)average->integer : 0,
+        .bracket = bracket->given ? (uint8_t)bracket->integer : 0,
+        .memory = &memory,
+    };
 }
 
 int view_take(struct rig *rig, const struct command_value *values,

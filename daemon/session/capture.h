@@ -11,7 +11,14 @@
 extern "C" {
 #endif
 
-enum { CAPTURE_NAME, CAPTURE_CHECK, CAPTURE_ACCEPT, CAPTURE_ARGUMENTS };
+enum {
+    CAPTURE_NAME,
+    CAPTURE_CHECK,
+    CAPTURE_ACCEPT,
+    CAPTURE_AVERAGE,
+    CAPTURE_BRACKET,
+    CAPTURE_ARGUMENTS
+};
 
 /// The argument that accepts a calibration that does not belong to the instrument's current state.
 #define CAPTURE_ACCEPT_NAME "accept-mismatch"
@@ -25,7 +32,8 @@ enum { VIEW_SIDE_MAX_PX = 640 };
 extern const struct command_argument capture_arguments[CAPTURE_ARGUMENTS];
 extern const struct command_argument view_arguments[VIEW_ARGUMENTS];
 
-/// The pair options that the arguments ask for.
+/// The pair options that the arguments ask for. If both average and bracket are given, the bracket
+/// counts.
 struct pair_options capture_options(const struct command_value *values);
 
 /// Takes the frames of `view`, see pair_look.

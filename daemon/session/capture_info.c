@@ -45,6 +45,11 @@ static void add_frame(const struct pair_frame *frame, const char *side,
     if (frame->gain_q3 != 0) {
         add(text, ", gain %.3f", frame->gain_q3 / q3);
     }
+    for (int i = 0; i < frame->parts; i++) {
+        const struct pair_part *part = &frame->part[i];
+        add(text, "%s%u x %" PRIu32 " us", i == 0 ? ", merged from " : " + ",
+            (unsigned)part->frames, part->exposure_us);
+    }
     if (frame->before.pan_q4 != 0) {
         add(text, ", pan %.4f us", frame->before.pan_q4 / q4);
     }
@@ -77,6 +82,24 @@ static void put_known(struct json *json, const char *name, double value) {
     }
 }
 
+/// Null if it is one frame.
+static void put_parts(struct json *json, const struct pair_frame *frame) {
+    if (frame->parts == 0) {
+        json_null(json, "merged");
+        return;
+    }
+    json_open_array(json, "merged");
+    for (int i = 0; i < frame->parts; i++) {
+        const struct pair_part *part = &frame->part[i];
+        json_open_object(json, NULL);
+        put_known(json, "exposure_us", part->exposure_us);
+        put_known(json, "gain", part->gain_q3 / q3);
+        json_integer(json, "frames", part->frames);
+        json_close_object(json);
+    }
+    json_close_array(json);
+}
+
 static void put_frame(struct json *json, const struct pair_frame *frame, const char *side) {
     const struct pair_axes *before = &frame->before, *after = &frame->after;
     json_open_object(json, side);
@@ -85,6 +108,7 @@ static void put_frame(struct json *json, const struct pair_frame *frame, const c
     json_integer(json, "end_us", (int64_t)frame->end_us);
     put_known(json, "exposure_us", frame->exposure_us);
     put_known(json, "gain", frame->gain_q3 / q3);
+    put_parts(json, frame);
     if (before->pan_q4 != 0) {
         json_reals(json, "pan_us", (const double[]){before->pan_q4 / q4, after->pan_q4 / q4}, 2,
                    10);

@@ -39,6 +39,7 @@ enum field_type {
     CHOICE,    // one of `choices`, `max` is the last
     FRAME,     // the fields of a frame, with `key` before each key
     VALUES,    // of registers
+    PARTS,     // that a frame was merged from
 };
 
 /// One value of a line: a member of an event, or of a frame.
@@ -96,6 +97,7 @@ static const struct field frame_fields[] = {
     NEXT(",", NUMBER, picture.saturated_permille, 0, 1000),
     NEXT(",", NUMBER, picture.black_permille, 0, 1000),
     NEXT(",", NUMBER, picture.sharpness_permille, 0, 1000),
+    {"merged", NULL, PARTS, OF(pair_frame, part), 0, 0, NULL, offsetof(struct pair_frame, parts)},
     {.key = NULL}};
 
 static const struct field begin_fields[] = {EVENT("version", NUMBER, version, 1, SESSION_VERSION),
@@ -230,6 +232,30 @@ static void walk_values(struct line *line, struct session_event *event) {
     }
 }
 
+/// EXPOSURE:GAIN:FRAMES of each part.
+static void walk_parts(struct line *line, struct pair_frame *frame) {
+    if (!line->parses) {
+        line->wrong |= frame->parts > PAIR_PARTS_MAX;
+        for (int i = 0; i < frame->parts && !line->wrong; i++) {
+            const struct pair_part *part = &frame->part[i];
+            line->wrong = part->frames == 0;
+            put(line, "%s%" PRIu32 ":%" PRIu16 ":%" PRIu16, i > 0 ? "," : "", part->exposure_us,
+                part->gain_q3, part->frames);
+        }
+        return;
+    }
+    frame->parts = 0;
+    do {
+        struct pair_part *part = &frame->part[frame->parts++];
+        part->exposure_us = (uint32_t)take_number(line, 10, UINT32_MAX);
+        line->wrong |= !take(line, ":");
+        part->gain_q3 = (uint16_t)take_number(line, 10, UINT16_MAX);
+        line->wrong |= !take(line, ":");
+        part->frames = (uint16_t)take_number(line, 10, UINT16_MAX);
+        line->wrong |= part->frames == 0;
+    } while (frame->parts < PAIR_PARTS_MAX && take(line, ","));
+}
+
 static bool has_sign(const struct field *field) {
     return field->type == SIGNED || field->type == POSITION;
 }
@@ -297,6 +323,8 @@ static void walk_value(struct line *line, const struct field *field, char *base)
         put_text(line, member);
     } else if (field->type == VALUES) {
         walk_values(line, (struct session_event *)(void *)base);
+    } else if (field->type == PARTS) {
+        walk_parts(line, (struct pair_frame *)(void *)base);
     } else if (line->parses) {
         store(field, member, parse_number(line, field));
     } else {

@@ -7,6 +7,7 @@
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
+#include "rig/pair_merge.h"
 #include "rig/rig_camera.h"
 #include "rig/safe.h"
 #include "rig/trigger.h"
@@ -19,6 +20,10 @@ enum {
     CHANGE_LIMIT_PERMILLE = 2,
     US_PER_MS = 1000,
 };
+
+static bool merges(const struct pair_options *options) {
+    return options->average != 0 || options->bracket != 0;
+}
 
 static unsigned frames_of(const struct pair_options *options) {
     return options->check_static ? RIG_SIDES + 1 : RIG_SIDES;
@@ -64,9 +69,8 @@ static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *f
     return ERROR_OK;
 }
 
-// Takes one complete frame of a camera, in place of that in `out`.
-static int take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
-                      struct pair_frame *out) {
+int pair_take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
+                    struct pair_frame *out) {
     struct hal_camera_frame frame = {.faults = 0};
     for (int attempt = 0; attempt < FRAME_ATTEMPTS; attempt++) {
         int error = rig_camera_take(rig, side, not_before_us, &frame);
@@ -99,12 +103,12 @@ static int take_in_turn(struct rig *rig, const struct pair_options *options,
     const uint64_t settled_at_us = rig->camera[RIG_RIGHT].settled_at_us;
     const uint64_t frame_us = rig_camera_frame_us(rig, RIG_LEFT), now_us = rig_now_us(rig);
     const uint64_t begin_us = settled_at_us > now_us + frame_us ? settled_at_us - frame_us : now_us;
-    int error = take_frame(rig, RIG_LEFT, begin_us, &frames[RIG_LEFT]);
+    int error = pair_take_frame(rig, RIG_LEFT, begin_us, &frames[RIG_LEFT]);
     if (error != ERROR_OK) {
         return error;
     }
     report(rig, options, 1);
-    return take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, &frames[RIG_RIGHT]);
+    return pair_take_frame(rig, RIG_RIGHT, frames[RIG_LEFT].end_us, &frames[RIG_RIGHT]);
 }
 
 // Cameras with their own ports run freely. The right frame nearest in time is wanted, which may
@@ -114,16 +118,16 @@ static int take_nearest(struct rig *rig, const struct pair_options *options,
     struct pair_frame *left = &frames[RIG_LEFT], *right = &frames[RIG_RIGHT];
     // The actual frame period in this light is the time from one left frame to the next, whatever
     // the driver reports.
-    int error = take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
+    int error = pair_take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
     const uint64_t first_us = left->begin_us;
     const uint32_t first_sequence = left->sequence;
     // A driver buffers a few frames, and drops later ones when it is full. Drain the right camera
     // just before the left frame that counts, so that the next frames are kept.
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_RIGHT, rig_now_us(rig), right);
+        error = pair_take_frame(rig, RIG_RIGHT, rig_now_us(rig), right);
     }
     if (error == ERROR_OK) {
-        error = take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
+        error = pair_take_frame(rig, RIG_LEFT, rig_now_us(rig), left);
     }
     if (error != ERROR_OK) {
         return error;
@@ -131,7 +135,7 @@ static int take_nearest(struct rig *rig, const struct pair_options *options,
     report(rig, options, 1);
     const uint32_t frames_on = left->sequence - first_sequence;
     const uint64_t half_us = (left->begin_us - first_us) / (frames_on != 0 ? frames_on : 1) / 2;
-    return take_frame(rig, RIG_RIGHT, left->begin_us > half_us ? left->begin_us - half_us : 0,
+    return pair_take_frame(rig, RIG_RIGHT, left->begin_us > half_us ? left->begin_us - half_us : 0,
                       right);
 }
 
@@ -302,9 +306,21 @@ static int compare_times(struct rig *rig, const struct pair *pair) {
                           numbers);
 }
 
+int pair_check_change(struct rig *rig, unsigned side, uint32_t change_permille) {
+    INVARIANT(side < RIG_SIDES && change_permille <= PICTURE_STATS_MAX_PERMILLE);
+    if (change_permille <= CHANGE_LIMIT_PERMILLE) {
+        return ERROR_OK;
+    }
+    const int32_t number = (int32_t)change_permille;
+    return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_MOVED,
+                          "# of 1000 parts of its picture changed during the pair (keep scene and "
+                          "light constant, then capture again)",
+                          &number);
+}
+
 static int compare_scenes(struct rig *rig, struct pair *pair) {
     struct pair_frame again = {.image = {.data = NULL}};
-    const int error = take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, &again);
+    const int error = pair_take_frame(rig, RIG_LEFT, pair->frame[RIG_RIGHT].end_us, &again);
     if (error != ERROR_OK) {
         return error;
     }
@@ -312,14 +328,7 @@ static int compare_scenes(struct rig *rig, struct pair *pair) {
     pair->change_permille = image_change_permille(&left->image, &again.image, left->gain_q3);
     raw_image_release(&again.image);
     pair->checked = true;
-    if (pair->change_permille <= CHANGE_LIMIT_PERMILLE) {
-        return ERROR_OK;
-    }
-    const int32_t number = (int32_t)pair->change_permille;
-    return rig_part_error(rig, RIG_PART_LEFT_CAMERA, ERROR_MOVED,
-                          "# of 1000 parts of its picture changed during the pair (keep scene and "
-                          "light constant, then capture again)",
-                          &number);
+    return pair_check_change(rig, RIG_LEFT, pair->change_permille);
 }
 
 static int wait_for_rest(struct rig *rig) {
@@ -333,33 +342,44 @@ static int wait_for_rest(struct rig *rig) {
 // Whether nothing moved between the frames, and they are close enough in time.
 static int compare_circumstances(struct rig *rig, struct pair *pair,
                                  const struct pair_axes before[RIG_SIDES],
-                                 const struct pair_axes after[RIG_SIDES]) {
+                                 const struct pair_axes after[RIG_SIDES], bool limits_skew) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         pair->frame[side].before = before[side];
         pair->frame[side].after = after[side];
         error = error == ERROR_OK ? compare_axes(rig, side, &pair->frame[side]) : error;
     }
-    return error == ERROR_OK ? compare_times(rig, pair) : error;
+    return error == ERROR_OK && limits_skew ? compare_times(rig, pair) : error;
+}
+
+// Takes the frames and compares the scenes in them. ERROR_MOVED: the scene changed, and the frames
+// are complete.
+static int take_and_compare(struct rig *rig, const struct pair_options *options,
+                            struct pair *pair) {
+    if (merges(options)) {
+        return pair_merge_take(rig, options, pair);
+    }
+    report(rig, options, 0);
+    const int error = take_both(rig, options, pair->frame);
+    if (error != ERROR_OK) {
+        // No frames, so nothing moved between them.
+        return error;
+    }
+    report(rig, options, RIG_SIDES);
+    pair->skew_us = skew_of(pair->frame);
+    return options->check_static ? compare_scenes(rig, pair) : ERROR_OK;
 }
 
 // Runs all steps; `*compared`: frames and axes are complete.
 static int capture(struct rig *rig, const struct pair_options *options, struct pair *pair,
                    bool *compared) {
     struct pair_axes before[RIG_SIDES], after[RIG_SIDES];
-    struct pair_frame *frames = pair->frame;
     int error = wait_for_rest(rig);
     error = error == ERROR_OK ? read_all_axes(rig, before) : error;
-    report(rig, options, 0);
-    if (error == ERROR_OK) {
-        error = take_both(rig, options, frames);
-    }
     if (error != ERROR_OK) {
         return error;
     }
-    report(rig, options, RIG_SIDES);
-    pair->skew_us = skew_of(frames);
-    const int checked = options->check_static ? compare_scenes(rig, pair) : ERROR_OK;
+    const int checked = take_and_compare(rig, options, pair);
     if (checked != ERROR_OK && checked != ERROR_MOVED) {
         return checked;
     }
@@ -369,27 +389,32 @@ static int capture(struct rig *rig, const struct pair_options *options, struct p
         return error;
     }
     *compared = true;
-    error = compare_circumstances(rig, pair, before, after);
+    error = compare_circumstances(rig, pair, before, after, !merges(options));
     if (error == ERROR_OK && checked != ERROR_OK) {
         rig->last_error = last_error;
         error = checked;
     }
-    report(rig, options, frames_of(options));
+    if (!merges(options)) {
+        report(rig, options, frames_of(options));
+    }
     return error;
 }
 
-// Nothing has moved, so a bad frame does not make the rig safe.
+// Nothing has moved, so a bad frame or a rejected bracket does not make the rig safe.
 static int end(struct rig *rig, int error) {
     const bool harmless = error == ERROR_OK || error == ERROR_MOVED || error == ERROR_FRAME ||
-                          error == ERROR_MEMORY || error == ERROR_CANCELLED;
+                          error == ERROR_MEMORY || error == ERROR_CANCELLED ||
+                          (error != ERROR_OK && rig->rejected.error == error);
     return harmless ? rig_end(rig, error) : rig_fail_safe(rig, error);
 }
 
 int pair_capture(struct rig *rig, const struct pair_options *options, struct pair *pair) {
     INVARIANT(options != NULL && pair != NULL);
+    INVARIANT(!merges(options) || options->memory != NULL);
     if (rig->state != RIG_READY) {
         return ERROR_NOT_READY;
     }
+    rig->rejected = (struct rig_error){.error = ERROR_OK};
     struct pair taken = {.number = rig->pairs + 1};
     bool compared = false;
     const int error = capture(rig, options, &taken, &compared);
@@ -435,6 +460,7 @@ int pair_look(struct rig *rig, int max_side_px, struct pair_look_frame looks[RIG
         return ERROR_NOT_READY;
     }
     int error = ERROR_OK;
+    rig->rejected = (struct rig_error){.error = ERROR_OK};
     report(rig, &options, 0);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         looks[side] = (struct pair_look_frame){.frame.image.data = NULL};

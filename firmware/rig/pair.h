@@ -11,6 +11,7 @@
 
 #include "rig/rig.h"
 #include "rig/rig_region.h"
+#include "stereo/image/merge_exposures.h"
 #include "stereo/image/picture_stats.h"
 
 #ifdef __cplusplus
@@ -29,7 +30,22 @@ struct pair_window {
     uint8_t skip;  ///< 0: not known, as for a camera with its own port
 };
 
-/// A frame, and what it was taken with.
+/// Frames with the same settings that were merged into one.
+struct pair_part {
+    uint32_t exposure_us;  ///< 0: not known
+    uint16_t gain_q3;      ///< 0: not known
+    uint16_t frames;
+};
+
+enum {
+    PAIR_AVERAGE_MAX = MERGE_FRAMES_MAX,
+    PAIR_BRACKET_MAX = 6,
+    PAIR_PARTS_MAX = PAIR_BRACKET_MAX,
+};
+
+/// A frame, and what it was taken with. Of a merged one (see struct pair_options), sequence and
+/// begin are those of the first frame, the end is that of the last, and the exposure is the
+/// shortest: its light is that of this exposure.
 struct pair_frame {
     struct raw_image image;
     struct pair_window window;
@@ -40,24 +56,42 @@ struct pair_frame {
     struct pair_axes before, after;
     bool has_picture;  ///< whether `picture` is known; see pair_frame_assess
     struct picture_stats picture;
+    uint8_t parts;  ///< what it was merged from; 0: nothing, it is one frame
+    struct pair_part part[PAIR_PARTS_MAX];
 };
 
 struct pair {
     uint32_t number;  ///< counted from 1 since the bring-up
     struct pair_frame frame[RIG_SIDES];
-    int64_t skew_us;           ///< start of the right frame minus start of the left frame
+    int64_t skew_us;           ///< start of the right frame minus start of the left frame; of a
+                               ///< merged pair, of the last right and the first left frame
     bool checked;              ///< the scene must not move; and:
     uint32_t change_permille;  ///< parts of the left image that changed by more than their noise,
                                ///< of 1000
 };
 
+/// Memory for merged images, as malloc and free.
+struct pair_memory {
+    void *(*allocate)(size_t bytes);
+    void (*release)(void *memory);
+};
+
+/// Several frames of each camera may be merged into one of 16 bits (stereo/image/
+/// merge_exposures.h): all left ones, then all right ones, so that no more than one camera's sums
+/// are in memory, then another left one. Each is compared with those before, so the scene is always
+/// checked and the pair's skew is not limited. The exposure is that from before afterwards, also
+/// after errors.
 struct pair_options {
     bool check_static;  ///< take a second left frame, and compare
+    uint8_t average;    ///< frames of the same exposure, 2 .. PAIR_AVERAGE_MAX; 0: one
+    uint8_t bracket;    ///< frames of different exposures, 2 .. PAIR_BRACKET_MAX; 0: one
+    const struct pair_memory *memory;  ///< not NULL if frames are merged
 };
 
 /// Takes a pair. Errors: ERROR_MEMORY; ERROR_MOVED: pan or lens moved between the frames, they are
 /// too far apart in time, or the scene changed; ERROR_FRAME: incomplete, also at the second
-/// attempt; others of the parts. `*pair` is set only on success, when the caller releases it, and
+/// attempt; ERROR_UNSUPPORTED, ERROR_RANGE: no such bracket, `rejected` says why; others of the
+/// parts. `*pair` is set only on success, when the caller releases it, and
 /// for ERROR_MOVED, when it shows what moved but has no images.
 int pair_capture(struct rig *rig, const struct pair_options *options, struct pair *pair);
 
@@ -82,6 +116,14 @@ void pair_release(struct pair_frame frames[RIG_SIDES]);
 
 /// Sets `picture` from the frame's data.
 void pair_frame_assess(struct pair_frame *frame);
+
+// ---- for rig/ only
+
+/// Takes one complete frame of a camera, in place of that in `out`, without axes.
+int pair_take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, struct pair_frame *out);
+
+/// ERROR_MOVED, with its message, if more of a camera's picture changed than noise explains.
+int pair_check_change(struct rig *rig, unsigned side, uint32_t change_permille);
 
 #ifdef __cplusplus
 }

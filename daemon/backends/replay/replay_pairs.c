@@ -43,6 +43,16 @@ static int stop(void *context) {
     return 0;
 }
 
+/// Of a merged frame, which took as long as all its frames, that of one.
+static uint64_t duration_of(const struct pair_frame *frame) {
+    uint64_t frames = frame->parts == 0;
+    for (int i = 0; i < frame->parts; i++) {
+        frames += frame->part[i].frames;
+    }
+    INVARIANT(frames > 0);
+    return (frame->end_us - frame->begin_us) / frames;
+}
+
 /// Start of the next frame: not before the requested time or the end of the camera's last frame;
 /// the right frame keeps its recorded offset to the left one if possible.
 static uint64_t begin_of(const struct replay_camera *camera, const struct session_event *event,
@@ -51,7 +61,7 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
     const struct pair_frame *frames = event->pair.frame;
     const uint64_t min_us = later(not_before_us, camera->end_us);
     const struct replay_camera *left = &self->camera_state[RIG_LEFT];
-    if (camera->number == RIG_LEFT || left->of_pair != self->next_pair + 1) {
+    if (camera->number == RIG_LEFT || frames[RIG_RIGHT].parts > 0 || left->of_pair != self->next_pair + 1) {
         return min_us;
     }
     const uint64_t skew_us = frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us;
@@ -84,7 +94,7 @@ static int take(void *context, uint64_t not_before_us, uint64_t deadline_us,
     const struct session_event *event = &self->pairs[self->next_pair];
     const struct pair_frame *form = &event->pair.frame[camera->number];
     const uint64_t begin_us = begin_of(camera, event, not_before_us);
-    const uint64_t end_us = begin_us + (form->end_us - form->begin_us);
+    const uint64_t end_us = begin_us + duration_of(form);
     if (end_us > later(deadline_us, self->now_us)) {
         self->now_us = later(self->now_us, deadline_us);
         camera->counts.timeouts++;

@@ -94,7 +94,13 @@ void add_exposure(const pair_frame &frame, info_page *page) {
     const std::string exposure =
         frame.exposure_us != 0 ? number_text(frame.exposure_us, 10) + " us" : "not set";
     const std::string gain = frame.gain_q3 != 0 ? number_text(frame.gain_q3 / 8.0, 6) : "not set";
-    page->add("", "", "exposure " + exposure + ", gain " + gain, document());
+    std::string merged;
+    for (int i = 0; i < frame.parts; i++) {
+        const pair_part &part = frame.part[i];
+        merged += (i == 0 ? ", merged from " : " + ") + std::to_string(part.frames) + " x " +
+                  number_text(part.exposure_us, 10) + " us";
+    }
+    page->add("", "", "exposure " + exposure + ", gain " + gain + merged, document());
 }
 
 bool add_side(reading *self, int side, info_page *page, document *object) {
