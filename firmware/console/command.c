@@ -97,6 +97,16 @@ static void expect_number(const struct command_argument *argument, struct comman
         command_text_add_number(text, argument->max, 6);
     }
     command_text_add_unit(text, argument->unit);
+    char word[COMMAND_CHOICE_MAX];
+    for (int i = 1; argument->units != NULL && command_words_choice_at(argument->units, i, word);
+         i++) {
+        const bool leads = word[strlen(word) - 1] == '/';
+        command_text_join(text, leads ? ", or " : ", or N ", word, leads ? "N" : "");
+    }
+    if (argument->choices != NULL) {
+        command_text_add(text, ", or ");
+        add_choices(text, argument->choices, ", ", " or ");
+    }
 }
 
 void command_expected(const struct command_argument *argument, struct command_text *text) {
@@ -221,6 +231,35 @@ static int take_numbers(const struct command_parser *parser,
     return 0;
 }
 
+/// Takes a number with one of several units, or a word in place of it. `unit`: that of a next word,
+/// -1: none.
+static int take_quantity(const struct command_parser *parser,
+                         const struct command_argument *argument, const char *word, int unit,
+                         struct command_value *value) {
+    char text[NUMBER_BYTES];
+    const char *number = word;
+    *value = (struct command_value){.given = true, .choice = -1, .text = word};
+    if (unit < 0 && argument->choices != NULL) {
+        value->choice = command_words_choice(word, argument->choices);
+    }
+    if (value->choice >= 0) {
+        return 0;
+    }
+    if (unit < 0 && argument->units != NULL) {
+        unit = command_words_unit(word, argument->units, text, sizeof text);
+        number = unit >= 0 ? text : word;
+    }
+    if (unit <= 0) {
+        return take_number(parser, argument, word, number, number + strlen(number), &value->number,
+                           &value->integer);
+    }
+    value->unit = unit;
+    if (!command_words_number(number, &value->number)) {
+        return refuse(parser, argument, ERROR_SYNTAX, word, " is not a number");
+    }
+    return value->number > 0 ? 0 : refuse(parser, argument, ERROR_RANGE, word, " is too small");
+}
+
 static int take_choice(const struct command_parser *parser, const struct command_argument *argument,
                        const char *word, struct command_value *value) {
     struct command_text *message = parser->message;
@@ -326,39 +365,6 @@ int command_parse_option(const struct command_parser *parser, const char *const 
     return take_value(parser, argument, words[*at], &values[i]);
 }
 
-void command_store(const struct command_argument *arguments, unsigned count,
-                   const struct command_value *values, void *into) {
-    for (unsigned i = 0; i < count; i++) {
-        const struct command_argument *argument = &arguments[i];
-        void *to = (char *)into + argument->offset;
-        const int numbers = argument->count > 0 ? argument->count : 1;
-        if (!values[i].given || !command_argument_is_option(argument)) {
-            continue;
-        }
-        switch (argument->kind) {
-            case COMMAND_FLAG:
-                *(bool *)to = values[i].choice == 1;
-                break;
-            case COMMAND_CHOICE:
-                *(int *)to = values[i].choice;
-                break;
-            case COMMAND_TEXT:
-                *(const char **)to = values[i].text;
-                break;
-            case COMMAND_INTEGER:
-            case COMMAND_NUMBER:
-                for (int j = 0; j < numbers; j++) {
-                    if (argument->kind == COMMAND_INTEGER) {
-                        ((int *)to)[j] = (int)values[i].numbers[j];
-                    } else {
-                        ((double *)to)[j] = values[i].numbers[j];
-                    }
-                }
-                break;
-        }
-    }
-}
-
 /// Whether the word is a value of this option that used to be given without its name: "left" of
 /// side=left, "accept-mismatch" of accept-mismatch=yes.
 static bool is_bare_value(const struct command_argument *argument, const char *word) {
@@ -389,9 +395,11 @@ static int unexpected(const struct command *command, const struct command_parser
     return ERROR_ARGUMENT;
 }
 
-/// Takes a word as the next operand, which is at `*next` of the arguments.
+/// Takes a word, and a unit after it, as the next operand, which is at `*next` of the arguments.
 static int take_operand(const struct command *command, const struct command_parser *parser,
-                        const char *word, unsigned *next, struct command_value *values) {
+                        const struct command_words *words, size_t *at, unsigned *next,
+                        struct command_value *values) {
+    const char *word = words->word[*at];
     while (*next < command->argument_count &&
            command_argument_is_option(&command->arguments[*next])) {
         (*next)++;
@@ -407,7 +415,14 @@ static int take_operand(const struct command *command, const struct command_pars
         }
     }
     const unsigned i = (*next)++;
-    return take_value(parser, &command->arguments[i], word, &values[i]);
+    const char *units = command->arguments[i].units;
+    if (units == NULL) {
+        return take_value(parser, &command->arguments[i], word, &values[i]);
+    }
+    const int unit =
+        *at + 1 < words->count ? command_words_choice(words->word[*at + 1], units) : -1;
+    *at += unit >= 0 ? 1 : 0;
+    return take_quantity(parser, &command->arguments[i], word, unit, &values[i]);
 }
 
 static int parse_arguments(const struct command *command, const struct command_words *words,
@@ -424,7 +439,7 @@ static int parse_arguments(const struct command *command, const struct command_w
         const bool quoted = (words->quoted >> at & 1) != 0;
         error = !quoted && command_is_option(&parser, words->word[at])
                     ? command_parse_option(&parser, words->word, words->count, &at, values)
-                    : take_operand(command, &parser, words->word[at], &next, values);
+                    : take_operand(command, &parser, words, &at, &next, values);
     }
     for (unsigned i = 0; error == 0 && i < command->argument_count; i++) {
         const struct command_argument *argument = &command->arguments[i];

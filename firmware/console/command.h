@@ -57,11 +57,16 @@ struct command_argument {
     double min, max;      ///< of a number; for a text, limits of its length (0, 0: not empty)
     int count;            ///< numbers in one value; 0 means 1
     char separator;       ///< between them
-    const char *choices;  ///< words separated by one blank; NULL: none
+    const char *choices;  ///< words separated by one blank; of a number, words in place of one;
+                          ///< NULL: none
     const char *unit;     ///< NULL: none
     bool optional;        ///< of an operand
     /// Adds the values that exist; NULL: they are not known.
     void (*candidates)(const struct command_candidates *to);
+    /// Of an operand that is one number: `unit` and others that the number may be in, "counts x
+    /// mm", with or without a blank before; "f/" precedes its number. min and max are for `unit`
+    /// only.
+    const char *units;
 };
 
 /// An argument's value.
@@ -72,7 +77,8 @@ struct command_value {
         double numbers[COMMAND_NUMBERS_MAX];
     };
     int64_t integer;  ///< `number` as an integer
-    int choice;       ///< index of the word; of a flag 0 (no) or 1 (yes)
+    int choice;       ///< index of the word; of a flag 0 (no) or 1 (yes); -1: a number
+    int unit;         ///< index in `units`; 0 is `unit`
     const char *text;
 };
 

@@ -172,3 +172,21 @@ int command_words_choice(const char *word, const char *choices) {
     }
     return -1;
 }
+
+int command_words_unit(const char *word, const char *units, char *number, size_t bytes) {
+    char unit[COMMAND_CHOICE_MAX];
+    const size_t length = strlen(word);
+    for (int i = 0; command_words_choice_at(units, i, unit); i++) {
+        const size_t of_unit = strlen(unit);
+        if (length <= of_unit || length - of_unit >= bytes) {
+            continue;
+        }
+        const bool leads = unit[of_unit - 1] == '/';
+        if (strncmp(leads ? word : word + length - of_unit, unit, of_unit) == 0) {
+            memcpy(number, leads ? word + of_unit : word, length - of_unit);
+            number[length - of_unit] = '\0';
+            return i;
+        }
+    }
+    return -1;
+}

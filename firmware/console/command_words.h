@@ -37,6 +37,11 @@ bool command_words_number(const char *word, double *value);
 /// of int64_t.
 bool command_words_integer(const char *word, int64_t *value);
 
+/// Splits "5x", "40mm" or "f/8" into a number, copied to `number` (`bytes`), and one of the units
+/// in a list separated by blanks; of these, one that ends in / precedes its number. Returns the
+/// unit's index, -1: none of these. Whether the rest is a number is not checked.
+int command_words_unit(const char *word, const char *units, char *number, size_t bytes);
+
 /// Index of a word in a list separated by blanks; -1: not in the list.
 int command_words_choice(const char *word, const char *choices);
 

@@ -75,3 +75,36 @@ int command_run(const struct command *command, const struct command_call *call) 
     }
     return error;
 }
+
+void command_store(const struct command_argument *arguments, unsigned count,
+                   const struct command_value *values, void *into) {
+    for (unsigned i = 0; i < count; i++) {
+        const struct command_argument *argument = &arguments[i];
+        void *to = (char *)into + argument->offset;
+        const int numbers = argument->count > 0 ? argument->count : 1;
+        if (!values[i].given || !command_argument_is_option(argument)) {
+            continue;
+        }
+        switch (argument->kind) {
+            case COMMAND_FLAG:
+                *(bool *)to = values[i].choice == 1;
+                break;
+            case COMMAND_CHOICE:
+                *(int *)to = values[i].choice;
+                break;
+            case COMMAND_TEXT:
+                *(const char **)to = values[i].text;
+                break;
+            case COMMAND_INTEGER:
+            case COMMAND_NUMBER:
+                for (int j = 0; j < numbers; j++) {
+                    if (argument->kind == COMMAND_INTEGER) {
+                        ((int *)to)[j] = (int)values[i].numbers[j];
+                    } else {
+                        ((double *)to)[j] = values[i].numbers[j];
+                    }
+                }
+                break;
+        }
+    }
+}

@@ -37,10 +37,26 @@ int commands_state_wait(const struct command_call *call);
 int commands_selftest_run(const struct command_call *call);
 
 int commands_aim_pan(const struct command_call *call);
-/// Shows or moves an axis. Arguments SIDE and POSITION.
-int commands_aim_zoom(const struct command_call *call);
-int commands_aim_focus(const struct command_call *call);
-int commands_aim_iris(const struct command_call *call);
+
+/// Show or move an axis. Arguments POSITION, side and those of the axis.
+int commands_lens_zoom(const struct command_call *call);
+int commands_lens_focus(const struct command_call *call);
+int commands_lens_iris(const struct command_call *call);
+int commands_lens_run(const struct command_call *call);
+/// Units of POSITION; the indexes are those of enum commands_lens_unit.
+#define COMMANDS_ZOOM_UNITS "counts x mm"
+#define COMMANDS_FOCUS_UNITS "counts mm"
+#define COMMANDS_IRIS_UNITS "counts f/"
+/// What the command lens does.
+#define COMMANDS_LENS_ACTIONS "status learned forget"
+/// The sides meant by a side option: if none was named, all that have a lens.
+int commands_lens_sides(const struct command_call *call, const struct command_value *side,
+                        unsigned *sides);
+/// Adds what a position of a lens means in mm, x or f-number, where that is known; and a distance,
+/// which may be infinite.
+void commands_lens_meaning(const struct command_call *call, unsigned side, enum lens_axis axis,
+                           int32_t position);
+void commands_lens_distance(const struct command_call *call, const char *key, double distance_mm);
 
 int commands_camera_exposure(const struct command_call *call);
 int commands_camera_gain(const struct command_call *call);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of the rig's own commands. It is the only source of their help texts.
+#include <math.h>
+
 #include "console/commands.h"
 #include "core/invariant.h"
 #include "rig/registers.h"
@@ -36,16 +38,70 @@ static const struct command_argument pan_arguments[] = {
      .help = "angle of the right camera; default: that of the left"},
 };
 
-static const struct command_argument position_arguments[] = {
-    {.name = "POSITION",
-     .kind = COMMAND_INTEGER,
-     .unit = "counts",
-     .min = -1000000,
-     .max = 1000000,
-     .optional = true,
-     .help = "position in counts of the lens controller, within the limits of the lens; without it "
-             "position and limits are shown"},
+// The other units and words that an axis accepts.
+#define POSITION_ARGUMENT(accepts, words, others)                                                  \
+    {                                                                                              \
+        .name = "POSITION", .kind = COMMAND_INTEGER, .unit = "counts", .min = -1000000,            \
+        .max = 1000000, .optional = true, .units = (accepts), .choices = (words),                  \
+        .help =                                                                                    \
+            "position in counts of the lens controller, within the limits of the lens, or " others \
+            "; without it position and limits are shown"                                           \
+    }
+
+static const struct command_argument zoom_arguments[] = {
+    POSITION_ARGUMENT(COMMANDS_ZOOM_UNITS, NULL, "magnification (5x) or focal length (40 mm)"),
     SIDE_OPTION,
+};
+
+static const struct command_argument focus_arguments[] = {
+    POSITION_ARGUMENT(COMMANDS_FOCUS_UNITS, "infinity", "distance from the lens (1800 mm)"),
+    SIDE_OPTION,
+};
+
+static const struct command_argument iris_arguments[] = {
+    POSITION_ARGUMENT(COMMANDS_IRIS_UNITS, NULL, "f-number (f/8)"),
+    SIDE_OPTION,
+    {.name = "sharp",
+     .kind = COMMAND_NUMBER,
+     .unit = "mm",
+     .min = 1,
+     .max = INFINITY,
+     .count = 2,
+     .separator = ':',
+     .value_name = "NEAR:FAR",
+     .help = "closes the iris as far as this range of distances from the lens needs at the present "
+             "zoom and focus, and no further: up to 1 px of blur at its ends, or until diffraction "
+             "blurs as much. The exposure follows"},
+};
+
+static const struct command_argument lens_arguments[] = {
+    {.name = "ACTION",
+     .kind = COMMAND_CHOICE,
+     .choices = COMMANDS_LENS_ACTIONS,
+     .help = "status: what each axis means in mm, f-numbers and blur; learned: the tables, in the "
+             "form of the options; forget: empties the tables, for example after a lens was "
+             "changed"},
+    SIDE_OPTION,
+    {.name = "focus",
+     .kind = COMMAND_TEXT,
+     .min = 1,
+     .max = 480,
+     .value_name = "TABLE",
+     .help = "with learned: replaces the zoom-to-focus table, ZOOM:DEVIATION:SIGMA:TIMES,..., "
+             "counts"},
+    {.name = "iris",
+     .kind = COMMAND_TEXT,
+     .min = 1,
+     .max = 480,
+     .value_name = "TABLE",
+     .help = "with learned: replaces the table of the iris, IRIS:RATIO:SIGMA:TIMES,..., f-number "
+             "relative to open"},
+    {.name = "object",
+     .kind = COMMAND_TEXT,
+     .min = 1,
+     .max = 40,
+     .value_name = "FOCUS:SIGMA",
+     .help = "with learned: replaces the object last focused on, counts of a nominal lens"},
 };
 
 #define VALUE_HELP                                                                      \
@@ -186,26 +242,28 @@ static const struct command commands[] = {
      .run = commands_aim_pan},
     {.name = "zoom",
      .summary = "set or show the zoom",
-     .help = "Moves end from below, so that backlash does not matter. Waits until the lens has "
-             "arrived.",
-     .arguments = position_arguments,
-     .argument_count = COUNT(position_arguments),
+     .help = "Examples: zoom 5x; zoom 40 mm; zoom 540. Moves end from the same side, so that "
+             "backlash does not matter. Waits until the lens has arrived.",
+     .arguments = zoom_arguments,
+     .argument_count = COUNT(zoom_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
-     .run = commands_aim_zoom},
+     .run = commands_lens_zoom},
     {.name = "focus",
      .summary = "set or show the focus",
-     .help = "As zoom.",
-     .arguments = position_arguments,
-     .argument_count = COUNT(position_arguments),
+     .help = "Examples: focus 1800 mm; focus infinity; focus 544. As zoom. Distances are those of "
+             "the lens's data sheet (rig.focus_nearest), corrected by what was learned.",
+     .arguments = focus_arguments,
+     .argument_count = COUNT(focus_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
-     .run = commands_aim_focus},
+     .run = commands_lens_focus},
     {.name = "iris",
-     .summary = "set or show the iris",
-     .help = "As zoom.",
-     .arguments = position_arguments,
-     .argument_count = COUNT(position_arguments),
+     .summary = "set or show the iris, or close it for a depth of field",
+     .help = "Examples: iris f/8; iris 480; iris sharp=1750:1850. As zoom. Only sharp= changes the "
+             "exposure.",
+     .arguments = iris_arguments,
+     .argument_count = COUNT(iris_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
-     .run = commands_aim_iris},
+     .run = commands_lens_iris},
     {.name = "autofocus",
      .summary = "find the focus",
      .help = "Sweeps the focus while small frames of a region arrive, approaches the sharpest "
@@ -218,6 +276,15 @@ static const struct command commands[] = {
      .argument_count = COUNT(autofocus_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_focus_auto},
+    {.name = "lens",
+     .summary = "show what the lens positions mean, and what was learned",
+     .help = "Distances, f-numbers and blur come from the settings rig.focal_length_wide and its "
+             "neighbours, and from what autofocus and \"iris learn\" have found for each lens. "
+             "\"settings save\" saves the tables.",
+     .arguments = lens_arguments,
+     .argument_count = COUNT(lens_arguments),
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG,
+     .run = commands_lens_run},
     {.name = "exposure",
      .summary = "set or show the exposure time",
      .help = VALUE_HELP,

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/base/rig_clock.h"
 #include "rig/lens_mover.h"
 
 enum {
@@ -210,7 +211,7 @@ static double pixel_mm(const struct rig *self) {
     return self->profile.optics.pixel_nm / NM_PER_MM;
 }
 
-// The lens as it is.
+// The lens at its present positions.
 static int state_of(const struct rig *self, unsigned side, struct lens_state *state) {
     int32_t zoom = 0, focus = 0, iris = 0;
     struct lens_state found = {.f_number = self->profile.optics.f_number_open / F_NUMBER_ONE};
@@ -290,54 +291,62 @@ static double f_number_for(const struct rig *self, const struct lens_state *stat
     return fmax(open, fmin(f_number, closed));
 }
 
+// What a call for a range needs: the state, and the f-numbers at the ends of the iris.
+static int range_state(const struct rig *self, unsigned side, struct lens_state *state,
+                       double *open, double *closed) {
+    int error = check(self, side, LENS_IRIS, RIG_OPTICS_BLUR);
+    error = error == ERROR_OK ? state_of(self, side, state) : error;
+    return error == ERROR_OK ? iris_ends(self, side, open, closed) : error;
+}
+
+// The iris for an f-number. As far as `needed`: rounded to the closed side.
+static int round_iris(const struct rig *self, unsigned side, double f_number, bool needed,
+                      struct rig_optics_iris *found) {
+    int error = rig_optics_iris_for(self, side, f_number, &found->iris);
+    error =
+        error == ERROR_OK ? rig_optics_f_number(self, side, found->iris, &found->f_number) : error;
+    if (error == ERROR_OK && needed && found->f_number < f_number &&
+        found->iris > ring_of(self, LENS_IRIS).min) {
+        found->iris--;
+        error = rig_optics_f_number(self, side, found->iris, &found->f_number);
+    }
+    return error;
+}
+
 int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near_mm, double far_mm,
                               struct rig_optics_iris *found) {
     struct lens_state state;
     struct rig_optics_iris result = {.iris = 0};
     double open = 0, closed = 0;
-    int error = check(self, side, LENS_IRIS, RIG_OPTICS_BLUR);
-    error = error == ERROR_OK ? state_of(self, side, &state) : error;
-    error = error == ERROR_OK ? iris_ends(self, side, &open, &closed) : error;
-    if (error == ERROR_OK && !(near_mm > 2 * state.focal_length_mm && near_mm <= far_mm)) {
-        error = ERROR_RANGE;
-    }
+    int error = range_state(self, side, &state, &open, &closed);
     if (error != ERROR_OK) {
         return error;
     }
-    const double exact = f_number_for(self, &state, near_mm, far_mm, open, closed, &result);
-    error = rig_optics_iris_for(self, side, exact, &result.iris);
-    // As far as needed: rounded to the closed side.
-    const struct lens_ring ring = ring_of(self, LENS_IRIS);
-    error =
-        error == ERROR_OK ? rig_optics_f_number(self, side, result.iris, &result.f_number) : error;
-    if (error == ERROR_OK && result.limit == RIG_OPTICS_NEEDED && result.f_number < exact &&
-        result.iris > ring.min) {
-        result.iris--;
-        error = rig_optics_f_number(self, side, result.iris, &result.f_number);
+    if (!(near_mm > 2 * state.focal_length_mm && near_mm <= far_mm)) {
+        return ERROR_RANGE;
     }
+    const double exact = f_number_for(self, &state, near_mm, far_mm, open, closed, &result);
+    error = round_iris(self, side, exact, result.limit == RIG_OPTICS_NEEDED, &result);
+    result.focus_mm = lens_range_middle(near_mm, far_mm);
+    error = error == ERROR_OK ? rig_optics_focus_for(self, side, result.focus_mm, &result.focus)
+                              : error;
     if (error != ERROR_OK) {
         return error;
     }
     state.f_number = result.f_number;
     result.blur_px = fmax(lens_blur(&state, near_mm), lens_blur(&state, far_mm)) / pixel_mm(self);
     result.diffraction_px = lens_diffraction(state.f_number) / pixel_mm(self);
-    result.focus_mm = lens_range_middle(near_mm, far_mm);
     state.focus_distance_mm = result.focus_mm;
     result.best_px = lens_blur(&state, near_mm) / pixel_mm(self);
-    error = rig_optics_focus_for(self, side, result.focus_mm, &result.focus);
-    if (error == ERROR_OK) {
-        *found = result;
-    }
-    return error;
+    *found = result;
+    return ERROR_OK;
 }
 
 int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double distance_mm,
                               double reach_mm, int32_t *iris) {
     struct lens_state state;
     double open = 0, closed = 0;
-    int error = check(self, side, LENS_IRIS, RIG_OPTICS_BLUR);
-    error = error == ERROR_OK ? state_of(self, side, &state) : error;
-    error = error == ERROR_OK ? iris_ends(self, side, &open, &closed) : error;
+    const int error = range_state(self, side, &state, &open, &closed);
     if (error != ERROR_OK) {
         return error;
     }
@@ -391,5 +400,7 @@ int rig_optics_learn_focus(struct rig *self, unsigned side, int32_t position_q4,
     const struct lens_ring ring = ring_of(self, LENS_ZOOM);
     lens_learned_focus(&self->camera[side].lens.learned.focus, (uint8_t)side, &self->object, zoom,
                        ring.max - ring.min, position_q4, sigma_q4, distance_q4);
+    self->camera[side].lens.focused_q4 = position_q4;
+    self->camera[side].lens.focused_us = rig_now_us(self);
     return ERROR_OK;
 }

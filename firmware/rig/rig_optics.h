@@ -29,8 +29,8 @@ enum rig_optics_relation {
     RIG_OPTICS_BLUR
 };
 
-/// The settings that this profile lacks for a relation, as text: "rig.focal_length_wide and
-/// rig.focal_length_tele"; NULL: none. Static storage.
+/// The settings that are missing in this profile for a relation, as text: "rig.focal_length_wide
+/// and rig.focal_length_tele"; NULL: none. Static storage.
 const char *rig_optics_missing(const struct rig *self, enum rig_optics_relation relation);
 
 /// The position of an axis at which the lens is now.

@@ -144,6 +144,8 @@ struct rig_lens {
     uint32_t tracked;                             ///< number of readings; wraps
     uint64_t rest_us[LENS_AXES];  ///< an axis is at rest from then on; UINT64_MAX: it may move
     struct lens_learned learned;  ///< outlives the bring-up; see rig/rig_optics.h
+    int32_t focused_q4;           ///< where autofocus last found the object, 1/16 count,
+    uint64_t focused_us;          ///< and when; 0: never
 };
 
 /// The last autofocus of a camera. Positions in counts of the lens, or parts of a focus control.

@@ -28,17 +28,17 @@ struct values {
 
 const command_argument table[] = {
     {"flag", COMMAND_FLAG, offsetof(values, flag), nullptr, "A flag.", 0, 0, 0, 0, nullptr, nullptr,
-     false, nullptr},
+     false, nullptr, nullptr},
     {"number", COMMAND_INTEGER, offsetof(values, number), "N", "A number.", -5, 10, 0, 0, nullptr,
-     nullptr, false, nullptr},
+     nullptr, false, nullptr, nullptr},
     {"size", COMMAND_INTEGER, offsetof(values, pair), "WxH", "A size.", 1, 100, 2, 'x', nullptr,
-     nullptr, false, nullptr},
+     nullptr, false, nullptr, nullptr},
     {"range", COMMAND_NUMBER, offsetof(values, reals), "A:B", "A range.", -1, INFINITY, 2, ':',
-     nullptr, nullptr, false, nullptr},
+     nullptr, nullptr, false, nullptr, nullptr},
     {"text", COMMAND_TEXT, offsetof(values, text), "FILE", "A file.", 0, 0, 0, 0, nullptr, nullptr,
-     false, nullptr},
+     false, nullptr, nullptr},
     {"kind", COMMAND_CHOICE, offsetof(values, choice), "KIND", "A kind.", 0, 0, 0, 0, "red green",
-     nullptr, false, nullptr},
+     nullptr, false, nullptr, nullptr},
 };
 
 option_page page_of(int operands_min, int operands_max) {

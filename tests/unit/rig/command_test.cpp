@@ -27,12 +27,20 @@ int run_nothing(const command_call *) {
 
 const command_argument move_arguments[] = {
     {"SIDE", COMMAND_CHOICE, 0, nullptr, "which", 0, 0, 0, 0, "left right both", nullptr, false,
-     nullptr},
+     nullptr, nullptr},
     {"ANGLE", COMMAND_NUMBER, 0, nullptr, "where to", -30.5, 30, 0, 0, nullptr, "deg", false,
-     nullptr},
+     nullptr, nullptr},
     {"COUNT", COMMAND_INTEGER, 0, nullptr, "how often", 0, 255, 0, 0, nullptr, nullptr, true,
+     nullptr, nullptr},
+    {"NOTE", COMMAND_TEXT, 0, nullptr, "a word", 1, 8, 0, 0, nullptr, nullptr, true, nullptr,
      nullptr},
-    {"NOTE", COMMAND_TEXT, 0, nullptr, "a word", 1, 8, 0, 0, nullptr, nullptr, true, nullptr},
+};
+
+const command_argument focus_arguments[] = {
+    {"POSITION", COMMAND_INTEGER, 0, nullptr, "where to", -5, 900, 0, 0, "infinity", "counts", true,
+     nullptr, "counts x mm f/"},
+    {"NOTE", COMMAND_TEXT, 0, nullptr, "a word", 1, 8, 0, 0, nullptr, nullptr, true, nullptr,
+     nullptr},
 };
 
 struct Stored {
@@ -44,17 +52,18 @@ struct Stored {
 };
 
 const command_argument expose_arguments[] = {
-    {"TIME", COMMAND_INTEGER, 0, nullptr, "how long", 1, 1000, 0, 0, nullptr, "us", true, nullptr},
+    {"TIME", COMMAND_INTEGER, 0, nullptr, "how long", 1, 1000, 0, 0, nullptr, "us", true, nullptr,
+     nullptr},
     {"side", COMMAND_CHOICE, offsetof(Stored, side), nullptr, "which", 0, 0, 0, 0,
-     "left right both", nullptr, false, nullptr},
+     "left right both", nullptr, false, nullptr, nullptr},
     {"still", COMMAND_FLAG, offsetof(Stored, still), nullptr, "wait", 0, 0, 0, 0, nullptr, nullptr,
-     false, nullptr},
+     false, nullptr, nullptr},
     {"size", COMMAND_INTEGER, offsetof(Stored, size), "WxH", "of the window", 1, 100, 2, 'x',
-     nullptr, nullptr, false, nullptr},
+     nullptr, nullptr, false, nullptr, nullptr},
     {"far", COMMAND_NUMBER, offsetof(Stored, far), "MM", "limit", 0.5, INFINITY, 0, 0, nullptr,
-     "mm", false, nullptr},
+     "mm", false, nullptr, nullptr},
     {"note", COMMAND_TEXT, offsetof(Stored, note), "TEXT", "any", 0, 0, 0, 0, nullptr, nullptr,
-     false, nullptr},
+     false, nullptr, nullptr},
 };
 
 const command table[] = {
@@ -62,6 +71,7 @@ const command table[] = {
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
     {"expose", "sets", "", expose_arguments, 6, 0, run_nothing},
+    {"focus", "moves", "", focus_arguments, 2, 0, run_nothing},
 };
 
 struct Parsed {
@@ -139,6 +149,41 @@ TEST_CASE("options are given by name, in any order and in both spellings") {
     command_store(expose_arguments, 6, none.values.data(), &stored);
     CHECK(stored.side == -1);
     CHECK(stored.note == nullptr);
+}
+
+TEST_CASE("a number with another unit, with or without a blank, and words in place of a number") {
+    const struct {
+        const char *line;
+        int unit;
+        double number;
+    } cases[] = {
+        {"focus 540", 0, 540},       {"focus 540 counts", 0, 540}, {"focus 540counts", 0, 540},
+        {"focus 0x10", 0, 16},       {"focus 5x", 1, 5},           {"focus 2.5 x", 1, 2.5},
+        {"focus 40.5mm", 2, 40.5},   {"focus 1800 mm", 2, 1800},   {"focus f/5.6", 3, 5.6},
+        {"focus 40 mm note", 2, 40},
+    };
+    for (const auto &row : cases) {
+        const Parsed parsed = parse(row.line);
+        CAPTURE(row.line);
+        CAPTURE(parsed.message);
+        REQUIRE(parsed.error == 0);
+        CHECK(parsed.values[0].unit == row.unit);
+        CHECK(parsed.values[0].number == row.number);
+        CHECK(parsed.values[0].choice == -1);
+        CHECK((row.unit != 0 || parsed.values[0].integer == int64_t(row.number)));
+        CHECK(parsed.values[1].given == (std::strstr(row.line, "note") != nullptr));
+    }
+    CHECK(parse("focus infinity").values[0].choice == 0);
+    for (const char *word : {"5.5", "5y", "x5", "f/", "mm", "40mmm", "--1", "5xx", "f/x"}) {
+        refused(std::string("focus ") + word, ERROR_SYNTAX,
+                {"POSITION", word, "from -5 to 900 counts, or N x, or N mm, or f/N, or infinity"});
+    }
+    refused("focus 901", ERROR_RANGE, {"too large"});
+    refused("focus 901 counts", ERROR_RANGE, {"too large"});
+    refused("focus -1mm", ERROR_RANGE, {"\"-1mm\" is too small"});
+    refused("focus 0 x", ERROR_RANGE, {"too small"});
+    refused("focus a mm", ERROR_SYNTAX, {"\"a\" is not a number"});
+    refused("focus 5 mm x y", ERROR_ARGUMENT, {"unexpected \"y\""});
 }
 
 TEST_CASE("wrong options") {
@@ -300,8 +345,10 @@ TEST_CASE("the instrument's table is whole") {
                 optional = argument.optional;
             }
             CHECK(std::strlen(argument.help) > 0);
-            CHECK((argument.kind == COMMAND_CHOICE) == (argument.choices != nullptr));
-            CHECK((argument.kind == COMMAND_CHOICE || argument.min < argument.max));
+            CHECK(((argument.kind == COMMAND_CHOICE) == (argument.choices != nullptr) ||
+                   argument.units != nullptr));
+            CHECK((argument.kind == COMMAND_CHOICE || argument.kind == COMMAND_FLAG ||
+                   argument.min < argument.max));
         }
     }
 }

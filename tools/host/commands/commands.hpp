@@ -10,29 +10,29 @@
 
 /// Rows of a table of options, see struct command_argument. `offset` is into the values.
 constexpr command_argument flag_option(const char *name, std::size_t offset, const char *help) {
-    return {name, COMMAND_FLAG, offset,  nullptr, help,   0, 0, 0,
-            0,    nullptr,      nullptr, false,   nullptr};
+    return {name, COMMAND_FLAG, offset,  nullptr, help,    0,      0, 0,
+            0,    nullptr,      nullptr, false,   nullptr, nullptr};
 }
 
 constexpr command_argument text_option(const char *name, std::size_t offset, const char *value_name,
                                        const char *help) {
-    return {name, COMMAND_TEXT, offset,  value_name, help,   0, 0, 0,
-            0,    nullptr,      nullptr, false,      nullptr};
+    return {name, COMMAND_TEXT, offset,  value_name, help,    0,      0, 0,
+            0,    nullptr,      nullptr, false,      nullptr, nullptr};
 }
 
 constexpr command_argument choice_option(const char *name, std::size_t offset,
                                          const char *value_name, const char *help,
                                          const char *choices) {
-    return {name, COMMAND_CHOICE, offset,  value_name, help,   0, 0, 0,
-            0,    choices,        nullptr, false,      nullptr};
+    return {name, COMMAND_CHOICE, offset,  value_name, help,    0,      0, 0,
+            0,    choices,        nullptr, false,      nullptr, nullptr};
 }
 
 /// `kind`: COMMAND_INTEGER or COMMAND_NUMBER; `count` numbers with `separator` between them.
 constexpr command_argument number_option(const char *name, command_kind kind, std::size_t offset,
                                          const char *value_name, const char *help, double min,
                                          double max, int count = 0, char separator = 0) {
-    return {name,  kind,      offset,  value_name, help,  min,    max,
-            count, separator, nullptr, nullptr,    false, nullptr};
+    return {name,  kind,      offset,  value_name, help,  min,     max,
+            count, separator, nullptr, nullptr,    false, nullptr, nullptr};
 }
 
 /// `vergence board`: a calibration board as a PDF.

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What lens positions mean, through the console: magnifications, distances and f-numbers of the
+data sheet against what the simulated lenses really do, and the iris for a depth of field."""
+import os
+import re
+import subprocess
+
+from daemon_process import SIMRIG, TIMEOUT_S, DaemonTest
+
+CONTROL = os.path.join(os.environ["VERGENCE_SOURCE"], "tools/simrig/control")
+
+
+class Lens(DaemonTest):
+    @classmethod
+    def begin_rig(cls):
+        cls.truths = os.path.join(cls.folder, "truths")
+        os.mkdir(cls.truths)
+        cls.rig = subprocess.Popen([SIMRIG, "--scene", cls.scene, "--files", cls.truths,
+                                    "--listen", f"unix:{cls.rig_path}"], stdout=subprocess.DEVNULL)
+        cls.addClassCleanup(cls.end, cls.rig)
+        cls.wait_for(cls.rig_path)
+
+    def setUp(self):
+        self.first = self.client()
+        self.asked("bringup")
+        self.asked("window 128 96")
+        self.asked("lens forget")
+
+    def asked(self, command):
+        answer = self.first.ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+    def refused(self, command, words):
+        self.assertRegex(self.first.ask(command)[-1], f"^ERR {words}")
+
+    def truth(self, side):
+        """Focal length, focus distance and f-number of the simulated lens at a frame from now."""
+        self.asked("capture")
+        subprocess.run([CONTROL, f"unix:{self.rig_path}", f"truth {side} {side}"], check=True,
+                       timeout=TIMEOUT_S, stdout=subprocess.DEVNULL)
+        with open(os.path.join(self.truths, f"{side}.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        return [float(re.search(rf"^{key}: *(\S+)", text, re.M).group(1))
+                for key in ("focal_length_mm", "focus_distance_mm", "f_number")]
+
+    def test_units(self):
+        zoomed = self.asked("zoom 5x")
+        for side in ("left", "right"):
+            self.assertAlmostEqual(zoomed[side]["magnification"], 5, delta=0.1)
+            self.assertAlmostEqual(zoomed[side]["focal_length"], 42.5, delta=0.8)
+            # The simulated lenses differ from their data sheet by a bow of half a millimetre.
+            self.assertAlmostEqual(self.truth(side)[0], 42.5, delta=1.2)
+        self.assertEqual(round(self.asked("zoom 40 mm")["left"]["focal_length"]), 40)
+        self.assertEqual(round(self.asked("zoom 40mm side=right")["right"]["focal_length"]), 40)
+        focused = self.asked("focus 1800 mm")
+        for side in ("left", "right"):
+            self.assertAlmostEqual(focused[side]["distance"], 1800, delta=40)
+            self.assertAlmostEqual(self.truth(side)[1], 1800, delta=40)
+        self.assertAlmostEqual(self.asked("iris f/8")["right"]["f_number"], 8, delta=0.3)
+        self.assertEqual(self.asked("zoom 540 counts side=left").keys(), {"left"})
+        for command, words in (
+                ("zoom 12x", r'RANGE zoom: POSITION 12x .*left lens: 1 to 10x\)'),
+                ("zoom 5 mm", r'RANGE zoom: POSITION 5 .*8.5 to 85 mm\)'),
+                ("focus 700mm", r'RANGE focus: POSITION 700mm .*at least 800 mm\)'),
+                ("iris f/22", r'RANGE iris: POSITION f/22 .*f/1.6 to f/16\)'),
+                ("zoom 0x", 'RANGE zoom: POSITION "0x" is too small'),
+                ("zoom -1 mm", 'RANGE zoom: POSITION "-1" is too small'),
+                ("zoom 5y", 'SYNTAX zoom: POSITION "5y" is not an integer .* or N x, or N mm'),
+                ("focus 5x", 'SYNTAX focus: POSITION "5x" is not an integer .*infinity'),
+                ("zoom 1.5", 'SYNTAX zoom: POSITION "1.5" is not an integer')):
+            self.refused(command, words)
+
+    def test_iris_for_a_depth_of_field(self):
+        self.asked("zoom 10x")
+        self.asked("focus 1800 mm")
+        self.asked("iris 850")
+        self.asked("exposure 2000")
+        closed = self.asked("iris sharp=1790:1810 side=left")["left"]
+        # As far as needed: the ends are blurred by 1 px, or as much as by diffraction.
+        self.assertLess(closed["blur"], 3.2)
+        before, after = 1.6, closed["f_number"]
+        self.assertAlmostEqual(closed["exposure"] / 2000, (after / before) ** 2, delta=0.4)
+        self.assertEqual(self.asked("exposure")["right"], self.asked("exposure 2000")["right"])
+        self.assertAlmostEqual(closed["best_focus"], 1800, delta=1)
+        status = self.asked("lens status")["left"]
+        self.assertEqual(status["zoom"]["known"], "data sheet")
+        self.assertAlmostEqual(status["iris"]["f_number"], after, delta=0.2)
+        self.assertLess(status["sharp_near"], 1800)
+        self.assertGreater(status["sharp_far"], status["sharp_near"])
+        self.assertGreater(status["blur_per_count"], 0.5)
+        far = self.asked("iris sharp=1700:inf side=left")["left"]
+        self.assertIn("closes no further", far["result"])
+        self.assertAlmostEqual(far["position"], 300, delta=6)
+        self.assertGreater(far["best_focus"], 3000)
+        self.asked("zoom 1x")
+        self.assertIn("open", self.asked("iris sharp=1750:1850 side=left")["left"]["result"])
+        self.refused("iris sharp=1850:1750", "RANGE iris: sharp=1850:1750 .*NEAR:FAR")
+        self.refused("iris 480 sharp=1750:1850", "ARGUMENT iris: either")
+        self.refused("iris sharp=1750", "SYNTAX iris: sharp")
+
+    def test_what_was_learned(self):
+        table = "300:1.5:0.5:3,850:-0.25:0.6875:12"
+        shown = self.asked(f"lens learned side=left focus={table} object=544.5:0.625")
+        self.assertEqual(shown["left"], {"focus": table, "iris": "none"})
+        self.assertEqual(shown["object"], "544.5:0.625")
+        self.asked("zoom 850")
+        status = self.asked("lens status")
+        self.assertEqual(status["left"]["focus"]["known"], "learned")
+        self.assertEqual(status["left"]["prediction"]["position"], 544)
+        self.assertLess(status["left"]["prediction"]["half_range"],
+                        status["right"]["prediction"]["half_range"])
+        self.asked("lens learned side=left iris=300:8:0.01:1,850:1:0.01:1")
+        self.assertAlmostEqual(self.asked("iris 850")["left"]["f_number"], 1.6, delta=0.05)
+        self.refused("iris f/16 side=left", "RANGE iris: POSITION f/16 .*f/1.6 to f/12.8")
+        self.refused("lens learned focus=850:1:1:1,300:1:1:1", "SYNTAX lens: invalid focus= .*ascending")
+        self.refused("lens learned object=x", "SYNTAX lens: invalid object=")
+        self.assertEqual(self.asked("lens forget")["left"], {"focus": "none", "iris": "none"})
+
+
+if __name__ == "__main__":
+    import unittest
+    unittest.main()
