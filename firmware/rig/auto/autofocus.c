@@ -157,7 +157,7 @@ static void resolve(struct focuser *self, double spacing, bool all) {
 }
 
 static bool is_at(const struct focuser *self, double position) {
-    const int32_t seen = self->rig->camera[self->side].lens.position[LENS_FOCUS];
+    const int32_t seen = self->rig->camera[self->side].lens.readings[LENS_FOCUS].position;
     return fabs(seen - position) <= axis_of(self)->tolerance_counts;
 }
 
@@ -176,6 +176,11 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
         const bool at_end = is_at(self, step->position);
         error = rig_lens_move_step(self->rig, &self->move,
                                    at_end ? rig_now_us(self->rig) + RIG_POLL_US : 0);
+        // The motor is watched while the frame is exposed.
+        while (error == ERROR_OK && !at_end && !rig_lens_move_done(&self->move) &&
+               rig_now_us(self->rig) < next_us + exposure_us) {
+            error = rig_lens_move_step(self->rig, &self->move, next_us + exposure_us);
+        }
         if (error == ERROR_OK && !at_end && self->waiting < PENDING_MAX) {
             struct pending *pending = &self->pending[self->waiting];
             error = take(self, next_us, step->leg, pending);
@@ -237,7 +242,7 @@ static int carry_out(struct focuser *self, const struct focus_step *step,
             break;
     }
     event->jammed = error == ERROR_JAMMED;
-    event->position = self->rig->camera[self->side].lens.position[LENS_FOCUS];
+    event->position = self->rig->camera[self->side].lens.readings[LENS_FOCUS].position;
     event->deviation = axis_of(self)->tolerance_counts;
     return error;
 }
@@ -311,12 +316,14 @@ static int prepare(struct focuser *self, struct focus_search_options *options) {
 
 static int search(struct focuser *self) {
     struct focus_search *machine = &self->focus->search;
-    struct focus_search_options options = options_of(self);
     int32_t positions[LENS_AXES];
-    int error = prepare(self, &options);
-    if (error == ERROR_OK) {
-        error = rig_lens_read(self->rig, self->side, positions);
+    int error = rig_lens_read(self->rig, self->side, positions);
+    if (error != ERROR_OK) {
+        return error;
     }
+    // What the optics know depends on the positions.
+    struct focus_search_options options = options_of(self);
+    error = prepare(self, &options);
     if (error != ERROR_OK) {
         return error;
     }
