@@ -6,8 +6,10 @@
 
 #include "core/invariant.h"
 
-// Above this part of the height a reciprocal is close to a parabola for all textures.
-static const double fit_part = 0.45;
+// Above this part of the height a reciprocal is close to a parabola for all textures, the closer
+// the higher; this many samples are enough.
+static const double fit_parts[] = {0.8, 0.65, 0.45};
+enum { FIT_PARTS = 3, FIT_SAMPLES = 7 };
 // A second peak has this part of the height of the first, and the valley between both this part of
 // the second. Repeating patterns have side lobes of a third: where the blur inverts them.
 static const double second_part = 0.5, valley_part = 0.7;
@@ -16,25 +18,39 @@ static const double apart_counts = 4;
 // Frames also differ by light that flickers and by the position's error.
 static const double relative_deviation = 0.01;
 
-struct focus_sample focus_sample_of(const struct focus_sharpness *sharpness,
-                                    enum focus_measure measure) {
+// Sharpness and its deviation from the energy of a measure.
+static void set_channel(struct focus_sample *sample, enum focus_channel channel,
+                        const struct focus_sharpness *sharpness, enum focus_measure measure) {
     const double mean = sharpness->mean_q8 / 256.0;
-    const double floor = mean > 0.5 ? mean : 0.5;  // lens cap: no division by 0
+    const double bright = mean > 0.5 ? mean : 0.5;  // with the lens cap on
     const double unit = measure == FOCUS_NORMALIZED_VARIANCE ? 1.0 / (1 << FOCUS_NORMALIZED_SHIFT)
-                                                             : 1.0 / 256.0 / (floor * floor);
+                                                             : 1.0 / 256.0 / (bright * bright);
     const double value = (double)sharpness->energy * unit;
     const double noise = (double)sharpness->noise_energy * unit;
     const double count = sharpness->samples > 0 ? sharpness->samples : 1;
     // Neighbouring gradients share values.
     const double shared = measure == FOCUS_TENENGRAD || measure == FOCUS_LAPLACIAN ? 6.0 : 1.0;
-    const double variance = shared * (2 * noise * noise + 4 * noise * value) / count;
-    return (struct focus_sample){
-        .sharpness = (float)value,
-        .deviation = (float)sqrt(variance),
-        .noise = (float)noise,
-        .mean = (float)mean,
-        .saturated_permille = sharpness->saturated_permille,
-    };
+    sample->sharpness[channel] = (float)value;
+    sample->deviation[channel] =
+        (float)sqrt(shared * (2 * noise * noise + 4 * noise * value) / count);
+}
+
+struct focus_sample focus_sample_of(const struct focus_window *window, enum focus_plane plane,
+                                    enum focus_measure measure, const struct focus_noise *noise) {
+    const enum focus_measure measures[FOCUS_CHANNELS] = {measure, FOCUS_TENENGRAD, FOCUS_LAPLACIAN};
+    struct focus_sample sample = {.leg = FOCUS_LEG_SWEEP};
+    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+        const struct focus_sharpness sharpness =
+            focus_measure_window(window, plane, measures[channel], noise);
+        set_channel(&sample, (enum focus_channel)channel, &sharpness, measures[channel]);
+        sample.mean = (float)(sharpness.mean_q8 / 256.0);
+        sample.saturated_permille = sharpness.saturated_permille;
+    }
+    const double bright = sample.mean > 0.5F ? sample.mean : 0.5;
+    const double variance =
+        noise->read_q8 / 256.0 + sample.mean * (double)noise->shot_q16 / 65536.0;
+    sample.noise = (float)(variance / (bright * bright));
+    return sample;
 }
 
 static bool is_in(const struct focus_sample *sample, const struct focus_range *range) {
@@ -42,9 +58,14 @@ static bool is_in(const struct focus_sample *sample, const struct focus_range *r
            sample->position <= range->max;
 }
 
+// A sample in one channel.
+struct point {
+    double position, value, deviation;
+};
+
 // The samples of a range in the order of their positions.
 static unsigned sorted(const struct focus_curve *curve, const struct focus_range *range,
-                       const struct focus_sample *order[FOCUS_SAMPLES_MAX]) {
+                       struct point order[FOCUS_SAMPLES_MAX]) {
     unsigned count = 0;
     INVARIANT(curve->count <= FOCUS_SAMPLES_MAX);
     for (unsigned i = 0; i < curve->count; i++) {
@@ -53,10 +74,11 @@ static unsigned sorted(const struct focus_curve *curve, const struct focus_range
         if (!is_in(sample, range)) {
             continue;
         }
-        for (; at > 0 && order[at - 1]->position > sample->position; at--) {
+        for (; at > 0 && order[at - 1].position > sample->position; at--) {
             order[at] = order[at - 1];
         }
-        order[at] = sample;
+        order[at] = (struct point){sample->position, sample->sharpness[range->channel],
+                                   sample->deviation[range->channel]};
         count++;
     }
     return count;
@@ -74,18 +96,17 @@ static void sort(double *values, unsigned count) {
 }
 
 double focus_curve_noise(const struct focus_curve *curve, const struct focus_range *range) {
-    const struct focus_sample *order[FOCUS_SAMPLES_MAX];
+    struct point order[FOCUS_SAMPLES_MAX];
     double bends[FOCUS_SAMPLES_MAX], predicted[FOCUS_SAMPLES_MAX];
     const unsigned count = sorted(curve, range, order);
     if (count < 3) {
         return 0;
     }
     for (unsigned i = 0; i < count; i++) {
-        predicted[i] = order[i]->deviation;
+        predicted[i] = order[i].deviation;
     }
     for (unsigned i = 1; i + 1 < count; i++) {
-        bends[i - 1] =
-            fabs(order[i - 1]->sharpness - 2.0 * order[i]->sharpness + order[i + 1]->sharpness);
+        bends[i - 1] = fabs(order[i - 1].value - 2 * order[i].value + order[i + 1].value);
     }
     sort(predicted, count);
     sort(bends, count - 2);
@@ -96,11 +117,11 @@ double focus_curve_noise(const struct focus_curve *curve, const struct focus_ran
 }
 
 // Far from all peaks: the mean of the lowest tenth, at least of 3 samples.
-static double floor_of(const struct focus_sample *const *order, unsigned count) {
+static double floor_of(const struct point *order, unsigned count) {
     double values[FOCUS_SAMPLES_MAX], sum = 0;
     const unsigned lowest = count / 10 > 3 ? count / 10 : count < 3 ? count : 3;
     for (unsigned i = 0; i < count; i++) {
-        values[i] = order[i]->sharpness;
+        values[i] = order[i].value;
     }
     sort(values, count);
     for (unsigned i = 0; i < lowest; i++) {
@@ -109,40 +130,36 @@ static double floor_of(const struct focus_sample *const *order, unsigned count) 
     return lowest > 0 ? sum / lowest : 0;
 }
 
-static double at(const struct focus_sample *const *order, unsigned i) {
-    return order[i]->sharpness;
-}
-
 // From a peak to where the curve crosses a level, on one side; the distance to the last sample if
 // it does not.
-static double reach(const struct focus_sample *const *order, unsigned count, unsigned peak,
-                    int step, double level, unsigned *inside) {
+static double reach(const struct point *order, unsigned count, unsigned peak, int step,
+                    double level, unsigned *inside) {
     unsigned i = peak;
     while ((step < 0 ? i > 0 : i + 1 < count)) {
         const unsigned next = (unsigned)((int)i + step);
-        if (at(order, next) < level) {
-            const double drop = at(order, i) - at(order, next);
-            const double part = drop > 0 ? (at(order, i) - level) / drop : 0;
+        if (order[next].value < level) {
+            const double drop = order[i].value - order[next].value;
+            const double part = drop > 0 ? (order[i].value - level) / drop : 0;
             const double edge =
-                order[i]->position + part * (double)(order[next]->position - order[i]->position);
-            return fabs(edge - order[peak]->position);
+                order[i].position + part * (double)(order[next].position - order[i].position);
+            return fabs(edge - order[peak].position);
         }
         i = next;
         (*inside)++;
     }
-    return fabs((double)order[i]->position - order[peak]->position);
+    return fabs((double)order[i].position - order[peak].position);
 }
 
-static struct focus_peak peak_of(const struct focus_sample *const *order, unsigned count,
-                                 unsigned peak, double floor) {
-    const double height = at(order, peak), level = floor + (height - floor) / 2;
+static struct focus_peak peak_of(const struct point *order, unsigned count, unsigned peak,
+                                 double floor) {
+    const double height = order[peak].value, level = floor + (height - floor) / 2;
     unsigned below = 0, above = 0;
     const double down = reach(order, count, peak, -1, level, &below);
     const double up = reach(order, count, peak, 1, level, &above);
     const bool cut_below = below == peak, cut_above = above == count - 1 - peak;
     const double wide = down > up ? down : up;
     return (struct focus_peak){
-        .position = order[peak]->position,
+        .position = order[peak].position,
         .half_width = cut_below != cut_above ? (cut_below ? up : down)
                       : cut_below            ? wide
                                              : (down + up) / 2,
@@ -154,17 +171,17 @@ static struct focus_peak peak_of(const struct focus_sample *const *order, unsign
 }
 
 // The lowest value between two samples.
-static double valley_between(const struct focus_sample *const *order, unsigned a, unsigned b) {
-    double lowest = at(order, a);
+static double valley_between(const struct point *order, unsigned a, unsigned b) {
+    double lowest = order[a].value;
     for (unsigned i = a < b ? a : b; i <= (a < b ? b : a); i++) {
-        lowest = at(order, i) < lowest ? at(order, i) : lowest;
+        lowest = order[i].value < lowest ? order[i].value : lowest;
     }
     return lowest;
 }
 
 unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_range *range,
                            struct focus_peak peaks[2]) {
-    const struct focus_sample *order[FOCUS_SAMPLES_MAX];
+    struct point order[FOCUS_SAMPLES_MAX];
     const unsigned count = sorted(curve, range, order);
     unsigned first = 0, second = count;
     if (count == 0) {
@@ -172,17 +189,17 @@ unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_r
     }
     const double floor = floor_of(order, count);
     for (unsigned i = 1; i < count; i++) {
-        first = at(order, i) > at(order, first) ? i : first;
+        first = order[i].value > order[first].value ? i : first;
     }
-    const double height = at(order, first) - floor;
+    const double height = order[first].value - floor;
     peaks[0] = peak_of(order, count, first, floor);
     const double apart = 2 * peaks[0].half_width + apart_counts;
     for (unsigned i = 0; i < count; i++) {
-        const double other = at(order, i) - floor;
-        if (fabs((double)order[i]->position - order[first]->position) > apart &&
+        const double other = order[i].value - floor;
+        if (fabs((double)order[i].position - order[first].position) > apart &&
             other >= second_part * height &&
             valley_between(order, i, first) - floor < valley_part * other &&
-            (second == count || at(order, i) > at(order, second))) {
+            (second == count || order[i].value > order[second].value)) {
             second = i;
         }
     }
@@ -246,36 +263,57 @@ static void add(struct sums *s, double u, double height, double deviation, doubl
     s->y2 += weight * y * u * u;
 }
 
-bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
-                     struct focus_peak *peak) {
-    INVARIANT(peak->half_width >= 0 && peak->height >= peak->floor);
+// Samples above a part of the height.
+struct selection {
+    struct sums sums;
+    unsigned count;
+    double min, max;
+};
+
+static struct selection select_above(const struct focus_curve *curve,
+                                     const struct focus_range *range, const struct focus_peak *peak,
+                                     double part, double scale) {
     const double top = peak->height - peak->floor;
-    const double scale = peak->half_width > 1 ? peak->half_width : 1;
-    struct sums sums = {0};
-    unsigned used = 0;
-    double min = 0, max = 0;
-    for (unsigned i = 0; i < curve->count && top > 0; i++) {
+    struct selection selection = {.count = 0};
+    for (unsigned i = 0; i < curve->count; i++) {
         const struct focus_sample *sample = &curve->samples[i];
         const double u = (sample->position - peak->position) / scale;
-        const double height = sample->sharpness - peak->floor;
-        if (!is_in(sample, range) || height < fit_part * top || fabs(u) > 1.5) {
+        const double height = sample->sharpness[range->channel] - peak->floor;
+        if (!is_in(sample, range) || height < part * top || fabs(u) > 1.5) {
             continue;
         }
-        add(&sums, u, height, sample->deviation, top);
-        min = u < min ? u : min;
-        max = u > max ? u : max;
-        used++;
+        add(&selection.sums, u, height, sample->deviation[range->channel], top);
+        selection.min = u < selection.min ? u : selection.min;
+        selection.max = u > selection.max ? u : selection.max;
+        selection.count++;
+    }
+    return selection;
+}
+
+bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
+                     struct focus_peak *peak) {
+    INVARIANT(peak->half_width >= 0 && (unsigned)range->channel < FOCUS_CHANNELS);
+    const double top = peak->height - peak->floor;
+    const double scale = peak->half_width > 1 ? peak->half_width : 1;
+    struct selection selection = {.count = 0};
+    if (!(top > 0)) {
+        return false;
+    }
+    for (int i = 0; i < FIT_PARTS && selection.count < FIT_SAMPLES; i++) {
+        selection = select_above(curve, range, peak, fit_parts[i], scale);
     }
     double vertex = 0, variance = 0, lowest = 0, curvature = 0;
-    if (used < 3 || !solve(&sums, &vertex, &variance, &lowest, &curvature)) {
+    if (selection.count < 3 || !solve(&selection.sums, &vertex, &variance, &lowest, &curvature)) {
         return false;
     }
     // Beyond the samples it is not a peak that they show.
-    peak->at_edge = vertex < min || vertex > max;
-    vertex = vertex < min ? min : vertex > max ? max : vertex;
+    peak->at_edge = vertex < selection.min || vertex > selection.max;
+    vertex = vertex < selection.min   ? selection.min
+             : vertex > selection.max ? selection.max
+                                      : vertex;
     peak->position += vertex * scale;
     peak->deviation = sqrt(variance) * scale;
-    peak->samples = used;
+    peak->samples = selection.count;
     if (!peak->at_edge) {
         peak->height = peak->floor + top / lowest;
         peak->half_width = sqrt(lowest / curvature) * scale;

@@ -28,15 +28,26 @@ enum focus_leg {
     FOCUS_LEGS
 };
 
+/// The measures of each sample. The first finds the peaks: it sees them from far and through noise.
+/// The others decide where the top is: they are narrower, and saturated lights, whose clipped discs
+/// have more contrast out of focus, and edges, whose variance hardly changes, mislead them less.
+enum focus_channel {
+    FOCUS_CHANNEL_CHOSEN,  ///< the measure of the search, variance by default
+    FOCUS_CHANNEL_TENENGRAD,
+    FOCUS_CHANNEL_LAPLACIAN,
+    FOCUS_CHANNELS
+};
+
 /// One window of one frame.
 struct focus_sample {
-    float position;    ///< of the ring when the frame was exposed, counts
-    float sharpness;   ///< relative variance (or mean squared gradient) without noise: divided by
-                       ///< the squared mean above black, so that changing light cancels out
-    float deviation;   ///< standard deviation of `sharpness` that noise causes
-    float noise;       ///< relative variance of noise in the window
-    float mean;        ///< above black, values
-    uint32_t time_ms;  ///< since the search began
+    float position;                   ///< of the ring when the frame was exposed, counts
+    float sharpness[FOCUS_CHANNELS];  ///< relative variance or mean squared gradient without noise:
+                                      ///< divided by the squared mean above black, so that changing
+                                      ///< light cancels out
+    float deviation[FOCUS_CHANNELS];  ///< standard deviation of `sharpness` that noise causes
+    float noise;                      ///< relative variance of noise in the window
+    float mean;                       ///< above black, values
+    uint32_t time_ms;                 ///< since the search began
     uint16_t saturated_permille;
     uint8_t leg;  ///< enum focus_leg
 };
@@ -46,13 +57,15 @@ struct focus_curve {
     uint16_t count;
 };
 
-/// The sample of a measured window. `leg`, position and time are the caller's.
-struct focus_sample focus_sample_of(const struct focus_sharpness *sharpness,
-                                    enum focus_measure measure);
+/// Measures a window in all channels. `measure`: that of FOCUS_CHANNEL_CHOSEN. Position, time and
+/// leg are the caller's.
+struct focus_sample focus_sample_of(const struct focus_window *window, enum focus_plane plane,
+                                    enum focus_measure measure, const struct focus_noise *noise);
 
-/// Legs as bits 1 << enum focus_leg.
+/// Samples of a curve.
 struct focus_range {
-    unsigned legs;
+    unsigned legs;  ///< bits 1 << enum focus_leg
+    enum focus_channel channel;
     float min, max;  ///< positions
 };
 
@@ -75,8 +88,8 @@ unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_r
                            struct focus_peak peaks[2]);
 
 /// Locates a peak within a range from samples around an estimate: the vertex of the parabola
-/// through the reciprocals of all samples above 0.45 of its height. False: the samples do not show
-/// a peak (fewer than 3, or not curved down); `*peak` is unchanged.
+/// through the reciprocals of the samples above 0.8 of its height, or less until there are 7.
+/// False: the samples do not show a peak (fewer than 3, or not curved down); `*peak` is unchanged.
 bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
                      struct focus_peak *peak);
 

@@ -10,6 +10,8 @@ enum {
     SWEEP_SAMPLES = 180,     // most of a sweep
     SWEEP_SAMPLES_MIN = 40,  // however wide the peak may be
     PASS_SAMPLES = 40,
+    NEAR_SAMPLES = 30,  // where the peak is expected
+    NEAR_PASS_SAMPLES = 14,
     PEAK_SAMPLES = 8,  // that locate a peak
     PASSES = 3,
     STOPS = 5,
@@ -23,12 +25,16 @@ static const double narrow_blur_px = 2;
 static const double noise_part = 0.9, relative_contrast = 0.01;
 // Peaks stand out by this many deviations of the curve.
 static const double significant = 6;
+// And the tops of finer measures by this many, as their position is to be known well.
+static const double locating = 20;
 // A peak that is wider, in sizes of the region, comes from bright objects beside it.
 static const double widest_regions = 4;
 // Blur below this is not seen.
 static const double sharp_px = 1;
 // At rest the picture shows this part of the peak's height.
 static const double same_part = 0.85, changed_part = 0.5;
+// Of the distance from the peak that is good enough, as it is known with errors.
+static const double accepted_part = 0.65;
 
 const char *focus_verdict_text(enum focus_verdict verdict) {
     static const char *const texts[FOCUS_VERDICTS] = {
@@ -105,7 +111,9 @@ static double sweep_spacing(const struct focus_search *self, double way) {
     const struct focus_search_options *options = &self->options;
     const double narrow =
         options->blur_per_count_px > 0 ? 2 * narrow_blur_px / 3 / options->blur_per_count_px : 0;
-    const double spacing = smaller(larger(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
+    const double spacing =
+        self->near_only ? way / NEAR_SAMPLES
+                        : smaller(larger(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
     return larger(spacing, options->counts_per_frame);
 }
 
@@ -121,6 +129,7 @@ static struct focus_step begin_cold(struct focus_search *self, double position) 
     const bool down = options->max - position < position - options->min;
     self->near_only = false;
     self->curve.count = 0;
+    self->result.second.height = 0;
     self->sweep_end = down ? options->min : options->max;
     self->phase = FOCUS_SEARCH_TO_START;
     return go(self, down ? options->max : options->min);
@@ -145,7 +154,8 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->begin = position;
     self->passes = self->stops = 0;
     self->stopped = false;
-    self->noise = self->off_sum = 0;
+    self->off_sum = 0;
+    self->channel = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
 }
 
@@ -178,9 +188,10 @@ static bool step_mean(const struct focus_search *self, double *sharpness, double
     const unsigned count = (unsigned)(self->curve.count - self->step_begin);
     for (unsigned i = self->step_begin; i < self->curve.count; i++) {
         const struct focus_sample *sample = &self->curve.samples[i];
-        sum += sample->sharpness;
+        const double spread = sample->deviation[self->channel];
+        sum += sample->sharpness[self->channel];
         sum_light += sample->mean;
-        sum_variance += (double)sample->deviation * sample->deviation;
+        sum_variance += spread * spread;
     }
     if (count == 0) {
         return false;
@@ -250,7 +261,6 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     const double off = event->position - peak->position, good = good_counts(self);
     const double before = light_at_peak(self);
     const bool changed = fabs(light - before) > 0.1 * before;
-    const bool there = fabs(off) <= 0.6 * good;
     const bool same =
         part >= same_part || peak->half_width * sqrt(1 / larger(part, 0.01) - 1) <= good;
     result->light_changed = result->light_changed || changed;
@@ -258,6 +268,7 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     result->blur_px = self->options.blur_per_count_px > 0
                           ? result->blur_counts * self->options.blur_per_count_px
                           : -1;
+    const bool there = result->blur_counts <= accepted_part * good;
     if (there && same) {
         result->verdict = verdict_of(self);
         return end(self, event);
@@ -315,7 +326,9 @@ static struct focus_step begin_pass(struct focus_search *self, double half) {
 static struct focus_step pass(struct focus_search *self) {
     const double from = back(self) > 0 ? self->pass_max : self->pass_min;
     const double to = back(self) > 0 ? self->pass_min : self->pass_max;
-    const double spacing = larger(self->options.counts_per_frame, fabs(from - to) / PASS_SAMPLES);
+    const double spacing =
+        larger(self->options.counts_per_frame,
+               fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
     self->phase = FOCUS_SEARCH_PASS;
     return sweep(self, FOCUS_LEG_PASS, to, spacing);
 }
@@ -335,7 +348,7 @@ static double contrast_min(const struct focus_search *self) {
 static bool has_contrast(const struct focus_search *self, const struct focus_peak *peak,
                          double part) {
     return peak->height - peak->floor >=
-           larger(part * contrast_min(self), significant * self->noise);
+           larger(part * contrast_min(self), significant * self->noises[FOCUS_CHANNEL_CHOSEN]);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -344,8 +357,46 @@ static bool is_too_wide(const struct focus_search *self, const struct focus_peak
     return self->options.region_px > 0 && blur_px > widest_regions * self->options.region_px;
 }
 
-static struct focus_range range_of(unsigned legs, double min, double max) {
-    return (struct focus_range){legs, (float)min, (float)max};
+static struct focus_range range_of(unsigned legs, enum focus_channel channel, double min,
+                                   double max) {
+    return (struct focus_range){legs, channel, (float)min, (float)max};
+}
+
+// Floors and noises of all channels, from the sweep.
+static void learn_floors(struct focus_search *self) {
+    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+        const struct focus_range range =
+            range_of(1u << FOCUS_LEG_SWEEP, (enum focus_channel)channel, self->options.min,
+                     self->options.max);
+        struct focus_peak peaks[2] = {{.floor = 0}};
+        (void)focus_curve_peaks(&self->curve, &range, peaks);
+        self->floors[channel] = peaks[0].floor;
+        self->noises[channel] = focus_curve_noise(&self->curve, &range);
+    }
+}
+
+// Locates the top of a peak by the finest measure that stands out from its noise.
+static bool locate(struct focus_search *self, unsigned leg, double min, double max,
+                   struct focus_peak *peak) {
+    static const enum focus_channel channels[] = {FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD,
+                                                  FOCUS_CHANNEL_CHOSEN};
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = range_of(1u << leg, channels[i], min, max);
+        struct focus_peak found[2];
+        if (focus_curve_peaks(&self->curve, &range, found) == 0) {
+            return false;
+        }
+        found[0].floor = smaller(found[0].floor, self->floors[channels[i]]);
+        const double noise =
+            larger(self->noises[channels[i]], focus_curve_noise(&self->curve, &range));
+        if (found[0].height - found[0].floor >= locating * noise &&
+            focus_curve_fit(&self->curve, &range, &found[0])) {
+            self->channel = channels[i];
+            *peak = found[0];
+            return true;
+        }
+    }
+    return false;
 }
 
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
@@ -373,62 +424,70 @@ static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
     return second ? 1 : 0;
 }
 
-static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
-    const struct focus_search_options *options = &self->options;
-    const struct focus_range range = range_of(1u << FOCUS_LEG_SWEEP, options->min, options->max);
+// The highest peak of the sweep, or the one that was asked for.
+static unsigned sweep_peaks(struct focus_search *self, struct focus_peak *peak) {
+    const struct focus_range range =
+        range_of(1u << FOCUS_LEG_SWEEP, FOCUS_CHANNEL_CHOSEN, self->options.min, self->options.max);
     struct focus_peak peaks[2];
     const unsigned count = focus_curve_peaks(&self->curve, &range, peaks);
-    if (count == 0) {
+    if (count > 0) {
+        *peak = peaks[count == 2 ? choose(self, peaks) : 0];
+    }
+    return count;
+}
+
+static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
+    const struct focus_search_options *options = &self->options;
+    struct focus_peak *peak = &self->result.peak;
+    if (sweep_peaks(self, peak) == 0) {
         return give_back(self, FOCUS_NO_CONTRAST);
     }
-    self->noise = focus_curve_noise(&self->curve, &range);
-    if (!has_contrast(self, &peaks[0], 0.25) || is_too_wide(self, &peaks[0])) {
-        return no_peak(self, event, &peaks[0]);
+    learn_floors(self);
+    if (!has_contrast(self, peak, 0.25) || is_too_wide(self, peak)) {
+        return no_peak(self, event, peak);
     }
-    const struct focus_peak *peak = &peaks[count == 2 ? choose(self, peaks) : 0];
-    self->result.peak = *peak;
     if (peak->at_edge && self->near_only && !is_at_end(self, peak->position)) {
         return begin_cold(self, event->position);
     }
-    const bool same_way = (self->sweep_end < peak->position) == options->from_above;
-    const double spacing = sweep_spacing(self, options->max - options->min);
     if (options->counts_per_exposure > 0.7 * peak->half_width) {
         return begin_stops(self);
     }
+    const bool same_way = (self->sweep_end < peak->position) == options->from_above;
+    const double near = larger(2 * peak->half_width, 2 * self->spacing);
+    struct focus_peak top;
     if (same_way && peak->samples >= PEAK_SAMPLES &&
-        focus_curve_fit(&self->curve, &range, &self->result.peak)) {
-        return approach(self, self->result.peak.position);
+        locate(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near, &top) &&
+        top.samples >= PEAK_SAMPLES) {
+        *peak = top;
+        return approach(self, top.position);
     }
-    return begin_pass(self, larger(2 * peak->half_width, 2 * spacing) +
-                                (same_way ? options->tolerance : options->run_up));
+    return begin_pass(self, near + (same_way ? options->tolerance : options->run_up));
 }
 
 // The peak of this pass, or of these stops.
 static struct focus_step after_pass(struct focus_search *self, const struct focus_event *event,
                                     enum focus_leg leg) {
-    struct focus_range range = range_of(1u << leg, self->options.min, self->options.max);
+    const struct focus_search_options *options = &self->options;
+    const double beyond = options->run_up;
+    const struct focus_range range =
+        range_of(1u << leg, FOCUS_CHANNEL_CHOSEN, self->pass_min - beyond, self->pass_max + beyond);
     struct focus_peak peaks[2];
-    const double floor = self->result.peak.floor;
-    if (leg == FOCUS_LEG_REST) {
-        range.min = (float)(self->pass_min - self->options.run_up);
-        range.max = (float)(self->pass_max + self->options.run_up);
-    }
     if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
         return give_back(self, FOCUS_SCENE_CHANGED);
     }
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
-    peak.floor = smaller(floor, peak.floor);
-    const bool fits = focus_curve_fit(&self->curve, &range, &peak);
+    peak.floor = smaller(self->floors[FOCUS_CHANNEL_CHOSEN], peak.floor);
     if (!has_contrast(self, &peak, 1)) {
         return no_peak(self, event, &peak);
     }
+    const bool fits = locate(self, leg, range.min, range.max, &peak);
     self->result.peak = peak;
     if (peak.at_edge && !is_at_end(self, peak.position) && self->passes < PASSES) {
         return leg == FOCUS_LEG_REST ? begin_stops(self)
                                      : begin_pass(self, (self->pass_max - self->pass_min) / 2 + 1);
     }
-    if (!fits && leg == FOCUS_LEG_PASS) {
+    if (!fits && leg == FOCUS_LEG_PASS && self->passes < PASSES) {
         return begin_stops(self);
     }
     return approach(self, peak.position);
@@ -443,8 +502,8 @@ struct focus_step focus_search_next(struct focus_search *self, const struct focu
     switch (self->phase) {
         case FOCUS_SEARCH_TO_START:
             self->phase = FOCUS_SEARCH_SWEEP;
-            return sweep(self, FOCUS_LEG_SWEEP, self->sweep_end,
-                         sweep_spacing(self, fabs(self->sweep_end - event->position)));
+            self->spacing = sweep_spacing(self, fabs(self->sweep_end - event->position));
+            return sweep(self, FOCUS_LEG_SWEEP, self->sweep_end, self->spacing);
         case FOCUS_SEARCH_SWEEP:
             return after_sweep(self, event);
         case FOCUS_SEARCH_TO_PASS:

@@ -122,11 +122,13 @@ struct focus_search {
         FOCUS_SEARCH_RETURN,
         FOCUS_SEARCH_END
     } phase;
-    double begin;      ///< position at the start
-    double sweep_end;  ///< of the present sweep
-    bool near_only;    ///< the sweep covers the expected neighbourhood only
-    double target;     ///< of the present approach
-    double noise;      ///< of the curve
+    double begin;                   ///< position at the start
+    double sweep_end, spacing;      ///< of the present sweep
+    bool near_only;                 ///< the sweep covers the expected neighbourhood only
+    double target;                  ///< of the present approach
+    enum focus_channel channel;     ///< that decides where the top is
+    double floors[FOCUS_CHANNELS];  ///< of the sweep
+    double noises[FOCUS_CHANNELS];
     double pass_min, pass_max;
     unsigned passes, stops;
     uint16_t step_begin;  ///< samples before this step

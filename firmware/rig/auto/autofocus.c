@@ -86,9 +86,8 @@ static struct focus_sample measure(const struct focuser *self, const struct rig_
     const struct focus_noise unity = {frame->black, READ_Q8, SHOT_Q16};
     const struct focus_noise noise =
         focus_noise_at(&unity, frame->gain_q3 > 0 ? frame->gain_q3 : 8);
-    const struct focus_sharpness sharpness =
-        focus_measure_window(&window, plane_of(image), self->options->measure, &noise);
-    struct focus_sample sample = focus_sample_of(&sharpness, self->options->measure);
+    struct focus_sample sample =
+        focus_sample_of(&window, plane_of(image), self->options->measure, &noise);
     sample.time_ms = (uint32_t)((frame->exposed_us - self->begin_us) / US_PER_MS);
     sample.leg = (uint8_t)leg;
     return sample;

@@ -55,9 +55,11 @@ Run run(Lens lens, const focus_search_options &options, std::mt19937_64 &random)
         const double value = lens.sharpness(ring);
         focus_sample sample{};
         sample.position = float(ring + lens.reading * normal(random));
-        sample.sharpness =
-            float(value * (1 + lens.noise * normal(random)) + lens.floor_noise * normal(random));
-        sample.deviation = float(lens.noise * value + lens.floor_noise);
+        for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+            sample.sharpness[channel] = float(value * (1 + lens.noise * normal(random)) +
+                                              lens.floor_noise * normal(random));
+            sample.deviation[channel] = float(lens.noise * value + lens.floor_noise);
+        }
         sample.noise = float(lens.pixel_noise);
         sample.mean = 300;
         sample.leg = leg;
