@@ -175,8 +175,7 @@ static void state_now(const struct command_call *call, struct calibration_match_
     for (int side = 0; side < RIG_SIDES; side++) {
         struct pair_frame *frame = &pair.frame[side];
         frame->before.pan_q4 = rig->camera[side].pan_q4;
-        memcpy(frame->before.position, rig->camera[side].lens.position,
-               sizeof frame->before.position);
+        memcpy(frame->before.lens, rig->camera[side].lens.measured, sizeof frame->before.lens);
         frame->after = frame->before;
         frame->image.width_px = rig->format.width_px;
         frame->image.height_px = rig->format.height_px;

@@ -104,12 +104,12 @@ void calibration_match_pair(const char *profile, const struct session_instrument
                                                      frame->window.skip};
         origin->axis[CALIBRATION_PAN] = pan_of(&state->instrument, side, frame);
         for (int axis = 0; axis < LENS_AXES; axis++) {
-            const int32_t before = frame->before.position[axis];
-            const int32_t after = frame->after.position[axis];
+            const int32_t before = frame->before.lens[axis].position_q4;
+            const int32_t after = frame->after.lens[axis].position_q4;
             origin->axis[CALIBRATION_ZOOM + axis] =
                 before == INT32_MIN || after == INT32_MIN
                     ? (struct calibration_axis){.kind = CALIBRATION_AXIS_NONE}
-                    : between(before, after);
+                    : between(before / 16.0, after / 16.0);
         }
         state->width_px[side] = frame->image.width_px;
         state->height_px[side] = frame->image.height_px;

@@ -54,8 +54,9 @@ static void add_frame(const struct pair_frame *frame, const char *side,
         add(text, ", pan %.4f us", frame->before.pan_q4 / q4);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        if (frame->before.position[axis] != INT32_MIN) {
-            add(text, ", %s %" PRId32, lens_axis_names[axis], frame->before.position[axis]);
+        if (frame->before.lens[axis].position_q4 != INT32_MIN) {
+            add(text, ", %s %.2f", lens_axis_names[axis],
+                frame->before.lens[axis].position_q4 / q4);
         }
     }
 }
@@ -116,9 +117,11 @@ static void put_frame(struct json *json, const struct pair_frame *frame, const c
         json_null(json, "pan_us");
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        if (before->position[axis] != INT32_MIN) {
+        if (before->lens[axis].position_q4 != INT32_MIN) {
             json_reals(json, lens_axis_names[axis],
-                       (const double[]){before->position[axis], after->position[axis]}, 2, 10);
+                       (const double[]){before->lens[axis].position_q4 / q4,
+                                        after->lens[axis].position_q4 / q4},
+                       2, 10);
         } else {
             json_null(json, lens_axis_names[axis]);
         }

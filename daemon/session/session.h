@@ -18,8 +18,8 @@ extern "C" {
 #define SESSION_MAGIC "vergence-session"
 
 enum {
-    SESSION_VERSION =
-        4,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped calls
+    SESSION_VERSION = 5,  // 2: the instrument, image statistics; 3: units of settings; 4: stamped
+                          // calls; 5: means of lens positions
     SESSION_LINE_MAX = 4096,  // of the index, without its end
     SESSION_TEXT_MAX = 1024,  // of a command or a note, without its end
     SESSION_NAME_MAX = 64,    // of a file, a profile, a build

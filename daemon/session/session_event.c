@@ -34,7 +34,7 @@ enum field_type {
     TEXT,      // of `bytes` - 1 at most
     NUMBER,    // `min` .. `max`
     SIGNED,    // -`max` .. `max`
-    POSITION,  // the same; INT32_MIN: none
+    POSITION,  // a struct lens_mean: -`max` .. `max`
     HEX,       // `min` digits at least
     CHOICE,    // one of `choices`, `max` is the last
     FRAME,     // the fields of a frame, with `key` before each key
@@ -66,11 +66,11 @@ struct field {
         NULL, ",", NUMBER, OF(session_event, instrument.servo_q4_per_rad[side]), 0, UINT32_MAX, \
             NULL, 0                                                                             \
     }
-#define AXES(key, member)                                      \
-    KEY(key, NUMBER, member.pan_q4, 0, UINT16_MAX),            \
-        NEXT(",", POSITION, member.position[0], 0, INT32_MAX), \
-        NEXT(",", POSITION, member.position[1], 0, INT32_MAX), \
-        NEXT(",", POSITION, member.position[2], 0, INT32_MAX)
+#define AXES(key, member)                                       \
+    KEY(key, NUMBER, member.pan_q4, 0, UINT16_MAX),             \
+        NEXT(",", POSITION, member.lens[0], 0, INT32_MAX / 16), \
+        NEXT(",", POSITION, member.lens[1], 0, INT32_MAX / 16), \
+        NEXT(",", POSITION, member.lens[2], 0, INT32_MAX / 16)
 
 static const char *const layouts[] = {"grey", "rgb", "grbg"};
 static const char *const answers[] = {"no", "yes"};
@@ -260,6 +260,19 @@ static bool has_sign(const struct field *field) {
     return field->type == SIGNED || field->type == POSITION;
 }
 
+/// "4805:8" is a position in 1/16 count with its standard error; up to version 4, "300" is one in
+/// counts, whose error is not known.
+static void put_position(struct line *line, const struct lens_mean *mean) {
+    if (mean->position_q4 == INT32_MIN) {
+        put(line, NO_POSITION);
+    } else if (mean->sigma_q4 > 0) {
+        put(line, "%" PRId32 ":%" PRIu16, mean->position_q4, mean->sigma_q4);
+    } else {
+        line->wrong |= mean->position_q4 % 16 != 0;
+        put(line, "%" PRId32, mean->position_q4 / 16);
+    }
+}
+
 static void put_number(struct line *line, const struct field *field, uint64_t value) {
     const bool bounded = field->type == NUMBER || field->type == CHOICE;
     if (bounded && (value < field->min || value > field->max)) {
@@ -268,8 +281,6 @@ static void put_number(struct line *line, const struct field *field, uint64_t va
         put(line, "%s", field->choices[value]);
     } else if (field->type == HEX) {
         put(line, "%0*" PRIx64, (int)field->min, value);
-    } else if (field->type == POSITION && (int64_t)value == INT32_MIN) {
-        put(line, NO_POSITION);
     } else if (has_sign(field)) {
         put(line, "%" PRId64, (int64_t)value);
     } else {
@@ -283,12 +294,22 @@ static uint64_t parse_number(struct line *line, const struct field *field) {
             return i;
         }
     }
-    if (field->type == POSITION && take(line, NO_POSITION)) {
-        return (uint64_t)INT32_MIN;
-    }
     const bool negative = has_sign(field) && take(line, "-");
     const uint64_t value = take_number(line, field->type == HEX ? 16 : 10, field->max);
     return negative ? -value : value;
+}
+
+static void parse_position(struct line *line, const struct field *field, struct lens_mean *mean) {
+    *mean = (struct lens_mean){INT32_MIN, 0};
+    if (take(line, NO_POSITION)) {
+        return;
+    }
+    const int32_t number = (int32_t)parse_number(line, field);
+    if (take(line, ":")) {
+        *mean = (struct lens_mean){number, (uint16_t)take_number(line, 10, UINT16_MAX)};
+    } else {
+        *mean = (struct lens_mean){number * 16, 0};
+    }
 }
 
 static uint64_t load(const struct field *field, const char *at) {
@@ -325,6 +346,10 @@ static void walk_value(struct line *line, const struct field *field, char *base)
         walk_values(line, (struct session_event *)(void *)base);
     } else if (field->type == PARTS) {
         walk_parts(line, (struct pair_frame *)(void *)base);
+    } else if (field->type == POSITION && line->parses) {
+        parse_position(line, field, (struct lens_mean *)(void *)member);
+    } else if (field->type == POSITION) {
+        put_position(line, (const struct lens_mean *)(const void *)member);
     } else if (line->parses) {
         store(field, member, parse_number(line, field));
     } else {

@@ -38,7 +38,7 @@ int commands_region(const struct command_call *call, const struct command_value 
 // The distances between which the image is sharp, where they are known.
 static void put_sharp_range(const struct command_call *call, unsigned side) {
     double distance_mm = 0, near_mm = 0, far_mm = 0;
-    const int32_t focus = call->rig->camera[side].lens.position[LENS_FOCUS];
+    const int32_t focus = lens_mean_counts(&call->rig->camera[side].lens.measured[LENS_FOCUS]);
     if (rig_optics_distance_at(call->rig, side, focus, &distance_mm) != ERROR_OK ||
         rig_optics_sharp_range(call->rig, side, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
             ERROR_OK) {

@@ -184,17 +184,17 @@ static void put_play(const struct command_call *call, enum lens_axis axis, int32
 /// `target`: where it was sent, INT32_MIN: nowhere.
 static int put_axis(const struct command_call *call, unsigned side, enum lens_axis axis,
                     int32_t target) {
-    int32_t positions[LENS_AXES];
+    struct lens_mean means[LENS_AXES];
     struct lens_limits limits;
-    int error = rig_lens_read(call->rig, side, positions);
+    int error = rig_lens_read_mean(call->rig, side, RIG_LENS_READINGS, means);
     if (error == 0) {
         error = rig_lens_limits(call->rig, side, axis, &limits);
     }
     if (error == 0) {
-        reply_number(call, "position", positions[axis], 0, "counts");
+        reply_number(call, "position", means[axis].position_q4 / 16.0, 2, "counts");
         reply_number(call, "min", limits.min, 0, "counts");
         reply_number(call, "max", limits.max, 0, "counts");
-        commands_lens_meaning(call, side, axis, positions[axis]);
+        commands_lens_meaning(call, side, axis, lens_mean_counts(&means[axis]));
         put_play(call, axis, target);
     }
     return error;

@@ -40,7 +40,7 @@ static void put_axis(const struct command_call *call, unsigned side, enum lens_a
     reply_number(call, "sigma", mean->sigma_q4 / q4, 2, "counts");
     reply_number(call, "min", settings->min, 0, "counts");
     reply_number(call, "max", settings->max, 0, "counts");
-    commands_lens_meaning(call, side, axis, call->rig->camera[side].lens.position[axis]);
+    commands_lens_meaning(call, side, axis, lens_mean_counts(mean));
     put_knowledge(call, side, axis);
     reply_group_end(call);
 }

@@ -42,11 +42,13 @@ static int put_pan(const struct command_call *call, unsigned side) {
 }
 
 static int put_lens(const struct command_call *call, unsigned side) {
-    int32_t positions[LENS_AXES];
-    const int error = rig_lens_read(call->rig, side, positions);
+    static const char *const sigmas[LENS_AXES] = {"zoom_sigma", "focus_sigma", "iris_sigma"};
+    struct lens_mean means[LENS_AXES];
+    const int error = rig_lens_read_mean(call->rig, side, RIG_LENS_READINGS, means);
     for (int axis = 0; error == 0 && axis < LENS_AXES; axis++) {
         if (rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis)) {
-            reply_number(call, lens_axis_names[axis], positions[axis], 0, "counts");
+            reply_number(call, lens_axis_names[axis], means[axis].position_q4 / 16.0, 2, "counts");
+            reply_number(call, sigmas[axis], means[axis].sigma_q4 / 16.0, 2, "counts");
         }
     }
     return error;

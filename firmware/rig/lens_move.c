@@ -191,8 +191,20 @@ static void report_progress(struct rig *self, const struct rig_lens_move *move) 
     }
 }
 
+// The line should not be idle until the next step. But both lenses share it: if the other one has a
+// move of its own, it comes first.
+static int ask_now(struct rig *self, const struct lens_mover *mover, unsigned last_side) {
+    struct lens_reading readings[LENS_AXES];
+    if (mover->side == last_side && self->camera[RIG_RIGHT - last_side].lens.moving != 0) {
+        return ERROR_OK;
+    }
+    const int error = lens_read_try(self, mover->side, mover->since_us, 0, readings);
+    return error == ERROR_TIMEOUT ? ERROR_OK : error;
+}
+
 // The lenses are read in turn until all have arrived.
-static void next_turn(struct rig *self, struct rig_lens_move *move) {
+static int next_turn(struct rig *self, struct rig_lens_move *move) {
+    const unsigned last_side = move->movers[move->turn].side;
     move->asked_us = rig_now_us(self);
     for (unsigned i = 1; i <= move->count; i++) {
         const unsigned next = (move->turn + i) % move->count;
@@ -201,10 +213,10 @@ static void next_turn(struct rig *self, struct rig_lens_move *move) {
         }
         if (move->movers[next].phase != LENS_MOVER_ARRIVED) {
             move->turn = next;
-            return;
+            return ask_now(self, &move->movers[next], last_side);
         }
     }
-    (void)end_move(self, move);
+    return end_move(self, move);
 }
 
 // Whether a reading that has not come may still come.
@@ -242,9 +254,7 @@ static int step_going(struct rig *self, struct rig_lens_move *move, uint64_t unt
             error = check_time(self, move);
         } else if (error == ERROR_OK) {
             error = lens_mover_take(self, mover, &readings[mover->axis]);
-            if (error == ERROR_OK) {
-                next_turn(self, move);
-            }
+            error = error == ERROR_OK ? next_turn(self, move) : error;
         }
     }
     if (error != ERROR_OK) {

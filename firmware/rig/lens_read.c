@@ -114,25 +114,6 @@ static int read_now(struct rig *self, unsigned side, struct lens_reading reading
     }
 }
 
-int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]) {
-    int error = lens_read_ready(self, side < RIG_SIDES ? 1u << side : 0, LENS_AXES);
-    int32_t values[LENS_AXES][LENS_READ_MEDIAN];
-    for (unsigned i = 0; i < LENS_READ_MEDIAN && error == ERROR_OK; i++) {
-        struct lens_reading readings[LENS_AXES];
-        error = read_now(self, side, readings);
-        for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-            values[axis][i] = readings[axis].position;
-        }
-        error = error == ERROR_OK ? rig_poll(self) : error;
-    }
-    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        const bool present = rig_has_axis(&self->profile, side, (enum lens_axis)axis);
-        positions[axis] = present ? lens_read_median(values[axis]) : INT32_MIN;
-        self->camera[side].lens.position[axis] = positions[axis];
-    }
-    return rig_end(self, error);
-}
-
 int rig_lens_read_mean(struct rig *self, unsigned side, unsigned readings,
                        struct lens_mean means[LENS_AXES]) {
     struct position_sample samples[LENS_AXES][POSITION_FIT_MAX];
@@ -149,14 +130,26 @@ int rig_lens_read_mean(struct rig *self, unsigned side, unsigned readings,
     }
     for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
         means[axis] = (struct lens_mean){INT32_MIN, 0};
-        self->camera[side].lens.position[axis] = INT32_MIN;
         if (rig_has_axis(&self->profile, side, (enum lens_axis)axis)) {
             position_fit_mean(samples[axis], readings, &means[axis].position_q4,
                               &means[axis].sigma_q4);
-            self->camera[side].lens.position[axis] = position_fit_counts(means[axis].position_q4);
         }
+        self->camera[side].lens.measured[axis] = means[axis];
     }
     return rig_end(self, error);
+}
+
+int32_t lens_mean_counts(const struct lens_mean *mean) {
+    return mean->position_q4 == INT32_MIN ? INT32_MIN : position_fit_counts(mean->position_q4);
+}
+
+int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]) {
+    struct lens_mean means[LENS_AXES];
+    const int error = rig_lens_read_mean(self, side, RIG_LENS_READINGS, means);
+    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
+        positions[axis] = lens_mean_counts(&means[axis]);
+    }
+    return error;
 }
 
 // The readings of an axis from `since_us` on, in the order of time; returns their number.

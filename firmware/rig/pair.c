@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "focus/position_fit.h"
 #include "rig/base/health.h"
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
@@ -232,7 +233,7 @@ static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
     int error = ERROR_OK;
     axes->pan_q4 = 0;
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-        axes->position[axis] = INT32_MIN;
+        axes->lens[axis] = (struct lens_mean){INT32_MIN, 0};
     }
     if (rig->camera[side].pan_q4 != 0) {
         error = read_servo(rig, side, &axes->pan_q4, &turning);
@@ -245,14 +246,7 @@ static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
     if (error != ERROR_OK || !rig_has_lens(&rig->profile, side)) {
         return error;
     }
-    int32_t positions[LENS_AXES];
-    error = rig_lens_read(rig, side, positions);
-    for (unsigned axis = 0; axis < LENS_AXES && error == ERROR_OK; axis++) {
-        if (rig_has_axis(&rig->profile, side, (enum lens_axis)axis)) {
-            axes->position[axis] = positions[axis];
-        }
-    }
-    return error;
+    return rig_lens_read_mean(rig, side, RIG_LENS_READINGS, axes->lens);
 }
 
 static int read_all_axes(struct rig *rig, struct pair_axes all_axes[RIG_SIDES]) {
@@ -277,13 +271,14 @@ static int compare_axes(struct rig *rig, unsigned side, const struct pair_frame 
         "its iris moved from # to # during the pair (capture again)",
     };
     for (unsigned axis = 0; axis < LENS_AXES; axis++) {
-        const int32_t numbers[] = {before->position[axis], after->position[axis]};
-        if (numbers[0] == INT32_MIN || numbers[1] == INT32_MIN) {
+        const int32_t from_q4 = before->lens[axis].position_q4;
+        const int32_t to_q4 = after->lens[axis].position_q4;
+        if (from_q4 == INT32_MIN || to_q4 == INT32_MIN) {
             continue;
         }
-        const int32_t way =
-            numbers[0] > numbers[1] ? numbers[0] - numbers[1] : numbers[1] - numbers[0];
-        if (way > rig->profile.lens.axis[axis].tolerance_counts) {
+        const int32_t numbers[] = {position_fit_counts(from_q4), position_fit_counts(to_q4)};
+        const int32_t way_q4 = from_q4 > to_q4 ? from_q4 - to_q4 : to_q4 - from_q4;
+        if (way_q4 > 16 * rig->profile.lens.axis[axis].tolerance_counts) {
             return rig_part_error(rig, rig_part_of(RIG_PART_LEFT_LENS, side), ERROR_MOVED,
                                   moved[axis], numbers);
         }

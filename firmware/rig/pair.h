@@ -20,8 +20,8 @@ extern "C" {
 
 /// Pan and lens positions of a camera.
 struct pair_axes {
-    uint16_t pan_q4;              ///< pulse being sent, 1/16 us; 0: no servo
-    int32_t position[LENS_AXES];  ///< of the lens, counts; INT32_MIN: no such axis
+    uint16_t pan_q4;                   ///< pulse being sent, 1/16 us; 0: no servo
+    struct lens_mean lens[LENS_AXES];  ///< means of RIG_LENS_READINGS readings
 };
 
 /// The part of a sensor behind the bridge that a frame shows, see struct mt9t001_window.

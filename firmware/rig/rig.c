@@ -41,7 +41,7 @@ void rig_init(struct rig *self, const struct rig_profile *profile, const struct 
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->camera[side].lens.commanded[axis] = INT32_MIN;
-            self->camera[side].lens.position[axis] = INT32_MIN;
+            self->camera[side].lens.measured[axis] = (struct lens_mean){INT32_MIN, 0};
         }
     }
 }

@@ -64,19 +64,14 @@ int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 /// movement; ERROR_TIMEOUT: it does not arrive, or its controller does not answer; for details and
 /// times see rig/lens_move.h. On any error all motors are at rest.
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
-/// Reads the positions of a lens, each the median of three readings, and stores them in
-/// `lens_position`.
-int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]);
-
-/// Mean of readings of an axis.
-struct lens_mean {
-    int32_t position_q4;  ///< 1/16 count; INT32_MIN: the lens has no such axis
-    uint16_t sigma_q4;    ///< its standard error
-};
 /// Reads the positions of a lens at rest `readings` times (1 .. 32; each takes about 60 ms), for
-/// their means without outliers.
+/// their means without outliers, and stores these in `measured`.
 int rig_lens_read_mean(struct rig *self, unsigned side, unsigned readings,
                        struct lens_mean means[LENS_AXES]);
+/// The mean in whole counts; INT32_MIN as there.
+int32_t lens_mean_counts(const struct lens_mean *mean);
+/// The same means of RIG_LENS_READINGS readings, in whole counts; INT32_MIN: no such axis.
+int rig_lens_read(struct rig *self, unsigned side, int32_t positions[LENS_AXES]);
 int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
                     struct lens_limits *limits);
 

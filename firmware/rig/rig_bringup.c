@@ -421,7 +421,7 @@ static void forget(struct rig *self) {
         self->camera[side].gain_q3 = 0;
         for (unsigned axis = 0; axis < LENS_AXES; axis++) {
             self->camera[side].lens.commanded[axis] = INT32_MIN;
-            self->camera[side].lens.position[axis] = INT32_MIN;
+            self->camera[side].lens.measured[axis] = (struct lens_mean){INT32_MIN, 0};
             self->camera[side].lens.rest_us[axis] = 0;
         }
     }

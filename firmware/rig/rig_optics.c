@@ -77,8 +77,9 @@ int rig_optics_position(const struct rig *self, unsigned side, enum lens_axis ax
         return ERROR_NOT_CONNECTED;
     }
     const struct rig_lens *lens = &self->camera[side].lens;
-    const int32_t present =
-        lens->commanded[axis] != INT32_MIN ? lens->commanded[axis] : lens->position[axis];
+    const int32_t present = lens->commanded[axis] != INT32_MIN
+                                ? lens->commanded[axis]
+                                : lens_mean_counts(&lens->measured[axis]);
     if (present == INT32_MIN) {
         return ERROR_NOT_READY;
     }

@@ -192,19 +192,18 @@ class Reconstruct(Surfaces):
         lines = [f"capture c pair 1: skew {pair['skew_us']} us"]
         for side in ("left", "right"):
             at = reported[side]
-            before, after = ([int(number) for number in pair[f"{side}_{when}"].split(",")]
+            before, after = ([int(number.split(":")[0]) for number in pair[f"{side}_{when}"].split(",")]
                              for when in ("before", "after"))
             self.assertEqual((at["sequence"], at["begin_us"], at["end_us"], at["exposure_us"],
                               at["gain"] * 8),
                              tuple(int(pair[f"{side}_{key}"]) for key in
                                    ("sequence", "begin_us", "end_us", "exposure_us", "gain_q3")))
-            self.assertEqual([at["pan_us"][0] * 16, at["zoom"][0], at["focus"][0], at["iris"][0]],
-                             before)
-            self.assertEqual([at["pan_us"][1] * 16, at["zoom"][1], at["focus"][1], at["iris"][1]],
-                             after)
+            for i, values_q4 in enumerate((before, after)):
+                self.assertEqual([at[name][i] * 16 for name in ("pan_us", "zoom", "focus", "iris")],
+                                 values_q4)
             lines.append(f"{side}: sequence {at['sequence']}, exposure {at['exposure_us']} us, gain "
-                         f"{at['gain']:.3f}, pan {before[0] / 16:.4f} us, zoom {before[1]}, focus "
-                         f"{before[2]}, iris {before[3]}")
+                         f"{at['gain']:.3f}, pan {before[0] / 16:.4f} us, zoom {before[1] / 16:.2f}, "
+                         f"focus {before[2] / 16:.2f}, iris {before[3] / 16:.2f}")
         for name, mark in (("mesh.ply", "comment"), ("points.pcd", "#")):
             head = self.bytes_of(f"surface-c-1/{name}")[:2000]
             for line in lines:

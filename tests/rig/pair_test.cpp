@@ -65,11 +65,14 @@ TEST_CASE("a pair of the chessboard records when and how each frame was taken") 
         const double rows_us = 384 * double(timing.row_ns) / 1000;
         CHECK(double(frame.end_us - frame.begin_us) == doctest::Approx(rows_us).epsilon(0.005));
         for (int axis = 0; axis < LENS_AXES; axis++) {
-            CHECK(std::abs(frame.before.position[axis] - frame.after.position[axis]) <= 4);
+            CHECK(std::abs(frame.before.lens[axis].position_q4 -
+                           frame.after.lens[axis].position_q4) <= 3 * 16);
+            CHECK(frame.before.lens[axis].sigma_q4 > 0);
+            CHECK(frame.before.lens[axis].sigma_q4 < 16);
         }
-        CHECK(std::abs(frame.before.position[LENS_ZOOM] - 300) <= 5);
-        CHECK(std::abs(frame.before.position[LENS_FOCUS] - 560) <= 5);
-        CHECK(std::abs(frame.before.position[LENS_IRIS] - 850) <= 5);
+        CHECK(std::abs(frame.before.lens[LENS_ZOOM].position_q4 / 16.0 - 300) <= 5);
+        CHECK(std::abs(frame.before.lens[LENS_FOCUS].position_q4 / 16.0 - 560) <= 5);
+        CHECK(std::abs(frame.before.lens[LENS_IRIS].position_q4 / 16.0 - 850) <= 5);
         CHECK(frame.before.pan_q4 == 0);
     }
     // The cameras see the same board from two positions: similar as a whole, but not pixel by
@@ -187,7 +190,8 @@ TEST_CASE("a lens that moves meanwhile makes it no pair") {
     const std::string text = bench.rig.last_error.text;
     CHECK_MESSAGE(text.rfind("right lens: its focus moved from 5", 0) == 0, text);
     const pair_frame &right = pair.frame[RIG_RIGHT];
-    CHECK(right.after.position[LENS_FOCUS] > right.before.position[LENS_FOCUS] + 4);
+    CHECK(right.after.lens[LENS_FOCUS].position_q4 >
+          right.before.lens[LENS_FOCUS].position_q4 + 4 * 16);
     CHECK(bench.rig.state == RIG_READY);
     CHECK(bench.rig.pairs == 0);
     bench.keep_going = [] { return true; };

@@ -236,12 +236,41 @@ TEST_CASE("lines are canonical: a line that would be printed differently is reje
          {"", "en", "end ", "command text=a b", "command text=%41", "command text=%2",
           "command text", "command text=%00", "calibration file=abcd", "calibration file=0000ABCD",
           "calibration file=100000000", "begin version=0 build=a profile= date=b",
-          "begin version=5 build=a profile= date=b",
+          "begin version=6 build=a profile= date=b",
           "registers at_us=00 part=a first=05 values=0000",
           "registers at_us=0 part=a first=05 values=0000,",
           "registers at_us=18446744073709551616 part=a first=05 values=0000", "pair number=1"}) {
         INFO(std::string(line));
         CHECK(!parses(line));
+    }
+}
+
+TEST_CASE("positions are means with their errors, and were integers up to version 4") {
+    auto event = std::make_unique<session_event>();
+    const auto parses = [&](const std::string &axes) {
+        std::string line = "pair number=1 skew_us=0 checked=no change_permille=0";
+        for (const std::string at : {" left_", " right_"}) {
+            line += at + "frame=00000001" + at + "size=2x1" + at + "bits=8" + at + "layout=grey" +
+                    at + "sequence=1" + at + "begin_us=1" + at + "end_us=2" + at + "exposure_us=0" +
+                    at + "gain_q3=0" + at + "before=" + axes + at + "after=0,none,none,none";
+        }
+        return session_event_parse(line.data(), line.size(), event.get()) == 0;
+    };
+    const lens_mean *lens = event->pair.frame[RIG_RIGHT].before.lens;
+    CHECK(parses("24000,300,none,850"));
+    CHECK(lens[LENS_ZOOM].position_q4 == 4800);
+    CHECK(lens[LENS_ZOOM].sigma_q4 == 0);
+    CHECK(lens[LENS_FOCUS].position_q4 == INT32_MIN);
+    CHECK(parses("24000,4805:8,-3:65535,320000:1"));
+    CHECK(lens[LENS_ZOOM].position_q4 == 4805);
+    CHECK(lens[LENS_ZOOM].sigma_q4 == 8);
+    CHECK(lens[LENS_FOCUS].position_q4 == -3);
+    CHECK(lens[LENS_IRIS].position_q4 == 320000);
+    for (const std::string wrong :
+         {"0,1:0,1:1,1:1", "0,1:65536,1:1,1:1", "0,1:,1:1,1:1", "0,1:-1,1:1,1:1", "0,01:1,1:1,1:1",
+          "0,none:1,1:1,1:1", "0,1.5,1:1,1:1", "0,134217728,1,1", "0,1:1:1,1,1"}) {
+        CAPTURE(wrong);
+        CHECK(!parses(wrong));
     }
 }
 

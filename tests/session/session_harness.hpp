@@ -33,9 +33,14 @@ struct owned_pair {
 inline pair_axes random_axes(Random &random) {
     pair_axes axes{};
     axes.pan_q4 = static_cast<std::uint16_t>(upto(random, UINT16_MAX));
-    for (auto &position : axes.position) {
-        position =
-            upto(random, 3) == 0 ? INT32_MIN : static_cast<std::int32_t>(upto(random, 2000)) - 1000;
+    for (auto &mean : axes.lens) {
+        mean = {INT32_MIN, 0};
+        if (upto(random, 3) > 0) {
+            const auto number = static_cast<std::int32_t>(upto(random, 2000)) - 1000;
+            const bool whole = upto(random, 3) == 0;
+            mean = {whole ? number * 16 : number,
+                    static_cast<std::uint16_t>(whole ? 0 : 1 + upto(random, UINT16_MAX - 1))};
+        }
     }
     return axes;
 }
@@ -86,7 +91,12 @@ inline void random_pair(Random &random, owned_pair &made) {
 }
 
 inline bool same_axes(const pair_axes &a, const pair_axes &b) {
-    return a.pan_q4 == b.pan_q4 && std::memcmp(a.position, b.position, sizeof a.position) == 0;
+    bool same = a.pan_q4 == b.pan_q4;
+    for (int axis = 0; axis < LENS_AXES; axis++) {
+        same = same && a.lens[axis].position_q4 == b.lens[axis].position_q4 &&
+               a.lens[axis].sigma_q4 == b.lens[axis].sigma_q4;
+    }
+    return same;
 }
 
 /// Whether two frames are equal except for their pixels.

@@ -125,7 +125,7 @@ TEST_CASE("a recording of an earlier version is refused by its version") {
     const scratch folder;
     const std::string copy = folder / "session";
     std::filesystem::copy(source, copy);
-    const std::string begin = "begin version=3 build=b1 profile=rig date=now";
+    const std::string begin = "begin version=4 build=b1 profile=rig date=now";
     char crc[16];
     std::snprintf(crc, sizeof crc, " %08x\n", unsigned(crc_update(0, begin.data(), begin.size())));
     folder.write("session/session.index", begin + crc);
@@ -133,7 +133,7 @@ TEST_CASE("a recording of an earlier version is refused by its version") {
     play_outcome outcome{};
     message why{};
     CHECK(play_session(AT_FDCWD, copy.c_str(), &observer, &outcome, &why) == ERROR_VERSION);
-    CHECK(std::string(why.text).find("version 3") != std::string::npos);
+    CHECK(std::string(why.text).find("version 4") != std::string::npos);
     CHECK(std::string(why.text).find("build b1") != std::string::npos);
 }
 

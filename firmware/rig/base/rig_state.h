@@ -122,7 +122,18 @@ struct rig_part_health {
     uint64_t last_us;  ///< time of the last successful use
 };
 
-enum { RIG_LENS_TRACK = 32 };
+enum {
+    RIG_LENS_TRACK = 32,
+    /// Readings of a position at rest: their mean has a standard error of half a count, and a lens
+    /// takes 0.23 s.
+    RIG_LENS_READINGS = 4,
+};
+
+/// Mean of readings of an axis.
+struct lens_mean {
+    int32_t position_q4;  ///< 1/16 count; INT32_MIN: not known, or no such axis
+    uint16_t sigma_q4;    ///< its standard error; 0: not known
+};
 
 /// A reading of all axes of a lens.
 struct rig_lens_track {
@@ -134,10 +145,10 @@ struct rig_lens_track {
 struct rig_lens {
     struct lens_drive drive;
     int32_t commanded[LENS_AXES];
-    int32_t position[LENS_AXES];  ///< last reading
-    int32_t offset[LENS_AXES];    ///< added to commands, away from the side of approach: see
-                                  ///< rig/lens_move.h
-    uint8_t moving;               ///< bits of the axes that a move has
+    struct lens_mean measured[LENS_AXES];  ///< last means
+    int32_t offset[LENS_AXES];  ///< added to commands, away from the side of approach: see
+                                ///< rig/lens_move.h
+    uint8_t moving;             ///< bits of the axes that a move has
     struct lens_reading readings[LENS_AXES];      ///< the last ones; time 0: none
     uint64_t stopped_at_us;                       ///< when it was last seen to have arrived
     struct rig_lens_track track[RIG_LENS_TRACK];  ///< the last readings, in turn

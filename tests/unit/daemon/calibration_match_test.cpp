@@ -29,9 +29,9 @@ struct pair captured() {
         frame.image.height_px = window_height_px;
         frame.window = {704, 528, 1};
         frame.before.pan_q4 = static_cast<uint16_t>(side == RIG_LEFT ? 24588 : 23461);
-        frame.before.position[LENS_ZOOM] = 422;
-        frame.before.position[LENS_FOCUS] = 538;
-        frame.before.position[LENS_IRIS] = 800;
+        frame.before.lens[LENS_ZOOM].position_q4 = 422 * 16;
+        frame.before.lens[LENS_FOCUS].position_q4 = 538 * 16;
+        frame.before.lens[LENS_IRIS].position_q4 = 800 * 16;
         frame.after = frame.before;
     }
     return pair;
@@ -88,8 +88,8 @@ TEST_CASE("a pair with the calibrated axes matches") {
     CHECK(rejection_of(value, state_of(captured()), ERROR_OK).empty());
     struct pair pair = captured();
     for (pair_frame &frame : pair.frame) {  // by its repeatability
-        frame.before.position[LENS_ZOOM] += 4;
-        frame.after.position[LENS_ZOOM] += 4;
+        frame.before.lens[LENS_ZOOM].position_q4 += 4 * 16;
+        frame.after.lens[LENS_ZOOM].position_q4 += 4 * 16;
     }
     CHECK(rejection_of(value, state_of(pair), ERROR_OK).empty());
 }
@@ -104,8 +104,8 @@ TEST_CASE("a moved axis is rejected by name, with both values and a remedy") {
     const char *const names[] = {"zoom", "focus", "iris"};
     for (int axis = 0; axis < LENS_AXES; axis++) {
         const std::string text = changed([&](struct pair &pair) {
-            pair.frame[RIG_RIGHT].before.position[axis] -= 5;
-            pair.frame[RIG_RIGHT].after.position[axis] -= 5;
+            pair.frame[RIG_RIGHT].before.lens[axis].position_q4 -= 5 * 16;
+            pair.frame[RIG_RIGHT].after.lens[axis].position_q4 -= 5 * 16;
         });
         check_names(text, {("right " + std::string(names[axis])).c_str(), "counts"});
     }

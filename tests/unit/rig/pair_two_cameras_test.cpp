@@ -182,7 +182,7 @@ TEST_CASE("the two frames that are nearest to each other are the pair") {
         CHECK(pair.frame[RIG_RIGHT].image.data[3 * kWidth * kHeight - 1] == 90);
         CHECK(pair.frame[RIG_LEFT].image.stride == 3 * kWidth);
         CHECK(pair.frame[RIG_LEFT].before.pan_q4 == 0);
-        CHECK(pair.frame[RIG_LEFT].before.position[LENS_ZOOM] == INT32_MIN);
+        CHECK(pair.frame[RIG_LEFT].before.lens[LENS_ZOOM].position_q4 == INT32_MIN);
         CHECK(two.left.lent == 0);
         CHECK(two.right.lent == 0);
     }

@@ -82,9 +82,10 @@ void add_axes(const reading &self, int side, info_page *page, document *object) 
         (*object)["pan_deg"] = angle.empty() ? document() : document(angle_deg);
     }
     for (int axis = 0; axis < LENS_AXES; axis++) {
-        if (frame.before.position[axis] != INT32_MIN) {
-            join(moved_text(std::string(axis_names[axis]) + " ", frame.before.position[axis],
-                            frame.after.position[axis]));
+        if (frame.before.lens[axis].position_q4 != INT32_MIN) {
+            join(moved_text(std::string(axis_names[axis]) + " ",
+                            frame.before.lens[axis].position_q4 / 16.0,
+                            frame.after.lens[axis].position_q4 / 16.0));
         }
     }
     page->add("", "", text.empty() ? "pan and lens: unknown or fixed" : text, document());
