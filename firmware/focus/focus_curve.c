@@ -95,9 +95,33 @@ static void sort(double *values, unsigned count) {
     }
 }
 
+// The median of values, over `scale`. Sorts them.
+static double median_over(double *values, unsigned count, double scale) {
+    sort(values, count);
+    return count > 0 ? values[count / 2] / scale : 0;
+}
+
+// Deviation of white noise from differences of neighbouring samples, which a curve hardly has. The
+// medians of |difference| are 0.6745 times the roots of 6 and 70. Fourth differences also vanish on
+// a peak of few samples.
+static double roughness(const struct point *order, unsigned count) {
+    double second[FOCUS_SAMPLES_MAX], fourth[FOCUS_SAMPLES_MAX];
+    INVARIANT(count >= 3);
+    for (unsigned i = 1; i + 1 < count; i++) {
+        second[i - 1] = fabs(order[i - 1].value - 2 * order[i].value + order[i + 1].value);
+    }
+    for (unsigned i = 2; i + 2 < count; i++) {
+        fourth[i - 2] = fabs(order[i - 2].value - 4 * order[i - 1].value + 6 * order[i].value -
+                             4 * order[i + 1].value + order[i + 2].value);
+    }
+    const double by_second = median_over(second, count - 2, 1.652);
+    const double by_fourth = count < 7 ? by_second : median_over(fourth, count - 4, 5.643);
+    return by_second < by_fourth ? by_second : by_fourth;
+}
+
 double focus_curve_noise(const struct focus_curve *curve, const struct focus_range *range) {
     struct point order[FOCUS_SAMPLES_MAX];
-    double bends[FOCUS_SAMPLES_MAX], predicted[FOCUS_SAMPLES_MAX];
+    double predicted[FOCUS_SAMPLES_MAX];
     const unsigned count = sorted(curve, range, order);
     if (count < 3) {
         return 0;
@@ -105,14 +129,8 @@ double focus_curve_noise(const struct focus_curve *curve, const struct focus_ran
     for (unsigned i = 0; i < count; i++) {
         predicted[i] = order[i].deviation;
     }
-    for (unsigned i = 1; i + 1 < count; i++) {
-        bends[i - 1] = fabs(order[i - 1].value - 2 * order[i].value + order[i + 1].value);
-    }
-    sort(predicted, count);
-    sort(bends, count - 2);
-    // The median of |bend| of white noise of deviation 1 is 0.6745 sqrt(6).
-    const double rough = bends[(count - 2) / 2] / 1.652;
-    const double expected = predicted[count / 2];
+    const double rough = roughness(order, count);
+    const double expected = median_over(predicted, count, 1);
     return rough > expected ? rough : expected;
 }
 

@@ -155,7 +155,7 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->passes = self->stops = 0;
     self->stopped = false;
     self->off_sum = 0;
-    self->channel = FOCUS_CHANNEL_CHOSEN;
+    self->channel = self->finder = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
 }
 
@@ -220,7 +220,7 @@ static double light_at_peak(const struct focus_search *self) {
 static double distance_from_peak(const struct focus_search *self, const struct focus_event *event,
                                  double part, double part_deviation) {
     const struct focus_peak *peak = &self->result.peak;
-    const double half = peak->half_width;
+    const double half = larger(peak->half_width, 0.5);
     const double read = fabs(event->position - peak->position);
     const double read_variance =
         event->deviation * event->deviation + peak->deviation * peak->deviation + 0.01;
@@ -335,6 +335,17 @@ static struct focus_step pass(struct focus_search *self) {
 
 // ---- what the curve shows
 
+// White noise of variance 1 in a channel's unit.
+static double unit_of(const struct focus_search *self, enum focus_channel channel) {
+    static const double units[FOCUS_MEASURES] = {[FOCUS_VARIANCE] = 1,
+                                                 [FOCUS_NORMALIZED_VARIANCE] = 1,
+                                                 [FOCUS_TENENGRAD] = 24,
+                                                 [FOCUS_LAPLACIAN] = 20};
+    return units[channel == FOCUS_CHANNEL_TENENGRAD   ? FOCUS_TENENGRAD
+                 : channel == FOCUS_CHANNEL_LAPLACIAN ? FOCUS_LAPLACIAN
+                                                      : self->options.measure];
+}
+
 // The least relative variance of a subject.
 static double contrast_min(const struct focus_search *self) {
     double noise = 0;
@@ -347,8 +358,8 @@ static double contrast_min(const struct focus_search *self) {
 
 static bool has_contrast(const struct focus_search *self, const struct focus_peak *peak,
                          double part) {
-    return peak->height - peak->floor >=
-           larger(part * contrast_min(self), significant * self->noises[FOCUS_CHANNEL_CHOSEN]);
+    const double least = part * contrast_min(self) * unit_of(self, self->finder);
+    return peak->height - peak->floor >= larger(least, significant * self->noises[self->finder]);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -375,28 +386,29 @@ static void learn_floors(struct focus_search *self) {
     }
 }
 
-// Locates the top of a peak by the finest measure that stands out from its noise.
+// Locates the top of a peak by the finest measure that stands out from its noise, or else the one
+// that stands out most.
 static bool locate(struct focus_search *self, unsigned leg, double min, double max,
                    struct focus_peak *peak) {
-    static const enum focus_channel channels[] = {FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD,
-                                                  FOCUS_CHANNEL_CHOSEN};
-    for (int i = 0; i < FOCUS_CHANNELS; i++) {
-        const struct focus_range range = range_of(1u << leg, channels[i], min, max);
+    static const enum focus_channel finest[] = {FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD,
+                                                FOCUS_CHANNEL_CHOSEN};
+    double best = 0;
+    for (int i = 0; i < FOCUS_CHANNELS && best < locating; i++) {
+        const struct focus_range range = range_of(1u << leg, finest[i], min, max);
         struct focus_peak found[2];
         if (focus_curve_peaks(&self->curve, &range, found) == 0) {
             return false;
         }
-        found[0].floor = smaller(found[0].floor, self->floors[channels[i]]);
-        const double noise =
-            larger(self->noises[channels[i]], focus_curve_noise(&self->curve, &range));
-        if (found[0].height - found[0].floor >= locating * noise &&
-            focus_curve_fit(&self->curve, &range, &found[0])) {
-            self->channel = channels[i];
+        found[0].floor = smaller(found[0].floor, self->floors[finest[i]]);
+        const double noise = larger(self->noises[finest[i]], 1e-12);
+        const double stands_out = (found[0].height - found[0].floor) / noise;
+        if (stands_out > best && focus_curve_fit(&self->curve, &range, &found[0])) {
+            best = stands_out;
+            self->channel = finest[i];
             *peak = found[0];
-            return true;
         }
     }
-    return false;
+    return best > 0;
 }
 
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
@@ -407,7 +419,8 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
         return begin_cold(self, event->position);
     }
     // Texture everywhere, and no lens position that blurs it.
-    if (peak->floor > 4 * contrast_min(self) && blur_px < 4 * sharp_px) {
+    if (peak->floor > 4 * contrast_min(self) * unit_of(self, self->finder) &&
+        blur_px < 4 * sharp_px) {
         self->result.tries = FOCUS_TRIES;
         return give_back(self, FOCUS_SHARP_EVERYWHERE);
     }
@@ -424,10 +437,35 @@ static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
     return second ? 1 : 0;
 }
 
+// How far a channel's highest peak stands out from its noise.
+static double significance(const struct focus_search *self, enum focus_channel channel) {
+    const struct focus_range range =
+        range_of(1u << FOCUS_LEG_SWEEP, channel, self->options.min, self->options.max);
+    struct focus_peak peaks[2];
+    if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
+        return 0;
+    }
+    return (peaks[0].height - peaks[0].floor) / larger(self->noises[channel], 1e-12);
+}
+
+// Flickering light, exposed row by row, makes slow steps that gradients hardly see.
+static enum focus_channel choose_finder(const struct focus_search *self) {
+    enum focus_channel best = FOCUS_CHANNEL_CHOSEN;
+    if (significance(self, best) >= locating) {
+        return best;
+    }
+    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+        if (significance(self, (enum focus_channel)channel) > significance(self, best)) {
+            best = (enum focus_channel)channel;
+        }
+    }
+    return best;
+}
+
 // The highest peak of the sweep, or the one that was asked for.
 static unsigned sweep_peaks(struct focus_search *self, struct focus_peak *peak) {
     const struct focus_range range =
-        range_of(1u << FOCUS_LEG_SWEEP, FOCUS_CHANNEL_CHOSEN, self->options.min, self->options.max);
+        range_of(1u << FOCUS_LEG_SWEEP, self->finder, self->options.min, self->options.max);
     struct focus_peak peaks[2];
     const unsigned count = focus_curve_peaks(&self->curve, &range, peaks);
     if (count > 0) {
@@ -439,10 +477,11 @@ static unsigned sweep_peaks(struct focus_search *self, struct focus_peak *peak) 
 static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
     const struct focus_search_options *options = &self->options;
     struct focus_peak *peak = &self->result.peak;
+    learn_floors(self);
+    self->finder = choose_finder(self);
     if (sweep_peaks(self, peak) == 0) {
         return give_back(self, FOCUS_NO_CONTRAST);
     }
-    learn_floors(self);
     if (!has_contrast(self, peak, 0.25) || is_too_wide(self, peak)) {
         return no_peak(self, event, peak);
     }
@@ -470,14 +509,14 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     const struct focus_search_options *options = &self->options;
     const double beyond = options->run_up;
     const struct focus_range range =
-        range_of(1u << leg, FOCUS_CHANNEL_CHOSEN, self->pass_min - beyond, self->pass_max + beyond);
+        range_of(1u << leg, self->finder, self->pass_min - beyond, self->pass_max + beyond);
     struct focus_peak peaks[2];
     if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
         return give_back(self, FOCUS_SCENE_CHANGED);
     }
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
-    peak.floor = smaller(self->floors[FOCUS_CHANNEL_CHOSEN], peak.floor);
+    peak.floor = smaller(self->floors[self->finder], peak.floor);
     if (!has_contrast(self, &peak, 1)) {
         return no_peak(self, event, &peak);
     }

@@ -71,6 +71,7 @@ struct focus_search_options {
                                  ///< settings before it (higher gain); >= 1
     double region_px;            ///< smaller side of the region
     double expected, expected_half_range;  ///< where the peak is expected; half range 0: not known
+    enum focus_measure measure;            ///< of FOCUS_CHANNEL_CHOSEN
     enum focus_choice choice;
 };
 
@@ -126,6 +127,7 @@ struct focus_search {
     double sweep_end, spacing;      ///< of the present sweep
     bool near_only;                 ///< the sweep covers the expected neighbourhood only
     double target;                  ///< of the present approach
+    enum focus_channel finder;      ///< that the peak is sought in
     enum focus_channel channel;     ///< that decides where the top is
     double floors[FOCUS_CHANNELS];  ///< of the sweep
     double noises[FOCUS_CHANNELS];

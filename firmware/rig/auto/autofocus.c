@@ -164,6 +164,7 @@ static bool is_at(const struct focuser *self, double position) {
 static int sweep(struct focuser *self, const struct focus_step *step) {
     const uint64_t interval_us = (uint64_t)(step->spacing / self->counts_per_s * US_PER_S);
     const uint32_t exposure_us = self->rig->camera[self->side].exposure_us;
+    const uint64_t frame_us = exposure_us + FRAME_US;
     uint64_t next_us = rig_now_us(self->rig);
     int error = begin_move(self, step->position, LENS_MOVE_ALWAYS);
     self->waiting = 0;
@@ -184,7 +185,10 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
             struct pending *pending = &self->pending[self->waiting];
             error = take(self, next_us, step->leg, pending);
             if (error == ERROR_OK) {
-                next_us = pending->exposed_us + interval_us - exposure_us / 2;
+                // Of frames that come no faster, the next one: a limit would skip every second.
+                next_us = interval_us < 3 * frame_us / 2
+                              ? 0
+                              : pending->exposed_us + interval_us - exposure_us / 2;
                 self->waiting++;
             }
         }
@@ -286,6 +290,7 @@ static struct focus_search_options options_of(const struct focuser *self) {
         .tolerance = RESTS_WITHIN,
         .noise_ratio = 1,
         .region_px = region->width_px < region->height_px ? region->width_px : region->height_px,
+        .measure = self->options->measure,
         .choice = self->options->choice,
     };
     double blur_px = 0;
