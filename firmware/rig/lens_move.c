@@ -341,7 +341,8 @@ int rig_lens_move_begin(struct rig *self, struct rig_lens_move *move, unsigned s
         if ((sides >> side & 1) != 0) {
             struct lens_mover *mover = &move->movers[move->count++];
             lens_mover_init(self, mover, side, axis, position);
-            mover->forced = when == LENS_MOVE_ALWAYS;
+            mover->forced = when != LENS_MOVE_IF_NEEDED;
+            mover->coarse = when == LENS_MOVE_COARSE;
             mover->lens->moving = (uint8_t)(mover->lens->moving | bit_of(mover));
         }
     }

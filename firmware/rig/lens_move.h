@@ -82,6 +82,10 @@ struct rig_lens_move {
 enum rig_lens_move_when {
     LENS_MOVE_IF_NEEDED,  ///< a lens that is at this target already, from the right side, stays
     LENS_MOVE_ALWAYS,     ///< it approaches the target anew
+    /// From either side, straight; done as soon as it is seen near the target or past it
+    /// (LENS_MOVE_STEP_COUNTS), while the motor may still run: for ways on which another move
+    /// follows.
+    LENS_MOVE_COARSE,
 };
 
 /// Begins to move an axis of the lenses `sides` (bits RIG_LEFT, RIG_RIGHT) to a position. Returns

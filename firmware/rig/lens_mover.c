@@ -11,6 +11,8 @@ enum {
     US_PER_S = 1000000,
     COMMAND_US = 100000,  // a command has been sent by then
     LEGS_PER_APPROACH = 2,
+    RUNNING_COUNTS = 40,  // on the way during some readings
+    RECENT_US = 1000000,
     LEG_READINGS = 12,  // granted to a leg even on a slow line, however long they take
 };
 
@@ -113,6 +115,19 @@ static int start(struct rig *self, struct lens_mover *mover) {
         mover->phase = LENS_MOVER_ARRIVED;
         return ERROR_OK;
     }
+    if (mover->coarse) {
+        mover->path = (uint32_t)distance(mover->middle, mover->target);
+        mover->phase = LENS_MOVER_GOING_UP;
+        return begin_leg(self, mover, mover->target);
+    }
+    // While the motor runs, its position is not known well.
+    const bool runs = mover->lens->rest_us[mover->axis] == UINT64_MAX;
+    if (runs && mover->middle + RUNNING_COUNTS > mover->waypoint &&
+        mover->waypoint < mover->target) {
+        mover->path = (uint32_t)(distance(mover->middle, mover->waypoint) +
+                                 distance(mover->waypoint, mover->target));
+        return begin_approach(self, mover);
+    }
     const int32_t down = mover->middle > mover->waypoint ? mover->middle - mover->waypoint : 0;
     const int32_t up = distance(down > 0 ? mover->waypoint : mover->middle, mover->target);
     mover->path = (uint32_t)(down + up);
@@ -200,6 +215,22 @@ static void follow_drift(const struct lens_mover *mover) {
     *offset = within(*offset + step, -LENS_MOVE_OFFSET_COUNTS, LENS_MOVE_OFFSET_COUNTS);
 }
 
+// The present leg of a coarse move is over: near its goal, or past it.
+static bool is_near(const struct lens_mover *mover, bool moving) {
+    const struct lens_abilities *abilities = &mover->lens->drive.controller->driver->abilities;
+    const bool past =
+        mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
+    return abilities->reads_position
+               ? past || distance(mover->middle, mover->goal) <= LENS_MOVE_STEP_COUNTS
+               : !moving;
+}
+
+// The target is not approached as a later move may need it.
+static void end_coarse(struct lens_mover *mover) {
+    mover->lens->commanded[mover->axis] = INT32_MIN;
+    mover->phase = LENS_MOVER_ARRIVED;
+}
+
 // No movement for too long.
 static int stalled(struct rig *self, struct lens_mover *mover) {
     const int32_t left = distance(mover->middle, mover->goal);
@@ -209,6 +240,10 @@ static int stalled(struct rig *self, struct lens_mover *mover) {
     const bool back = mover->phase == LENS_MOVER_GOING_BACK;
     if (left > LENS_MOVE_OFFSET_COUNTS + (mover->far ? LENS_MOVE_OFFSET_COUNTS : 0)) {
         return jammed(self, mover);
+    }
+    if (mover->coarse) {
+        end_coarse(mover);
+        return ERROR_OK;
     }
     if (!back) {
         return update_offset(self, mover);
@@ -263,15 +298,37 @@ static void record_way(struct lens_mover *mover) {
 // On the way back, beyond is also fine.
 static bool is_at_goal(const struct lens_mover *mover) {
     const bool past =
-        mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
+        mover->waypoint < mover->target ? mover->middle < mover->goal : mover->middle > mover->goal;
     return distance(mover->middle, mover->goal) <= mover->settings->tolerance_counts ||
            (mover->phase == LENS_MOVER_GOING_BACK && past);
+}
+
+// At its start the previous readings count too if they are recent and the motor rests, or if the
+// way need not be exact.
+static void take_previous(struct lens_mover *mover, uint64_t now_us) {
+    const struct rig_lens *lens = mover->lens;
+    const bool rests = lens->rest_us[mover->axis] != UINT64_MAX;
+    if (lens->tracked < LENS_READ_MEDIAN || !(rests || mover->coarse)) {
+        return;
+    }
+    for (uint32_t i = LENS_READ_MEDIAN; i > 1; i--) {
+        const struct rig_lens_track *track = &lens->track[(lens->tracked - i) % RIG_LENS_TRACK];
+        if (track->sampled_us + RECENT_US < now_us ||
+            (rests && track->sampled_us < lens->rest_us[mover->axis])) {
+            return;
+        }
+        mover->readings[i - 2] = mover->sign * track->position[mover->axis];
+    }
+    mover->count = LENS_READ_MEDIAN - 1;
 }
 
 int lens_mover_take(struct rig *self, struct lens_mover *mover,
                     const struct lens_reading *reading) {
     INVARIANT(mover->phase != LENS_MOVER_ARRIVED && reading->time_us >= mover->since_us);
     mover->since_us = reading->time_us + 1;
+    if (mover->phase == LENS_MOVER_STARTING && mover->count == 0) {
+        take_previous(mover, reading->time_us);
+    }
     mover->readings[mover->count % LENS_READ_MEDIAN] = mover->sign * reading->position;
     mover->count++;
     mover->since_mark++;
@@ -293,7 +350,11 @@ int lens_mover_take(struct rig *self, struct lens_mover *mover,
     record_way(mover);
     // Two outliers among the first three readings can hide that it was above.
     const bool above = mover->middle > mover->target + mover->settings->tolerance_counts;
-    if (above && !mover->been_back && mover->waypoint < mover->target) {
+    if (mover->coarse && is_near(mover, reading->moving)) {
+        end_coarse(mover);
+        return ERROR_OK;
+    }
+    if (above && !mover->coarse && !mover->been_back && mover->waypoint < mover->target) {
         return begin_approach(self, mover);
     }
     return assess(self, mover);

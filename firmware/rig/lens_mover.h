@@ -56,6 +56,7 @@ struct lens_mover {
     uint64_t mark_us, deadline_us;
     bool been_back, far;
     bool forced;  ///< also to the present target
+    bool coarse;  ///< done near the target
     int32_t offset_before;
     uint32_t trims;
     int32_t rest_position;  ///< where the previous approach ended off its target; INT32_MIN: not

@@ -161,6 +161,62 @@ TEST_CASE("of two moves one fails or is cancelled, rests, and does not disturb t
     CHECK(jammed > draws(300) / 8);
 }
 
+TEST_CASE("a coarse move ends near its target, and another one follows at once") {
+    const uint64_t seed = synthetic::test_seed();
+    double coarse_s = 0, full_s = 0;
+    unsigned jammed = 0;
+    for (uint64_t i = 0; i < draws(300); i++) {
+        INFO("VERGENCE_SEED=" << seed << " draw " << i);
+        simrig::Noise noise(seed + i);
+        Draw draw(noise);
+        const uint64_t world_seed = noise.next();
+        const bool jams = noise.chance(0.1);
+        for (const rig_lens_move_when when : {LENS_MOVE_COARSE, LENS_MOVE_ALWAYS}) {
+            LensWorld world(draw.motors, draw.positions, world_seed);
+            LensRig lenses(world);
+            REQUIRE(lenses.open() == ERROR_OK);
+            rig_lens_move move{};
+            REQUIRE(rig_lens_move_begin(&lenses.rig, &move, draw.sides, draw.axis, draw.target,
+                                        when) == ERROR_OK);
+            const double begin_us = world.now_us();
+            const unsigned side = draw.has(0) ? 0 : 1;
+            const double way = std::abs(ring(world, side, draw.axis) - draw.target);
+            if (jams) {
+                world.controller.motor(side, LensAxis(draw.axis)).jam(world.now_us(), true);
+            }
+            int error = ERROR_OK;
+            while (!rig_lens_move_done(&move)) {
+                error = rig_lens_move_step(&lenses.rig, &move, 0);
+                world.advance(world.now_us() + 5e3);
+            }
+            if (jams && way > 60) {
+                REQUIRE(error == ERROR_JAMMED);
+                jammed++;
+                continue;
+            }
+            REQUIRE((error == ERROR_OK || jams));
+            if (jams) {
+                continue;
+            }
+            (when == LENS_MOVE_COARSE ? coarse_s : full_s) += (world.now_us() - begin_us) * 1e-6;
+            const LensMotorSettings &motor = draw.motors[side][draw.axis];
+            const double late = 0.3 * motor.counts_per_s;  // the median of readings is late
+            CHECK((when != LENS_MOVE_COARSE ||
+                   std::abs(ring(world, side, draw.axis) - draw.target) <=
+                       LENS_MOVE_STEP_COUNTS + late + motor.backlash_counts));
+            if (when == LENS_MOVE_COARSE) {  // the motor may still run, away from the next target
+                draw.target = std::clamp(draw.target + int32_t(noise.next() % 61) - 30, 300, 850);
+                REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
+                check_arrival(draw, world);
+            }
+        }
+    }
+    MESSAGE("coarse " << coarse_s / double(draws(300)) << " s, with an approach "
+                      << full_s / double(draws(300)) << " s");
+    CHECK(coarse_s + 0.3 * double(draws(300)) < full_s);
+    CHECK(jammed > draws(300) / 20);
+}
+
 TEST_CASE("an axis has one move at a time, and none after a bring-up or in the safe state") {
     LensWorld world({}, {{{300, 300, 850}, {300, 300, 850}}}, 1);
     LensRig lenses(world);
