@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every call of the hardware's interfaces fails or hangs, once or always, during bring-up, panning
-// and capture: within two seconds of rig time the instrument works again or is safe, and reports
-// the part. For two cameras with their own ports see unit/rig/pair_two_cameras_test.cpp
-// and unit/rig/pair_triggered_test.cpp; for reconstruction, which only uses the store,
+// Every call of the hardware's interfaces fails or hangs, once or always, during bring-up, panning,
+// a region and capture: within two seconds of rig time the instrument works again or is safe, and
+// reports the part. For two cameras with their own ports see unit/rig/pair_two_cameras_test.cpp and
+// unit/rig/pair_triggered_test.cpp; for reconstruction, which only uses the store,
 // console/reconstruct_test.py. By default one call of each kind is tried, selected by the seed;
 // VERGENCE_RIG_FAULTS is their number, or "all" (tools/campaign rig).
 #include <doctest/doctest.h>
@@ -12,6 +12,7 @@
 #include <string>
 
 #include "bench/rig_bench.hpp"
+#include "rig/rig_region.h"
 #include "synthetic/seed.hpp"
 
 using rig_bench::Fault;
@@ -49,10 +50,31 @@ bool is_at_rest(RigBench &bench) {
     return control == 0;
 }
 
+// A few frames of a region, as the searches take them.
+int look_closely(RigBench &bench) {
+    const rig_rectangle where = {400, 300, 64, 48};
+    rig_region region{};
+    uint32_t applied_us = 0;
+    int error = rig_region_begin(&bench.rig, &region, RIG_RIGHT, &where, 1);
+    if (error == ERROR_OK) {
+        error = rig_region_exposure(&bench.rig, &region, 1000, &applied_us);
+    }
+    for (int i = 0; i < 2 && error == ERROR_OK; i++) {
+        rig_region_frame frame{};
+        error = rig_region_take(&bench.rig, &region, 0, &frame);
+        raw_image_release(&frame.image);
+    }
+    const int ended = rig_region_end(&bench.rig, &region, false);
+    return error == ERROR_OK ? ended : error;
+}
+
 int run_all(RigBench &bench, ::pair &pair) {
     int error = rig_bringup(&bench.rig);
     if (error == ERROR_OK) {
         error = rig_pan_both(&bench.rig, 69289, -69289);  // towards each other: servos get pulses
+    }
+    if (error == ERROR_OK) {
+        error = look_closely(bench);
     }
     return error == ERROR_OK ? bench.capture(pair) : error;
 }

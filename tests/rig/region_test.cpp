@@ -130,3 +130,154 @@ TEST_CASE("a region is anywhere on the sensor of either side, and leaves no trac
     ::pair pair{};
     CHECK(bench.capture(pair) == ERROR_OK);
 }
+
+TEST_CASE("a cancelled region leaves no trace, whenever it is cancelled") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    uint32_t applied_us = 0;
+    REQUIRE(rig_exposure(&bench.rig, 3, 3000, &applied_us) == ERROR_OK);
+    const Registers before = registers_of(bench);
+    const rig_rectangle where = {400, 300, 64, 48};
+    int cancelled = 0;
+    for (int allowed = 0;; allowed++) {
+        CAPTURE(allowed);
+        int asked = 0;
+        // From then on until the region has ended.
+        bench.keep_going = [&] { return asked++ < allowed; };
+        rig_region region{};
+        rig_region_frame frame{};
+        int error = rig_region_begin(&bench.rig, &region, RIG_RIGHT, &where, 1);
+        for (int i = 0; i < 2 && error == ERROR_OK; i++) {
+            error = rig_region_take(&bench.rig, &region, 0, &frame);
+            raw_image_release(&frame.image);
+        }
+        const bool as_asked = error == ERROR_OK || error == ERROR_CANCELLED;
+        CHECK(as_asked);
+        CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
+        CHECK(bench.rig.state == RIG_READY);
+        CHECK(registers_of(bench) == before);
+        if (error == ERROR_OK) {
+            break;
+        }
+        cancelled++;
+    }
+    CHECK(cancelled >= 3);
+    bench.keep_going = [] { return true; };
+    ::pair pair{};
+    CHECK(bench.capture(pair) == ERROR_OK);
+}
+
+TEST_CASE("a region outside the sensor is rejected with the limits") {
+    RigBench bench;
+    rig_region region{};
+    const rig_rectangle good = {0, 0, 64, 48};
+    CHECK(rig_region_begin(&bench.rig, &region, RIG_LEFT, &good, 1) == ERROR_NOT_READY);
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const Registers before = registers_of(bench);
+    for (const rig_rectangle &where :
+         {rig_rectangle{1990, 0, 64, 48}, rig_rectangle{0, 1490, 64, 48},
+          rig_rectangle{1, 0, 64, 48}, rig_rectangle{0, 0, 63, 48}, rig_rectangle{0, 0, 64, 0},
+          rig_rectangle{65534, 65534, 64, 48}, rig_rectangle{0, 0, 65534, 65534}}) {
+        CHECK(rig_region_begin(&bench.rig, &region, RIG_LEFT, &where, 1) == ERROR_RANGE);
+        CHECK(std::string(bench.rig.rejected.text).find("2048 x 1536 px") != std::string::npos);
+        CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
+    }
+    CHECK(rig_region_begin(&bench.rig, &region, RIG_LEFT, &good, 3) == ERROR_RANGE);
+    CHECK(registers_of(bench) == before);
+    CHECK(bench.rig.state == RIG_READY);
+    // The whole field, every eighth pixel: for the exposure.
+    const rig_rectangle all = {0, 0, 2048, 1536};
+    rig_region_frame frame{};
+    REQUIRE(rig_region_begin(&bench.rig, &region, RIG_LEFT, &all, 8) == ERROR_OK);
+    REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
+    CHECK(frame.image.width_px == 256);
+    CHECK(frame.image.height_px == 192);
+    raw_image_release(&frame.image);
+    REQUIRE(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
+    CHECK(registers_of(bench) == before);
+}
+
+TEST_CASE("exposure and gain may stay after a region") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const mt9t001_window window = bench.rig.camera[RIG_LEFT].sensor.window;
+    const rig_rectangle where = {400, 300, 64, 48};
+    rig_region region{};
+    uint32_t applied_us = 0;
+    uint16_t applied_q3 = 0;
+    REQUIRE(rig_region_begin(&bench.rig, &region, RIG_LEFT, &where, 1) == ERROR_OK);
+    REQUIRE(rig_region_exposure(&bench.rig, &region, 6000, &applied_us) == ERROR_OK);
+    REQUIRE(rig_region_gain(&bench.rig, &region, 32, &applied_q3) == ERROR_OK);
+    REQUIRE(rig_region_end(&bench.rig, &region, true) == ERROR_OK);
+    CHECK(bench.rig.camera[RIG_LEFT].exposure_us == doctest::Approx(6000).epsilon(0.01));
+    CHECK(bench.rig.camera[RIG_LEFT].gain_q3 == 32);
+    CHECK(bench.rig.camera[RIG_LEFT].sensor.window.column_px == window.column_px);
+    CHECK(bench.rig.camera[RIG_LEFT].sensor.window.vblank_rows == window.vblank_rows);
+    ::pair pair{};
+    REQUIRE(bench.capture(pair) == ERROR_OK);
+    CHECK(pair.frame[RIG_LEFT].gain_q3 == 32);
+    CHECK(pair.frame[RIG_LEFT].image.width_px == 128);
+}
+
+TEST_CASE("a camera that falls silent during a region makes the rig safe; a bring-up restores it") {
+    RigBench bench;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const Registers before = registers_of(bench);
+    const rig_rectangle where = {400, 300, 64, 48};
+    rig_region region{};
+    rig_region_frame frame{};
+    REQUIRE(rig_region_begin(&bench.rig, &region, RIG_RIGHT, &where, 1) == ERROR_OK);
+    REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
+    raw_image_release(&frame.image);
+    bench.control("fault camera right silent");
+    CHECK(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_TIMEOUT);
+    const std::string text = bench.rig.last_error.text;
+    CHECK_MESSAGE(text.find("right camera: ") == 0, text);
+    CHECK(text.find('\n') == std::string::npos);
+    CHECK(bench.rig.state == RIG_SAFE);
+    CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
+    CHECK(bench.rig.last_error.text == text);
+    bench.control("fault camera right ok");
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    CHECK(registers_of(bench) == before);
+}
+
+TEST_CASE("the light changes in the frames that were exposed then") {
+    RigBench bench(small_profile(), "plane");
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const rig_rectangle where = {974, 718, 100, 100};
+    rig_region region{};
+    uint32_t exposure_us = 0;
+    REQUIRE(rig_region_begin(&bench.rig, &region, RIG_LEFT, &where, 1) == ERROR_OK);
+    REQUIRE(rig_region_exposure(&bench.rig, &region, 8000, &exposure_us) == ERROR_OK);
+    const auto taken = [&](uint64_t *exposed_us) {
+        rig_region_frame frame{};
+        REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
+        pair_frame as_pair{};
+        as_pair.image = frame.image;
+        const double mean = bench.mean(as_pair) - frame.black;
+        raw_image_release(&frame.image);
+        *exposed_us = frame.exposed_us;
+        return mean;
+    };
+    uint64_t exposed_us = 0;
+    const double bright = taken(&exposed_us);
+    REQUIRE(bright > 20);
+    bench.control("light 0");
+    const uint64_t dark_us = bench.now_us();
+    int dark = 0;
+    for (int i = 0; i < 6; i++) {
+        const double mean = taken(&exposed_us);
+        CAPTURE(mean);
+        // The rows around the middle one are read up to 0.6 ms before and after. The simulated rig
+        // does not divide an exposure in which the light changes.
+        if (exposed_us + exposure_us / 2 + 600 < dark_us) {
+            CHECK(mean > 0.9 * bright);
+        } else if (exposed_us > dark_us + exposure_us / 2 + 600) {
+            CHECK(mean < 0.1 * bright);
+            dark++;
+        }
+    }
+    CHECK(dark >= 3);
+    CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
+}
