@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "console/commands.h"
+#include "console/lens_table_text.h"
 #include "daemon/commands/commands.h"
 #include "daemon/settings/saved_settings.h"
 
@@ -12,6 +13,17 @@ enum { SHOW, SAVE, RESTORE, FORGET };
 #define URAD_PER_DEGREE (1e6 * 3.14159265358979323846 / 180.0)
 
 // ---- the answer
+
+/// As the command lens shows it, if it is not empty.
+static void put_table(const struct command_call *call, const char *key, enum lens_table_kind kind,
+                      const struct lens_table *table) {
+    char bytes[LENS_TABLE_TEXT_BYTES];
+    struct command_text text = command_text_begin(bytes, sizeof bytes);
+    if (table->count > 0) {
+        lens_table_print(kind, table, &text);
+        reply_text(call, key, bytes);
+    }
+}
 
 static void put_side(const struct command_call *call, const struct saved_settings *saved,
                      unsigned side) {
@@ -40,6 +52,8 @@ static void put_side(const struct command_call *call, const struct saved_setting
                          shown[i].unit);
         }
     }
+    put_table(call, "zoom_to_focus", LENS_TABLE_FOCUS, &saved->learned[side].focus);
+    put_table(call, "iris_to_f_number", LENS_TABLE_IRIS, &saved->learned[side].iris);
     reply_group_end(call);
 }
 
@@ -51,6 +65,12 @@ static void put(const struct command_call *call, const struct saved_settings *sa
         reply_number(call, "height", saved->height_px, 0, "px");
         reply_number(call, "skip", saved->skip, 0, NULL);
         reply_group_end(call);
+    }
+    if (saved->object.known) {
+        char bytes[LENS_TABLE_TEXT_BYTES];
+        struct command_text text = command_text_begin(bytes, sizeof bytes);
+        lens_object_print(&saved->object, &text);
+        reply_text(call, "object", bytes);
     }
     put_side(call, saved, RIG_LEFT);
     put_side(call, saved, RIG_RIGHT);
@@ -215,11 +235,13 @@ static const struct command_argument arguments[] = {
 static const struct command commands[] = {
     {.name = "settings",
      .summary = "save the settings of the instrument, or restore them",
-     .help = "Exposure, gain, window, and the commanded positions of pan, zoom, focus and iris. "
+     .help = "Exposure, gain, window, the commanded positions of pan, zoom, focus and iris, and "
+             "what was learned about the lenses. "
              "\"save\" stores those in force, across restarts; \"restore\" applies them after a "
              "bring-up, to the cameras first, then to the axes. Nothing is applied if they are of "
              "another profile or out of this instrument's range. With restore = yes in the "
-             "configuration, bringup restores the settings of the cameras.",
+             "configuration, bringup restores the settings of the cameras, and tables of lenses "
+             "about which nothing was learned since the start.",
      .arguments = arguments,
      .argument_count = 1,
      .flags = COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED,

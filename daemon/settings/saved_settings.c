@@ -9,6 +9,7 @@
 #include "core/invariant.h"
 #include "daemon/settings/ini_text.h"
 #include "daemon/settings/quantity.h"
+#include "daemon/settings/saved_lens.h"
 #include "device/mt9t001.h"
 
 #define OLD_FIRST_LINE "vergence settings "
@@ -16,7 +17,8 @@
 enum {
     VERSION_BARE = 1,    // lines `KEY VALUE` with the integers of the firmware
     VERSION_BLANKS = 2,  // lines `KEY VALUE`
-    VERSION = 3,
+    VERSION_INI = 3,     // without tables of the lenses
+    VERSION = 4,
     NOT_KEPT = INT32_MIN,
     SIZE_MIN_PX = 16,
     SIZE_MAX_PX = 16384,
@@ -104,7 +106,9 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         take_side(rig, side, saved->values[side]);
+        saved->learned[side] = rig->camera[side].lens.learned;
     }
+    saved->object = rig->object;
 }
 
 // ---- the text
@@ -122,6 +126,7 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
         }
         fprintf(file, "\n");
     }
+    saved_lens_print_object(saved, file);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         fprintf(file, "[%s]\n", rig_side_names[side]);
         for (int i = 0; i < SAVED_VALUES; i++) {
@@ -131,6 +136,7 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
                 fprintf(file, "%s = %s\n", values[i].name, value);
             }
         }
+        saved_lens_print(saved, side, file);
     }
     const long length = ftell(file);
     INVARIANT(length > 0 && length < SAVED_SETTINGS_BYTES);
@@ -181,7 +187,7 @@ static bool read_value(const struct reading *self, const char *key, const char *
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         const size_t bytes = strlen(rig_side_names[side]);
         if (strncmp(key, rig_side_names[side], bytes) != 0 ||
-            key[bytes] != (self->version < VERSION ? '_' : '.')) {
+            key[bytes] != (self->version < VERSION_INI ? '_' : '.')) {
             continue;
         }
         for (int i = 0; i < SAVED_VALUES; i++) {
@@ -220,15 +226,17 @@ static int read_line(void *cookie, const char *key, const char *value, int line,
     bool good = false;
     if (self->version == 0) {
         return strcmp(key, "version") == 0
-                   ? read_version(self, value, VERSION, VERSION, message)
+                   ? read_version(self, value, VERSION_INI, VERSION, message)
                    : message_set(message, ERROR_SYNTAX, "line %d: version missing", line);
     }
     if (strcmp(key, "profile") == 0 && strlen(value) < sizeof saved->profile) {
         strcpy(saved->profile, value);
         good = true;
     } else {
-        good =
-            strcmp(key, "window") == 0 ? read_window(saved, value) : read_value(self, key, value);
+        good = strcmp(key, "window") == 0
+                   ? read_window(saved, value)
+                   : read_value(self, key, value) ||
+                         (self->version >= VERSION && saved_lens_read(saved, key, value));
     }
     return good ? 0
                 : message_set(message, ERROR_SYNTAX, "line %d: invalid %.40s = %.100s", line, key,
@@ -299,6 +307,11 @@ static bool range_of(struct rig *rig, unsigned side, int value, int32_t *min, in
 
 static int check_side(const struct saved_settings *saved, struct rig *rig, unsigned side,
                       struct message *why) {
+    if (saved->learned[side].focus.count + saved->learned[side].iris.count > 0 &&
+        !rig_has_lens(&rig->profile, side)) {
+        return message_set(why, ERROR_NOT_CONNECTED, "no motors for the tables of the %s lens",
+                           rig_side_names[side]);
+    }
     for (int i = 0; i < SAVED_VALUES; i++) {
         const int32_t value = saved->values[side][i];
         char text[QUANTITY_BYTES], range[QUANTITY_RANGE_BYTES];
@@ -446,11 +459,14 @@ size_t saved_settings_commands(const struct saved_settings *saved, const struct 
     if (saved->width_px != 0 && !are_windows_equal(saved, &now)) {
         count = add_window(saved, lines);
     }
-    for (int i = 0; i < SAVED_VALUES; i++) {
-        if (i == SAVED_PAN_URAD) {
-            *of_cameras = count;
-        }
+    for (int i = 0; i < SAVED_PAN_URAD; i++) {
         count = add(saved, i, lines, count);
     }
-    return count;
+    // What was learned since the start counts more than what was saved before.
+    count = saved_lens_commands(saved, rig, true, lines, count);
+    *of_cameras = count;
+    for (int i = SAVED_PAN_URAD; i < SAVED_VALUES; i++) {
+        count = add(saved, i, lines, count);
+    }
+    return saved_lens_commands(saved, rig, false, lines, count);
 }

@@ -3,22 +3,27 @@
 /// the positions that the axes were sent to. Values that the instrument does not have, or that were
 /// never set, are absent.
 ///
-///     version = 3
+///     version = 4
 ///     profile = rig
 ///     window = 640 480 2
+///     object = 544.5:0.6
 ///     [left]
 ///     exposure = 7000 us
 ///     gain = 2.5 x
 ///     pan = 3.97 deg
 ///     zoom = 420 counts
+///     zoom_to_focus = 300:1.5:0.5:3
 ///     [right]
 ///
-/// A window that is not centred has four more numbers: column and row of the left, then of the right
-/// sensor.
+/// A window that is not centred has four more numbers: column and row of the left, then of the
+/// right sensor.
 ///
-/// Older versions are still read: 2 had `left_exposure 7000 us`, 1 had `left_exposure_us 7000`,
-/// `left_gain_q3 20` (1/8), `left_pan_urad 69290` and `left_zoom 420`, both after a first line
-/// `vergence settings 2`.
+/// What was learned about the lenses (console/lens_table_text.h): the object, and for each lens
+/// lines zoom_to_focus and iris_to_f_number, one for each entry in ascending order.
+///
+/// Older versions are still read: 3 had no tables, 2 had `left_exposure 7000 us`, 1 had
+/// `left_exposure_us 7000`, `left_gain_q3 20` (1/8), `left_pan_urad 69290` and `left_zoom 420`,
+/// both after a first line `vergence settings 2`.
 #ifndef VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
 #define VERGENCE_DAEMON_SETTINGS_SAVED_SETTINGS_H
 
@@ -36,9 +41,9 @@ extern "C" {
 /// The record's name in the store.
 #define SAVED_SETTINGS_RECORD "settings"
 enum {
-    SAVED_SETTINGS_BYTES = 1024,  ///< largest text, with its end
-    SAVED_SETTINGS_LINE_BYTES = 128,
-    SAVED_SETTINGS_LINES = 16,
+    SAVED_SETTINGS_BYTES = 8192,  ///< largest text, with its end
+    SAVED_SETTINGS_LINE_BYTES = 513,
+    SAVED_SETTINGS_LINES = 20,
 };
 
 enum saved_value {
@@ -53,11 +58,13 @@ enum saved_value {
 
 struct saved_settings {
     char profile[sizeof((struct rig_profile *)0)->name];
-    uint16_t width_px, height_px;            ///< window of the sensors; 0: not saved
-    uint8_t skip;                            ///< one pixel in this many is read
-    bool placed;                             ///< not centred, and:
+    uint16_t width_px, height_px;  ///< window of the sensors; 0: not saved
+    uint8_t skip;                  ///< one pixel in this many is read
+    bool placed;                   ///< not centred, and:
     uint16_t column_px[RIG_SIDES], row_px[RIG_SIDES];
     int32_t values[RIG_SIDES][SAVED_VALUES]; /**< INT32_MIN: not saved */
+    struct lens_learned learned[RIG_SIDES];
+    struct lens_object object;
 };
 
 /// Takes the values in force. The rig must be RIG_READY.
@@ -76,8 +83,9 @@ int saved_settings_parse(const char *text, size_t length, struct saved_settings 
 int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
                          struct message *message);
 
-/// The commands that restore these values, in order: first those of the cameras (`*of_cameras` of
-/// them), then those that move axes. Returns their number.
+/// The commands that restore these values, in order: first those of the cameras and of tables that
+/// the rig has none of (`*of_cameras` of them), then those that move axes or replace tables.
+/// Returns their number.
 size_t saved_settings_commands(const struct saved_settings *saved, const struct rig *rig,
                                char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
                                size_t *of_cameras);

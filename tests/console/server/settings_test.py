@@ -157,7 +157,7 @@ class Cameras(CameraTest):
                                 "window": {"width": 640, "height": 480, "skip": 1},
                                 "left": {"exposure": 7000, "gain": 1.5}, "right": {}})
         self.assertEqual(self.text().split("\n", 1)[1],
-                         "version = 3\nprofile = two-cameras\nwindow = 640 480 1\n"
+                         "version = 4\nprofile = two-cameras\nwindow = 640 480 1\n"
                          "[left]\nexposure = 7000 us\ngain = 1.5 x\n[right]\n")
         self.assertEqual(client.ask("settings"), [
             "profile: two-cameras", "window:", "  width: 640 px", "  height: 480 px", "  skip: 1",
@@ -318,8 +318,8 @@ class OneLens(CameraTest):
         self.assertIn("right iris", self.refused(client, "settings restore", "NOT_CONNECTED"))
         self.write(text.replace("zoom = 300", "zoom = x"))
         self.assertIn("damaged", self.refused(client, "settings restore", "SYNTAX"))
-        self.write(text.replace("version = 3", "version = 4"))
-        self.assertIn("version 4", self.refused(client, "settings restore", "VERSION"))
+        self.write(text.replace("version = 4", "version = 5"))
+        self.assertIn("version 5", self.refused(client, "settings restore", "VERSION"))
         # A record of the first version, which had no units.
         self.write("vergence settings 1\nprofile two-cameras-lens\nwindow 640 480 1\n"
                    "left_exposure_us 7000\nleft_gain_q3 12\nleft_zoom 60\n")

@@ -63,7 +63,7 @@ TEST_CASE("what is in force, as text and back") {
     saved_settings_take(&up, &saved);
     const std::string text = printed(saved);
     CHECK(text ==
-          "version = 3\nprofile = rig\nwindow = 1024 768 2\n[left]\nexposure = 7001 us\n"
+          "version = 4\nprofile = rig\nwindow = 1024 768 2\n[left]\nexposure = 7001 us\n"
           "pan = 3.9686 deg\n[right]\ngain = 2.5 x\niris = 400 counts\n");
     REQUIRE(parse(text, read) == ERROR_OK);
     CHECK(printed(read) == text);
@@ -91,7 +91,7 @@ TEST_CASE("windows that are not centred keep their place") {
     saved_settings saved{}, read{};
     saved_settings_take(&up, &saved);
     const std::string text = printed(saved);
-    CHECK(text == "version = 3\nprofile = rig\nwindow = 640 480 1 0 0 1408 0\n[left]\n[right]\n");
+    CHECK(text == "version = 4\nprofile = rig\nwindow = 640 480 1 0 0 1408 0\n[left]\n[right]\n");
     REQUIRE(parse(text, read) == ERROR_OK);
     CHECK(printed(read) == text);
     CHECK(commands(read, up).empty());
@@ -103,6 +103,67 @@ TEST_CASE("windows that are not centred keep their place") {
     REQUIRE(parse("version = 3\nprofile = rig\nwindow = 640 480 1 0 0 1410 0\n", read) == ERROR_OK);
     CHECK(saved_settings_check(&read, &up, &why) == ERROR_RANGE);
     CHECK(parse("version = 3\nprofile = rig\nwindow = 640 480 1 0 0 8\n", read) == ERROR_SYNTAX);
+}
+
+TEST_CASE("what was learned about the lenses") {
+    rig up = made("rig"), fresh = made("rig");
+    lens_learned &left = up.camera[RIG_LEFT].lens.learned;
+    for (int i = 0; i < LENS_POINTS_MAX; i++) {
+        const lens_point point = {300 + 30 * i, i * 7 - 200, uint16_t(8 + i), uint16_t(i + 1)};
+        lens_table_put(&left.focus, &point);
+    }
+    const lens_point ratio = {850, 1000, 1, 999};
+    lens_table_put(&up.camera[RIG_RIGHT].lens.learned.iris, &ratio);
+    up.object = {true, 8712, 10, false, 0, 0};
+    saved_settings saved{}, read{};
+    saved_settings_take(&up, &saved);
+    const std::string text = printed(saved);
+    CHECK(text.find("\nobject = 544.5:0.625\n") != std::string::npos);
+    CHECK(text.find("\nzoom_to_focus = 300:-12.5:0.5:1\nzoom_to_focus = 330:-12.0625:0.5625:2\n") !=
+          std::string::npos);
+    CHECK(text.find("[right]\niris_to_f_number = 850:1:0.001:999\n") != std::string::npos);
+    REQUIRE(parse(text, read) == ERROR_OK);
+    CHECK(printed(read) == text);
+    CHECK(read.learned[RIG_LEFT].focus.count == LENS_POINTS_MAX);
+    // An instrument that has learned nothing gets all of it, one that has learned it nothing.
+    const std::vector<std::string> lines = commands(read, fresh);
+    REQUIRE(lines.size() == 3);
+    CHECK(lines[0].find("lens learned side=left focus=300:-12.5:0.5:1,330:-12.0625:") == 0);
+    CHECK(lines[1] == "lens learned side=right iris=850:1:0.001:999");
+    CHECK(lines[2] == "lens learned object=544.5:0.625");
+    size_t count = 0;
+    const command *table = command_rig_table(&count), *found = nullptr;
+    for (const std::string &line : lines) {
+        char storage[COMMAND_LINE_MAX + 1], said[256] = "";
+        command_value values[COMMAND_ARGUMENTS_MAX];
+        REQUIRE(command_parse(line.c_str(), table, count, storage, values, &found, said,
+                              sizeof said) == ERROR_OK);
+        const command_call call = {&fresh, values, nullptr, said, sizeof said, nullptr, nullptr};
+        REQUIRE(command_run(found, &call) == ERROR_OK);
+    }
+    saved_settings_take(&fresh, &read);
+    CHECK(printed(read) == text);
+    // A bring-up does not replace what was learned since; "settings restore" does.
+    fresh.camera[RIG_LEFT].lens.learned.focus.point[3].value++;
+    char all[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
+    size_t of_cameras = 0;
+    CHECK(saved_settings_commands(&saved, &fresh, all, &of_cameras) == 2);
+    CHECK(of_cameras == 0);
+    // Not on an instrument without such a lens, and not in another form.
+    rig single = made("rig");
+    message why{};
+    REQUIRE(rig_profile_set_lenses(&single.profile, "v1lc") == ERROR_OK);
+    CHECK(saved_settings_check(&saved, &single, &why) == ERROR_NOT_CONNECTED);
+    for (const char *line : {"object = 1", "object = 1:x", "[left]\nzoom_to_focus = 300:1:1",
+                             "[left]\nzoom_to_focus = 300:1:1:1,400:1:1:1",
+                             "[left]\nzoom_to_focus = 400:1:1:1\nzoom_to_focus = 300:1:1:1",
+                             "zoom_to_focus = 300:1:1:1", "[left]\niris_to_f_number = 3:a:1:1",
+                             "[left]\niris_to_f_number = 70000:1:1:1"}) {
+        CAPTURE(line);
+        CHECK(parse(std::string("version = 4\nprofile = rig\n") + line + "\n", read) ==
+              ERROR_SYNTAX);
+    }
+    CHECK(parse("version = 3\nprofile = rig\nobject = 1:1\n", read) == ERROR_SYNTAX);
 }
 
 TEST_CASE("a value beyond its limits is saved as the limit") {
@@ -136,12 +197,12 @@ TEST_CASE("any other text is refused") {
     }
     for (const char *text :
          {"vergence settings 0\nprofile x\n", "vergence settings 3 \nprofile x\n",
-          "vergence settings 4\nprofile x\n", "version = 4\nprofile = x\n",
+          "vergence settings 4\nprofile x\n", "version = 5\nprofile = x\n",
           "version = x\nprofile = x\n"}) {
         CAPTURE(text);
         CHECK(parse(text, saved) != ERROR_OK);
     }
-    CHECK(parse("version = 4\nprofile = x\n", saved) == ERROR_VERSION);
+    CHECK(parse("version = 5\nprofile = x\n", saved) == ERROR_VERSION);
     for (const char *text : {"", "profile = x\n", "version = 3\n", "version = 3\nprofile = \n",
                              "vergence settings", "vergence settings\n", "settings 1\n"}) {
         CAPTURE(text);
