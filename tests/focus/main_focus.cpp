@@ -18,7 +18,7 @@ using namespace focus;
 namespace {
 
 const char *const kUsage =
-    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N [--curve yes]]
+    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N [--curve yes|--samples yes]]
                    [--failures N] [--write FILE]
 
 Focuses both lenses of the rig on random scenes and prints how well that went.
@@ -33,6 +33,8 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
   --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
                   position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
                   without noise, and the same with it
+  --samples yes   with --scene: what each autofocus saw, a line for each frame: side, leg, position,
+                  then sharpness and its standard deviation for each channel
   --failures N    failures that are printed, one a line (default: 20)
   --write FILE    the table, in Markdown
   --help          this text
@@ -44,10 +46,28 @@ struct Options {
     unsigned runs = 200, jobs = 1, failures = 20;
     uint64_t seed = 20090915;
     long scene = -1;
-    bool curve = false;
+    bool curve = false, samples = false;
     std::string write;
     std::vector<unsigned> methods;
 };
+
+void print_samples(const FocusBench &bench, unsigned side) {
+    const focus_curve &curve = bench.rig.camera[side].focus.search.curve;
+    const SceneSide &own = bench.scene.side[side];
+    const simrig::LensMotorSettings &motor = own.motors[simrig::kFocus];
+    std::printf("# side %u: best ring %.1f, %.3f px a count, play %.1f, drift %.1f\n", side,
+                own.best_ring(), own.px_per_count(), motor.backlash_counts,
+                simrig::drift_counts(motor, bench.now_s() * 1e6));
+    for (unsigned i = 0; i < curve.count; i++) {
+        const focus_sample &sample = curve.samples[i];
+        std::printf("%u %u %.2f", side, unsigned(sample.leg), double(sample.position));
+        for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+            std::printf(" %.5g %.3g", double(sample.sharpness[channel]),
+                        double(sample.deviation[channel]));
+        }
+        std::printf("\n");
+    }
+}
 
 /// All methods on a scene, each with a rig that was just switched on.
 std::vector<Result> run_scene(const Options &options, unsigned index) {
@@ -63,6 +83,9 @@ std::vector<Result> run_scene(const Options &options, unsigned index) {
             report.error = error;
             if (error == ERROR_OK) {
                 report = kMethodRows[method].focus(bench, side);
+                if (options.samples && kMethodRows[method].ours) {
+                    print_samples(bench, side);
+                }
             }
             results.push_back(bench.result(method, side, report));
             if (report.verdict == Verdict::kError && options.scene >= 0) {
@@ -172,6 +195,8 @@ Options options_of(int argc, char **argv) {
             options.curve = std::strcmp(value, "yes") == 0;
         } else if (name == "--measure") {
             measure_of_autofocus = focus_measure(number(value) % FOCUS_MEASURES);
+        } else if (name == "--samples") {
+            options.samples = std::strcmp(value, "yes") == 0;
         } else if (name == "--write") {
             options.write = value;
         } else if (name == "--failures") {
