@@ -94,13 +94,17 @@ Result FocusBench::result(unsigned method, unsigned side, const Report &report) 
         return own.lens.blur_px(at, rings[simrig::kZoom], rings[simrig::kIris],
                                 far ? own.far_per_mm : own.per_mm);
     };
+    // At the ends of the controller's range the ring stops half its play short of them.
+    const simrig::LensMotorSettings &motor = own.motors[simrig::kFocus];
+    const double play = motor.backlash_counts / 2;
+    const double drift = simrig::drift_counts(motor, world.lenses.now_us());
     for (const bool far : {false, true}) {
         if (far && !scene.two_depths) {
             break;
         }
         const double per_mm = far ? own.far_per_mm : own.per_mm;
-        const double best =
-            std::clamp(own.lens.ring_for(per_mm, rings[simrig::kZoom]), kRingLow, kRingHigh);
+        const double best = std::clamp(own.lens.ring_for(per_mm, rings[simrig::kZoom]),
+                                       kRingLow + play - drift, kRingHigh - play - drift);
         const double reachable_px = std::max(blur_px(best - kResolutionCounts, far),
                                              blur_px(best + kResolutionCounts, far));
         const double excess_px = blur_px(ring, far) - reachable_px;
