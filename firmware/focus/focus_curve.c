@@ -8,8 +8,8 @@
 
 // Above this part of the height a reciprocal is close to a parabola for all textures, the closer
 // the higher; this many samples are enough.
-static const double fit_parts[] = {0.8, 0.65, 0.45};
-enum { FIT_PARTS = 3, FIT_SAMPLES = 7 };
+static const double fit_parts[] = {0.8, 0.65, 0.45, 0.2};
+enum { FIT_PARTS = 4, FIT_SAMPLES = 7, FIT_REACH = 2 };
 // A second peak has this part of the height of the first, and the valley between both this part of
 // the second. Repeating patterns have side lobes of a third: where the blur inverts them.
 static const double second_part = 0.5, valley_part = 0.7;
@@ -297,7 +297,7 @@ static struct selection select_above(const struct focus_curve *curve,
         const struct focus_sample *sample = &curve->samples[i];
         const double u = (sample->position - peak->position) / scale;
         const double height = sample->sharpness[range->channel] - peak->floor;
-        if (!is_in(sample, range) || height < part * top || fabs(u) > 1.5) {
+        if (!is_in(sample, range) || height < part * top || fabs(u) > FIT_REACH) {
             continue;
         }
         add(&selection.sums, u, height, sample->deviation[range->channel], top);

@@ -7,9 +7,9 @@
 #include "core/invariant.h"
 
 enum {
-    SWEEP_SAMPLES = 180,     // most of a sweep
+    SWEEP_SAMPLES = 150,     // most of a sweep
     SWEEP_SAMPLES_MIN = 40,  // however wide the peak may be
-    PASS_SAMPLES = 40,
+    PASS_SAMPLES = 30,
     NEAR_SAMPLES = 30,  // where the peak is expected
     NEAR_PASS_SAMPLES = 14,
     PEAK_SAMPLES = 8,  // that locate a peak
@@ -23,16 +23,23 @@ static const double narrow_blur_px = 2;
 // Contrast of a subject, as rms: a part of the noise of one value, and of the brightness. A quarter
 // of its square is enough where the peak is seen in passing.
 static const double noise_part = 0.9, relative_contrast = 0.01;
-// Peaks stand out by this many deviations of the curve.
-static const double significant = 6;
-// And the tops of finer measures by this many, as their position is to be known well.
-static const double locating = 20;
+// Peaks stand out by this many deviations of the curve. Flickering light and bright objects beside
+// the region mislead the variance more than gradients.
+static const double significant[FOCUS_CHANNELS] = {
+    [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
 // A peak that is wider, in sizes of the region, comes from bright objects beside it.
 static const double widest_regions = 4;
+// A ring that moves by more during an exposure, and by more than the peak is wide, is measured at
+// rest.
+static const double smeared_counts = 4;
 // Blur below this is not seen.
 static const double sharp_px = 1;
 // At rest the picture shows this part of the peak's height.
 static const double same_part = 0.85, changed_part = 0.5;
+// The height of a peak, and what is seen of it at rest, are known to this part.
+static const double height_deviation = 0.03;
+// A measure that locates the top within this part of what is good enough needs no help.
+static const double located_part = 0.25;
 // Of the distance from the peak that is good enough, as it is known with errors.
 static const double accepted_part = 0.65;
 
@@ -224,7 +231,8 @@ static double distance_from_peak(const struct focus_search *self, const struct f
     const double read = fabs(event->position - peak->position);
     const double read_variance =
         event->deviation * event->deviation + peak->deviation * peak->deviation + 0.01;
-    const double seen = part < 1 ? half * sqrt(1 / larger(part, 0.01) - 1) : 0;
+    const double sure = larger(part + part_deviation, 0.01);
+    const double seen = sure < 1 ? half * sqrt(1 / sure - 1) : 0;
     const double slope = 2 * larger(seen, half * sqrt(part_deviation)) / (half * half);
     const double seen_deviation = part_deviation / slope;
     const double seen_variance = seen_deviation * seen_deviation + 1e-6;
@@ -249,6 +257,15 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
 
 static struct focus_step begin_stops(struct focus_search *self);
 
+// Whether the peak is so near to an end of the range that approaches cannot reach it.
+static bool is_near_end(const struct focus_search *self, double *end_counts) {
+    const struct focus_search_options *options = &self->options;
+    const double reach = options->run_up + options->tolerance;
+    const bool low = self->result.peak.position - options->min < reach;
+    *end_counts = low ? options->min : options->max;
+    return low || options->max - self->result.peak.position < reach;
+}
+
 static struct focus_step judge(struct focus_search *self, const struct focus_event *event) {
     struct focus_result *result = &self->result;
     const struct focus_peak *peak = &result->peak;
@@ -264,16 +281,22 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     const bool same =
         part >= same_part || peak->half_width * sqrt(1 / larger(part, 0.01) - 1) <= good;
     result->light_changed = result->light_changed || changed;
-    result->blur_counts = distance_from_peak(self, event, part, larger(0.01, deviation / height));
+    result->blur_counts =
+        distance_from_peak(self, event, part, larger(height_deviation, deviation / height));
     result->blur_px = self->options.blur_per_count_px > 0
                           ? result->blur_counts * self->options.blur_per_count_px
                           : -1;
     const bool there = result->blur_counts <= accepted_part * good;
+    double end_counts = 0;
     if (there && same) {
         result->verdict = verdict_of(self);
         return end(self, event);
     }
     if (result->tries < FOCUS_TRIES) {
+        // At the ends the play cannot be taken up, or the peak is just beyond: the end itself.
+        if (!same && is_near_end(self, &end_counts) && self->target != end_counts) {
+            return approach(self, end_counts);
+        }
         // One rest off the peak is chance; what all of them share is not.
         self->off_sum += off;
         const double shared = self->off_sum / (result->tries + 1.0);
@@ -356,10 +379,12 @@ static double contrast_min(const struct focus_search *self) {
                   relative_contrast * relative_contrast);
 }
 
-static bool has_contrast(const struct focus_search *self, const struct focus_peak *peak,
-                         double part) {
-    const double least = part * contrast_min(self) * unit_of(self, self->finder);
-    return peak->height - peak->floor >= larger(least, significant * self->noises[self->finder]);
+static bool has_contrast(const struct focus_search *self, enum focus_channel channel,
+                         const struct focus_peak *peak, double part) {
+    const double least = part * contrast_min(self) * unit_of(self, channel);
+    // A short sweep hardly shows the floor.
+    const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
+    return peak->height - peak->floor >= larger(least, significant[channel] * noise);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -386,29 +411,53 @@ static void learn_floors(struct focus_search *self) {
     }
 }
 
-// Locates the top of a peak by the finest measure that stands out from its noise, or else the one
-// that stands out most.
+// The finest measures first.
+static const enum focus_channel finest[FOCUS_CHANNELS] = {
+    FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD, FOCUS_CHANNEL_CHOSEN};
+
+// The highest peak in a channel, above the floor of the sweep.
+static bool peak_in(const struct focus_search *self, const struct focus_range *range,
+                    struct focus_peak *peak) {
+    struct focus_peak found[2];
+    if (focus_curve_peaks(&self->curve, range, found) == 0) {
+        return false;
+    }
+    *peak = found[0];
+    peak->floor = smaller(peak->floor, self->floors[range->channel]);
+    return true;
+}
+
+// Locates the top of a peak by the finest measure that stands out from its noise and locates it
+// well, or else the one that locates it best.
 static bool locate(struct focus_search *self, unsigned leg, double min, double max,
                    struct focus_peak *peak) {
-    static const enum focus_channel finest[] = {FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD,
-                                                FOCUS_CHANNEL_CHOSEN};
-    double best = 0;
-    for (int i = 0; i < FOCUS_CHANNELS && best < locating; i++) {
+    double best = INFINITY;
+    for (int i = 0; i < FOCUS_CHANNELS && best > located_part * good_counts(self); i++) {
         const struct focus_range range = range_of(1u << leg, finest[i], min, max);
-        struct focus_peak found[2];
-        if (focus_curve_peaks(&self->curve, &range, found) == 0) {
-            return false;
+        struct focus_peak found;
+        if (!peak_in(self, &range, &found) || !has_contrast(self, finest[i], &found, 0) ||
+            !focus_curve_fit(&self->curve, &range, &found)) {
+            continue;
         }
-        found[0].floor = smaller(found[0].floor, self->floors[finest[i]]);
-        const double noise = larger(self->noises[finest[i]], 1e-12);
-        const double stands_out = (found[0].height - found[0].floor) / noise;
-        if (stands_out > best && focus_curve_fit(&self->curve, &range, &found[0])) {
-            best = stands_out;
+        if (found.deviation < best) {
+            best = found.deviation;
             self->channel = finest[i];
-            *peak = found[0];
+            *peak = found;
         }
     }
-    return best > 0;
+    return best < INFINITY;
+}
+
+// Whether any measure sees a subject here.
+static bool is_subject(const struct focus_search *self, unsigned leg, double min, double max) {
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = range_of(1u << leg, finest[i], min, max);
+        struct focus_peak peak;
+        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 1)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
@@ -437,29 +486,20 @@ static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
     return second ? 1 : 0;
 }
 
-// How far a channel's highest peak stands out from its noise.
-static double significance(const struct focus_search *self, enum focus_channel channel) {
-    const struct focus_range range =
-        range_of(1u << FOCUS_LEG_SWEEP, channel, self->options.min, self->options.max);
-    struct focus_peak peaks[2];
-    if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
-        return 0;
-    }
-    return (peaks[0].height - peaks[0].floor) / larger(self->noises[channel], 1e-12);
-}
-
-// Flickering light, exposed row by row, makes slow steps that gradients hardly see.
-static enum focus_channel choose_finder(const struct focus_search *self) {
-    enum focus_channel best = FOCUS_CHANNEL_CHOSEN;
-    if (significance(self, best) >= locating) {
-        return best;
-    }
-    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
-        if (significance(self, (enum focus_channel)channel) > significance(self, best)) {
-            best = (enum focus_channel)channel;
+// The finest measure that sees a peak; false: none does.
+static bool choose_finder(struct focus_search *self) {
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range =
+            range_of(1u << FOCUS_LEG_SWEEP, finest[i], self->options.min, self->options.max);
+        struct focus_peak peak;
+        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 0.25) &&
+            !is_too_wide(self, &peak)) {
+            self->finder = finest[i];
+            return true;
         }
     }
-    return best;
+    self->finder = FOCUS_CHANNEL_CHOSEN;
+    return false;
 }
 
 // The highest peak of the sweep, or the one that was asked for.
@@ -478,23 +518,24 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     const struct focus_search_options *options = &self->options;
     struct focus_peak *peak = &self->result.peak;
     learn_floors(self);
-    self->finder = choose_finder(self);
+    const bool found = choose_finder(self);
     if (sweep_peaks(self, peak) == 0) {
         return give_back(self, FOCUS_NO_CONTRAST);
     }
-    if (!has_contrast(self, peak, 0.25) || is_too_wide(self, peak)) {
+    if (!found) {
         return no_peak(self, event, peak);
     }
     if (peak->at_edge && self->near_only && !is_at_end(self, peak->position)) {
         return begin_cold(self, event->position);
     }
-    if (options->counts_per_exposure > 0.7 * peak->half_width) {
+    if (options->counts_per_exposure > larger(smeared_counts, 1.5 * peak->half_width)) {
         return begin_stops(self);
     }
     const bool same_way = (self->sweep_end < peak->position) == options->from_above;
     const double near = larger(2 * peak->half_width, 2 * self->spacing);
     struct focus_peak top;
     if (same_way && peak->samples >= PEAK_SAMPLES &&
+        is_subject(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near) &&
         locate(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near, &top) &&
         top.samples >= PEAK_SAMPLES) {
         *peak = top;
@@ -517,9 +558,10 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
     peak.floor = smaller(self->floors[self->finder], peak.floor);
-    if (!has_contrast(self, &peak, 1)) {
+    if (!is_subject(self, leg, range.min, range.max)) {
         return no_peak(self, event, &peak);
     }
+    self->channel = self->finder;
     const bool fits = locate(self, leg, range.min, range.max, &peak);
     self->result.peak = peak;
     if (peak.at_edge && !is_at_end(self, peak.position) && self->passes < PASSES) {
