@@ -220,9 +220,11 @@ static bool is_near(const struct lens_mover *mover, bool moving) {
     const struct lens_abilities *abilities = &mover->lens->drive.controller->driver->abilities;
     const bool past =
         mover->goal < mover->begin ? mover->middle < mover->goal : mover->middle > mover->goal;
-    return abilities->reads_position
-               ? past || distance(mover->middle, mover->goal) <= LENS_MOVE_STEP_COUNTS
-               : !moving;
+    // To an end of the range it goes as far as it can.
+    const bool at_end = mover->goal == mover->min || mover->goal == mover->max;
+    const int32_t near = at_end ? mover->settings->tolerance_counts : LENS_MOVE_STEP_COUNTS;
+    return abilities->reads_position ? past || distance(mover->middle, mover->goal) <= near
+                                     : !moving;
 }
 
 // The target is not approached as a later move may need it.

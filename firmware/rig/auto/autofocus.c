@@ -24,6 +24,8 @@ enum {
     GAIN_MAX_Q3 = 64,
     FRAME_US = 4000,  // between frames of a region, besides their exposure
     REST_READINGS = 4,
+    TURN_US = 5000,
+    AHEAD_COUNTS = 60,
     POSITION_DELAY_US = 400000,  // until the readings around a time have come
     PENDING_MAX = 128,
     RESTS_WITHIN = 2,  // counts
@@ -45,6 +47,13 @@ struct pending {
     struct focus_sample sample;
 };
 
+// The way of the other lens to where it will be searched.
+struct ahead {
+    unsigned side;
+    bool begun;
+    struct rig_lens_move move;
+};
+
 // One search.
 struct focuser {
     struct rig *rig;
@@ -53,6 +62,7 @@ struct focuser {
     struct rig_focus *focus;
     struct rig_region region;
     struct rig_lens_move move;
+    struct ahead *ahead;  // NULL: no other lens
     uint64_t begin_us;
     double counts_per_s;
     struct pending pending[PENDING_MAX];
@@ -114,6 +124,17 @@ static int begin_move(struct focuser *self, double position, enum rig_lens_move_
     return rig_lens_move_begin(self->rig, &self->move, 1u << self->side, LENS_FOCUS, counts, when);
 }
 
+// Steps the moves under way. An error of the other lens shows when its turn comes.
+static int step_moves(struct focuser *self, uint64_t until_us) {
+    struct ahead *ahead = self->ahead;
+    if (ahead == NULL || !ahead->begun || rig_lens_move_done(&ahead->move)) {
+        return rig_lens_move_step(self->rig, &self->move, until_us);
+    }
+    const uint64_t soon_us = rig_now_us(self->rig) + TURN_US;
+    (void)rig_lens_move_step(self->rig, &ahead->move, until_us < soon_us ? until_us : soon_us);
+    return rig_lens_move_step(self->rig, &self->move, until_us < soon_us ? until_us : soon_us);
+}
+
 // Until the ring is at rest. `error`: why it is to rest before it has arrived, or 0.
 static int finish_move(struct focuser *self, int error) {
     int moved = ERROR_OK;
@@ -121,7 +142,7 @@ static int finish_move(struct focuser *self, int error) {
         rig_lens_move_cancel(self->rig, &self->move);
     }
     while (moved == ERROR_OK && !rig_lens_move_done(&self->move)) {
-        moved = rig_lens_move_step(self->rig, &self->move, rig_now_us(self->rig) + RIG_POLL_US);
+        moved = step_moves(self, rig_now_us(self->rig) + RIG_POLL_US);
     }
     return error != ERROR_OK ? error : moved;
 }
@@ -166,7 +187,7 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
     const uint32_t exposure_us = self->rig->camera[self->side].exposure_us;
     const uint64_t frame_us = exposure_us + FRAME_US;
     uint64_t next_us = rig_now_us(self->rig);
-    int error = begin_move(self, step->position, LENS_MOVE_ALWAYS);
+    int error = begin_move(self, step->position, LENS_MOVE_COARSE);
     self->waiting = 0;
     self->has_last = false;
     if (error != ERROR_OK) {
@@ -174,12 +195,11 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
     }
     while (error == ERROR_OK && !rig_lens_move_done(&self->move)) {
         const bool at_end = is_at(self, step->position);
-        error = rig_lens_move_step(self->rig, &self->move,
-                                   at_end ? rig_now_us(self->rig) + RIG_POLL_US : 0);
+        error = step_moves(self, at_end ? rig_now_us(self->rig) + RIG_POLL_US : 0);
         // The motor is watched while the frame is exposed.
         while (error == ERROR_OK && !at_end && !rig_lens_move_done(&self->move) &&
                rig_now_us(self->rig) < next_us + exposure_us) {
-            error = rig_lens_move_step(self->rig, &self->move, next_us + exposure_us);
+            error = step_moves(self, next_us + exposure_us);
         }
         if (error == ERROR_OK && !at_end && self->waiting < PENDING_MAX) {
             struct pending *pending = &self->pending[self->waiting];
@@ -227,7 +247,7 @@ static int carry_out(struct focuser *self, const struct focus_step *step,
     int error = ERROR_OK;
     switch (step->kind) {
         case FOCUS_STEP_GO:
-            error = begin_move(self, step->position, LENS_MOVE_IF_NEEDED);
+            error = begin_move(self, step->position, LENS_MOVE_COARSE);
             error = error == ERROR_OK ? finish_move(self, ERROR_OK) : error;
             break;
         case FOCUS_STEP_SWEEP:
@@ -318,6 +338,37 @@ static int prepare(struct focuser *self, struct focus_search_options *options) {
     return error;
 }
 
+// Where the search of the other lens will begin: to the side of approach of its peak, which is
+// predicted, or near that of this lens once that is known.
+static bool begin_of_other(const struct focuser *self, double *counts) {
+    const struct focus_search *machine = &self->focus->search;
+    const struct lens_axis_settings *axis = axis_of(self);
+    const double back = axis->approach == LENS_FROM_ABOVE ? 1 : -1;
+    int32_t expected = 0, half_range = 0;
+    if (!self->options->whole_range &&
+        rig_optics_focus_prediction(self->rig, self->ahead->side, &expected, &half_range) ==
+            ERROR_OK) {
+        *counts = expected + back * (half_range + axis->backlash_counts + axis->tolerance_counts);
+    } else if (machine->phase != FOCUS_SEARCH_TO_START && machine->result.peak.height > 0) {
+        *counts = machine->result.peak.position + back * AHEAD_COUNTS;
+    } else {
+        return false;
+    }
+    *counts = fmin(fmax(*counts, axis->min), axis->max);
+    return true;
+}
+
+static void send_ahead(struct focuser *self) {
+    struct ahead *ahead = self->ahead;
+    double counts = 0;
+    if (ahead == NULL || ahead->begun || self->options->curve_only ||
+        !begin_of_other(self, &counts)) {
+        return;
+    }
+    ahead->begun = rig_lens_move_begin(self->rig, &ahead->move, 1u << ahead->side, LENS_FOCUS,
+                                       (int32_t)lround(counts), LENS_MOVE_COARSE) == ERROR_OK;
+}
+
 static int search(struct focuser *self) {
     struct focus_search *machine = &self->focus->search;
     int32_t positions[LENS_AXES];
@@ -334,12 +385,14 @@ static int search(struct focuser *self) {
     self->focus->was_expected = options.expected_half_range > 0;
     struct focus_event event = {.position = positions[LENS_FOCUS]};
     struct focus_step step = focus_search_begin(machine, &options, event.position);
+    send_ahead(self);
     while (step.kind != FOCUS_STEP_END) {
         error = carry_out(self, &step, &event);
         if (error != ERROR_OK && !event.jammed) {
             return error;
         }
         step = focus_search_next(machine, &event);
+        send_ahead(self);
     }
     return error;
 }
@@ -349,9 +402,10 @@ static bool is_found(enum focus_verdict verdict) {
 }
 
 static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus_options *options,
-                      const struct rig_rectangle *region_px) {
+                      const struct rig_rectangle *region_px, struct ahead *ahead) {
     struct rig_focus *focus = &rig->camera[side].focus;
-    struct focuser self = {.rig = rig, .side = side, .options = options, .focus = focus};
+    struct focuser self = {
+        .rig = rig, .side = side, .options = options, .focus = focus, .ahead = ahead};
     self.begin_us = rig_now_us(rig);
     self.counts_per_s = faster * axis_of(&self)->counts_per_s;
     focus->done = false;
@@ -387,6 +441,22 @@ static struct rig_rectangle middle_of(const struct rig *self) {
                                   .height_px = (uint16_t)(high / 2 * 2)};
 }
 
+// Until the other lens is where it was sent, or at rest.
+static int finish_ahead(struct rig *rig, struct ahead *ahead, int error) {
+    if (!ahead->begun) {
+        return error;
+    }
+    ahead->begun = false;
+    if (error != ERROR_OK) {
+        rig_lens_move_cancel(rig, &ahead->move);
+    }
+    int moved = ERROR_OK;
+    while (moved == ERROR_OK && !rig_lens_move_done(&ahead->move)) {
+        moved = rig_lens_move_step(rig, &ahead->move, rig_now_us(rig) + RIG_POLL_US);
+    }
+    return error != ERROR_OK ? error : moved;
+}
+
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options) {
     INVARIANT((unsigned)options->measure < FOCUS_MEASURES);
     int error = lens_read_ready(self, sides, LENS_FOCUS);
@@ -394,9 +464,13 @@ int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_o
     if (region_px.width_px == 0) {
         region_px = middle_of(self);
     }
+    struct ahead ahead = {.side = RIG_RIGHT};
+    const bool both = sides == (1u << RIG_LEFT | 1u << RIG_RIGHT);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
-            error = focus_side(self, side, options, &region_px);
+            const bool first = both && side == RIG_LEFT;
+            error = focus_side(self, side, options, &region_px, first ? &ahead : NULL);
+            error = finish_ahead(self, &ahead, error);
         }
     }
     return error;
