@@ -22,11 +22,12 @@ int commands_region(const struct command_call *call, const struct command_value 
     }
     for (int i = 0; i < 4; i++) {
         const double number = value->numbers[i];
-        if (!(number >= 0 && number <= UINT16_MAX) || number != floor(number)) {
+        const int min = i < 2 ? 0 : 2;
+        if (!(number >= min && number <= UINT16_MAX) || number != floor(number)) {
             struct command_text sentence = commands_sentence(call);
             command_text_add(&sentence,
                              "region: not four whole numbers of pixels (expected "
-                             "X,Y,WIDTH,HEIGHT)");
+                             "X,Y,WIDTH,HEIGHT, the last two at least 2)");
             return ERROR_RANGE;
         }
         parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
