@@ -56,36 +56,34 @@ void learn(FocusBench &bench) {
     }
 }
 
-Report focus_side(FocusBench &bench, unsigned side) {
-    Report report;
+Reports focus_both(FocusBench &bench) {
     rig_autofocus_options options{};
     options.measure = measure_of_autofocus;
-    // Both at once, as the console does: the second lens travels while the first is searched.
-    const double begin_s = bench.now_s();
-    if (side == 0) {
-        report.error = rig_autofocus(&bench.rig, 3, &options);
-        report.seconds = bench.now_s() - begin_s;
+    const int error = rig_autofocus(&bench.rig, 3, &options);
+    Reports reports;
+    for (unsigned side = 0; side < kSides; side++) {
+        const rig_focus &focus = bench.rig.camera[side].focus;
+        Report &report = reports[side];
+        report.error = error;
+        report.seconds = focus.duration_ms * 1e-3;
+        report.frames = focus.frames;
+        if (error == ERROR_OK || error == ERROR_JAMMED) {
+            report.verdict = verdict_of(focus.search.result.verdict);
+            report.blur_px = focus.search.result.blur_px;
+        }
     }
-    report.frames = bench.rig.camera[side].focus.frames;
-    const focus_result &result = bench.rig.camera[side].focus.search.result;
-    if (report.error == ERROR_OK || report.error == ERROR_JAMMED) {
-        report.verdict = verdict_of(result.verdict);
-        report.blur_px = result.blur_px;
-    }
-    return report;
+    return reports;
 }
 
 }  // namespace
 
-Report autofocus_cold(FocusBench &bench, unsigned side) {
-    return focus_side(bench, side);
+Reports autofocus_cold(FocusBench &bench) {
+    return focus_both(bench);
 }
 
-Report autofocus_table(FocusBench &bench, unsigned side) {
-    if (side == 0) {
-        learn(bench);
-    }
-    return focus_side(bench, side);
+Reports autofocus_table(FocusBench &bench) {
+    learn(bench);
+    return focus_both(bench);
 }
 
 }  // namespace focus

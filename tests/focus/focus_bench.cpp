@@ -16,11 +16,11 @@ const char *const kVerdictNames[kVerdicts] = {
 const MethodRow kMethodRows[kMethods] = {
     {"cold", "cold", autofocus_cold, true, 12, 20, 250},
     {"with the table", "table", autofocus_table, true, 6, 10, 50},
-    {"hill climb", "climb", hill_climb, false, 0, 0, 0},
-    {"stops", "stops", stops, false, 0, 0, 0},
-    {"sweep", "sweep", sweep_open, false, 0, 0, 0},
-    {"iris closed first", "closed", sweep_closed, false, 0, 0, 0},
-    {"wide end first", "wide", sweep_wide, false, 0, 0, 0},
+    {"hill climb", "climb", in_turn<hill_climb>, false, 0, 0, 0},
+    {"stops", "stops", in_turn<stops>, false, 0, 0, 0},
+    {"sweep", "sweep", in_turn<sweep_open>, false, 0, 0, 0},
+    {"iris closed first", "closed", in_turn<sweep_closed>, false, 0, 0, 0},
+    {"wide end first", "wide", in_turn<sweep_wide>, false, 0, 0, 0},
 };
 
 rig_rectangle focus_region() {

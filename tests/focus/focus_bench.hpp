@@ -4,6 +4,7 @@
 #ifndef VERGENCE_TESTS_FOCUS_FOCUS_BENCH_HPP
 #define VERGENCE_TESTS_FOCUS_FOCUS_BENCH_HPP
 
+#include <array>
 #include <string>
 
 #include "focus/focus_measure.h"
@@ -43,6 +44,7 @@ struct Result {
     double ring, best;       ///< in counts; of two depths the nearer one
     double blur_px;          ///< true diameter of the disc of what the window shows
     double excess_px;        ///< of that above what a ring kResolutionCounts off its best has
+    double both_seconds;     ///< of the rig's time, for both lenses
     double tolerance;        ///< larger of half a depth of focus and kResolutionCounts
     double contrast, noise;  ///< rms over mean: of the sharp window, of a frame
 
@@ -79,22 +81,30 @@ focus_noise unity_noise();
 /// Builds what both windows of a scene show.
 void build_stack(const Scene &scene, BlurStack &stack);
 
-/// Ways to focus a lens. The second lens follows the first.
+/// Of the firmware's autofocus.
+extern focus_measure measure_of_autofocus;
+
+/// Ways to focus both lenses.
 enum Method { kCold, kTable, kHillClimb, kStops, kSweep, kSweepClosed, kSweepWide, kMethods };
+using Reports = std::array<Report, kSides>;
 struct MethodRow {
     const char *name, *option;
-    Report (*focus)(FocusBench &bench, unsigned side);
+    Reports (*focus)(FocusBench &bench);
     bool ours;                                    ///< the limits hold for it
     double seconds_p50, seconds_p99, frames_p99;  ///< limits
 };
 extern const MethodRow kMethodRows[kMethods];
 
-/// Of the firmware's autofocus.
-extern focus_measure measure_of_autofocus;
-/// rig_autofocus: knowing nothing for the first lens; with what was learned of both lenses.
-Report autofocus_cold(FocusBench &bench, unsigned side);
-Report autofocus_table(FocusBench &bench, unsigned side);
-/// Focuses a lens by climbing with smaller and smaller steps.
+/// rig_autofocus: knowing nothing; with what was learned of both lenses.
+Reports autofocus_cold(FocusBench &bench);
+Reports autofocus_table(FocusBench &bench);
+/// One lens after the other.
+template <Report (*focus)(FocusBench &bench, unsigned side)>
+Reports in_turn(FocusBench &bench) {
+    const Report left = focus(bench, 0);
+    return {left, focus(bench, 1)};
+}
+/// Climbs with smaller and smaller steps.
 Report hill_climb(FocusBench &bench, unsigned side);
 /// As libcamera's rpi/af.cpp: coarse stops until the contrast falls, fine ones, a parabola.
 Report stops(FocusBench &bench, unsigned side);

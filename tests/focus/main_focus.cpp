@@ -3,11 +3,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/error.h"
@@ -19,7 +21,7 @@ namespace {
 
 const char *const kUsage =
     R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N [--curve yes|--samples yes]]
-                   [--failures N] [--write FILE]
+                   [--failures N] [--short yes] [--write FILE]
 
 Focuses both lenses of the rig on random scenes and prints how well that went.
 
@@ -36,6 +38,7 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
   --samples yes   with --scene: what each autofocus saw, a line for each frame: side, leg, position,
                   then sharpness and its standard deviation for each channel
   --failures N    failures that are printed, one a line (default: 20)
+  --short yes     the limits of a few hundred scenes, as tools/test --all has them
   --write FILE    the table, in Markdown
   --help          this text
 
@@ -46,7 +49,7 @@ struct Options {
     unsigned runs = 200, jobs = 1, failures = 20;
     uint64_t seed = 20090915;
     long scene = -1;
-    bool curve = false, samples = false;
+    bool curve = false, samples = false, is_short = false;
     std::string write;
     std::vector<unsigned> methods;
 };
@@ -78,20 +81,23 @@ std::vector<Result> run_scene(const Options &options, unsigned index) {
     for (const unsigned method : options.methods) {
         FocusBench bench(scene, stack);
         const int error = bench.bring_up();
+        const double begin_s = bench.now_s();
+        Reports reports;
+        if (error == ERROR_OK) {
+            reports = kMethodRows[method].focus(bench);
+        }
+        const double seconds = bench.now_s() - begin_s;
         for (unsigned side = 0; side < kSides; side++) {
-            Report report;
-            report.error = error;
-            if (error == ERROR_OK) {
-                report = kMethodRows[method].focus(bench, side);
-                if (options.samples && kMethodRows[method].ours) {
-                    print_samples(bench, side);
-                }
+            results.push_back(bench.result(method, side, reports[side]));
+            results.back().both_seconds = seconds;
+            if (options.samples && kMethodRows[method].ours) {
+                print_samples(bench, side);
             }
-            results.push_back(bench.result(method, side, report));
-            if (report.verdict == Verdict::kError && options.scene >= 0) {
-                std::fprintf(stderr, "--scene %u, %s: error %d: %s\n", index,
-                             kMethodRows[method].name, report.error, bench.rig.last_error.text);
-            }
+        }
+        const char *what = bench.rig.last_error.text;
+        if (options.scene >= 0 && *what != '\0') {
+            std::fprintf(stderr, "%s: error %d: %s\n", kMethodRows[method].name, reports[0].error,
+                         what);
         }
     }
     return results;
@@ -143,6 +149,9 @@ std::vector<Result> run_all(const Options &options) {
         std::fprintf(stderr, "a process ended early: %zu of %zu results\n", results.size(), all);
         std::exit(1);
     }
+    std::sort(results.begin(), results.end(), [](const Result &a, const Result &b) {
+        return std::tie(a.scene, a.method, a.side) < std::tie(b.scene, b.method, b.side);
+    });
     return results;
 }
 
@@ -197,6 +206,8 @@ Options options_of(int argc, char **argv) {
             measure_of_autofocus = focus_measure(number(value) % FOCUS_MEASURES);
         } else if (name == "--samples") {
             options.samples = std::strcmp(value, "yes") == 0;
+        } else if (name == "--short") {
+            options.is_short = std::strcmp(value, "yes") == 0;
         } else if (name == "--write") {
             options.write = value;
         } else if (name == "--failures") {
@@ -277,7 +288,8 @@ int main(int argc, char **argv) {
             shown++;
         }
     }
-    const bool holds = print_table(stdout, results);
+    print_table(stdout, results);
+    const bool holds = limits_hold(results, options.is_short ? kShortLimits : kLimits);
     if (!options.write.empty()) {
         std::FILE *file = std::fopen(options.write.c_str(), "w");
         if (file == nullptr || (print_table(file, results), std::fclose(file)) != 0) {
