@@ -82,7 +82,7 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 
 /// Sets the focus of a camera that has a focus control of its own (`focus_steps` of struct
-/// rig_camera): 0 .. 1000 of its range, from far to near as the camera's driver has it. Frames
+/// rig_camera): 0 .. 1000 of its range, larger values nearer, as V4L2 has it. Frames
 /// count again after the time that such lenses take. ERROR_RANGE; ERROR_UNSUPPORTED: no focus
 /// control.
 int rig_focus_part(struct rig *self, unsigned side, int32_t part, int32_t *applied);

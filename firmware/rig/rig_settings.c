@@ -11,8 +11,9 @@
 
 enum {
     BOTH_SIDES = 1 << RIG_LEFT | 1 << RIG_RIGHT,
-    // A webcam's lens needs this long for its whole way, with the driver's buffers.
-    FOCUS_TRAVEL_US = 70000,
+    // A webcam's lens is at rest again after this time, and this long for its whole way.
+    FOCUS_REST_US = 80000,
+    FOCUS_WAY_US = 200000,
 };
 
 static int refuse_sides(unsigned sides) {
@@ -71,8 +72,7 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     }
     *applied = nearest;
     const uint64_t wait_us = MT9T001_FRAMES_TO_SETTLE * rig_camera_frame_us(self, side);
-    self->camera[side].settled_at_us =
-        rig_now_us(self) + wait_us + (which == HAL_CAMERA_FOCUS_PART ? FOCUS_TRAVEL_US : 0);
+    self->camera[side].settled_at_us = rig_now_us(self) + wait_us;
     return ERROR_OK;
 }
 
@@ -166,11 +166,19 @@ int rig_focus_part(struct rig *self, unsigned side, int32_t part, int32_t *appli
         return rig_reject(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_UNSUPPORTED,
                           "it has no focus control (turn its lens by hand)", NULL);
     }
+    struct rig_camera *camera = &self->camera[side];
+    const uint64_t settled_at_us = camera->settled_at_us;
     const int error = control(self, side, HAL_CAMERA_FOCUS_PART, part, applied);
-    if (error == ERROR_OK) {
-        self->camera[side].focus_part = *applied;
+    if (error != ERROR_OK) {
+        return error;
     }
-    return error;
+    // The lens acts at once, unlike a setting of the sensor.
+    const int32_t way = *applied - camera->focus_part;
+    const uint64_t rest_us = rig_now_us(self) + FOCUS_REST_US +
+                             (uint64_t)(way < 0 ? -way : way) * FOCUS_WAY_US / RIG_CAMERA_PARTS;
+    camera->settled_at_us = settled_at_us > rest_us ? settled_at_us : rest_us;
+    camera->focus_part = *applied;
+    return ERROR_OK;
 }
 
 static int set_sensor_window(struct rig *self, unsigned side, const struct mt9t001_window *window) {

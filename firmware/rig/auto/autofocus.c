@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/auto/focus_mover.h"
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/base/rig_error.h"
@@ -29,6 +30,7 @@ enum {
     POSITION_DELAY_US = 400000,  // until the readings around a time have come
     PENDING_MAX = 128,
     RESTS_WITHIN = 2,  // counts
+    SENSOR_BITS = 10,
     // The noise of the MT9T001 at gain 1, from its full well (8500 electrons in 981 steps of 10
     // bits) and read noise (8 electrons).
     SHOT_Q16 = 7560,
@@ -64,6 +66,7 @@ struct focuser {
     struct rig_lens_move move;
     struct ahead *ahead;  // NULL: no other lens
     uint64_t begin_us;
+    bool own_control;  // of the camera's focus, instead of a motorized lens
     double counts_per_s;
     struct pending pending[PENDING_MAX];
     unsigned waiting;
@@ -93,9 +96,11 @@ static struct focus_sample measure(const struct focuser *self, const struct rig_
         .height_px = (uint16_t)image->height_px,
         .saturated = (uint16_t)((1u << image->bits) - 1),
     };
-    const struct focus_noise unity = {frame->black, READ_Q8, SHOT_Q16};
-    const struct focus_noise noise =
-        focus_noise_at(&unity, frame->gain_q3 > 0 ? frame->gain_q3 : 8);
+    const int fewer_bits = image->bits < SENSOR_BITS ? SENSOR_BITS - image->bits : 0;
+    const struct focus_noise unity = {frame->black, READ_Q8 >> 2 * fewer_bits,
+                                      SHOT_Q16 >> fewer_bits};
+    const bool is_factor = self->rig->profile.bridge && frame->gain_q3 > 0;
+    const struct focus_noise noise = focus_noise_at(&unity, is_factor ? frame->gain_q3 : 8);
     struct focus_sample sample =
         focus_sample_of(&window, plane_of(image), self->options->measure, &noise);
     sample.time_ms = (uint32_t)((frame->exposed_us - self->begin_us) / US_PER_MS);
@@ -219,7 +224,8 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
     return error;
 }
 
-static int look(struct focuser *self, const struct focus_step *step, double position) {
+static int look(void *focuser, const struct focus_step *step, double position) {
+    struct focuser *self = focuser;
     for (unsigned i = 0; i < step->frames; i++) {
         struct pending taken;
         const uint64_t rest_us = self->rig->camera[self->side].lens.stopped_at_us;
@@ -369,25 +375,40 @@ static void send_ahead(struct focuser *self) {
                                        (int32_t)lround(counts), LENS_MOVE_COARSE) == ERROR_OK;
 }
 
-static int search(struct focuser *self) {
-    struct focus_search *machine = &self->focus->search;
+// What is known before, and where the ring is.
+static int begin_search(struct focuser *self, struct focus_search_options *options,
+                        struct focus_event *event) {
+    if (self->own_control) {
+        *options = focus_mover_options(self->rig, self->side, self->options);
+        event->position = focus_mover_position(self->rig, self->side);
+        return ERROR_OK;
+    }
     int32_t positions[LENS_AXES];
-    int error = rig_lens_read(self->rig, self->side, positions);
+    const int error = rig_lens_read(self->rig, self->side, positions);
     if (error != ERROR_OK) {
         return error;
     }
     // What the optics know depends on the positions.
-    struct focus_search_options options = options_of(self);
-    error = prepare(self, &options);
+    *options = options_of(self);
+    event->position = positions[LENS_FOCUS];
+    return prepare(self, options);
+}
+
+static int search(struct focuser *self) {
+    struct focus_search *machine = &self->focus->search;
+    struct focus_search_options options;
+    struct focus_event event = {.position = 0};
+    int error = begin_search(self, &options, &event);
     if (error != ERROR_OK) {
         return error;
     }
     self->focus->was_expected = options.expected_half_range > 0;
-    struct focus_event event = {.position = positions[LENS_FOCUS]};
     struct focus_step step = focus_search_begin(machine, &options, event.position);
     send_ahead(self);
     while (step.kind != FOCUS_STEP_END) {
-        error = carry_out(self, &step, &event);
+        error = self->own_control
+                    ? focus_mover_carry_out(self->rig, self->side, &step, look, self, &event)
+                    : carry_out(self, &step, &event);
         if (error != ERROR_OK && !event.jammed) {
             return error;
         }
@@ -407,6 +428,7 @@ static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus
     struct focuser self = {
         .rig = rig, .side = side, .options = options, .focus = focus, .ahead = ahead};
     self.begin_us = rig_now_us(rig);
+    self.own_control = focus_mover_steps(rig, side) > 0;
     self.counts_per_s = faster * axis_of(&self)->counts_per_s;
     focus->done = false;
     focus->frames = 0;
@@ -421,7 +443,7 @@ static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus
     focus->duration_ms = (uint32_t)((rig_now_us(rig) - self.begin_us) / US_PER_MS);
     focus->done = error == ERROR_OK;
     const struct focus_result *result = &focus->search.result;
-    if (focus->done && is_found(result->verdict)) {
+    if (focus->done && !self.own_control && is_found(result->verdict)) {
         (void)rig_optics_learn_focus(rig, side, (int32_t)lround(result->peak.position * Q4),
                                      (uint16_t)fmin(result->peak.deviation * Q4 + 1, UINT16_MAX),
                                      0);
@@ -459,13 +481,14 @@ static int finish_ahead(struct rig *rig, struct ahead *ahead, int error) {
 
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options) {
     INVARIANT((unsigned)options->measure < FOCUS_MEASURES);
-    int error = lens_read_ready(self, sides, LENS_FOCUS);
+    int error = focus_mover_check(self, sides);
     struct rig_rectangle region_px = options->region_px;
     if (region_px.width_px == 0) {
         region_px = middle_of(self);
     }
     struct ahead ahead = {.side = RIG_RIGHT};
-    const bool both = sides == (1u << RIG_LEFT | 1u << RIG_RIGHT);
+    const bool both =
+        sides == (1u << RIG_LEFT | 1u << RIG_RIGHT) && rig_has_lens(&self->profile, RIG_RIGHT);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
             const bool first = both && side == RIG_LEFT;

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "core/error.h"
+#include "rig/auto/autofocus.h"
+#include "rig/auto/focus_mover.h"
 #include "rig/rig_region.h"
 
 namespace {
@@ -32,6 +34,8 @@ struct Camera {
     int32_t automatic = 0, focus_steps = 0;
     std::map<int, int32_t> values = {{HAL_CAMERA_EXPOSURE_US, 12000}, {HAL_CAMERA_GAIN_PART, 250}};
     std::vector<uint16_t> pixels = std::vector<uint16_t>(size_t(kWidth) * kHeight);
+    int bits = 16;
+    double sharp_part = -1;  // focus part at which its texture is sharp; < 0: none
 
     explicit Camera(Clock &of) : clock(of) {
         for (size_t i = 0; i < pixels.size(); i++) {
@@ -39,6 +43,18 @@ struct Camera {
         }
     }
     static Camera &of(void *self) { return *static_cast<Camera *>(self); }
+    // A texture of 8 bits with a contrast that falls to half at 60 parts from the focus.
+    void paint() {
+        const double off = (values[HAL_CAMERA_FOCUS_PART] - sharp_part) / 60;
+        const double amplitude = 40 / (1 + off * off);
+        uint32_t random = 12345;
+        bits = 8;
+        for (uint16_t &pixel : pixels) {
+            random = random * 1664525 + 1013904223;
+            const double noise = double(random >> 8 & 0xFF) / 128 - 1;
+            pixel = uint16_t(100 + ((random >> 24 & 1) != 0 ? amplitude : -amplitude) + noise);
+        }
+    }
     static int start(void *self, const hal_camera_format *format) {
         return of(self).gone                     ? ERROR_DEVICE
                : format->width_px == int(kWidth) ? ERROR_OK
@@ -58,8 +74,11 @@ struct Camera {
         }
         Clock::wait(&me.clock, begin_us + kPeriodUs);
         me.lent++;
+        if (me.sharp_part >= 0) {
+            me.paint();
+        }
         *frame = {};
-        frame->image = {me.pixels.data(), kWidth, kHeight, kWidth, 16, RAW_GREY, release, &me};
+        frame->image = {me.pixels.data(), kWidth, kHeight, kWidth, me.bits, RAW_GREY, release, &me};
         frame->faults = me.damaged-- > 0 ? HAL_CAMERA_DAMAGED : 0;
         frame->begin_us = begin_us;
         frame->end_us = begin_us + kPeriodUs;
@@ -166,7 +185,7 @@ TEST_CASE("a camera's focus control is moved like a lens") {
     rig_region_frame frame{};
     REQUIRE(rig_region_begin(&bench.rig, &region, RIG_LEFT, &where, 1) == ERROR_OK);
     REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
-    CHECK(frame.exposed_us > set_us + 2 * kPeriodUs + 50000);
+    CHECK(frame.exposed_us > set_us + 160000);
     raw_image_release(&frame.image);
     CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
 }
@@ -264,4 +283,47 @@ TEST_CASE("damaged frames are not measured, and a camera that goes ends the regi
     rig_safe(&bench.rig);
     CHECK(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
     CHECK(bench.left.values[HAL_CAMERA_EXPOSURE_US] == 12000);
+}
+
+TEST_CASE("autofocus finds the peak of cameras with a focus control") {
+    for (const double sharp_part : {120., 500., 870.}) {
+        CAPTURE(sharp_part);
+        Bench bench;
+        for (Camera *camera : {&bench.left, &bench.right}) {
+            camera->focus_steps = 250;
+            camera->sharp_part = sharp_part;
+            camera->values[HAL_CAMERA_FOCUS_PART] = 400;
+        }
+        const rig_autofocus_options options{};
+        CHECK(rig_autofocus(&bench.rig, 3, &options) == ERROR_NOT_CONNECTED);
+        REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+        const uint64_t begun_us = bench.time.time_us;
+        REQUIRE(rig_autofocus(&bench.rig, 3, &options) == ERROR_OK);
+        for (unsigned side = 0; side < RIG_SIDES; side++) {
+            const focus_result &result = bench.rig.camera[side].focus.search.result;
+            CHECK(focus_verdict_text(result.verdict) == std::string("focused"));
+            CHECK(bench.rig.camera[side].focus_part == doctest::Approx(sharp_part).epsilon(0.02));
+            CHECK(result.position == focus_mover_position(&bench.rig, side));
+            CHECK(bench.rig.camera[side].focus.frames < 100);
+        }
+        CHECK(bench.time.time_us - begun_us < 24000000);
+        CHECK(bench.left.lent == 0);
+    }
+}
+
+TEST_CASE("a focus control finds no contrast on a plain wall, and returns") {
+    Bench bench;
+    bench.left.focus_steps = 50;
+    bench.left.sharp_part = 1e6;
+    bench.left.values[HAL_CAMERA_FOCUS_PART] = 400;
+    REQUIRE(rig_bringup(&bench.rig) == ERROR_OK);
+    const rig_autofocus_options options{};
+    REQUIRE(rig_autofocus(&bench.rig, 1, &options) == ERROR_OK);
+    CHECK(bench.rig.camera[RIG_LEFT].focus.search.result.verdict == FOCUS_NO_CONTRAST);
+    CHECK(bench.rig.camera[RIG_LEFT].focus_part == 400);
+    CHECK(rig_autofocus(&bench.rig, 2, &options) == ERROR_NOT_CONNECTED);
+    bench.left.gone = true;
+    CHECK(rig_autofocus(&bench.rig, 1, &options) == ERROR_DEVICE);
+    CHECK(bench.rig.state == RIG_SAFE);
+    CHECK(std::string(bench.rig.last_error.text).find("left camera: ") == 0);
 }
