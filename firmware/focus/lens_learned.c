@@ -8,11 +8,10 @@
 enum {
     // Entries closer than this part of the zoom's range are one.
     NEAR_PARTS = 64,
-    // An entry says nothing about zooms further away than this part of the range.
-    FAR_PARTS = 4,
     SIGMA_MIN_Q4 = 8,
-    // An object moves a little between two times.
-    OBJECT_MOVES_Q4 = 2 * 16,
+    // An object moves a little between two times, and a ring never rests quite where it is sent.
+    OBJECT_MOVES_Q4 = 8,
+    REST_Q4 = 11,
     GATE_SIGMAS = 3,
     COUNT_MAX = 999,
 };
@@ -130,16 +129,26 @@ static int32_t gap(const struct lens_table *table, uint32_t i, int32_t zoom) {
     return table->point[i].at > zoom ? table->point[i].at - zoom : zoom - table->point[i].at;
 }
 
+// Variance that the deviation gains between the entries and a zoom: as that of a random walk that
+// reaches the prior's over the whole range, tied to the entries.
+static double walk(const struct lens_table *table, int32_t zoom, int32_t span) {
+    const uint32_t i = find(table, zoom);
+    const double scale = (double)LENS_PRIOR_Q4 * LENS_PRIOR_Q4 / span;
+    INVARIANT(table->count > 0);
+    if (i == 0 || i == table->count) {
+        return scale * gap(table, i == 0 ? 0 : i - 1, zoom);
+    }
+    const double below = gap(table, i - 1, zoom), above = gap(table, i, zoom);
+    return scale * below * above / (below + above);
+}
+
 void lens_learned_deviation(const struct lens_table *table, int32_t zoom, int32_t span,
                             double *deviation_q4, double *sigma_q4) {
     double deviation = 0, sigma = LENS_PRIOR_Q4;
     INVARIANT(span > 0);
     if (lens_table_value(table, zoom, &deviation)) {
-        // The variance grows from that of the nearest entry to the prior's.
-        const uint32_t i = nearest(table, zoom);
-        const double far = fmin(1, gap(table, i, zoom) * (double)FAR_PARTS / span);
-        const double known = fmin(table->point[i].sigma, LENS_PRIOR_Q4);
-        sigma = sqrt((1 - far) * known * known + far * LENS_PRIOR_Q4 * LENS_PRIOR_Q4);
+        const double known = table->point[nearest(table, zoom)].sigma;
+        sigma = fmin(sqrt(known * known + walk(table, zoom, span)), LENS_PRIOR_Q4);
     }
     *deviation_q4 = deviation;
     *sigma_q4 = sigma;
@@ -183,7 +192,7 @@ bool lens_learned_focus(struct lens_table *table, uint8_t lens, struct lens_obje
                         int32_t zoom, int32_t span, int32_t position_q4, uint16_t sigma_q4,
                         int32_t distance_q4) {
     const bool measured = distance_q4 != INT32_MIN;
-    const double noise = (double)sigma_q4 * sigma_q4;
+    const double noise = (double)sigma_q4 * sigma_q4 + REST_Q4 * REST_Q4;
     struct lens_point entry = entry_at(table, zoom, span);
     if (!measured && !object->known && table->count == 0) {
         // The first of all is nominal by definition, the others are relative to it.

@@ -74,8 +74,8 @@ bool lens_table_position(const struct lens_table *table, double value, double *a
 /// two entries that are closest to each other are merged first.
 void lens_table_put(struct lens_table *table, const struct lens_point *point);
 
-/// Deviation from the nominal focus at a zoom, and its standard deviation: LENS_PRIOR_Q4 far from
-/// any entry. `span`: range of the zoom. 1/16 count.
+/// Deviation from the nominal focus at a zoom, and its standard deviation, which grows with the
+/// distance from the entries, to LENS_PRIOR_Q4. `span`: range of the zoom. 1/16 count.
 void lens_learned_deviation(const struct lens_table *table, int32_t zoom, int32_t span,
                             double *deviation_q4, double *sigma_q4);
 

@@ -18,6 +18,8 @@ enum {
 #define UM_PER_MM 1000.0
 #define NM_PER_MM 1e6
 #define F_NUMBER_ONE 1000.0
+// A focus is found no better than this blur.
+#define FOUND_PX 0.3
 // No focus is nearer than this part of the nominal one; rig_profile_check keeps it beyond two focal
 // lengths.
 #define NEAREST_PART 0.75
@@ -399,8 +401,13 @@ int rig_optics_learn_focus(struct rig *self, unsigned side, int32_t position_q4,
         distance_q4 = (int32_t)(lens_optics_focus_for(&optics, distance_mm) * Q4 + 0.5);
     }
     const struct lens_ring ring = ring_of(self, LENS_ZOOM);
+    double px = 0;
+    const double sigma = rig_optics_blur_per_count(self, side, &px) == ERROR_OK && px > 0
+                             ? fmax(sigma_q4, FOUND_PX / px * Q4)
+                             : sigma_q4;
     lens_learned_focus(&self->camera[side].lens.learned.focus, (uint8_t)side, &self->object, zoom,
-                       ring.max - ring.min, position_q4, sigma_q4, distance_q4);
+                       ring.max - ring.min, position_q4, (uint16_t)fmin(sigma, UINT16_MAX),
+                       distance_q4);
     self->camera[side].lens.focused_q4 = position_q4;
     self->camera[side].lens.focused_us = rig_now_us(self);
     return ERROR_OK;
