@@ -199,14 +199,14 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
         return error;
     }
     while (error == ERROR_OK && !rig_lens_move_done(&self->move)) {
-        const bool at_end = is_at(self, step->position);
-        error = step_moves(self, at_end ? rig_now_us(self->rig) + RIG_POLL_US : 0);
+        const bool no_frame = is_at(self, step->position) || self->waiting == PENDING_MAX;
+        error = step_moves(self, no_frame ? rig_now_us(self->rig) + RIG_POLL_US : 0);
         // The motor is watched while the frame is exposed.
-        while (error == ERROR_OK && !at_end && !rig_lens_move_done(&self->move) &&
+        while (error == ERROR_OK && !no_frame && !rig_lens_move_done(&self->move) &&
                rig_now_us(self->rig) < next_us + exposure_us) {
             error = step_moves(self, next_us + exposure_us);
         }
-        if (error == ERROR_OK && !at_end && self->waiting < PENDING_MAX) {
+        if (error == ERROR_OK && !no_frame) {
             struct pending *pending = &self->pending[self->waiting];
             error = take(self, next_us, step->leg, pending);
             if (error == ERROR_OK) {
