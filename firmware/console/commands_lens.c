@@ -5,6 +5,7 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/auto/iris_learn.h"
 #include "rig/lens_move.h"
 #include "rig/rig_optics.h"
 
@@ -354,7 +355,34 @@ static int run_sharp(const struct command_call *call, unsigned sides) {
     return error;
 }
 
+/// Learns the irises, and shows their f-numbers.
+static int run_learn(const struct command_call *call) {
+    unsigned sides = 0;
+    int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
+    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) == 0) {
+            continue;
+        }
+        error = rig_iris_learn(call->rig, side);
+        if (error == 0) {
+            const struct lens_table *table = &call->rig->camera[side].lens.learned.iris;
+            INVARIANT(table->count > 0);
+            reply_group_begin(call, commands_side_name(side), false);
+            reply_number(call, "points", table->count, 0, NULL);
+            reply_number(call, "closed", table->point[0].value / (double)LENS_RATIO_ONE, 2,
+                         "x f-number open");
+            error = put_axis(call, side, LENS_IRIS, INT32_MIN);
+            reply_group_end(call);
+        }
+    }
+    return error;
+}
+
 int commands_lens_iris(const struct command_call *call) {
+    const struct command_value *position = &call->values[VALUE_POSITION];
+    if (position->given && position->choice >= 0 && !call->values[VALUE_SHARP].given) {
+        return run_learn(call);
+    }
     if (!call->values[VALUE_SHARP].given) {
         return run_axis(call, LENS_IRIS);
     }

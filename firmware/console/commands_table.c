@@ -59,7 +59,7 @@ static const struct command_argument focus_arguments[] = {
 };
 
 static const struct command_argument iris_arguments[] = {
-    POSITION_ARGUMENT(COMMANDS_IRIS_UNITS, NULL, "f-number (f/8)"),
+    POSITION_ARGUMENT(COMMANDS_IRIS_UNITS, "learn", "f-number (f/8)"),
     SIDE_OPTION,
     {.name = "sharp",
      .kind = COMMAND_NUMBER,
@@ -259,7 +259,9 @@ static const struct command commands[] = {
     {.name = "iris",
      .summary = "set or show the iris, or close it for a depth of field",
      .help = "Examples: iris f/8; iris 480; iris sharp=1750:1850. As zoom. Only sharp= changes the "
-             "exposure.",
+             "exposure. \"iris learn\" measures the f-numbers of all positions, from the brightness "
+             "of a scene in constant light, and brings the iris back to where it was; it takes a "
+             "minute for each lens.",
      .arguments = iris_arguments,
      .argument_count = COUNT(iris_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

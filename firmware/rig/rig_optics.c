@@ -73,6 +73,11 @@ static int check(const struct rig *self, unsigned side, enum lens_axis axis,
     return rig_optics_missing(self, relation) == NULL ? ERROR_OK : ERROR_MISSING;
 }
 
+// Readings may lie a little outside of the range.
+static int32_t within(const struct lens_ring *ring, int32_t position) {
+    return position < ring->min ? ring->min : position > ring->max ? ring->max : position;
+}
+
 int rig_optics_position(const struct rig *self, unsigned side, enum lens_axis axis,
                         int32_t *position) {
     if (!rig_has_axis(&self->profile, side, axis)) {
@@ -85,13 +90,9 @@ int rig_optics_position(const struct rig *self, unsigned side, enum lens_axis ax
     if (present == INT32_MIN) {
         return ERROR_NOT_READY;
     }
-    *position = present;
+    const struct lens_ring ring = ring_of(self, axis);
+    *position = within(&ring, present);
     return ERROR_OK;
-}
-
-// Readings may lie a little outside of the range.
-static int32_t within(const struct lens_ring *ring, int32_t position) {
-    return position < ring->min ? ring->min : position > ring->max ? ring->max : position;
 }
 
 // The nearest position, which must be in the ring's range but for rounding.

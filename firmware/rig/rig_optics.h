@@ -33,7 +33,7 @@ enum rig_optics_relation {
 /// and rig.focal_length_tele"; NULL: none. Static storage.
 const char *rig_optics_missing(const struct rig *self, enum rig_optics_relation relation);
 
-/// The position of an axis at which the lens is now.
+/// The position of an axis at which the lens is now, within its range.
 int rig_optics_position(const struct rig *self, unsigned side, enum lens_axis axis,
                         int32_t *position);
 

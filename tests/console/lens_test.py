@@ -99,6 +99,31 @@ class Lens(DaemonTest):
         self.refused("iris 480 sharp=1750:1850", "ARGUMENT iris: either")
         self.refused("iris sharp=1750", "SYNTAX iris: sharp")
 
+    def control(self, *commands):
+        subprocess.run([CONTROL, f"unix:{self.rig_path}", *commands], check=True,
+                       timeout=TIMEOUT_S, stdout=subprocess.DEVNULL)
+
+    def test_iris_learn(self):
+        self.asked("iris 700")
+        before = self.asked("exposure 3000")
+        learned = self.asked("iris learn side=left")["left"]
+        self.assertEqual(learned["points"], 12)
+        self.assertAlmostEqual(learned["position"], 700, delta=6)
+        self.assertEqual(self.asked("exposure"), before)
+        self.assertEqual(self.asked("status")["window"]["width"], 128)
+        # f-numbers relative to open, against the simulated lens.
+        self.asked("iris 850")
+        ratio = self.truth("left")[2] / self.asked("iris")["left"]["f_number"]
+        for position in (330, 420, 560, 640, 780):
+            shown = self.asked(f"iris {position} side=left")["left"]["f_number"]
+            self.assertAlmostEqual(shown * ratio / self.truth("left")[2], 1, delta=0.05,
+                                   msg=position)
+        table = self.asked("lens learned side=left")["left"]["iris"]
+        self.control("cap left on")
+        self.addCleanup(self.control, "cap left off")
+        self.refused("iris learn side=left", "RANGE left sensor: too dark .*add light")
+        self.assertEqual(self.asked("lens learned side=left")["left"]["iris"], table)
+
     def test_what_was_learned(self):
         table = "300:1.5:0.5:3,850:-0.25:0.6875:12"
         shown = self.asked(f"lens learned side=left focus={table} object=544.5:0.625")
