@@ -12,6 +12,7 @@
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
+#include "daemon/settings/saved_lens.h"
 #include "rig/pair.h"
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
@@ -217,9 +218,9 @@ static void write_pair(void *cookie) {
 static void write_command(const struct command_call *call, char text[COMMAND_TEXT_BYTES]) {
     const struct pair_options options = capture_options(call->values);
     const unsigned frames = options.average != 0 ? options.average : options.bracket;
-    const int length = snprintf(
-        text, COMMAND_TEXT_BYTES, "capture%s",
-        command_is_set(&call->values[CAPTURE_ACCEPT]) ? " " CAPTURE_ACCEPT_WORD : "");
+    const int length =
+        snprintf(text, COMMAND_TEXT_BYTES, "capture%s",
+                 command_is_set(&call->values[CAPTURE_ACCEPT]) ? " " CAPTURE_ACCEPT_WORD : "");
     INVARIANT(length > 0 && length < COMMAND_TEXT_BYTES / 2);
     if (frames != 0) {
         snprintf(text + length, COMMAND_TEXT_BYTES - (size_t)length, " %s=%u",
@@ -373,6 +374,18 @@ static void begin_afresh(struct rig *rig) {
     rig_init(rig, &profile, &ports, &observer);
 }
 
+/// Gives the recording what was learned about the lenses before, as commands: a replay starts
+/// without.
+static int give_learned(const struct command_call *call, const struct saved_settings *learned) {
+    char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
+    const size_t count = saved_lens_commands(learned, call->rig, true, lines, 0);
+    int error = 0;
+    for (size_t i = 0; i < count && error == 0; i++) {
+        error = command_give(call, lines[i], NULL);
+    }
+    return error;
+}
+
 /// Writes the profile that the instrument is based on, if its name differs, and the settings that
 /// differ from that profile: a replay has neither the configuration nor the profile's file.
 static int write_settings(const struct command_call *call, struct message *message) {
@@ -411,6 +424,8 @@ static int start_recording(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
+    struct saved_settings learned;
+    saved_lens_take(call->rig, &learned);
     begin_afresh(call->rig);
     error = write_settings(call, &message);
     error = error != 0 ? error : record_start(&daemon_of(call)->record, &session->writer, &message);
@@ -421,7 +436,7 @@ static int start_recording(const struct command_call *call) {
     session->recording = true;
     report(daemon_of(call), "begins");
     reply_text(call, "session", session->name);
-    return 0;
+    return give_learned(call, &learned);
 }
 
 static void write_end(void *cookie) {

@@ -34,6 +34,13 @@ static const char *table_text(int table, const struct lens_table *values,
     return text;
 }
 
+void saved_lens_take(const struct rig *rig, struct saved_settings *saved) {
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        saved->learned[side] = rig->camera[side].lens.learned;
+    }
+    saved->object = rig->object;
+}
+
 // ---- the text
 
 void saved_lens_print_object(const struct saved_settings *saved, FILE *file) {

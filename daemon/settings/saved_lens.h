@@ -13,6 +13,9 @@
 extern "C" {
 #endif
 
+/// Takes what the rig has learned, in any state of the rig.
+void saved_lens_take(const struct rig *rig, struct saved_settings *saved);
+
 /// Prints the object, and the tables of a side.
 void saved_lens_print_object(const struct saved_settings *saved, FILE *file);
 void saved_lens_print(const struct saved_settings *saved, unsigned side, FILE *file);

@@ -106,9 +106,8 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     }
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         take_side(rig, side, saved->values[side]);
-        saved->learned[side] = rig->camera[side].lens.learned;
     }
-    saved->object = rig->object;
+    saved_lens_take(rig, saved);
 }
 
 // ---- the text

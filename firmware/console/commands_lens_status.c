@@ -165,6 +165,9 @@ int commands_lens_run(const struct command_call *call) {
     unsigned sides = 0;
     int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
     INVARIANT(action >= STATUS && action <= FORGET);
+    if (action == STATUS && call->rig->state != RIG_READY) {
+        return commands_not_ready(call, "lens status");
+    }
     if (error == 0 && action == LEARNED) {
         error = set_learned(call, sides);
     } else if (error == 0 && action == FORGET) {

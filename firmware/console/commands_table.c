@@ -285,7 +285,7 @@ static const struct command commands[] = {
              "\"settings save\" saves the tables.",
      .arguments = lens_arguments,
      .argument_count = COUNT(lens_arguments),
-     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG,
+     .flags = COMMAND_LONG,
      .run = commands_lens_run},
     {.name = "exposure",
      .summary = "set or show the exposure time",

@@ -124,6 +124,20 @@ class Lens(DaemonTest):
         self.refused("iris learn side=left", "RANGE left sensor: too dark .*add light")
         self.assertEqual(self.asked("lens learned side=left")["left"]["iris"], table)
 
+    def test_a_recording_replays(self):
+        """Also with what was learned before it began."""
+        table = "300:8.5:0.5:3,850:-7.25:0.6875:12"
+        self.asked(f"lens learned focus={table} object=544.5:0.625")
+        self.asked("record start lens")
+        self.refused("lens status", "NOT_READY lens status")
+        self.assertEqual(self.asked("lens learned")["right"]["focus"], table)
+        for command in ("bringup", "window 128 96", "exposure 2000", "zoom 10x", "focus 1800 mm",
+                        "iris sharp=1780:1820 side=left", "iris learn side=left", "iris f/5.6",
+                        "lens status", "lens forget side=right", "focus 1500 mm"):
+            self.asked(command)
+        self.asked("record stop")
+        self.assertEqual(self.first.ask("replay lens")[-1], "OK")
+
     def test_what_was_learned(self):
         table = "300:1.5:0.5:3,850:-0.25:0.6875:12"
         shown = self.asked(f"lens learned side=left focus={table} object=544.5:0.625")
