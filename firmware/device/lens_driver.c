@@ -11,10 +11,23 @@ extern const struct lens_operations lens_v3lc_operations, lens_arducam_operation
 
 // Both take about 7 s from end to end (assumed). Of the V1LC's range the figures are the same
 // shares, rounded up. 10x zoom: ln(10) / (max - min) a count.
-#define V3LC_AXIS \
-    { .min = 300, .max = 850, .counts_per_s = 80, .backlash_counts = 10, .tolerance_counts = 4 }
-#define V1LC_AXIS \
-    { .min = 44, .max = 180, .counts_per_s = 19, .backlash_counts = 3, .tolerance_counts = 2 }
+//
+// They approach their targets from above, so that there is room for it at the lower end: at 300 the
+// zoom is 1x, the iris is closed, and the focus is at its far end, and 4 counts of play are 6.5 %
+// of the focal length or of the diameter of the iris (13 % of the light) if these are linear in the
+// position; targets there are common. At 850 there is no room instead: 4 counts are 0.7 % of the
+// focal length at 10x, and all 10 of the profile with the tolerance 2 %; of an open iris, 1.3 % of
+// the light.
+#define V3LC_AXIS                                                                                 \
+    {                                                                                             \
+        .min = 300, .max = 850, .counts_per_s = 80, .backlash_counts = 10, .tolerance_counts = 4, \
+        .approach = LENS_FROM_ABOVE                                                               \
+    }
+#define V1LC_AXIS                                                                               \
+    {                                                                                           \
+        .min = 44, .max = 180, .counts_per_s = 19, .backlash_counts = 3, .tolerance_counts = 2, \
+        .approach = LENS_FROM_ABOVE                                                             \
+    }
 
 static const struct lens_driver drivers[] = {
     {
@@ -51,7 +64,8 @@ static const struct lens_driver drivers[] = {
         .port = LENS_PORT_I2C,
         .abilities = {.axes = ZOOM | FOCUS, .reports_moving = true},
         .position_max = 20000,
-        // Within 5 s from end to end; play and lens (10x) are assumed.
+        // Within 5 s from end to end; play and lens (10x) are assumed. From below, as which end is
+        // the wide one is not known.
         .settings = {.address = 0x0C,
                      .axis = {{.min = 3000,
                                .max = 20000,

@@ -11,10 +11,10 @@
 ///     }
 ///
 /// A motor turns its ring through gears with play, so the ring's position is repeatable only if it
-/// is always approached from the same side, usually from below. A move then first goes down to
-/// target - (backlash + tolerance), unless the lens is already below that, and then up. Close to
-/// the lower limit there is no room for this, and the play remains. With an approach from above all
-/// of this is mirrored.
+/// is always approached from the same side, usually from above (device/lens_driver.c explains why).
+/// A move then first goes up to target + (backlash + tolerance), unless the lens is already above
+/// that, and then down. Close to the upper limit there is no room for this, and the play remains.
+/// With an approach from below all of this is mirrored.
 ///
 /// The controller reports only noisy positions. A lens has arrived when the median of three
 /// readings is within the tolerance, and stays so for three more readings. It is jammed when that
@@ -22,7 +22,7 @@
 /// half of that time the command is sent again, as it may have been lost. A motor that moved, but
 /// stops off the target by at most LENS_MOVE_OFFSET_COUNTS (for example, because its potentiometer
 /// has drifted), is sent as far the other way on the next approach, up to three times; the
-/// correction is kept in `lens_offset`. At an end of the controller's range no correction is
+/// correction is kept in the lens's `offset`. At an end of the controller's range no correction is
 /// possible: the lens has arrived when a second approach ends at the same position.
 ///
 /// A controller without position sensors that reports whether a motor runs counts as moving for as
@@ -33,17 +33,22 @@
 ///
 /// Measured with the simulated lenses of rigs/default.yaml (play 4, noise 1, drift 0.5 per hour), a
 /// tolerance of 3 and a slowest speed of 80; 10,000 moves of zoom and focus per row, p50/p99/max
-/// (VERGENCE_DRAWS=10000 motion_lens_figures_test, seed 20090915):
+/// (VERGENCE_DRAWS=10000 motion_lens_figures_test, seed 20090915); "anew": LENS_MOVE_ALWAYS to the
+/// present target:
 ///
 ///                          ring's error, counts   seconds            beyond the travel time
-///   one lens, up to 540    0.57  2.30  3.47       1.37  4.12  4.49   0.48  1.02  1.40
-///   both lenses, up to 540 0.61  2.28  3.50       1.97  4.73  5.22   0.90  1.75  4.08
-///   one lens, up to 20     0.60  2.27  3.40       0.94  1.11  1.39   0.90  1.04  1.33
-///   both lenses, up to 20  0.60  2.30  3.49       1.67  1.88  5.40   1.62  1.78  5.32
+///   one lens, up to 540    0.62  2.39  3.50       1.26  3.95  4.43   0.37  0.91  1.49
+///   both lenses, up to 540 0.69  2.64  3.98       1.67  4.61  4.94   0.68  1.53  2.00
+///   one lens, up to 20     0.58  2.33  3.34       0.83  1.00  1.65   0.79  0.93  1.59
+///   both lenses, up to 20  0.64  2.49  4.26       1.45  1.65  2.45   1.40  1.55  2.37
+///   one lens, anew         0.59  2.35  3.16       0.83  0.93  3.58   0.83  0.93  3.58
+///   both lenses, anew      0.65  2.53  3.72       1.45  1.61  2.04   1.45  1.61  2.04
 ///
 /// The error is that of the ring on the potentiometer's scale, on which it rests half the play
-/// below; a reading takes 57 ms, and both lenses share the line. Jams at random moments with random
-/// motors (motion_lens_move_test, 10,000): reported after 2.1 s (median), p99 4.4, max 4.9.
+/// above; a reading takes 56 ms, and both lenses share the line. Moves that do not wait for the
+/// three readings at their start, because the last ones are less than a second old, are 0.1 s
+/// shorter. A coarse move takes 0.4 s less. Jams at random moments with random motors
+/// (motion_lens_move_test, 10,000): reported after 1.9 s (median), p99 3.7, max 4.4.
 ///
 /// After a jam, a failure or ERROR_CANCELLED the motors are stopped, or sent to their present
 /// position, and waited for until they are at rest.
@@ -114,12 +119,12 @@ void rig_lens_move_cancel(struct rig *self, struct rig_lens_move *move);
 /// in counts; "turns": within 0.3 s of a start or stop:
 ///
 ///                                 readings/s   moves         turns         after the move
-///   one lens moves, 150 counts/s  16           0.42  2.1     0.66   5.9    0.54  1.5
-///   one lens moves, 200 counts/s  16           0.43  2.8     0.90   8.7    0.58  1.8
+///   one lens moves, 150 counts/s  18           0.41  3.6     0.74   5.5    0.60  1.9
+///   one lens moves, 200 counts/s  18           0.42  2.8     0.91   9.0    0.58  1.7
 ///   both move, 150 counts/s        8.6         0.44  2.4     1.2   13      0.60  1.9
 ///   both move, 200 counts/s        8.5         0.42  2.2     1.0   12      0.57  2.0
 ///
-/// These errors over the reported standard errors: 1.15 rms while it moves, 1.4 where it turns.
+/// These errors over the reported standard errors: 1.1 rms while it moves, 1.4 where it turns.
 ///
 /// ERROR_NOT_CONNECTED: the side has no such axis; ERROR_NOT_READY: there is no reading at this
 /// time or later yet (step the move, or read); ERROR_MISSING: there are none near it, or it was too

@@ -62,8 +62,8 @@ class Info(Fixture):
         # An old text without axis positions.
         self.assertIsNone(pair["calibration"]["matches"])
         text = self.output_text(session)
-        for words in ("mug_3x: session\n", "pan 3.57 deg, ", "zoom 422 to 42", "closed in order",
-                      "exposure 159994 us, gain 1", "brightness 32", "unknown whether it matches"):
+        for words in ("mug_3x: session\n", "pan 3.57 deg, ", f"zoom {pair['left']['zoom'][0]:g}", "closed in order",
+                      "exposure 159994 us, gain 1", f"brightness {pair['left']['brightness_percent']:.1f} %", "unknown whether it matches"):
             self.assertIn(words, text)
 
     def test_pairs_of_two_cameras(self):

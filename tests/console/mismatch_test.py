@@ -33,14 +33,15 @@ def with_origin(text, pair, instrument="rig", cameras=("unknown", "unknown")):
     body = text[:text.index("crc32 ")].replace("vergence-calibration 1", "vergence-calibration 2")
     body += f"instrument {instrument}\n"
     for side, camera in zip(SIDES, cameras):
-        pan, *lens = map(int, re.search(rf"{side}_before=(\S+)", pair).group(1).split(","))
+        pan, *lens = (int(number.split(":")[0]) for number in
+                      re.search(rf"{side}_before=(\S+)", pair).group(1).split(","))
         window = re.search(rf"{side}_window=(\S+)", pair).group(1).replace(",", " ")
         size = re.search(rf"{side}_size=(\d+)x(\d+)", pair).groups()
         body = re.sub(rf"{side}_size_px .*", f"{side}_size_px {size[0]} {size[1]}", body)
         body += f"{side}_camera {camera}\n{side}_window_px {window}\n"
         body += f"{side}_pan_deg {pan_deg(pan):.3f} 0.000\n"
-        body += "".join(f"{side}_{axis}_counts {value}.000 1.000\n"
-                        for axis, value in zip(AXES, lens))
+        body += "".join(f"{side}_{axis}_counts {mean_q4 / 16:.3f} 1.000\n"
+                        for axis, mean_q4 in zip(AXES, lens))
     return framed(body + "scale_sigma 0.000100000\nyaw_sigma_rad 0.000020000\n")
 
 
@@ -82,8 +83,8 @@ class Instrument(DaemonTest):
         works("capture there")
 
         for move, back, name in (("pan 4.57 side=left", "pan 3.57 side=left", "left pan"),
-                                 ("zoom 427 side=right", "zoom 422 side=right", "right zoom"),
-                                 ("focus 494 side=left", "focus 500 side=left", "left focus"),
+                                 ("zoom 430 side=right", "zoom 422 side=right", "right zoom"),
+                                 ("focus 491 side=left", "focus 500 side=left", "left focus"),
                                  ("window 96 96", "window 128 96", "window")):
             works(move)
             refused("capture away", name, "accept-mismatch")
@@ -139,7 +140,8 @@ class Pairs(Surfaces):
         def change(line):
             for when in ("before", "after"):
                 numbers = re.search(rf"{side}_{when}=(\S+)", line).group(1).split(",")
-                numbers[place] = str(int(numbers[place]) + by)
+                number, *sigma = numbers[place].split(":")
+                numbers[place] = ":".join([str(int(number) + by * (16 if sigma else 1)), *sigma])
                 line = re.sub(rf"{side}_{when}=\S+", f"{side}_{when}=" + ",".join(numbers), line)
             return line
         return change

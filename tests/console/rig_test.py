@@ -62,9 +62,9 @@ class Rig(RigTest):
             for side in ("left", "right"):
                 self.assertAlmostEqual(result[side]["position"], 450, delta=6, msg=axis)
                 self.assertNotIn("note", result[side], axis)
-        # At the lower end there is no space to approach from below, as elsewhere.
-        near = self.asked("zoom 300")
-        self.assertIn("from below", near["left"]["note"])
+        # At the upper end there is no space to approach from above, as elsewhere.
+        near = self.asked("zoom 850")
+        self.assertIn("from above", near["left"]["note"])
         self.assertGreater(near["right"]["play"], 0)
         self.assertAlmostEqual(self.asked("status")["left"]["zoom"], near["left"]["position"],
                                delta=3)

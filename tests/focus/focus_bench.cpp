@@ -51,7 +51,7 @@ FocusBench::FocusBench(const Scene &scene_, const BlurStack &stack)
     rig_profile_named("two-cameras-lens", &profile);
     profile.width_px = profile.height_px = kFramePx;
     profile.frame_us = uint32_t(kFrameMinUs);
-    profile.lens.axis[LENS_FOCUS].approach = LENS_FROM_ABOVE;
+
     // The lenses' data sheet, from which each lens differs.
     const LensTruth sheet;
     profile.optics.focal_length_wide_um = uint32_t(sheet.wide_mm * 1000);

@@ -158,6 +158,15 @@ class LensRig {
         went_back = false;
         return rig_lens_move_to(&rig, sides, axis, position);
     }
+    /// The same, also to the present target.
+    int go_anew(unsigned sides, lens_axis axis, int32_t position) {
+        rig_lens_move move{};
+        int error = rig_lens_move_begin(&rig, &move, sides, axis, position, LENS_MOVE_ALWAYS);
+        while (error == ERROR_OK && !rig_lens_move_done(&move)) {
+            error = rig_lens_move_step(&rig, &move, uint64_t(world_.now_us()) + 50000);
+        }
+        return error;
+    }
 
     struct rig rig;
     double cancel_us = std::numeric_limits<double>::infinity();  ///< starting then

@@ -66,21 +66,21 @@ struct Draw {
     bool has(unsigned side) const { return (sides >> side & 1) != 0; }
 };
 
-// Offset of the ring from where a motor at `target`, approached from below, would put it, as far as
+// Offset of the ring from where a motor at `target`, approached from above, would put it, as far as
 // the potentiometer shows.
 inline double error_counts(const Draw &draw, LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
     const double drift = simrig::drift_counts(motor, world.now_us());
     const double ring = world.controller.motor(side, LensAxis(draw.axis)).ring(world.now_us());
-    return ring + drift + motor.backlash_counts / 2 - draw.target;
+    return ring + drift - motor.backlash_counts / 2 - draw.target;
 }
 
 // Its limit after an arrival: the tolerance, what the noise of the median of three readings hides,
-// and the play next to the lower limit, where there is no room for an approach from below.
+// and the play next to the upper limit, where there is no room for an approach from above.
 inline double allowed_counts(const Draw &draw, const LensWorld &world, unsigned side) {
     const LensMotorSettings &motor = draw.motors[side][draw.axis];
     const double drift = std::abs(simrig::drift_counts(motor, world.now_us()));
-    const bool room = draw.target >= 300 + kBacklash + 2 * kTolerance + drift;
+    const bool room = draw.target <= 850 - kBacklash - 2 * kTolerance - drift;
     const bool end = draw.target - drift < 300 || draw.target + drift > 850;
     return kTolerance + 1 + 3 * motor.read_noise_counts + (room ? 0 : motor.backlash_counts) +
            (end || !room ? drift : 0);

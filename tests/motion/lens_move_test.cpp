@@ -12,7 +12,7 @@ using namespace motion;
 using simrig::LensAxis;
 using simrig::LensMotorSettings;
 
-TEST_CASE("a lens arrives, from below, wherever it stood") {
+TEST_CASE("a lens arrives, from above, wherever it stood") {
     const uint64_t seed = synthetic::test_seed();
     for (uint64_t i = 0; i < draws(1500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
@@ -208,11 +208,11 @@ TEST_CASE("a command that is lost is sent again") {
         world.at(begin_us, [&](double) { lost = 1; });
         world.at(begin_us + 40000, [&](double) { lost = 0; });
         CHECK(lenses.go(kLeft, LENS_ZOOM, 600) == ERROR_OK);
-        CHECK(std::abs(ring(world, 0, LENS_ZOOM) + 2 - 600) <= kTolerance + 3);
+        CHECK(std::abs(ring(world, 0, LENS_ZOOM) - 2 - 600) <= kTolerance + 3);
     }
 }
 
-TEST_CASE("readings of which one in twenty is anything do not make it come from above") {
+TEST_CASE("readings of which one in twenty is anything do not make it come from below") {
     const uint64_t seed = synthetic::test_seed();
     for (uint64_t i = 0; i < draws(1500); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
@@ -221,12 +221,12 @@ TEST_CASE("readings of which one in twenty is anything do not make it come from 
         motors[0][simrig::kZoom].outlier_chance = 0.05;
         motors[0][simrig::kZoom].backlash_counts = 8;
         const int32_t target = 700 + int32_t(noise.next() % 40);
-        const double from = target + between(noise, 20, 100);
+        const double from = target - between(noise, 20, 100);
         LensWorld world(motors, {{{from, 300, 850}, {300, 300, 850}}}, noise.next());
         LensRig lenses(world);
         REQUIRE(lenses.open() == ERROR_OK);
         REQUIRE(lenses.go(kLeft, LENS_ZOOM, target) == ERROR_OK);
-        CHECK(std::abs(ring(world, 0, LENS_ZOOM) + 4 - target) <= kTolerance + 4);
+        CHECK(std::abs(ring(world, 0, LENS_ZOOM) - 4 - target) <= kTolerance + 4);
     }
 }
 

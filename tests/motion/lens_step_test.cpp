@@ -249,7 +249,7 @@ TEST_CASE("an axis has one move at a time, and none after a bring-up or in the s
     CHECK(rig_lens_move_done(&other));
 }
 
-TEST_CASE("with an approach from above a move ends from above") {
+TEST_CASE("with an approach from below a move ends from below") {
     const uint64_t seed = synthetic::test_seed();
     for (uint64_t i = 0; i < draws(300); i++) {
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
@@ -257,16 +257,16 @@ TEST_CASE("with an approach from above a move ends from above") {
         const Draw draw(noise);
         LensWorld world(draw.motors, draw.positions, noise.next());
         LensRig lenses(world);
-        lenses.rig.profile.lens.axis[draw.axis].approach = LENS_FROM_ABOVE;
+        lenses.rig.profile.lens.axis[draw.axis].approach = LENS_FROM_BELOW;
         REQUIRE(lenses.open() == ERROR_OK);
         for (int pass = 0; pass < 2; pass++) {
             REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);
             for (unsigned side = 0; side < 2; side++) {
                 const LensMotorSettings &motor = draw.motors[side][draw.axis];
                 const bool room = lens_move_has_room(&lenses.rig.profile.lens.axis[draw.axis],
-                                                     draw.target + kTolerance);
+                                                     draw.target - kTolerance);
                 const double error =
-                    ring(world, side, draw.axis) - motor.backlash_counts / 2 - draw.target;
+                    ring(world, side, draw.axis) + motor.backlash_counts / 2 - draw.target;
                 CHECK((!draw.has(side) ||
                        std::abs(error) <= kTolerance + 1.5 + 3 * motor.read_noise_counts +
                                               (room ? 0 : motor.backlash_counts)));

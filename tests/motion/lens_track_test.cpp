@@ -171,20 +171,20 @@ TEST_CASE("a lens at its target moves there again only if it must") {
     REQUIRE(lenses.go(kLeft, LENS_FOCUS, 600) == ERROR_OK);
     for (const rig_lens_move_when when : {LENS_MOVE_IF_NEEDED, LENS_MOVE_ALWAYS}) {
         rig_lens_move move{};
-        double lowest = 600;
+        double highest = 600;
         REQUIRE(rig_lens_move_begin(&lenses.rig, &move, kLeft, LENS_FOCUS, 600, when) == ERROR_OK);
         while (!rig_lens_move_done(&move)) {
             REQUIRE(rig_lens_move_step(&lenses.rig, &move, uint64_t(world.now_us()) + 10000) ==
                     ERROR_OK);
-            lowest = std::min(lowest, ring(world, 0, LENS_FOCUS));
+            highest = std::max(highest, ring(world, 0, LENS_FOCUS));
         }
-        CHECK((lowest < 600 - kBacklash / 2) == (when == LENS_MOVE_ALWAYS));
+        CHECK((highest > 600 + kBacklash / 2) == (when == LENS_MOVE_ALWAYS));
         CHECK(at(0, LENS_FOCUS) == ERROR_OK);
-        CHECK(std::abs(q4 / 16.0 - 2 - ring(world, 0, LENS_FOCUS)) < 2);
+        CHECK(std::abs(q4 / 16.0 + 2 - ring(world, 0, LENS_FOCUS)) < 2);
     }
     lens_mean means[LENS_AXES];
     REQUIRE(rig_lens_read_mean(&lenses.rig, 0, 16, means) == ERROR_OK);
-    CHECK(std::abs(means[LENS_FOCUS].position_q4 / 16.0 - 2 - ring(world, 0, LENS_FOCUS)) < 1);
+    CHECK(std::abs(means[LENS_FOCUS].position_q4 / 16.0 + 2 - ring(world, 0, LENS_FOCUS)) < 1);
     CHECK(means[LENS_FOCUS].sigma_q4 < 8);
     CHECK(at(1, LENS_FOCUS) == ERROR_NOT_READY);
     lens_mean single[LENS_AXES];

@@ -112,7 +112,7 @@ lens_zoom_backlash = 10 counts
 lens_zoom_tolerance = 4 counts
 
 # side from which the zoom motor reaches its target (below above)
-lens_zoom_approach = below
+lens_zoom_approach = above
 
 # smallest position of the focus motor (0 to 65535 counts)
 lens_focus_min = 300 counts
@@ -130,7 +130,7 @@ lens_focus_backlash = 10 counts
 lens_focus_tolerance = 4 counts
 
 # side from which the focus motor reaches its target (below above)
-lens_focus_approach = below
+lens_focus_approach = above
 
 # smallest position of the iris motor (0 to 65535 counts)
 lens_iris_min = 300 counts
@@ -148,7 +148,7 @@ lens_iris_backlash = 10 counts
 lens_iris_tolerance = 4 counts
 
 # side from which the iris motor reaches its target (below above)
-lens_iris_approach = below
+lens_iris_approach = above
 
 # a calibration made further away than this in zoom, focus or iris is rejected (0 to 1000 counts)
 lens_repeatability = 4 counts
