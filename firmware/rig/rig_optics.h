@@ -66,6 +66,14 @@ int rig_optics_blur_at(const struct rig *self, unsigned side, double distance_mm
 int rig_optics_sharp_range(const struct rig *self, unsigned side, double blur_px, double *near_mm,
                            double *far_mm);
 
+/// What decides how far an iris is closed for a depth range.
+enum rig_optics_limit {
+    RIG_OPTICS_NEEDED,       ///< closed no further than needed
+    RIG_OPTICS_DIFFRACTION,  ///< closed further, diffraction would blur more than it helps
+    RIG_OPTICS_CLOSED,       ///< the iris closes no further
+    RIG_OPTICS_OPEN          ///< sharp with the iris open
+};
+
 /// An iris for a depth range at the present zoom and focus.
 struct rig_optics_iris {
     int32_t iris;
@@ -76,12 +84,7 @@ struct rig_optics_iris {
     int32_t focus;          ///< its position
     double best_px;         ///< blur of both ends with that focus and this iris
     bool sharp;             ///< the ends are within RIG_OPTICS_SHARP_PX
-    enum {
-        RIG_OPTICS_NEEDED,       ///< no further than needed
-        RIG_OPTICS_DIFFRACTION,  ///< closed further, diffraction would blur more than it helps
-        RIG_OPTICS_CLOSED,       ///< the iris closes no further
-        RIG_OPTICS_OPEN          ///< sharp with the iris open
-    } limit;
+    enum rig_optics_limit limit;
 };
 /// Closes the iris as far as needed for RIG_OPTICS_SHARP_PX, and no further than where diffraction
 /// blurs as much as the worse end is out of focus. ERROR_RANGE: not 2 focal lengths < near <= far.
