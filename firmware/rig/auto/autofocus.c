@@ -210,10 +210,10 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
             struct pending *pending = &self->pending[self->waiting];
             error = take(self, next_us, step->leg, pending);
             if (error == ERROR_OK) {
-                // Of frames that come no faster, the next one: a limit would skip every second.
-                next_us = interval_us < 3 * frame_us / 2
-                              ? 0
-                              : pending->exposed_us + interval_us - exposure_us / 2;
+                // Of frames that come hardly faster, every one and not every second.
+                const uint64_t apart_us =
+                    interval_us < 3 * frame_us / 2 ? interval_us / 2 : interval_us;
+                next_us = pending->exposed_us + apart_us - exposure_us / 2;
                 self->waiting++;
             }
         }
