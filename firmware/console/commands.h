@@ -67,6 +67,10 @@ int commands_camera_window(const struct command_call *call);
 int commands_region(const struct command_call *call, const struct command_value *value,
                     struct rig_rectangle *region_px);
 int commands_focus_auto(const struct command_call *call);
+/// The sides of these whose camera has a focus control of its own.
+unsigned commands_focus_controls(const struct command_call *call, unsigned sides);
+/// As commands_lens_focus, for such sides.
+int commands_focus_control(const struct command_call *call, unsigned sides);
 
 int commands_registers_run(const struct command_call *call);
 /// Adds the names of the registers of the chosen device.

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "rig/auto/autofocus.h"
+#include "rig/auto/focus_mover.h"
 #include "rig/rig.h"
 #include "rig/rig_optics.h"
 
@@ -55,12 +56,13 @@ static void put_focus(const struct command_call *call, unsigned side) {
     const struct focus_result *result = &focus->search.result;
     reply_group_begin(call, commands_side_name(side), false);
     reply_text(call, "verdict", focus_verdict_text(result->verdict));
-    reply_number(call, "position", result->position, 1, "counts");
+    const char *unit = focus_mover_steps(call->rig, side) > 0 ? "steps" : "counts";
+    reply_number(call, "position", result->position, 1, unit);
     if (result->peak.height > 0) {
-        reply_number(call, "peak", result->peak.position, 1, "counts");
+        reply_number(call, "peak", result->peak.position, 1, unit);
     }
     if (result->second.height > 0) {
-        reply_number(call, "other_peak", result->second.position, 1, "counts");
+        reply_number(call, "other_peak", result->second.position, 1, unit);
     }
     if (result->blur_px >= 0 && result->verdict != FOCUS_NO_CONTRAST) {
         reply_number(call, "blur", result->blur_px, 1, "px");
@@ -138,4 +140,64 @@ int commands_focus_auto(const struct command_call *call) {
         }
     }
     return error != ERROR_OK ? error : sum_up(call, sides);
+}
+
+// ---- cameras with a focus control of their own
+
+unsigned commands_focus_controls(const struct command_call *call, unsigned sides) {
+    unsigned controls = 0;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0 && focus_mover_steps(call->rig, side) > 0) {
+            controls |= 1U << side;
+        }
+    }
+    return controls;
+}
+
+// The step that POSITION means.
+static int step_of(const struct command_call *call, unsigned side, double *step) {
+    enum { VALUE_POSITION, UNIT_COUNTS = 0 };
+    const struct command_value *value = &call->values[VALUE_POSITION];
+    const unsigned steps = focus_mover_steps(call->rig, side);
+    const bool is_known = value->choice >= 0 || value->unit == UNIT_COUNTS;
+    *step = value->choice >= 0 ? 0 : (double)value->integer;  // the farthest one for infinity
+    if (is_known && *step >= 0 && *step <= steps) {
+        return ERROR_OK;
+    }
+    struct command_text sentence = commands_sentence(call);
+    command_text_add(&sentence, "focus: POSITION ");
+    command_text_add_typed(&sentence, value->text);
+    if (!is_known) {
+        command_text_join(&sentence, " is not supported: the distances of the ",
+                          commands_side_name(side), " camera are not known (use steps)");
+        return ERROR_MISSING;
+    }
+    command_text_join(&sentence, " is out of range (expected for the ", commands_side_name(side),
+                      " camera: 0 to ");
+    command_text_add_integer(&sentence, steps);
+    command_text_add(&sentence, " steps)");
+    return ERROR_RANGE;
+}
+
+int commands_focus_control(const struct command_call *call, unsigned sides) {
+    const bool moves = call->values[0].given;
+    double target[RIG_SIDES] = {0, 0};
+    int error = ERROR_OK;
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK && moves; side++) {
+        error = (sides >> side & 1) != 0 ? step_of(call, side, &target[side]) : ERROR_OK;
+    }
+    for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        if ((sides >> side & 1) == 0) {
+            continue;
+        }
+        error = moves ? focus_mover_go(call->rig, side, target[side]) : ERROR_OK;
+        if (error == ERROR_OK) {
+            reply_group_begin(call, commands_side_name(side), false);
+            reply_number(call, "position", focus_mover_position(call->rig, side), 0, "steps");
+            reply_number(call, "min", 0, 0, "steps");
+            reply_number(call, "max", focus_mover_steps(call->rig, side), 0, "steps");
+            reply_group_end(call);
+        }
+    }
+    return error;
 }

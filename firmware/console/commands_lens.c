@@ -244,6 +244,11 @@ int commands_lens_zoom(const struct command_call *call) {
 }
 
 int commands_lens_focus(const struct command_call *call) {
+    const unsigned sides = commands_sides(&call->values[VALUE_SIDE]);
+    const unsigned controls = commands_focus_controls(call, sides);
+    if (controls != 0 && (controls == sides || !call->values[VALUE_SIDE].given)) {
+        return commands_focus_control(call, controls);
+    }
     return run_axis(call, LENS_FOCUS);
 }
 

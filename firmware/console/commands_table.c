@@ -15,12 +15,13 @@
         .help = "camera; default: both"                                    \
     }
 
-#define REGION_OPTION                                                              \
-    {                                                                              \
-        .name = "region", .kind = COMMAND_NUMBER, .unit = "px", .min = 0,          \
-        .max = UINT16_MAX, .count = 4, .separator = ',', .value_name = "X,Y,W,H",  \
-        .help = "part of the sensor to look at: column and row of its corner, "    \
-                "width, height; default: 100 x 100 px in the middle"               \
+#define REGION_OPTION                                                                        \
+    {                                                                                        \
+        .name = "region", .kind = COMMAND_NUMBER, .unit = "px", .min = 0, .max = UINT16_MAX, \
+        .count = 4, .separator = ',', .value_name = "X,Y,W,H",                               \
+        .help =                                                                              \
+            "part of the sensor to look at: column and row of its corner, "                  \
+            "width, height; default: 100 x 100 px in the middle"                             \
     }
 
 #define ANGLE_VALUE .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180
@@ -250,18 +251,21 @@ static const struct command commands[] = {
      .run = commands_lens_zoom},
     {.name = "focus",
      .summary = "set or show the focus",
-     .help = "Examples: focus 1800 mm; focus infinity; focus 544. As zoom. Distances are those of "
-             "the lens's data sheet (rig.focus_nearest), corrected by what was learned.",
+     .help =
+         "Examples: focus 1800 mm; focus infinity; focus 544. As zoom. Distances are those of "
+         "the lens's data sheet (rig.focus_nearest), corrected by what was learned. A camera with "
+         "a focus control of its own has steps instead, larger ones nearer.",
      .arguments = focus_arguments,
      .argument_count = COUNT(focus_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
      .run = commands_lens_focus},
     {.name = "iris",
      .summary = "set or show the iris, or close it for a depth of field",
-     .help = "Examples: iris f/8; iris 480; iris sharp=1750:1850. As zoom. Only sharp= changes the "
-             "exposure. \"iris learn\" measures the f-numbers of all positions, from the brightness "
-             "of a scene in constant light, and brings the iris back to where it was; it takes a "
-             "minute for each lens.",
+     .help =
+         "Examples: iris f/8; iris 480; iris sharp=1750:1850. As zoom. Only sharp= changes the "
+         "exposure. \"iris learn\" measures the f-numbers of all positions, from the brightness "
+         "of a scene in constant light, and brings the iris back to where it was; it takes a "
+         "minute for each lens.",
      .arguments = iris_arguments,
      .argument_count = COUNT(iris_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

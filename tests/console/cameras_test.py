@@ -50,6 +50,17 @@ class TwoCameras(DeviceTest):
         self.assertEqual(self.asked("gain 1.3 side=left"), {"left": 1.5})
         self.assertEqual(self.asked("gain 2 side=left"), {"left": 2})
         self.assertEqual(self.asked("gain side=right"), {"right": "not set"})
+        # Controls of 50 steps; autofocus left them at the tenth.
+        self.assertEqual(self.asked("focus")["right"], {"position": 10, "min": 0, "max": 50})
+        self.assertEqual(self.asked("focus 37 side=left")["left"]["position"], 37)
+        self.assertEqual(self.asked("focus infinity side=left")["left"]["position"], 0)
+        self.refused("focus 51", "ERR RANGE focus: POSITION 51", "left camera", "0 to 50 steps")
+        self.refused("focus 2000 mm", "ERR MISSING focus: POSITION 2000", "use steps")
+        # Pictures that do not change with the focus, which returns to where it was.
+        self.asked("focus 20")
+        self.assertIn(self.first.ask_json("autofocus side=left")["result"]["left"]["verdict"],
+                      ("sharp everywhere", "no contrast"))
+        self.assertEqual(self.asked("focus")["left"]["position"], 20)
         self.refused("exposure 600000", "ERR RANGE left camera: ", "600000 us", "500000 us")
         self.assertEqual(self.asked("status")["right"], {"exposure": 5000})
         pair = self.captured("capture one static=yes")
