@@ -160,34 +160,41 @@ static void forget(const struct command_call *call, unsigned sides) {
     call->rig->object = (struct lens_object){.known = false};
 }
 
+static int show_status(const struct command_call *call, unsigned sides) {
+    int error = call->rig->state == RIG_READY ? 0 : commands_not_ready(call, "lens status");
+    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
+        error = (sides >> side & 1) != 0 ? put_status(call, side) : 0;
+    }
+    return error;
+}
+
+static void show_learned(const struct command_call *call, unsigned sides) {
+    char bytes[LENS_TABLE_TEXT_BYTES];
+    struct command_text text = command_text_begin(bytes, sizeof bytes);
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if ((sides >> side & 1) != 0) {
+            put_learned(call, side);
+        }
+    }
+    lens_object_print(&call->rig->object, &text);
+    reply_text(call, "object", bytes);
+}
+
 int commands_lens_run(const struct command_call *call) {
     const int action = call->values[VALUE_ACTION].choice;
     unsigned sides = 0;
     int error = commands_lens_sides(call, &call->values[VALUE_SIDE], &sides);
     INVARIANT(action >= STATUS && action <= FORGET);
-    if (action == STATUS && call->rig->state != RIG_READY) {
-        return commands_not_ready(call, "lens status");
+    if (error != 0 || action == STATUS) {
+        return error != 0 ? error : show_status(call, sides);
     }
-    if (error == 0 && action == LEARNED) {
+    if (action == LEARNED) {
         error = set_learned(call, sides);
-    } else if (error == 0 && action == FORGET) {
+    } else {
         forget(call, sides);
     }
-    for (unsigned side = 0; error == 0 && side < RIG_SIDES; side++) {
-        if ((sides >> side & 1) == 0) {
-            continue;
-        }
-        if (action == STATUS) {
-            error = put_status(call, side);
-        } else {
-            put_learned(call, side);
-        }
-    }
-    if (error == 0 && action != STATUS) {
-        char bytes[LENS_TABLE_TEXT_BYTES];
-        struct command_text text = command_text_begin(bytes, sizeof bytes);
-        lens_object_print(&call->rig->object, &text);
-        reply_text(call, "object", bytes);
+    if (error == 0) {
+        show_learned(call, sides);
     }
     return error;
 }
