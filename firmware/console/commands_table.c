@@ -209,7 +209,8 @@ static const struct command_argument wait_arguments[] = {
 static const struct command commands[] = {
     {.name = "status",
      .summary = "show settings, angles and lens positions",
-     .help = "Angles and lens positions are read from the hardware.",
+     .help = "Angles and lens positions are read from the hardware: a position is the mean of four "
+             "readings, and its sigma the standard error.",
      .run = commands_state_status},
     {.name = "health",
      .summary = "check every part, and show counters",

@@ -137,7 +137,7 @@ static int take_nearest(struct rig *rig, const struct pair_options *options,
     const uint32_t frames_on = left->sequence - first_sequence;
     const uint64_t half_us = (left->begin_us - first_us) / (frames_on != 0 ? frames_on : 1) / 2;
     return pair_take_frame(rig, RIG_RIGHT, left->begin_us > half_us ? left->begin_us - half_us : 0,
-                      right);
+                           right);
 }
 
 static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_SIDES]) {

@@ -39,8 +39,9 @@ static void report(struct merging *self, uint32_t done) {
 static int set_exposure(struct merging *self, unsigned side, uint64_t exposure_us) {
     struct rig *rig = self->rig;
     if (exposure_us < 1 || exposure_us > RIG_EXPOSURE_MAX_US) {
-        const int32_t number =
-            exposure_us < 1 ? 1 : exposure_us < INT32_MAX ? (int32_t)exposure_us : INT32_MAX;
+        const int32_t number = exposure_us < 1           ? 1
+                               : exposure_us < INT32_MAX ? (int32_t)exposure_us
+                                                         : INT32_MAX;
         return rig_reject(rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_RANGE,
                           "the bracket's exposure # us is not supported (open the iris, or use "
                           "fewer exposures)",
@@ -78,10 +79,10 @@ static int read_black(struct rig *rig, unsigned side, uint16_t *black) {
         return rig_bus_failed(rig, part, error);
     }
     const int32_t number = *black;
-    return number <= BLACK_MAX ? ERROR_OK
-                               : rig_part_error(rig, part, ERROR_VERIFY,
-                                                "its black level # is impossible (run bringup)",
-                                                &number);
+    return number <= BLACK_MAX
+               ? ERROR_OK
+               : rig_part_error(rig, part, ERROR_VERIFY,
+                                "its black level # is impossible (run bringup)", &number);
 }
 
 static int take(struct merging *self, unsigned side, struct pair_frame *frame) {
@@ -107,8 +108,7 @@ static int take_first(struct merging *self, unsigned side, struct pair_frame *fr
         if (error != ERROR_OK || !brackets) {
             return error;
         }
-        self->bracket =
-            merge_bracket_for(&frame->image, self->plan.black, self->options->bracket);
+        self->bracket = merge_bracket_for(&frame->image, self->plan.black, self->options->bracket);
     }
     if (brackets && self->bracket.shorter) {
         INVARIANT(self->bracket.factor_q4 > FACTOR_ONE_Q4);
@@ -250,8 +250,8 @@ static int compare_last(struct merging *self, const struct merge_plan *plan) {
         return error;
     }
     const struct merge_exposure exposure = {again.exposure_us, again.gain_q3};
-    const uint32_t changed_permille = merge_exposures_changed(
-        plan, &pair->frame[RIG_LEFT].image, &again.image, &exposure);
+    const uint32_t changed_permille =
+        merge_exposures_changed(plan, &pair->frame[RIG_LEFT].image, &again.image, &exposure);
     raw_image_release(&again.image);
     pair->change_permille =
         changed_permille > pair->change_permille ? changed_permille : pair->change_permille;

@@ -60,9 +60,9 @@ int rig_pan_both(struct rig *self, int32_t left_urad, int32_t right_urad);
 int rig_pan_read(struct rig *self, unsigned side, int32_t *angle_urad);
 
 /// Moves an axis of a lens (of both lenses at once if `sides` is 3; bits RIG_LEFT, RIG_RIGHT) to a
-/// position, from the profile's side because of backlash, and waits until it has arrived. ERROR_JAMMED: no
-/// movement; ERROR_TIMEOUT: it does not arrive, or its controller does not answer; for details and
-/// times see rig/lens_move.h. On any error all motors are at rest.
+/// position, from the profile's side because of backlash, and waits until it has arrived.
+/// ERROR_JAMMED: no movement; ERROR_TIMEOUT: it does not arrive, or its controller does not answer;
+/// for details and times see rig/lens_move.h. On any error all motors are at rest.
 int rig_lens_move_to(struct rig *self, unsigned sides, enum lens_axis axis, int32_t position);
 /// Reads the positions of a lens at rest `readings` times (1 .. 32; each takes about 60 ms), for
 /// their means without outliers, and stores these in `measured`.

@@ -61,7 +61,8 @@ static uint64_t begin_of(const struct replay_camera *camera, const struct sessio
     const struct pair_frame *frames = event->pair.frame;
     const uint64_t min_us = later(not_before_us, camera->end_us);
     const struct replay_camera *left = &self->camera_state[RIG_LEFT];
-    if (camera->number == RIG_LEFT || frames[RIG_RIGHT].parts > 0 || left->of_pair != self->next_pair + 1) {
+    if (camera->number == RIG_LEFT || frames[RIG_RIGHT].parts > 0 ||
+        left->of_pair != self->next_pair + 1) {
         return min_us;
     }
     const uint64_t skew_us = frames[RIG_RIGHT].begin_us - frames[RIG_LEFT].begin_us;

@@ -22,7 +22,7 @@ static uint32_t sum_of(const struct raw_image *image, int row, size_t column) {
 }
 
 uint32_t image_change_permille(const struct raw_image *before_image,
-                              const struct raw_image *after_image, uint16_t known_gain_q3) {
+                               const struct raw_image *after_image, uint16_t known_gain_q3) {
     const size_t width = raw_image_row_values(before_image);
     INVARIANT(before_image->bits >= 8 && before_image->bits <= 16);
     INVARIANT(raw_image_row_values(after_image) == width);

@@ -13,7 +13,7 @@ extern "C" {
 /// than five times the noise of the difference, which sensor_noise.h assumes.
 /// `gain_q3`: of the sensor; 0: not known. Both images have the same size and layout.
 uint32_t image_change_permille(const struct raw_image *before, const struct raw_image *after,
-                              uint16_t gain_q3);
+                               uint16_t gain_q3);
 
 #ifdef __cplusplus
 }

@@ -196,8 +196,8 @@ static uint32_t max_sum(const struct merge_exposures *self, uint64_t ratio) {
     return sum < SUM_MAX ? (uint32_t)sum : SUM_MAX;
 }
 
-static void add_values(struct merge_exposures *self, const struct raw_image *frame,
-                       uint32_t weight, uint32_t max) {
+static void add_values(struct merge_exposures *self, const struct raw_image *frame, uint32_t weight,
+                       uint32_t max) {
     const size_t width = raw_image_row_values(frame);
     const uint32_t full = full_of(frame), frames = self->frames;
     for (int y = 0; y < frame->height_px; y++) {
@@ -205,8 +205,7 @@ static void add_values(struct merge_exposures *self, const struct raw_image *fra
         uint32_t *sums = self->sums + (size_t)y * width;
         for (size_t x = 0; x < width; x++) {
             const uint32_t sum = sums[x] & SUM_MAX;
-            const bool counts =
-                sums[x] >> COUNT_SHIFT == frames && sum <= max && values[x] < full;
+            const bool counts = sums[x] >> COUNT_SHIFT == frames && sum <= max && values[x] < full;
             sums[x] = counts ? (frames + 1) << COUNT_SHIFT | (sum + weight * values[x]) : sums[x];
         }
     }
@@ -265,8 +264,7 @@ void merge_exposures_end(const struct merge_exposures *self, uint16_t *merged) {
     }
     for (size_t i = 0; i < values; i++) {
         const uint32_t frames = self->sums[i] >> COUNT_SHIFT;
-        const int64_t scaled =
-            (int64_t)(self->sums[i] & SUM_MAX) * factor[frames] + offset[frames];
+        const int64_t scaled = (int64_t)(self->sums[i] & SUM_MAX) * factor[frames] + offset[frames];
         const int64_t value = scaled < 0 ? 0 : scaled >> SHIFT;
         merged[i] = (uint16_t)(value < MAX ? value : MAX);
     }

@@ -34,8 +34,8 @@ enum {
     MERGE_FRAMES_MAX = 64,
     MERGE_BITS = 16,
     /// Value of black in a merged image of frames whose black level is known, so that the noise of
-    /// black parts is not cut off. 65535 is the light that saturates the shortest exposure: 63/64 of
-    /// its greatest value.
+    /// black parts is not cut off. 65535 is the light that saturates the shortest exposure: 63/64
+    /// of its greatest value.
     MERGE_BLACK = 256,
     MERGE_RATIO_MAX = 4096,  ///< of the longest exposure to the shortest
 };
@@ -68,7 +68,7 @@ struct merge_exposures {
     struct merge_plan plan;
     uint32_t *sums;  ///< of each value: frames << 25 | sum of weighted values
     double weight_scale;
-    unsigned frames;         ///< added so far
+    unsigned frames;          ///< added so far
     uint64_t last_ratio_q16;  ///< exposure of the last frame
     struct merge_prefix prefix[MERGE_FRAMES_MAX + 1];
     double light, reading;  ///< noise of the sums, for the comparison with the next frame

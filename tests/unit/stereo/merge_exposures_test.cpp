@@ -131,10 +131,10 @@ double reference(const std::vector<Values> &frames, const std::vector<Shot> &sho
         sum += weight * (frames[i][at] - black);
         exposures += weight * ratio;
     }
-    return exposures == 0 ? 65535
-                          : std::clamp(MERGE_BLACK + sum / exposures * (65535 - MERGE_BLACK) /
-                                                         (full - black),
-                                       0.0, 65535.0);
+    return exposures == 0
+               ? 65535
+               : std::clamp(MERGE_BLACK + sum / exposures * (65535 - MERGE_BLACK) / (full - black),
+                            0.0, 65535.0);
 }
 
 }  // namespace
@@ -142,9 +142,11 @@ double reference(const std::vector<Values> &frames, const std::vector<Shot> &sho
 TEST_CASE("merged values are those of the same estimate in double precision") {
     std::mt19937_64 random(synthetic::test_seed());
     for (const int bits : {10, 12, 16}) {
-        for (const std::vector<Shot> &shots :
-             {std::vector<Shot>{{1}}, {{1}, {1}, {1}, {1}}, {{1}, {4}, {16}},
-              {{1}, {3}, {9}, {27}, {81}}, {{1, 8}, {1, 16}, {4, 16}}}) {
+        for (const std::vector<Shot> &shots : {std::vector<Shot>{{1}},
+                                               {{1}, {1}, {1}, {1}},
+                                               {{1}, {4}, {16}},
+                                               {{1}, {3}, {9}, {27}, {81}},
+                                               {{1, 8}, {1, 16}, {4, 16}}}) {
             const std::vector<double> light = ramp(3, 12000);
             const std::vector<Values> frames = take(light, shots, bits, &random);
             const Merged merged = merged_of(frames, shots, bits);
@@ -257,8 +259,9 @@ TEST_CASE("what moves between exposures is found, and noise is not") {
             moved[i] *= 0.7;
         }
     }
-    for (const std::vector<Shot> &shots :
-         {std::vector<Shot>{{1}, {1}, {1}, {1}, {1}, {1}}, {{1}, {4}, {16}}, {{1}, {2}, {4}, {8}}}) {
+    for (const std::vector<Shot> &shots : {std::vector<Shot>{{1}, {1}, {1}, {1}, {1}, {1}},
+                                           {{1}, {4}, {16}},
+                                           {{1}, {2}, {4}, {8}}}) {
         std::vector<Values> frames = take(light, shots, 10, &random);
         const Merged still = merged_of(frames, shots, 10);
         CHECK(*std::max_element(still.changed.begin(), still.changed.end()) == 0);
