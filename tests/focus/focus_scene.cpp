@@ -38,23 +38,17 @@ void draw_light(Scene &scene, simrig::Noise &noise) {
     const SceneSide &left = scene.side[0];
     const double stop = left.lens.f_number(left.zoom, left.iris) / 2;
     const double needed_us = between_log(noise, 500, 8000) * stop * stop;
-    double gain = noise.chance(0.5) ? 1 : between_log(noise, 1, 8);
-    scene.exposure_us = needed_us / gain;
-    if (scene.exposure_us > 150000) {
-        gain = std::min(gain * scene.exposure_us / 150000, 16.0);
-        scene.exposure_us = 150000;
-    } else if (scene.exposure_us > 10000 && noise.chance(0.8)) {
+    scene.exposure_us = std::min(needed_us, 150000.0);
+    if (scene.exposure_us > 10000 && noise.chance(0.8)) {
         scene.exposure_us = std::floor(scene.exposure_us / 10000) * 10000;
     }
+    // Dark frames are as noisy as amplified ones: the noise at a gain is known of cameras behind
+    // the bridge only.
     const double kind = noise.uniform();
-    double level = kind < 0.7   ? between(noise, 0.3, 0.6)
-                   : kind < 0.9 ? between(noise, 0.05, 0.3)
-                                : between(noise, 0.6, 1.1);
-    scene.gain_q3 = unsigned(gain * 8 + 0.5);
-    do {
-        scene.electrons = level * kFullWellElectrons / (scene.gain_q3 / 8.0);
-        level *= 1.3;
-    } while (scene.noise_electrons() > 0.1 * scene.electrons);
+    const double level = kind < 0.6   ? between(noise, 0.3, 0.6)
+                         : kind < 0.9 ? between_log(noise, 0.018, 0.3)
+                                      : between(noise, 0.6, 1.1);
+    scene.electrons = level * kFullWellElectrons;
     scene.flicker = noise.chance(0.5) ? 0.06 : 0;
     scene.flicker_phase = between(noise, 0, 2 * kPi);
 }
