@@ -9,7 +9,7 @@
 // Above this part of the height a reciprocal is close to a parabola for all textures, the closer
 // the higher; this many samples are enough.
 static const double fit_parts[] = {0.8, 0.65, 0.45, 0.2};
-enum { FIT_PARTS = 4, FIT_SAMPLES = 7, FIT_REACH = 2 };
+enum { FIT_PARTS = 4, FIT_SAMPLES = 7, FIT_REACH = 2, HUMP_SAMPLES = 8, HUMP_FITS = 3 };
 // A second peak has this part of the height of the first, and the valley between both this part of
 // the second. Repeating patterns have side lobes of a third: where the blur inverts them.
 static const double second_part = 0.5, valley_part = 0.7;
@@ -261,16 +261,10 @@ static bool solve(const struct sums *s, double *vertex, double *variance, double
     *lowest = a - b * b / (4 * c);
     const double db = -1 / (2 * c), dc = b / (2 * c * c);
     *variance = (db * db * m11 + 2 * db * dc * m12 + dc * dc * m22) / det;
-    return *lowest > 0 && *variance >= 0;
+    return *variance >= 0;
 }
 
-// Adds a sample's reciprocal. Its variance is that of the sample over the fourth power.
-static void add(struct sums *s, double u, double height, double deviation, double top) {
-    const double scaled = height / top;
-    const double spread = deviation / top, relative = relative_deviation * scaled;
-    const double weight =
-        scaled * scaled * scaled * scaled / (spread * spread + relative * relative);
-    const double y = 1 / scaled;
+static void add_value(struct sums *s, double u, double y, double weight) {
     s->u0 += weight;
     s->u1 += weight * u;
     s->u2 += weight * u * u;
@@ -279,6 +273,15 @@ static void add(struct sums *s, double u, double height, double deviation, doubl
     s->y0 += weight * y;
     s->y1 += weight * y * u;
     s->y2 += weight * y * u * u;
+}
+
+// Adds a sample's reciprocal. Its variance is that of the sample over the fourth power.
+static void add(struct sums *s, double u, double height, double deviation, double top) {
+    const double scaled = height / top;
+    const double spread = deviation / top, relative = relative_deviation * scaled;
+    const double weight =
+        scaled * scaled * scaled * scaled / (spread * spread + relative * relative);
+    add_value(s, u, 1 / scaled, weight);
 }
 
 // Samples above a part of the height.
@@ -321,7 +324,8 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
         selection = select_above(curve, range, peak, fit_parts[i], scale);
     }
     double vertex = 0, variance = 0, lowest = 0, curvature = 0;
-    if (selection.count < 3 || !solve(&selection.sums, &vertex, &variance, &lowest, &curvature)) {
+    if (selection.count < 3 || !solve(&selection.sums, &vertex, &variance, &lowest, &curvature) ||
+        lowest <= 0) {
         return false;
     }
     // Beyond the samples it is not a peak that they show.
@@ -336,6 +340,72 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
         peak->height = peak->floor + top / lowest;
         peak->half_width = sqrt(lowest / curvature) * scale;
     }
+    return true;
+}
+
+// A parabola through the samples from `min` to `max`, upside down; u is in `half` around `middle`.
+struct hump {
+    double position, deviation, curvature, height, significance;
+};
+
+static bool fit_hump(const struct point *order, unsigned count, double middle, double half,
+                     struct hump *hump) {
+    struct sums sums = {.u0 = 0};
+    double vertex = 0, variance = 0, lowest = 0, curvature = 0, squares = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const double u = (order[i].position - middle) / half;
+        if (fabs(u) <= 1) {
+            add_value(&sums, u, -order[i].value, 1);
+        }
+    }
+    if (sums.u0 < HUMP_SAMPLES || !solve(&sums, &vertex, &variance, &lowest, &curvature)) {
+        return false;
+    }
+    for (unsigned i = 0; i < count; i++) {
+        const double u = (order[i].position - middle) / half;
+        const double off = order[i].value + lowest + curvature * (u - vertex) * (u - vertex);
+        squares += fabs(u) <= 1 ? off * off : 0;
+    }
+    const double scatter = sqrt(squares / (sums.u0 - 3));
+    // Of evenly spaced samples the mean fourth power less the squared mean square is 4/45.
+    const double curvature_deviation = scatter / sqrt(sums.u0 * 4 / 45) + 1e-12;
+    *hump = (struct hump){.position = middle + vertex * half,
+                          .deviation = sqrt(variance) * scatter * half,
+                          .curvature = curvature / (half * half),
+                          .height = -lowest,
+                          .significance = curvature / curvature_deviation};
+    return true;
+}
+
+bool focus_curve_hump(const struct focus_curve *curve, const struct focus_range *range,
+                      double significant, struct focus_peak *peak) {
+    struct point order[FOCUS_SAMPLES_MAX];
+    const unsigned count = sorted(curve, range, order);
+    struct hump hump, best = {.significance = 0};
+    if (count < HUMP_SAMPLES) {
+        return false;
+    }
+    const double min = order[0].position, max = order[count - 1].position;
+    double middle = (min + max) / 2, half = (max - min) / 2;
+    // Narrower and narrower around it, as long as it is seen.
+    for (int i = 0; i < HUMP_FITS && half > 0; i++) {
+        if (!fit_hump(order, count, middle, half, &hump) || hump.significance < significant) {
+            break;
+        }
+        best = hump;
+        best.position = hump.position < min ? min : hump.position > max ? max : hump.position;
+        middle = best.position;
+        half = (max - min) / 2 / (2 << i);
+    }
+    if (best.significance <= 0) {
+        return false;
+    }
+    *peak = (struct focus_peak){.position = best.position,
+                                .deviation = best.deviation,
+                                .height = best.height,
+                                .half_width = (max - min) / 2,
+                                .floor = floor_of(order, count),
+                                .samples = count};
     return true;
 }
 

@@ -27,8 +27,12 @@ static const double noise_part = 0.9, relative_contrast = 0.01;
 // the region mislead the variance more than gradients.
 static const double significant[FOCUS_CHANNELS] = {
     [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
+// Curvature of a sweep, over its deviation: of a peak that is seen, and of a guess.
+static const double seen_curvature = 6, guessed_curvature = 1;
+// Of that width, as the positions are known with errors.
+static const double narrowest_part = 0.4;
 // A peak that is wider, in sizes of the region, comes from bright objects beside it.
-static const double widest_regions = 4;
+static const double widest_regions = 2;
 // A ring that moves by more during an exposure, and by more than the peak is wide, is measured at
 // rest.
 static const double smeared_counts = 4;
@@ -40,8 +44,9 @@ static const double same_part = 0.85, changed_part = 0.5;
 static const double height_deviation = 0.03;
 // A measure that locates the top within this part of what is good enough needs no help.
 static const double located_part = 0.25;
-// Of the distance from the peak that is good enough, as it is known with errors.
-static const double accepted_part = 0.65;
+// Of the distance from the peak that is good enough, as it is known with errors: an approach that
+// is accepted, and the last one if none was.
+static const double accepted_part = 0.65, missed_part = 1.5;
 
 const char *focus_verdict_text(enum focus_verdict verdict) {
     static const char *const texts[FOCUS_VERDICTS] = {
@@ -160,7 +165,7 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
     self->begin = position;
     self->passes = self->stops = 0;
-    self->stopped = false;
+    self->stopped = self->wide = false;
     self->off_sum = 0;
     self->channel = self->finder = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
@@ -266,6 +271,12 @@ static bool is_near_end(const struct focus_search *self, double *end_counts) {
     return low || options->max - self->result.peak.position < reach;
 }
 
+static void set_blur(struct focus_search *self, double counts) {
+    const double px = self->options.blur_per_count_px;
+    self->result.blur_counts = counts;
+    self->result.blur_px = px > 0 ? counts * px : -1;
+}
+
 static struct focus_step judge(struct focus_search *self, const struct focus_event *event) {
     struct focus_result *result = &self->result;
     const struct focus_peak *peak = &result->peak;
@@ -281,11 +292,13 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     const bool same =
         part >= same_part || peak->half_width * sqrt(1 / larger(part, 0.01) - 1) <= good;
     result->light_changed = result->light_changed || changed;
-    result->blur_counts =
-        distance_from_peak(self, event, part, larger(height_deviation, deviation / height));
-    result->blur_px = self->options.blur_per_count_px > 0
-                          ? result->blur_counts * self->options.blur_per_count_px
-                          : -1;
+    set_blur(self,
+             distance_from_peak(self, event, part, larger(height_deviation, deviation / height)));
+    if (self->wide) {
+        set_blur(self, sqrt(off * off + peak->deviation * peak->deviation));
+        result->verdict = verdict_of(self);
+        return end(self, event);
+    }
     const bool there = result->blur_counts <= accepted_part * good;
     double end_counts = 0;
     if (there && same) {
@@ -303,8 +316,9 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
         return there && !self->stopped ? begin_stops(self)
                                        : approach(self, peak->position - shared);
     }
-    result->verdict =
-        part < changed_part || fabs(off) > 2 * good ? FOCUS_SCENE_CHANGED : verdict_of(self);
+    result->verdict = part < changed_part || result->blur_counts > missed_part * good
+                          ? FOCUS_SCENE_CHANGED
+                          : verdict_of(self);
     return end(self, event);
 }
 
@@ -393,6 +407,11 @@ static bool is_too_wide(const struct focus_search *self, const struct focus_peak
     return self->options.region_px > 0 && blur_px > widest_regions * self->options.region_px;
 }
 
+// No subject's peak is narrower; flickering light makes such ones.
+static bool is_too_narrow(const struct focus_search *self, const struct focus_peak *peak) {
+    return peak->half_width * self->options.blur_per_count_px < narrowest_part * narrow_blur_px;
+}
+
 static struct focus_range range_of(unsigned legs, enum focus_channel channel, double min,
                                    double max) {
     return (struct focus_range){legs, channel, (float)min, (float)max};
@@ -436,7 +455,7 @@ static bool locate(struct focus_search *self, unsigned leg, double min, double m
         const struct focus_range range = range_of(1u << leg, finest[i], min, max);
         struct focus_peak found;
         if (!peak_in(self, &range, &found) || !has_contrast(self, finest[i], &found, 0) ||
-            !focus_curve_fit(&self->curve, &range, &found)) {
+            !focus_curve_fit(&self->curve, &range, &found) || is_too_narrow(self, &found)) {
             continue;
         }
         if (found.deviation < best) {
@@ -453,27 +472,56 @@ static bool is_subject(const struct focus_search *self, unsigned leg, double min
     for (int i = 0; i < FOCUS_CHANNELS; i++) {
         const struct focus_range range = range_of(1u << leg, finest[i], min, max);
         struct focus_peak peak;
-        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 1)) {
+        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 1) &&
+            !is_too_narrow(self, &peak)) {
             return true;
         }
     }
     return false;
 }
 
+// A wide peak, by the measure that locates it best.
+static bool is_hump(struct focus_search *self, double least, struct focus_peak *peak) {
+    bool found = false;
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range =
+            range_of(1u << FOCUS_LEG_SWEEP, finest[i], self->options.min, self->options.max);
+        struct focus_peak hump;
+        if (focus_curve_hump(&self->curve, &range, least, &hump) &&
+            hump.height >= contrast_min(self) * unit_of(self, finest[i]) &&
+            !is_too_wide(self, &hump) && (!found || hump.deviation < peak->deviation)) {
+            found = true;
+            self->channel = finest[i];
+            *peak = hump;
+        }
+    }
+    return found;
+}
+
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
                                  const struct focus_peak *peak) {
     const struct focus_search_options *options = &self->options;
     const double blur_px = (options->max - options->min) / 2 * options->blur_per_count_px;
+    struct focus_peak *hump = &self->result.peak;
     if (self->near_only) {
         return begin_cold(self, event->position);
     }
-    // Texture everywhere, and no lens position that blurs it.
-    if (peak->floor > 4 * contrast_min(self) * unit_of(self, self->finder) &&
-        blur_px < 4 * sharp_px) {
-        self->result.tries = FOCUS_TRIES;
-        return give_back(self, FOCUS_SHARP_EVERYWHERE);
+    self->wide = is_hump(self, seen_curvature, hump);
+    // Texture everywhere, and no lens position that blurs it much: the best guess.
+    if (!self->wide && blur_px < 4 * sharp_px &&
+        peak->floor > 4 * contrast_min(self) * unit_of(self, self->finder)) {
+        self->wide = true;
+        if (!is_hump(self, guessed_curvature, hump)) {
+            hump->position = (options->min + options->max) / 2;
+            hump->deviation = (options->max - options->min) / 4;
+        }
     }
-    return give_back(self, FOCUS_NO_CONTRAST);
+    if (!self->wide) {
+        return give_back(self, FOCUS_NO_CONTRAST);
+    }
+    hump->at_edge = false;
+    self->result.second.height = 0;
+    return approach(self, hump->position);
 }
 
 // The peak that is wanted first.

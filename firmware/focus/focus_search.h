@@ -136,6 +136,7 @@ struct focus_search {
     uint16_t step_begin;  ///< samples before this step
     double off_sum;       ///< of the tries' distances from the peak
     bool stopped;         ///< the peak was located at rest
+    bool wide;            ///< it is too wide for a picture at rest to tell more
 };
 
 /// Starts a search from a position. The options must be within their ranges.
