@@ -376,8 +376,8 @@ static void begin_afresh(struct rig *rig) {
 
 /// Gives the recording what was learned about the lenses before, as commands: a replay starts
 /// without.
-static int give_learned(const struct command_call *call, const struct saved_settings *learned) {
-    char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES];
+static int give_learned(const struct command_call *call, const struct saved_lenses *learned) {
+    char lines[SAVED_LENS_LINES][SAVED_LENS_LINE_BYTES];
     const size_t count = saved_lens_commands(learned, call->rig, true, lines, 0);
     int error = 0;
     for (size_t i = 0; i < count && error == 0; i++) {
@@ -424,7 +424,7 @@ static int start_recording(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
-    struct saved_settings learned;
+    struct saved_lenses learned;
     saved_lens_take(call->rig, &learned);
     begin_afresh(call->rig);
     error = write_settings(call, &message);

@@ -52,8 +52,8 @@ static void put_side(const struct command_call *call, const struct saved_setting
                          shown[i].unit);
         }
     }
-    put_table(call, "zoom_to_focus", LENS_TABLE_FOCUS, &saved->learned[side].focus);
-    put_table(call, "iris_to_f_number", LENS_TABLE_IRIS, &saved->learned[side].iris);
+    put_table(call, "zoom_to_focus", LENS_TABLE_FOCUS, &saved->lenses.learned[side].focus);
+    put_table(call, "iris_to_f_number", LENS_TABLE_IRIS, &saved->lenses.learned[side].iris);
     reply_group_end(call);
 }
 
@@ -66,10 +66,10 @@ static void put(const struct command_call *call, const struct saved_settings *sa
         reply_number(call, "skip", saved->skip, 0, NULL);
         reply_group_end(call);
     }
-    if (saved->object.known) {
+    if (saved->lenses.object.known) {
         char bytes[LENS_TABLE_TEXT_BYTES];
         struct command_text text = command_text_begin(bytes, sizeof bytes);
-        lens_object_print(&saved->object, &text);
+        lens_object_print(&saved->lenses.object, &text);
         reply_text(call, "object", bytes);
     }
     put_side(call, saved, RIG_LEFT);

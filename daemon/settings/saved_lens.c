@@ -34,7 +34,7 @@ static const char *table_text(int table, const struct lens_table *values,
     return text;
 }
 
-void saved_lens_take(const struct rig *rig, struct saved_settings *saved) {
+void saved_lens_take(const struct rig *rig, struct saved_lenses *saved) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         saved->learned[side] = rig->camera[side].lens.learned;
     }
@@ -43,14 +43,14 @@ void saved_lens_take(const struct rig *rig, struct saved_settings *saved) {
 
 // ---- the text
 
-void saved_lens_print_object(const struct saved_settings *saved, FILE *file) {
+void saved_lens_print_object(const struct saved_lenses *saved, FILE *file) {
     char text[LENS_TABLE_TEXT_BYTES];
     if (saved->object.known) {
         fprintf(file, OBJECT_KEY " = %s\n", object_text(&saved->object, text));
     }
 }
 
-void saved_lens_print(const struct saved_settings *saved, unsigned side, FILE *file) {
+void saved_lens_print(const struct saved_lenses *saved, unsigned side, FILE *file) {
     char text[LENS_TABLE_TEXT_BYTES];
     for (int i = 0; i < TABLES; i++) {
         const struct lens_table *values = table_of(&saved->learned[side], i);
@@ -72,7 +72,7 @@ static bool append(struct lens_table *table, const struct lens_table *read) {
     return true;
 }
 
-bool saved_lens_read(struct saved_settings *saved, const char *key, const char *text) {
+bool saved_lens_read(struct saved_lenses *saved, const char *key, const char *text) {
     struct lens_table read;
     if (strcmp(key, OBJECT_KEY) == 0) {
         return lens_object_parse(text, &saved->object);
@@ -107,9 +107,8 @@ static bool are_equal(const struct lens_table *a, const struct lens_table *b) {
     return a->count == b->count;
 }
 
-size_t saved_lens_commands(const struct saved_settings *saved, const struct rig *rig, bool missing,
-                           char lines[SAVED_SETTINGS_LINES][SAVED_SETTINGS_LINE_BYTES],
-                           size_t count) {
+size_t saved_lens_commands(const struct saved_lenses *saved, const struct rig *rig, bool missing,
+                           char (*lines)[SAVED_LENS_LINE_BYTES], size_t count) {
     char text[LENS_TABLE_TEXT_BYTES];
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         for (int i = 0; i < TABLES; i++) {
@@ -118,14 +117,12 @@ size_t saved_lens_commands(const struct saved_settings *saved, const struct rig 
             if (values->count == 0 || are_equal(values, now) || (now->count == 0) != missing) {
                 continue;
             }
-            INVARIANT(count < SAVED_SETTINGS_LINES);
             snprintf(lines[count++], sizeof lines[0], "lens learned side=%s %s=%s",
                      rig_side_names[side], tables[i].option, table_text(i, values, text));
         }
     }
     const struct lens_object *now = &rig->object;
     if (saved->object.known && !now->known == missing) {
-        INVARIANT(count < SAVED_SETTINGS_LINES);
         snprintf(lines[count++], sizeof lines[0], "lens learned object=%s",
                  object_text(&saved->object, text));
     }

@@ -107,7 +107,7 @@ void saved_settings_take(const struct rig *rig, struct saved_settings *saved) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         take_side(rig, side, saved->values[side]);
     }
-    saved_lens_take(rig, saved);
+    saved_lens_take(rig, &saved->lenses);
 }
 
 // ---- the text
@@ -125,7 +125,7 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
         }
         fprintf(file, "\n");
     }
-    saved_lens_print_object(saved, file);
+    saved_lens_print_object(&saved->lenses, file);
     for (unsigned side = 0; side < RIG_SIDES; side++) {
         fprintf(file, "[%s]\n", rig_side_names[side]);
         for (int i = 0; i < SAVED_VALUES; i++) {
@@ -135,7 +135,7 @@ size_t saved_settings_print(const struct saved_settings *saved, char text[SAVED_
                 fprintf(file, "%s = %s\n", values[i].name, value);
             }
         }
-        saved_lens_print(saved, side, file);
+        saved_lens_print(&saved->lenses, side, file);
     }
     const long length = ftell(file);
     INVARIANT(length > 0 && length < SAVED_SETTINGS_BYTES);
@@ -235,7 +235,7 @@ static int read_line(void *cookie, const char *key, const char *value, int line,
         good = strcmp(key, "window") == 0
                    ? read_window(saved, value)
                    : read_value(self, key, value) ||
-                         (self->version >= VERSION && saved_lens_read(saved, key, value));
+                         (self->version >= VERSION && saved_lens_read(&saved->lenses, key, value));
     }
     return good ? 0
                 : message_set(message, ERROR_SYNTAX, "line %d: invalid %.40s = %.100s", line, key,
@@ -306,7 +306,7 @@ static bool range_of(struct rig *rig, unsigned side, int value, int32_t *min, in
 
 static int check_side(const struct saved_settings *saved, struct rig *rig, unsigned side,
                       struct message *why) {
-    if (saved->learned[side].focus.count + saved->learned[side].iris.count > 0 &&
+    if (saved->lenses.learned[side].focus.count + saved->lenses.learned[side].iris.count > 0 &&
         !rig_has_lens(&rig->profile, side)) {
         return message_set(why, ERROR_NOT_CONNECTED, "no motors for the tables of the %s lens",
                            rig_side_names[side]);
@@ -462,10 +462,10 @@ size_t saved_settings_commands(const struct saved_settings *saved, const struct 
         count = add(saved, i, lines, count);
     }
     // What was learned since the start counts more than what was saved before.
-    count = saved_lens_commands(saved, rig, true, lines, count);
+    count = saved_lens_commands(&saved->lenses, rig, true, lines, count);
     *of_cameras = count;
     for (int i = SAVED_PAN_URAD; i < SAVED_VALUES; i++) {
         count = add(saved, i, lines, count);
     }
-    return saved_lens_commands(saved, rig, false, lines, count);
+    return saved_lens_commands(&saved->lenses, rig, false, lines, count);
 }

@@ -32,6 +32,7 @@
 #include <stdint.h>
 
 #include "daemon/base/message.h"
+#include "daemon/settings/saved_lens.h"
 #include "rig/rig.h"
 
 #ifdef __cplusplus
@@ -42,7 +43,7 @@ extern "C" {
 #define SAVED_SETTINGS_RECORD "settings"
 enum {
     SAVED_SETTINGS_BYTES = 8192,  ///< largest text, with its end
-    SAVED_SETTINGS_LINE_BYTES = 513,
+    SAVED_SETTINGS_LINE_BYTES = SAVED_LENS_LINE_BYTES,
     SAVED_SETTINGS_LINES = 20,
 };
 
@@ -63,8 +64,7 @@ struct saved_settings {
     bool placed;                   ///< not centred, and:
     uint16_t column_px[RIG_SIDES], row_px[RIG_SIDES];
     int32_t values[RIG_SIDES][SAVED_VALUES]; /**< INT32_MIN: not saved */
-    struct lens_learned learned[RIG_SIDES];
-    struct lens_object object;
+    struct saved_lenses lenses;
 };
 
 /// Takes the values in force. The rig must be RIG_READY.

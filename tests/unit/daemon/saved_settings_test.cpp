@@ -124,7 +124,7 @@ TEST_CASE("what was learned about the lenses") {
     CHECK(text.find("[right]\niris_to_f_number = 850:1:0.001:999\n") != std::string::npos);
     REQUIRE(parse(text, read) == ERROR_OK);
     CHECK(printed(read) == text);
-    CHECK(read.learned[RIG_LEFT].focus.count == LENS_POINTS_MAX);
+    CHECK(read.lenses.learned[RIG_LEFT].focus.count == LENS_POINTS_MAX);
     // An instrument that has learned nothing gets all of it, one that has learned it nothing.
     const std::vector<std::string> lines = commands(read, fresh);
     REQUIRE(lines.size() == 3);
