@@ -246,7 +246,10 @@ int commands_lens_zoom(const struct command_call *call) {
 int commands_lens_focus(const struct command_call *call) {
     const unsigned sides = commands_sides(&call->values[VALUE_SIDE]);
     const unsigned controls = commands_focus_controls(call, sides);
-    if (controls != 0 && (controls == sides || !call->values[VALUE_SIDE].given)) {
+    // If no side was named, those that have a lens are meant first, as by the other commands.
+    const bool all =
+        !call->values[VALUE_SIDE].given && !rig_has_lens(&call->rig->profile, RIG_LEFT);
+    if (controls != 0 && (controls == sides || all)) {
         return commands_focus_control(call, controls);
     }
     return run_axis(call, LENS_FOCUS);

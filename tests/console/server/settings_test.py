@@ -50,7 +50,7 @@ class Rig(Kept, DaemonTest):
         status = self.ok(client, "status")
         for side in ("left", "right"):
             for axis in ("zoom", "focus", "iris"):
-                del status[side][axis]
+                del status[side][axis], status[side][f"{axis}_sigma"]
         del status["pairs"]
         return status
 
