@@ -64,8 +64,8 @@ enum hal_camera_control {
     /// Changes nothing: `applied` is the number of steps of the camera's focus range; 0: no focus
     /// control.
     HAL_CAMERA_FOCUS_STEPS,
-    /// Switches everything off that the camera sets by itself, whatever the value. `applied`: bits
-    /// HAL_CAMERA_AUTO_* of what was on, plus those, shifted by HAL_CAMERA_AUTO_STILL, of what
+    /// Switches everything off that the camera sets automatically, whatever the value. `applied`:
+    /// bits HAL_CAMERA_AUTO_* of what was on, plus those, shifted by HAL_CAMERA_AUTO_STILL, of what
     /// cannot be switched off.
     HAL_CAMERA_AUTOMATIC_OFF,
 };

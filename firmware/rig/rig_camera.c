@@ -121,7 +121,7 @@ uint16_t rig_camera_gain_of(int32_t part) {
                       (part * span + RIG_CAMERA_PARTS / 2) / RIG_CAMERA_PARTS);
 }
 
-// What a camera sets by itself is off from now on: it must not change between two frames.
+// What a camera sets automatically is off from now on: it must not change between two frames.
 static void switch_automatic_off(struct rig *self, unsigned side) {
     static const struct {
         unsigned bit;

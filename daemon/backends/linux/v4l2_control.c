@@ -28,7 +28,7 @@ static const struct control controls[] = {
     [HAL_CAMERA_FOCUS_PART] = {V4L2_CID_FOCUS_ABSOLUTE, V4L2_CID_FOCUS_AUTO, 0, 0},
 };
 
-/// What a camera sets by itself, in the order of HAL_CAMERA_AUTO_*.
+/// What a camera sets automatically, in the order of HAL_CAMERA_AUTO_*.
 static const struct {
     uint32_t id;
     int32_t off, also_off;
@@ -120,7 +120,7 @@ static int read_control(int fd, uint32_t id, int32_t *value) {
     return ERROR_OK;
 }
 
-/// Whether the camera sets this by itself. A camera without such a control does not.
+/// Whether the camera sets this automatically. A camera without such a control does not.
 static int read_automatic(int fd, size_t which, bool *on) {
     int32_t value = automatics[which].off;
     const int error = read_control(fd, automatics[which].id, &value);

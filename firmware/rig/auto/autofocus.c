@@ -316,8 +316,6 @@ static struct focus_search_options options_of(const struct focuser *self) {
         .tolerance = RESTS_WITHIN,
         .noise_ratio = 1,
         .region_px = region->width_px < region->height_px ? region->width_px : region->height_px,
-        .measure = self->options->measure,
-        .choice = self->options->choice,
     };
     double blur_px = 0;
     int32_t expected = 0, half_range = 0;
@@ -379,7 +377,7 @@ static void send_ahead(struct focuser *self) {
 static int begin_search(struct focuser *self, struct focus_search_options *options,
                         struct focus_event *event) {
     if (self->own_control) {
-        *options = focus_mover_options(self->rig, self->side, self->options);
+        *options = focus_mover_options(self->rig, self->side);
         event->position = focus_mover_position(self->rig, self->side);
         return ERROR_OK;
     }
@@ -402,6 +400,8 @@ static int search(struct focuser *self) {
     if (error != ERROR_OK) {
         return error;
     }
+    options.measure = self->options->measure;
+    options.choice = self->options->choice;
     self->focus->was_expected = options.expected_half_range > 0;
     struct focus_step step = focus_search_begin(machine, &options, event.position);
     send_ahead(self);

@@ -54,16 +54,13 @@ int focus_mover_go(struct rig *self, unsigned side, double position) {
                           &applied);
 }
 
-struct focus_search_options focus_mover_options(const struct rig *self, unsigned side,
-                                                const struct rig_autofocus_options *options) {
+struct focus_search_options focus_mover_options(const struct rig *self, unsigned side) {
     const struct rig_rectangle *region = &self->camera[side].focus.region_px;
     return (struct focus_search_options){
         .max = focus_mover_steps(self, side),
         .tolerance = 1,
         .counts_per_frame = 1,
         .noise_ratio = 1,
-        .measure = options->measure,
-        .choice = options->choice,
         .region_px = region->width_px < region->height_px ? region->width_px : region->height_px,
     };
 }

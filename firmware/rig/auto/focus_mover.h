@@ -4,7 +4,8 @@
 #ifndef VERGENCE_RIG_AUTO_FOCUS_MOVER_H
 #define VERGENCE_RIG_AUTO_FOCUS_MOVER_H
 
-#include "rig/auto/autofocus.h"
+#include "focus/focus_search.h"
+#include "rig/rig.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -22,8 +23,7 @@ double focus_mover_position(const struct rig *self, unsigned side);
 int focus_mover_go(struct rig *self, unsigned side, double position);
 
 /// What a search knows about such a lens: its range, and nothing else.
-struct focus_search_options focus_mover_options(const struct rig *self, unsigned side,
-                                                const struct rig_autofocus_options *options);
+struct focus_search_options focus_mover_options(const struct rig *self, unsigned side);
 
 /// Takes the step's frames at rest at a position, and adds them to the search.
 typedef int focus_mover_look(void *context, const struct focus_step *step, double position);

@@ -146,7 +146,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("bring-up switches off what cameras set by themselves, and logs it") {
+TEST_CASE("bring-up switches off what cameras set automatically, and logs it") {
     Bench bench;
     bench.left.automatic = HAL_CAMERA_AUTO_EXPOSURE | HAL_CAMERA_AUTO_FOCUS;
     bench.right.automatic = HAL_CAMERA_AUTO_WHITE_BALANCE | HAL_CAMERA_AUTO_GAIN |
