@@ -12,6 +12,7 @@ enum {
     PASS_SAMPLES = 30,
     NEAR_SAMPLES = 30,  // where the peak is expected
     NEAR_PASS_SAMPLES = 14,
+    NEAR_FRAMES = 3,   // on each side
     PEAK_SAMPLES = 8,  // that locate a peak
     PASSES = 3,
     STOPS = 5,
@@ -29,6 +30,8 @@ static const double significant[FOCUS_CHANNELS] = {
     [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
 // Curvature of a sweep, over its deviation: of a peak that is seen, and of a guess.
 static const double seen_curvature = 6, guessed_curvature = 1;
+// The peak of most textures falls clearly within this diameter.
+static const double near_blur_px = 4;
 // Of that width, as the positions are known with errors.
 static const double narrowest_part = 0.4;
 // A peak that is wider, in sizes of the region, comes from bright objects beside it.
@@ -149,7 +152,12 @@ static struct focus_step begin_cold(struct focus_search *self, double position) 
 
 static struct focus_step begin_near(struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
-    const double half = options->expected_half_range;
+    // Both flanks of the peak, with a few frames on each.
+    const double flank =
+        options->blur_per_count_px > 0 ? near_blur_px / options->blur_per_count_px : 0;
+    const double half = smaller((options->max - options->min) / 2,
+                                larger(options->expected_half_range,
+                                       larger(flank, NEAR_FRAMES * options->counts_per_frame)));
     self->near_only = true;
     self->sweep_end = within_range(self, options->expected - back(self) * half);
     self->phase = FOCUS_SEARCH_TO_START;
