@@ -417,7 +417,8 @@ static bool is_too_wide(const struct focus_search *self, const struct focus_peak
 
 // No subject's peak is narrower; flickering light makes such ones.
 static bool is_too_narrow(const struct focus_search *self, const struct focus_peak *peak) {
-    return peak->half_width * self->options.blur_per_count_px < narrowest_part * narrow_blur_px;
+    const double px = self->options.blur_per_count_px;
+    return px > 0 && peak->half_width * px < narrowest_part * narrow_blur_px;
 }
 
 static struct focus_range range_of(unsigned legs, enum focus_channel channel, double min,
