@@ -27,6 +27,8 @@ GUARDS = {
     "command/signals_test": ("tools/host", "tools/main_vergence.cpp"),
     "console/help_examples_test": ("daemon", "tools"),
     "console/noise_whole_test": ("daemon",),
+    "focus/scenes_test": ("firmware/device", "firmware/focus", "firmware/rig", "tests/focus",
+                          "tools/simrig/devices"),
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),
     "hdl/synthesis_test": ("fpga/rtl", "fpga/generated", "fpga/boards", "fpga/tools"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),

@@ -24,11 +24,11 @@ struct Limits {
     double sharp, no_contrast;  ///< least share of the textured and of the flat lenses
     double false_focused;       ///< largest share of all
     double right_blurs;         ///< least share
-    double factor;
+    double factor_p50, factor_p99;
 };
-constexpr Limits kLimits = {0.999, 1, 0, 0.95, 1};
+constexpr Limits kLimits = {0.999, 1, 0, 0.95, 1, 1};
 /// A little less than is reached, so that a change for the worse is seen in a few hundred scenes.
-constexpr Limits kShortLimits = {0.95, 0.9, 0.02, 0.8, 2};
+constexpr Limits kShortLimits = {0.95, 0.9, 0.02, 0.85, 2.3, 5.5};
 
 bool limits_hold(const std::vector<Result> &results, const Limits &limits);
 
