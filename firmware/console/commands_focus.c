@@ -10,7 +10,14 @@
 #include "rig/rig.h"
 #include "rig/rig_optics.h"
 
-enum { AUTOFOCUS_SIDE, AUTOFOCUS_REGION, AUTOFOCUS_MEASURE, AUTOFOCUS_PREFER, AUTOFOCUS_WHOLE };
+enum {
+    AUTOFOCUS_SIDE,
+    AUTOFOCUS_REGION,
+    AUTOFOCUS_MEASURE,
+    AUTOFOCUS_PREFER,
+    AUTOFOCUS_WHOLE,
+    AUTOFOCUS_CURVE
+};
 enum { PREFER_STRONGER, PREFER_NEAR, PREFER_FAR };
 
 // 0 within `value`, or ERROR_RANGE with a message.
@@ -55,7 +62,7 @@ static void put_focus(const struct command_call *call, unsigned side) {
     const struct rig_focus *focus = &call->rig->camera[side].focus;
     const struct focus_result *result = &focus->search.result;
     reply_group_begin(call, commands_side_name(side), false);
-    reply_text(call, "verdict", focus_verdict_text(result->verdict));
+    reply_text(call, "verdict", focus_search_text(&focus->search));
     const char *unit = focus_mover_steps(call->rig, side) > 0 ? "steps" : "counts";
     reply_number(call, "position", result->position, 1, unit);
     if (result->peak.height > 0) {
@@ -123,6 +130,7 @@ int commands_focus_auto(const struct command_call *call) {
     const unsigned sides = commands_sides(&values[AUTOFOCUS_SIDE]);
     struct rig_autofocus_options options = {
         .whole_range = command_is_set(&values[AUTOFOCUS_WHOLE]),
+        .curve_only = command_is_set(&values[AUTOFOCUS_CURVE]),
     };
     if (values[AUTOFOCUS_MEASURE].given) {
         options.measure = measures[values[AUTOFOCUS_MEASURE].choice];
@@ -139,7 +147,8 @@ int commands_focus_auto(const struct command_call *call) {
             put_focus(call, side);
         }
     }
-    return error != ERROR_OK ? error : sum_up(call, sides);
+    // A curve has been measured whatever it shows.
+    return error != ERROR_OK || options.curve_only ? error : sum_up(call, sides);
 }
 
 // ---- cameras with a focus control of their own

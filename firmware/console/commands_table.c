@@ -181,6 +181,9 @@ static const struct command_argument autofocus_arguments[] = {
     {.name = "whole",
      .kind = COMMAND_FLAG,
      .help = "search the whole range, whatever was learned before"},
+    {.name = "curve",
+     .kind = COMMAND_FLAG,
+     .help = "only sweep the whole range, then return to where the focus was"},
 };
 
 static const struct command_argument registers_arguments[] = {

@@ -61,6 +61,11 @@ const char *focus_verdict_text(enum focus_verdict verdict) {
     return texts[verdict];
 }
 
+const char *focus_search_text(const struct focus_search *self) {
+    const bool only_seen = self->options.curve_only && self->result.verdict == FOCUS_FOCUSED;
+    return only_seen ? "one peak" : focus_verdict_text(self->result.verdict);
+}
+
 const char *focus_verdict_help(enum focus_verdict verdict) {
     static const char *const texts[FOCUS_VERDICTS] = {
 #define FOCUS_VERDICT_HELP(name, text, help) help,
@@ -530,7 +535,7 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     }
     hump->at_edge = false;
     self->result.second.height = 0;
-    return approach(self, hump->position);
+    return options->curve_only ? give_back(self, verdict_of(self)) : approach(self, hump->position);
 }
 
 // The peak that is wanted first.
@@ -584,6 +589,12 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     }
     if (peak->at_edge && self->near_only && !is_at_end(self, peak->position)) {
         return begin_cold(self, event->position);
+    }
+    if (options->curve_only) {
+        const struct focus_range range =
+            range_of(1u << FOCUS_LEG_SWEEP, self->finder, options->min, options->max);
+        (void)focus_curve_fit(&self->curve, &range, peak);
+        return give_back(self, verdict_of(self));
     }
     if (options->counts_per_exposure > larger(smeared_counts, 1.5 * peak->half_width)) {
         return begin_stops(self);

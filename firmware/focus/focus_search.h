@@ -73,6 +73,7 @@ struct focus_search_options {
     double expected, expected_half_range;  ///< where the peak is expected; half range 0: not known
     enum focus_measure measure;            ///< of FOCUS_CHANNEL_CHOSEN
     enum focus_choice choice;
+    bool curve_only;  ///< sweep, then return to where the ring was
 };
 
 enum focus_step_kind {
@@ -138,6 +139,9 @@ struct focus_search {
     bool stopped;         ///< the peak was located at rest
     bool wide;            ///< it is too wide for a picture at rest to tell more
 };
+
+/// What was found, in words; of a curve only, "one peak" instead of "focused". Static storage.
+const char *focus_search_text(const struct focus_search *self);
 
 /// Starts a search from a position. The options must be within their ranges.
 struct focus_step focus_search_begin(struct focus_search *self,

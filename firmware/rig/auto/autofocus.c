@@ -402,6 +402,7 @@ static int search(struct focuser *self) {
     }
     options.measure = self->options->measure;
     options.choice = self->options->choice;
+    options.curve_only = self->options->curve_only;
     self->focus->was_expected = options.expected_half_range > 0;
     struct focus_step step = focus_search_begin(machine, &options, event.position);
     send_ahead(self);
@@ -416,10 +417,6 @@ static int search(struct focuser *self) {
         send_ahead(self);
     }
     return error;
-}
-
-static bool is_found(enum focus_verdict verdict) {
-    return verdict == FOCUS_FOCUSED || verdict == FOCUS_TWO_PEAKS;
 }
 
 static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus_options *options,
@@ -443,7 +440,8 @@ static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus
     focus->duration_ms = (uint32_t)((rig_now_us(rig) - self.begin_us) / US_PER_MS);
     focus->done = error == ERROR_OK;
     const struct focus_result *result = &focus->search.result;
-    if (focus->done && !self.own_control && is_found(result->verdict)) {
+    const bool found = result->verdict == FOCUS_FOCUSED || result->verdict == FOCUS_TWO_PEAKS;
+    if (focus->done && found && !self.own_control && !options->curve_only) {
         (void)rig_optics_learn_focus(rig, side, (int32_t)lround(result->peak.position * Q4),
                                      (uint16_t)fmin(result->peak.deviation * Q4 + 1, UINT16_MAX),
                                      0);
