@@ -203,6 +203,9 @@ static const struct config_key keys[] = {
         "longest time between frames of cameras that do not report it"),
     RIG("skew_limit", skew_limit_us, 1, 60000000, MS_IN_US,
         "longest time between the two frames of a pair"),
+    RIG("mains", mains_hz, 0, 100, HZ,
+        "frequency of the mains: autoexpose prefers exposures of whole half periods, in which its "
+        "lamps do not flicker; 0 Hz: constant light"),
     RIG_YES("trigger", trigger,
             "whether a pulse of trigger_line triggers each pair; both cameras have ports of their "
             "own and are set to external trigger. Not with a bridge, whose sensors run freely"),

@@ -31,6 +31,7 @@ static const struct {
     [QUANTITY_US] = {"us", 1, false},
     [QUANTITY_MS_IN_US] = {"ms", 1000, false},
     [QUANTITY_PULSE] = {"us", 16, false},
+    [QUANTITY_HZ] = {"Hz", 1, false},
     [QUANTITY_MHZ] = {"MHz", 1e6, false},
     [QUANTITY_ANGLE] = {"deg", URAD_PER_DEG, true},
     [QUANTITY_TURN_RATE] = {"deg/s", URAD_PER_DEG, true},

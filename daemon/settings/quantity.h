@@ -25,6 +25,7 @@ enum quantity {
     QUANTITY_US,            ///< us
     QUANTITY_MS_IN_US,      ///< ms; us
     QUANTITY_PULSE,         ///< us; 1/16 us
+    QUANTITY_HZ,            ///< Hz; the same
     QUANTITY_MHZ,           ///< MHz; Hz
     QUANTITY_ANGLE,         ///< deg; urad
     QUANTITY_TURN_RATE,     ///< deg/s; urad/s

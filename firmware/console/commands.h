@@ -71,6 +71,7 @@ int commands_focus_auto(const struct command_call *call);
 unsigned commands_focus_controls(const struct command_call *call, unsigned sides);
 /// As commands_lens_focus, for such sides.
 int commands_focus_control(const struct command_call *call, unsigned sides);
+int commands_exposure_auto(const struct command_call *call);
 
 int commands_registers_run(const struct command_call *call);
 /// Adds the names of the registers of the chosen device.

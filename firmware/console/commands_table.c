@@ -15,13 +15,13 @@
         .help = "camera; default: both"                                    \
     }
 
-#define REGION_OPTION                                                                        \
+#define REGION_OPTION(usual)                                                                 \
     {                                                                                        \
         .name = "region", .kind = COMMAND_NUMBER, .unit = "px", .min = 0, .max = UINT16_MAX, \
         .count = 4, .separator = ',', .value_name = "X,Y,W,H",                               \
         .help =                                                                              \
             "part of the sensor to look at: column and row of its corner, "                  \
-            "width, height; default: 100 x 100 px in the middle"                             \
+            "width, height; default: " usual                                                 \
     }
 
 #define ANGLE_VALUE .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180
@@ -169,7 +169,7 @@ static const struct command_argument window_arguments[] = {
 
 static const struct command_argument autofocus_arguments[] = {
     SIDE_OPTION,
-    REGION_OPTION,
+    REGION_OPTION("100 x 100 px in the middle"),
     {.name = "measure",
      .kind = COMMAND_CHOICE,
      .choices = "variance normalized tenengrad laplacian",
@@ -184,6 +184,25 @@ static const struct command_argument autofocus_arguments[] = {
     {.name = "curve",
      .kind = COMMAND_FLAG,
      .help = "only sweep the whole range, then return to where the focus was"},
+};
+
+static const struct command_argument autoexpose_arguments[] = {
+    SIDE_OPTION,
+    REGION_OPTION("the whole window"),
+    {.name = "target",
+     .kind = COMMAND_NUMBER,
+     .unit = "%",
+     .min = 1,
+     .max = 90,
+     .value_name = "PERCENT",
+     .help = "mean of green in the range from black to full scale; default: 50"},
+    {.name = "whites",
+     .kind = COMMAND_FLAG,
+     .help = "the brightest 1 % stays at or below 80 %: for the white fields of a calibration "
+             "board; default: no"},
+    {.name = "iris",
+     .kind = COMMAND_FLAG,
+     .help = "whether the iris may move, if nothing else is left; default: yes"},
 };
 
 static const struct command_argument registers_arguments[] = {
@@ -309,6 +328,19 @@ static const struct command commands[] = {
      .argument_count = COUNT(gain_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_MOVES,
      .run = commands_camera_gain},
+    {.name = "autoexpose",
+     .summary = "find exposure and gain",
+     .help = "Example: autoexpose region=974,718,100,100. Changes the exposure first, to multiples "
+             "of half the mains period where possible (setting rig.mains) and no longer than pairs "
+             "allow (rig.skew_limit), then the gain up to 8, and the iris last. At most 0.1 % of "
+             "the pixels saturate. The right camera becomes as bright as the left one in the field "
+             "that both see: the region, or without one the middle half of the field. The reply "
+             "says what limits the brightness: the target, highlights, whites, or a lack of light. "
+             "After an error or a cancellation exposure and gain are as before.",
+     .arguments = autoexpose_arguments,
+     .argument_count = COUNT(autoexpose_arguments),
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .run = commands_exposure_auto},
     {.name = "window",
      .summary = "set the window of the sensors, or show the frame size",
      .help =

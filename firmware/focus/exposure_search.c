@@ -16,7 +16,7 @@ static const double high_goal = 0.95;
 // Settings within this are as good as exact; those limited by their brightest 0.1 %, which are few
 // and noisy, if they are not further below.
 static const double close_enough = 0.02, high_close_enough = 0.05;
-static const double exact_enough = 0.01;
+static const double exact_enough = 0.01, equal_enough = 0.004;
 // The best of all measurements is a result if it is not further off; and if brighter ones were
 // saturated, so that the light is steady, if it is not further than this.
 static const double usable = 0.1, usable_if_steady = 0.5;
@@ -25,7 +25,7 @@ static const double mains_slack = 1.0 / 16;
 // Below this a mean is as much offset as light: the next setting is only a guess.
 static const double mean_min = 0.001, mean_good = 0.004;
 // Of an iris that is not known: f/1.6 to f/16 over its travel.
-static const double iris_range = 100;
+static const double default_iris_range = 100;
 static const double iris_margin = 1.25;
 // After a move the light is uncertain by this much, and rather too dark.
 static const double iris_caution = 0.5;
@@ -126,6 +126,32 @@ void exposure_setting_for(const struct exposure_limits *limits, double product_u
     INVARIANT(least >= 0 && setting->gain_q3 >= limits->gain_min_q3);
 }
 
+void exposure_setting_like(const struct exposure_limits *limits, double product_us,
+                           const struct exposure_setting *like, struct exposure_setting *setting) {
+    const double wanted_us = clamped(product_us, product_min(limits), product_max(limits));
+    const unsigned first_q3 = least_gain(limits, wanted_us);
+    double least = -1;
+    setting->iris = like->iris;
+    if (like->gain_q3 >= first_q3) {
+        setting->gain_q3 = like->gain_q3;
+        setting->exposure_us =
+            (uint32_t)(exposure_at(limits, wanted_us, gain_of(like->gain_q3), &least) + 0.5);
+    }
+    const unsigned last_q3 = 2 * (like->gain_q3 > first_q3 ? like->gain_q3 : first_q3);
+    for (unsigned gain_q3 = first_q3; (least < 0 || least > equal_enough) &&
+                                      gain_q3 <= limits->gain_max_q3 && gain_q3 <= last_q3;
+         gain_q3 = next_gain(gain_q3)) {
+        double off = 0;
+        const double possible_us = exposure_at(limits, wanted_us, gain_of((uint16_t)gain_q3), &off);
+        if (least < 0 || off < least) {
+            least = off;
+            setting->exposure_us = (uint32_t)(possible_us + 0.5);
+            setting->gain_q3 = (uint16_t)gain_q3;
+        }
+    }
+    INVARIANT(least >= 0);
+}
+
 static int32_t within(int32_t value, int32_t a, int32_t b) {
     const int32_t min = a < b ? a : b, max = a < b ? b : a;
     return value < min ? min : value > max ? max : value;
@@ -156,7 +182,10 @@ void exposure_search_begin(struct exposure_search *self, const struct exposure_l
     *self = (struct exposure_search){.limits = *limits, .target = *target, .exponent = 1};
     self->best.off = -1;
     const int32_t travel = limits->iris_open - limits->iris_closed;
-    self->iris_log = travel != 0 ? math_log(iris_range) / travel : 0;
+    if (self->limits.iris_range <= 1) {
+        self->limits.iris_range = default_iris_range;
+    }
+    self->iris_log = travel != 0 ? math_log(self->limits.iris_range) / travel : 0;
     const uint32_t exposure_us = start->exposure_us < limits->min_us   ? limits->min_us
                                  : start->exposure_us > limits->max_us ? limits->max_us
                                                                        : start->exposure_us;
@@ -166,6 +195,19 @@ void exposure_search_begin(struct exposure_search *self, const struct exposure_l
         .iris = within(start->iris, limits->iris_closed, limits->iris_open),
     };
     *first = self->tried[0];
+}
+
+void exposure_search_adapt(struct exposure_search *self, uint32_t nearest_us, bool is_limit) {
+    struct exposure_setting *now = &self->tried[self->steps];
+    INVARIANT(nearest_us > 0);
+    if (is_limit && nearest_us < now->exposure_us) {
+        self->limits.max_us = nearest_us;
+        self->limits.min_us = nearest_us < self->limits.min_us ? nearest_us : self->limits.min_us;
+    } else if (is_limit) {
+        self->limits.min_us = nearest_us;
+        self->limits.max_us = nearest_us > self->limits.max_us ? nearest_us : self->limits.max_us;
+    }
+    now->exposure_us = nearest_us;
 }
 
 static bool is_saturated(const struct exposure_search *self) {
@@ -196,10 +238,11 @@ static double factor_of(struct exposure_search *self) {
 }
 
 static void learn_iris(struct exposure_search *self, double log_light, double moved) {
-    const double usual = math_log(iris_range) / (self->limits.iris_open - self->limits.iris_closed);
-    const double ratio = log_light / moved / usual;
+    const double assumed =
+        math_log(self->limits.iris_range) / (self->limits.iris_open - self->limits.iris_closed);
+    const double ratio = log_light / moved / assumed;
     if (ratio > 0.25 && ratio < 4) {
-        self->iris_log = ratio * usual;
+        self->iris_log = ratio * assumed;
     }
 }
 
@@ -284,29 +327,29 @@ static double comfortable(const struct exposure_search *self, int rows) {
 }
 
 // Too dark at the largest exposure x gain, so that the iris opens. Guesses first go to that limit.
-static bool is_iris_too_small(const struct exposure_search *self, int32_t iris, double product_us,
+static bool is_iris_too_small(const struct exposure_search *self, int32_t iris, double asked_us,
                               double wanted_us) {
     const double max_us = product_max(&self->limits);
     return iris != self->limits.iris_open && wanted_us > max_us * (1 + close_enough) &&
-           (!is_guess(self) || product_us >= max_us * (1 - close_enough));
+           (!is_guess(self) || asked_us >= max_us * (1 - close_enough));
 }
 
-static bool is_iris_too_large(const struct exposure_search *self, int32_t iris, double product_us,
+static bool is_iris_too_large(const struct exposure_search *self, int32_t iris, double asked_us,
                               double wanted_us) {
     const double min_us = product_min(&self->limits);
     return iris != self->limits.iris_closed && wanted_us < min_us * (1 - close_enough) &&
-           (!is_guess(self) || product_us <= min_us * (1 + close_enough));
+           (!is_guess(self) || asked_us <= min_us * (1 + close_enough));
 }
 
 // The exposure x gain to try next, after moving the iris if nothing else is left.
 static double next_product(struct exposure_search *self, struct exposure_setting *setting,
-                           double product_us, double wanted_us) {
+                           double asked_us, double wanted_us) {
     const double fine_us = comfortable(self, COMFORTABLE_ROWS);
-    if (is_iris_too_small(self, setting->iris, product_us, wanted_us)) {
+    if (is_iris_too_small(self, setting->iris, asked_us, wanted_us)) {
         const double factor = wanted_us / product_max(&self->limits) * iris_margin;
         return iris_caution * wanted_us / move_iris(self, setting, factor);
     }
-    if (is_iris_too_large(self, setting->iris, product_us, wanted_us)) {
+    if (is_iris_too_large(self, setting->iris, asked_us, wanted_us)) {
         self->iris_closed = true;
         return iris_caution * wanted_us / move_iris(self, setting, wanted_us / fine_us);
     }
@@ -345,10 +388,10 @@ static bool is_usable(const struct exposure_search *self) {
 }
 
 // Why there is no result.
-static enum exposure_verdict failure_of(const struct exposure_search *self, double product_us,
+static enum exposure_verdict failure_of(const struct exposure_search *self, double asked_us,
                                         double wanted_us) {
     const double min_us = product_min(&self->limits), max_us = product_max(&self->limits);
-    const bool at_min = product_us <= min_us * (1 + usable);
+    const bool at_min = asked_us <= min_us * (1 + usable);
     if (wanted_us < min_us * (1 - usable) || (is_saturated(self) && at_min)) {
         return EXPOSURE_TOO_BRIGHT;
     }
@@ -357,9 +400,9 @@ static enum exposure_verdict failure_of(const struct exposure_search *self, doub
 
 // Nothing new is left to try: at a limit, between two steps, or after too many changes of the
 // light.
-static enum exposure_verdict end(struct exposure_search *self, double product_us, double wanted_us,
+static enum exposure_verdict end(struct exposure_search *self, double asked_us, double wanted_us,
                                  struct exposure_setting *setting) {
-    const enum exposure_verdict failure = failure_of(self, product_us, wanted_us);
+    const enum exposure_verdict failure = failure_of(self, asked_us, wanted_us);
     const bool between_steps =
         failure == EXPOSURE_UNSTEADY && self->best.off >= 0 && self->steps < EXPOSURE_STEPS_MAX;
     if (!is_usable(self) && !between_steps) {
@@ -391,9 +434,10 @@ enum exposure_verdict exposure_search_next(struct exposure_search *self,
         return EXPOSURE_FOUND;
     }
     struct exposure_setting next = now;
-    exposure_setting_for(&self->limits, next_product(self, &next, product_us, wanted_us), &next);
+    exposure_setting_for(&self->limits, next_product(self, &next, product_of(&now), wanted_us),
+                         &next);
     if (was_tried(self, &next) || self->steps == EXPOSURE_STEPS_MAX) {
-        return end(self, product_us, wanted_us, setting);
+        return end(self, product_of(&now), wanted_us, setting);
     }
     self->tried[self->steps] = next;
     *setting = next;

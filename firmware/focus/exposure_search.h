@@ -46,6 +46,7 @@ struct exposure_limits {
     uint32_t mains_half_us;             ///< half of the mains period; 0: the light is constant
     uint16_t gain_min_q3, gain_max_q3;  ///< in steps of 1, above 32 of 2
     int32_t iris_closed, iris_open;     ///< counts; equal: the iris has no motor
+    double iris_range;                  ///< open over closed, in light; 0: not known
     bool linear;                        ///< values are proportional to light
 };
 
@@ -104,10 +105,19 @@ struct exposure_search {
 void exposure_setting_for(const struct exposure_limits *limits, double product_us,
                           struct exposure_setting *setting);
 
+/// The setting for an exposure x gain in us that differs least from `like`, of a camera that is to
+/// be as bright as another one: its gain if possible, at most twice that.
+void exposure_setting_like(const struct exposure_limits *limits, double product_us,
+                           const struct exposure_setting *like, struct exposure_setting *setting);
+
 /// Begins. `first` is `start` within the limits: to be set and measured.
 void exposure_search_begin(struct exposure_search *self, const struct exposure_limits *limits,
                            const struct exposure_target *target,
                            const struct exposure_setting *start, struct exposure_setting *first);
+
+/// The camera has accepted only this exposure in place of that of the last setting: nearest is a
+/// limit of its range if `is_limit`, else a step of its own.
+void exposure_search_adapt(struct exposure_search *self, uint32_t nearest_us, bool is_limit);
 
 /// Takes what was measured with the last setting. `real_us`: the exposure that the frames had,
 /// which may differ a little from the setting. EXPOSURE_GOING: `setting` is to be measured next,

@@ -67,8 +67,9 @@ int rig_camera_check_size(struct rig *self, unsigned side, const struct raw_imag
 /// The error ERROR_FRAME, with its message, of the second frame in a row that had faults.
 int rig_camera_torn(struct rig *self, unsigned side, uint32_t faults);
 
-/// Sets exposure or gain of a camera, whatever the state of the rig.
-int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us);
+/// Sets exposure or gain of a camera, whatever the state of the rig. `*applied_us` as rig_exposure.
+int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us,
+                            uint32_t *applied_us);
 int rig_camera_set_gain(struct rig *self, unsigned side, uint16_t gain_q3);
 
 /// Handles the result of a settings change of a sensor behind the bridge: makes the rig safe after

@@ -266,7 +266,8 @@ static int end_own_port(struct rig *self, const struct rig_region *region) {
     const bool safe = self->state != RIG_READY;
     int error = ERROR_OK;
     if (exposure_us != 0 && exposure_us != rig_camera_exposure_us(self, side)) {
-        error = rig_camera_set_exposure(self, side, exposure_us);
+        uint32_t applied_us = 0;
+        error = rig_camera_set_exposure(self, side, exposure_us, &applied_us);
     }
     if (error == ERROR_OK) {
         camera->exposure_us = region->exposure_us;

@@ -54,6 +54,7 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
                           ? ERROR_UNSUPPORTED
                           : camera->operations->control(camera->self, which, value, &nearest);
     if (error == ERROR_UNSUPPORTED || error == ERROR_RANGE) {
+        *applied = error == ERROR_RANGE && can_be(which, nearest) ? nearest : *applied;
         return refuse_control(self, part, error, which, (const int32_t[]){value, nearest});
     }
     rig_part_used(self, part, error);
@@ -76,11 +77,13 @@ static int control(struct rig *self, unsigned side, enum hal_camera_control whic
     return ERROR_OK;
 }
 
-int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us) {
+int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_us,
+                            uint32_t *applied_us) {
     if (!self->profile.bridge) {
-        int32_t applied = 0;
+        int32_t applied = (int32_t)*applied_us;
         const int error =
             control(self, side, HAL_CAMERA_EXPOSURE_US, (int32_t)exposure_us, &applied);
+        *applied_us = (uint32_t)applied;
         if (error == ERROR_OK) {
             self->camera[side].exposure_us = (uint32_t)applied;
             self->camera[side].initial_exposure_us = 0;
@@ -94,7 +97,9 @@ int rig_camera_set_exposure(struct rig *self, unsigned side, uint32_t exposure_u
     const uint64_t before_us = rig_camera_frame_us(self, side);
     error = mt9t001_set_shutter(sensor, mt9t001_rows_for(&timing, exposure_us));
     rig_camera_note_exposure(self, side);
-    return rig_camera_sensor_was_set(self, side, before_us, error);
+    error = rig_camera_sensor_was_set(self, side, before_us, error);
+    *applied_us = error == ERROR_OK ? self->camera[side].exposure_us : *applied_us;
+    return error;
 }
 
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us) {
@@ -110,8 +115,7 @@ int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_
     }
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
-            error = rig_camera_set_exposure(self, side, exposure_us);
-            *applied_us = error == ERROR_OK ? self->camera[side].exposure_us : *applied_us;
+            error = rig_camera_set_exposure(self, side, exposure_us, applied_us);
         }
     }
     return error;

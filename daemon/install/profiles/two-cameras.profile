@@ -188,6 +188,10 @@ frame_interval = 200 ms
 # longest time between the two frames of a pair (0.001 to 60000 ms)
 skew_limit = 50 ms
 
+# frequency of the mains: autoexpose prefers exposures of whole half periods, in which its lamps
+# do not flicker; 0 Hz: constant light (0 to 100 Hz)
+mains = 50 Hz
+
 # whether a pulse of trigger_line triggers each pair; both cameras have ports of their own and are
 # set to external trigger. Not with a bridge, whose sensors run freely (no yes)
 trigger = no

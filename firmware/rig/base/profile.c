@@ -26,6 +26,7 @@ enum {
     SKEW_IN_TURN_US = 1000000,
     SKEW_AT_ONCE_US = 50000,
     TRIGGER_US = 1000,
+    MAINS_HZ = 50,
 };
 
 static struct rig_profile two_cameras(void) {
@@ -34,6 +35,7 @@ static struct rig_profile two_cameras(void) {
                                 .height_px = WEBCAM_HEIGHT_PX,
                                 .frame_us = WEBCAM_FRAME_US,
                                 .skew_limit_us = SKEW_AT_ONCE_US,
+                                .mains_hz = MAINS_HZ,
                                 .trigger_us = TRIGGER_US};
 }
 
@@ -122,6 +124,7 @@ static struct rig_profile full_rig(void) {
         .height_px = MT9T001_HEIGHT_PX,
         .frame_us = WEBCAM_FRAME_US,
         .skew_limit_us = SKEW_IN_TURN_US,
+        .mains_hz = MAINS_HZ,
     };
     set_default_lenses(&profile);
     profile.optics = rainbow_h10x85();

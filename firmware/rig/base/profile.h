@@ -54,6 +54,7 @@ struct rig_profile {
     uint16_t width_px, height_px;  ///< full frames
     uint32_t frame_us;             ///< longest time between frames of cameras without a known rate
     uint32_t skew_limit_us;        ///< between the two frames of a pair
+    uint8_t mains_hz;              ///< its lamps flicker at twice this; 0: constant light
 
     bool trigger;         ///< cameras with ports of their own expose on the pulse of a line
     uint32_t trigger_us;  ///< length of that pulse

@@ -34,6 +34,7 @@ enum {
     // The trigger inputs of such cameras detect this reliably.
     TRIGGER_MIN_US = 100,
     TRIGGER_MAX_US = 1000000,
+    MAINS_MAX_HZ = 100,
     FOCAL_LENGTH_MAX_UM = 1000000,
     FOCUS_NEAREST_MAX_UM = 100000000,
     F_NUMBER_MAX = 64000,
@@ -74,6 +75,7 @@ static int check_frames(const struct rig_profile *profile,
         {profile->height_px, {"height", SIZE_MIN_PX, height_px, .causes = {cause}, .even = true}},
         {profile->frame_us, {"frame_interval", FRAME_MIN_US, FRAME_MAX_US, .causes = {NULL}}},
         {profile->skew_limit_us, {"skew_limit", 1, FRAME_MAX_US, .causes = {NULL}}},
+        {profile->mains_hz, {"mains", 0, MAINS_MAX_HZ, .causes = {NULL}}},
     };
     return CHECK(limits, profile_error);
 }

@@ -25,7 +25,7 @@ constexpr double kFullWell = 8500, kReadNoise = 8;
 constexpr int kBlack = 42;
 constexpr double kMainsHalfUs = 10000;
 // Of the whole array of a sensor with 48 MHz.
-constexpr exposure_limits kLimits = {53313, 6896, 46, 240000, 10000, 8, 64, 300, 850, true};
+constexpr exposure_limits kLimits = {53313, 6896, 46, 240000, 10000, 8, 64, 300, 850, 0, true};
 
 // Light of each pixel in parts of a white surface, and its figures.
 struct Scene {
@@ -358,6 +358,25 @@ TEST_CASE("a cap on the lens is too dark, the sun too bright, with and without a
         CHECK(bright.setting.exposure_us == limits.min_us);
         CHECK(bright.setting.gain_q3 == limits.gain_min_q3);
         CHECK(bright.setting.iris == limits.iris_closed);
+    }
+}
+
+TEST_CASE("a second camera gets the gain of the first where its exposure can be as fine") {
+    for (double product_us = 46; product_us < 1.9e6; product_us *= 1.07) {
+        for (const double ratio : {0.8, 0.95, 1.03, 1.2}) {
+            exposure_setting like = {0, 0, 700}, setting = {0, 0, 0};
+            exposure_setting_for(&kLimits, product_us, &like);
+            const double wanted_us =
+                std::clamp(like.exposure_us * like.gain_q3 / 8.0 * ratio, 46.5, 1.9e6);
+            exposure_setting_like(&kLimits, wanted_us, &like, &setting);
+            INFO(wanted_us << " us: " << setting.exposure_us << " us, gain " << setting.gain_q3);
+            CHECK(setting.iris == like.iris);
+            const double real_us = setting.exposure_us * setting.gain_q3 / 8.0;
+            const double step = like.exposure_us < 2000 ? 0.08 : 0.01;
+            CHECK(std::abs(real_us / wanted_us - 1) <= step);
+            CHECK((like.exposure_us < 8000 || setting.gain_q3 == like.gain_q3 ||
+                   setting.exposure_us > 200000));
+        }
     }
 }
 
