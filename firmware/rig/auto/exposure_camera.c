@@ -243,7 +243,8 @@ int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
                             const struct exposure_setting *setting, struct exposure_light *light) {
     const uint32_t half_us = mains_half_us(&job->rig->profile);
     const uint32_t periods = job->field == EXPOSURE_SHARED_FIELD ? SHARED_PERIODS : 1;
-    uint64_t first_us = 0;
+    const uint64_t whole_us = 2 * (uint64_t)half_us * periods;
+    uint64_t first_us = 0, last_us = 0;
     bool again = true;
     for (int i = 0; again && i < FRAMES_MAX; i++) {
         struct rig_region_frame frame;
@@ -263,9 +264,12 @@ int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
         }
         add(job, &frame.image);
         raw_image_release(&frame.image);
-        // Shorter exposures see lamps on the mains at one moment: whole periods are averaged.
+        // Shorter exposures see lamps on the mains at one moment: whole periods are averaged,
+        // without the frame that begins the next one.
+        const uint64_t step_us = i > 0 ? frame.exposed_us - last_us : 0;
+        last_us = frame.exposed_us;
         again = exposure_us + exposure_us / 8 < half_us &&
-                frame.exposed_us - first_us + exposure_us < 2 * half_us * periods;
+                last_us - first_us + step_us + step_us / 2 < whole_us;
     }
     light->measure = exposure_histogram_end(&job->all);
     light->shared = exposure_histogram_end(&job->shared).mean;
