@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/server/daemon.h"
+#include "daemon/session/last_pair.h"
 
 #define COMMANDS_DECLARE(name) const struct command *commands_##name##_table(size_t *count);
 COMMAND_MODULES(COMMANDS_DECLARE)
@@ -51,6 +52,9 @@ int command_give(const struct command_call *call, const char *line,
 /// restore = yes, and the answer reports the outcome. 0, even if nothing was restored;
 /// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
 int commands_settings_bringup(const struct command_call *call);
+
+/// Adds what `capture` reports of a pair to its answer.
+void pair_reply_put(const struct command_call *call, const struct captured_pair *captured);
 
 /// Adds the current recording, if there is one, to the answer of `status`. The rig's thread only.
 void commands_session_put_state(const struct command_call *call);

@@ -111,65 +111,6 @@ static int begin_session(const struct command_call *call, const struct command_v
     return beginning.error;
 }
 
-static void put_picture(const struct command_call *call, const struct pair_frame *frame) {
-    const struct picture_stats *picture = &frame->picture;
-    INVARIANT(frame->has_picture);
-    reply_number(call, "brightness", picture->brightness_permille / 10.0, 1, "%");
-    reply_number(call, "saturated", picture->saturated_permille / 10.0, 1, "%");
-    reply_number(call, "black", picture->black_permille / 10.0, 1, "%");
-    reply_number(call, "sharpness", picture->sharpness_permille / 10.0, 1, "%");
-}
-
-/// What a frame was merged from.
-static void put_parts(const struct command_call *call, const struct pair_frame *frame) {
-    if (frame->parts == 0) {
-        return;
-    }
-    reply_group_begin(call, "merged", true);
-    for (int i = 0; i < frame->parts; i++) {
-        const struct pair_part *part = &frame->part[i];
-        reply_group_begin(call, NULL, false);
-        reply_number(call, "frames", part->frames, 0, NULL);
-        if (part->exposure_us != 0) {
-            reply_number(call, "exposure", part->exposure_us, 0, "us");
-        }
-        if (part->gain_q3 != 0) {
-            reply_number(call, "gain", part->gain_q3 / 8.0, 3, NULL);
-        }
-        reply_group_end(call);
-    }
-    reply_group_end(call);
-}
-
-static void put_pair(const struct command_call *call, const struct captured_pair *captured) {
-    const struct pair *pair = &captured->pair;
-    if (captured->in_session) {
-        reply_text(call, "session", captured->name);
-    }
-    reply_number(call, "pair", pair->number, 0, NULL);
-    reply_number(call, "skew", (double)pair->skew_us, 0, "us");
-    if (pair->checked) {
-        reply_number(call, "change", pair->change_permille / 10.0, 1, "%");
-    }
-    for (int side = 0; side < RIG_SIDES; side++) {
-        const struct pair_frame *frame = &pair->frame[side];
-        reply_group_begin(call, rig_side_names[side], false);
-        reply_number(call, "width", frame->image.width_px, 0, "px");
-        reply_number(call, "height", frame->image.height_px, 0, "px");
-        reply_number(call, "sequence", frame->sequence, 0, NULL);
-        // 0: not set since bring-up, so the camera decides.
-        if (frame->exposure_us != 0) {
-            reply_number(call, "exposure", frame->exposure_us, 0, "us");
-        }
-        if (frame->gain_q3 != 0) {
-            reply_number(call, "gain", frame->gain_q3 / 8.0, 3, NULL);
-        }
-        put_parts(call, frame);
-        put_picture(call, frame);
-        reply_group_end(call);
-    }
-}
-
 /// A write to the session, as a job for the disk writer, and its outcome.
 struct writing {
     struct session *session;
@@ -309,7 +250,7 @@ static int take_pair(const struct command_call *call, const struct pair_options 
         pair_release(captured->pair.frame);
         return error;
     }
-    put_pair(call, captured);
+    pair_reply_put(call, captured);
     *kept = true;
     last_pair_set(&daemon_of(call)->last_pair, captured);
     return mismatch;
@@ -538,9 +479,9 @@ static const struct command commands[] = {
          "scene at rest into one of 16 bits with less noise, of all cameras or of those behind a "
          "bridge; they take the left camera's frames, then the right one's, and fail if anything "
          "moved meanwhile. A bracket begins with the present exposure, or a shorter one if more "
-         "than 0.1 % is saturated, and grows until the dark parts have an eighth of the range, at "
-         "most 8 times from one exposure to the next; the exposure is the present one again "
-         "afterwards.",
+         "than 0.3 % is saturated, and grows until the dark parts have an eighth of the range, by "
+         "2 to 8 times from one exposure to the next; the exposure is the present one again "
+         "afterwards. Where lamps flicker it should be a multiple of half the mains period.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

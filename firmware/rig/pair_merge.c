@@ -8,7 +8,6 @@
 #include "rig/base/rig_error.h"
 
 enum {
-    FACTOR_ONE_Q4 = 16,
     BLACK_MAX = 127,  // of a register, which is external data; half the range of 8 bits
 };
 
@@ -93,10 +92,6 @@ static int take(struct merging *self, unsigned side, struct pair_frame *frame) {
     return error;
 }
 
-static uint64_t factored(uint64_t exposure_us, unsigned factor_q4) {
-    return (exposure_us * factor_q4 + FACTOR_ONE_Q4 / 2) / FACTOR_ONE_Q4;
-}
-
 // Takes the first frame, at the first of the exposures. That of the left camera at the present
 // exposure decides which these are.
 static int take_first(struct merging *self, unsigned side, struct pair_frame *frame) {
@@ -111,9 +106,8 @@ static int take_first(struct merging *self, unsigned side, struct pair_frame *fr
         self->bracket = merge_bracket_for(&frame->image, self->plan.black, self->options->bracket);
     }
     if (brackets && self->bracket.shorter) {
-        INVARIANT(self->bracket.factor_q4 > FACTOR_ONE_Q4);
-        error = set_exposure(self, side,
-                             (uint64_t)exposure_us * FACTOR_ONE_Q4 / self->bracket.factor_q4);
+        INVARIANT(self->bracket.factor > 1);
+        error = set_exposure(self, side, exposure_us / self->bracket.factor);
     } else if (side == RIG_LEFT) {
         return ERROR_OK;  // this frame is the first one
     }
@@ -161,7 +155,7 @@ static int add_frames(struct merging *self, unsigned side, struct merge_exposure
             return ERROR_OK;
         }
         if (self->options->bracket != 0) {
-            exposure_us = factored(exposure_us, self->bracket.factor_q4);
+            exposure_us *= self->bracket.factor;
             error = set_exposure(self, side, exposure_us);
         }
         error = error == ERROR_OK ? take(self, side, frame) : error;
@@ -175,7 +169,7 @@ static struct merge_exposure last_exposure(const struct merging *self,
                                            const struct pair_frame *frame) {
     uint64_t exposure_us = frame->exposure_us;
     for (unsigned i = 1; self->options->bracket != 0 && i < self->options->bracket; i++) {
-        exposure_us = factored(exposure_us, self->bracket.factor_q4);
+        exposure_us *= self->bracket.factor;
     }
     return (struct merge_exposure){
         (uint32_t)(exposure_us < RIG_EXPOSURE_MAX_US ? exposure_us : RIG_EXPOSURE_MAX_US),

@@ -295,8 +295,15 @@ TEST_CASE("a pair of version 1 has no image statistics, one of version 2 may hav
     CHECK(event->pair.frame[RIG_LEFT].picture.sharpness_permille == 1000);
     CHECK(!event->pair.frame[RIG_RIGHT].has_picture);
     CHECK(parses("window=0,0,1 left_picture=1,2,3,4", "picture=1,2,3,4"));
-    for (const std::string wrong : {"picture=1,2,3", "picture=1,2,3,4,5", "picture=1,2,3,1001",
-                                    "picture=1,2,3,04", "picture=1,2,3,4 left_window=0,0,1"}) {
+    CHECK(event->pair.frame[RIG_LEFT].parts == 0);
+    CHECK(parses("picture=1,2,3,4 left_merged=5000:8:1,20000:8:1", "merged=0:0:64"));
+    CHECK(event->pair.frame[RIG_LEFT].parts == 2);
+    CHECK(event->pair.frame[RIG_LEFT].part[1].exposure_us == 20000);
+    CHECK(event->pair.frame[RIG_RIGHT].part[0].frames == 64);
+    for (const std::string wrong :
+         {"picture=1,2,3", "picture=1,2,3,4,5", "picture=1,2,3,1001", "picture=1,2,3,04",
+          "picture=1,2,3,4 left_window=0,0,1", "merged=", "merged=1:8", "merged=1:8:0",
+          "merged=1:8:1,", "merged=1:8:01", "merged=1:1:1,2:1:1,3:1:1,4:1:1,5:1:1,6:1:1,7:1:1"}) {
         CAPTURE(wrong);
         CHECK(!parses(wrong, ""));
     }

@@ -75,6 +75,11 @@ inline void random_frame(Random &random, pair_frame &frame, std::vector<std::uin
             *share = static_cast<std::uint16_t>(upto(random, PICTURE_STATS_MAX_PERMILLE));
         }
     }
+    frame.parts = static_cast<std::uint8_t>(upto(random, PAIR_PARTS_MAX));
+    for (int i = 0; i < frame.parts; i++) {
+        frame.part[i] = {static_cast<std::uint32_t>(random()), static_cast<std::uint16_t>(random()),
+                         static_cast<std::uint16_t>(1 + upto(random, UINT16_MAX - 1))};
+    }
     frame.before = random_axes(random);
     frame.after = random_axes(random);
 }
@@ -99,6 +104,15 @@ inline bool same_axes(const pair_axes &a, const pair_axes &b) {
     return same;
 }
 
+inline bool same_parts(const pair_frame &a, const pair_frame &b) {
+    bool same = a.parts == b.parts;
+    for (int i = 0; same && i < a.parts; i++) {
+        same = a.part[i].exposure_us == b.part[i].exposure_us &&
+               a.part[i].gain_q3 == b.part[i].gain_q3 && a.part[i].frames == b.part[i].frames;
+    }
+    return same;
+}
+
 /// Whether two frames are equal except for their pixels.
 inline bool same_frame(const pair_frame &a, const pair_frame &b) {
     return a.image.width_px == b.image.width_px && a.image.height_px == b.image.height_px &&
@@ -108,7 +122,7 @@ inline bool same_frame(const pair_frame &a, const pair_frame &b) {
            same_axes(a.before, b.before) && same_axes(a.after, b.after) &&
            a.window.column_px == b.window.column_px && a.window.row_px == b.window.row_px &&
            a.window.skip == b.window.skip && a.has_picture == b.has_picture &&
-           std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0;
+           std::memcmp(&a.picture, &b.picture, sizeof a.picture) == 0 && same_parts(a, b);
 }
 
 /// Whether two images of one size and layout have the same pixels.

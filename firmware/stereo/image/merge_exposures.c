@@ -19,10 +19,10 @@ enum {
     SIGMAS = 5,
     OCTAVES = MERGE_BITS + 1,
     DARK_PARTS = 50,
-    SATURATED_PARTS = 1000,
+    SATURATED_PARTS = 333,
     USABLE_DARK_PARTS = 8,  // of the range
-    FACTOR_Q4_MIN = 32,
-    FACTOR_Q4_MAX = 128,
+    FACTOR_MIN = 2,
+    FACTOR_MAX = 8,
 };
 
 // From here on a value is saturated: a full well has a little less than the greatest value, and the
@@ -318,10 +318,11 @@ static unsigned octave_of(uint32_t light) {
     return octave;
 }
 
-static uint64_t power_q4(uint64_t factor_q4, unsigned steps) {
-    uint64_t power = 16;
-    for (unsigned i = 0; i < steps; i++) {
-        power = power * factor_q4 / 16;
+// At most FACTOR_MAX ^ 6 is of interest.
+static uint64_t power_of(uint64_t factor, unsigned steps) {
+    uint64_t power = 1;
+    for (unsigned i = 0; i < steps && power <= MERGE_RATIO_MAX; i++) {
+        power *= factor;
     }
     return power;
 }
@@ -346,13 +347,13 @@ struct merge_bracket merge_bracket_for(const struct raw_image *frame, uint16_t b
     INVARIANT(octave < OCTAVES);
     // The middle of the octave, times two.
     const uint64_t dark_q1 = octave == 0 ? 1 : (UINT64_C(3) << octave) / 2;
-    const uint64_t wanted_q4 = (uint64_t)(full - black) * 2 * 16 / USABLE_DARK_PARTS / dark_q1;
+    const uint64_t wanted = (uint64_t)(full - black) * 2 / USABLE_DARK_PARTS / dark_q1;
     const bool shorter = saturated * SATURATED_PARTS > values;
     const unsigned steps = exposures - 1 - (shorter ? 1 : 0);
-    uint16_t factor_q4 = FACTOR_Q4_MIN;
-    while (factor_q4 < FACTOR_Q4_MAX && power_q4(factor_q4, steps) < wanted_q4 && steps > 0) {
-        factor_q4++;
+    uint8_t factor = FACTOR_MIN;
+    while (steps > 0 && factor < FACTOR_MAX && power_of(factor, steps) < wanted) {
+        factor++;
     }
-    // The longest exposure at the shortest's usual place needs no steps.
-    return (struct merge_bracket){steps > 0 ? factor_q4 : FACTOR_Q4_MAX / 2, shorter};
+    // Two exposures, of which the longer one is the frame's, have no such wish.
+    return (struct merge_bracket){steps > 0 ? factor : FACTOR_MAX / 2, shorter};
 }

@@ -100,13 +100,15 @@ uint32_t merge_exposures_changed(const struct merge_plan *plan, const struct raw
 
 /// Exposures for a scene, as seen from one frame of it.
 struct merge_bracket {
-    uint16_t factor_q4;  ///< from one exposure to the next, 2 .. 8
-    bool shorter;        ///< the first one is shorter than that of the frame by this factor
+    uint8_t factor;  ///< from one exposure to the next, 2 .. 8
+    bool shorter;    ///< the first one is shorter than that of the frame by this factor
 };
 
 /// Chooses `exposures` (at least 2) of them so that the darkest 2 % of the pixels have an eighth of
-/// the range in the longest one, as far as eight times from one to the next allow. If more than one
-/// in a thousand is saturated in the frame, the first exposure is shorter; else it is the frame's.
+/// the range in the longest one, as far as eight times from one to the next allow. If more than
+/// three in a thousand are saturated in the frame, the first exposure is shorter; else it is the
+/// frame's. Factors are whole numbers: if one exposure is a multiple of half the mains period, so
+/// are all longer ones.
 struct merge_bracket merge_bracket_for(const struct raw_image *frame, uint16_t black,
                                        unsigned exposures);
 
