@@ -32,7 +32,9 @@ objects:
 REGION = "region=1000,740,48,48"
 
 
-class BadInput(DaemonTest):
+class BadInputTest(DaemonTest):
+    """A print before both cameras, a wall and a sun aside, and what must be after an error."""
+
     @classmethod
     def begin_rig(cls):
         cls.scene = os.path.join(cls.folder, "scene.yaml")
@@ -81,6 +83,8 @@ class BadInput(DaemonTest):
     def assert_rest(self):
         self.assertNotIn("lens_moves: true", self.control("status"))
 
+
+class FocusBadInput(BadInputTest):
     def assert_focuses(self):
         """What was wrong has gone: the next search finds the print."""
         answer = self.user.ask_json(f"autofocus side=left {REGION}")
