@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "core/invariant.h"
+#include "focus/focus_find.h"
 
 enum {
     SWEEP_SAMPLES = 150,     // most of a sweep
@@ -21,21 +22,10 @@ enum {
 
 // A fine texture's sharpness falls to half at this diameter of the blur, in each direction.
 static const double narrow_blur_px = 2;
-// Contrast of a subject, as rms: a part of the noise of one value, and of the brightness. A quarter
-// of its square is enough where the peak is seen in passing.
-static const double noise_part = 0.9, relative_contrast = 0.01;
-// Peaks stand out by this many deviations of the curve. Flickering light and bright objects beside
-// the region mislead the variance more than gradients.
-static const double significant[FOCUS_CHANNELS] = {
-    [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
 // Curvature of a sweep, over its deviation: of a peak that is seen, and of a guess.
 static const double seen_curvature = 6, guessed_curvature = 1;
 // The peak of most textures falls clearly within this diameter.
 static const double near_blur_px = 4;
-// Of that width, as the positions are known with errors.
-static const double narrowest_part = 0.4;
-// A peak that is wider, in sizes of the region, comes from bright objects beside it.
-static const double widest_regions = 2;
 // A ring that moves by more during an exposure, and by more than the peak is wide, is measured at
 // rest.
 static const double smeared_counts = 4;
@@ -45,8 +35,6 @@ static const double sharp_px = 1;
 static const double same_part = 0.85, changed_part = 0.5;
 // The height of a peak, and what is seen of it at rest, are known to this part.
 static const double height_deviation = 0.03;
-// A measure that locates the top within this part of what is good enough needs no help.
-static const double located_part = 0.25;
 // Of the distance from the peak that is good enough, as it is known with errors: an approach that
 // is accepted, and the last one if none was.
 static const double accepted_part = 0.65, missed_part = 1.5;
@@ -274,7 +262,6 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
 }
 
 static struct focus_step begin_stops(struct focus_search *self);
-
 // Whether the peak is so near to an end of the range that approaches cannot reach it.
 static bool is_near_end(const struct focus_search *self, double *end_counts) {
     const struct focus_search_options *options = &self->options;
@@ -383,134 +370,7 @@ static struct focus_step pass(struct focus_search *self) {
     return sweep(self, FOCUS_LEG_PASS, to, spacing);
 }
 
-// ---- what the curve shows
-
-// White noise of variance 1 in a channel's unit.
-static double unit_of(const struct focus_search *self, enum focus_channel channel) {
-    static const double units[FOCUS_MEASURES] = {[FOCUS_VARIANCE] = 1,
-                                                 [FOCUS_NORMALIZED_VARIANCE] = 1,
-                                                 [FOCUS_TENENGRAD] = 24,
-                                                 [FOCUS_LAPLACIAN] = 20};
-    return units[channel == FOCUS_CHANNEL_TENENGRAD   ? FOCUS_TENENGRAD
-                 : channel == FOCUS_CHANNEL_LAPLACIAN ? FOCUS_LAPLACIAN
-                                                      : self->options.measure];
-}
-
-// The least relative variance of a subject.
-static double contrast_min(const struct focus_search *self) {
-    double noise = 0;
-    for (unsigned i = 0; i < self->curve.count; i++) {
-        noise = larger(noise, self->curve.samples[i].noise);
-    }
-    return larger(noise_part * noise_part * noise / self->options.noise_ratio,
-                  relative_contrast * relative_contrast);
-}
-
-static bool has_contrast(const struct focus_search *self, enum focus_channel channel,
-                         const struct focus_peak *peak, double part) {
-    const double least = part * contrast_min(self) * unit_of(self, channel);
-    // A short sweep hardly shows the floor.
-    const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
-    return peak->height - peak->floor >= larger(least, significant[channel] * noise);
-}
-
-// Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
-static bool is_too_wide(const struct focus_search *self, const struct focus_peak *peak) {
-    const double blur_px = 2 * peak->half_width * self->options.blur_per_count_px;
-    return self->options.region_px > 0 && blur_px > widest_regions * self->options.region_px;
-}
-
-// No subject's peak is narrower; flickering light makes such ones.
-static bool is_too_narrow(const struct focus_search *self, const struct focus_peak *peak) {
-    const double px = self->options.blur_per_count_px;
-    return px > 0 && peak->half_width * px < narrowest_part * narrow_blur_px;
-}
-
-static struct focus_range range_of(unsigned legs, enum focus_channel channel, double min,
-                                   double max) {
-    return (struct focus_range){legs, channel, (float)min, (float)max};
-}
-
-// Floors and noises of all channels, from the sweep.
-static void learn_floors(struct focus_search *self) {
-    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
-        const struct focus_range range =
-            range_of(1u << FOCUS_LEG_SWEEP, (enum focus_channel)channel, self->options.min,
-                     self->options.max);
-        struct focus_peak peaks[2] = {{.floor = 0}};
-        (void)focus_curve_peaks(&self->curve, &range, peaks);
-        self->floors[channel] = peaks[0].floor;
-        self->noises[channel] = focus_curve_noise(&self->curve, &range);
-    }
-}
-
-// The finest measures first.
-static const enum focus_channel finest[FOCUS_CHANNELS] = {
-    FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD, FOCUS_CHANNEL_CHOSEN};
-
-// The highest peak in a channel, above the floor of the sweep.
-static bool peak_in(const struct focus_search *self, const struct focus_range *range,
-                    struct focus_peak *peak) {
-    struct focus_peak found[2];
-    if (focus_curve_peaks(&self->curve, range, found) == 0) {
-        return false;
-    }
-    *peak = found[0];
-    peak->floor = smaller(peak->floor, self->floors[range->channel]);
-    return true;
-}
-
-// Locates the top of a peak by the finest measure that stands out from its noise and locates it
-// well, or else the one that locates it best.
-static bool locate(struct focus_search *self, unsigned leg, double min, double max,
-                   struct focus_peak *peak) {
-    double best = INFINITY;
-    for (int i = 0; i < FOCUS_CHANNELS && best > located_part * good_counts(self); i++) {
-        const struct focus_range range = range_of(1u << leg, finest[i], min, max);
-        struct focus_peak found;
-        if (!peak_in(self, &range, &found) || !has_contrast(self, finest[i], &found, 0) ||
-            !focus_curve_fit(&self->curve, &range, &found) || is_too_narrow(self, &found)) {
-            continue;
-        }
-        if (found.deviation < best) {
-            best = found.deviation;
-            self->channel = finest[i];
-            *peak = found;
-        }
-    }
-    return best < INFINITY;
-}
-
-// Whether any measure sees a subject here.
-static bool is_subject(const struct focus_search *self, unsigned leg, double min, double max) {
-    for (int i = 0; i < FOCUS_CHANNELS; i++) {
-        const struct focus_range range = range_of(1u << leg, finest[i], min, max);
-        struct focus_peak peak;
-        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 1) &&
-            !is_too_narrow(self, &peak)) {
-            return true;
-        }
-    }
-    return false;
-}
-
-// A wide peak, by the measure that locates it best.
-static bool is_hump(struct focus_search *self, double least, struct focus_peak *peak) {
-    bool found = false;
-    for (int i = 0; i < FOCUS_CHANNELS; i++) {
-        const struct focus_range range =
-            range_of(1u << FOCUS_LEG_SWEEP, finest[i], self->options.min, self->options.max);
-        struct focus_peak hump;
-        if (focus_curve_hump(&self->curve, &range, least, &hump) &&
-            hump.height >= contrast_min(self) * unit_of(self, finest[i]) &&
-            !is_too_wide(self, &hump) && (!found || hump.deviation < peak->deviation)) {
-            found = true;
-            self->channel = finest[i];
-            *peak = hump;
-        }
-    }
-    return found;
-}
+// ---- after the sweep
 
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
                                  const struct focus_peak *peak) {
@@ -520,12 +380,12 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     if (self->near_only) {
         return begin_cold(self, event->position);
     }
-    self->wide = is_hump(self, seen_curvature, hump);
+    self->wide = focus_find_hump(self, seen_curvature, hump);
     // Texture everywhere, and no lens position that blurs it much: the best guess.
     if (!self->wide && blur_px < 4 * sharp_px &&
-        peak->floor > 4 * contrast_min(self) * unit_of(self, self->finder)) {
+        peak->floor > 4 * focus_find_least(self, self->finder)) {
         self->wide = true;
-        if (!is_hump(self, guessed_curvature, hump)) {
+        if (!focus_find_hump(self, guessed_curvature, hump)) {
             hump->position = (options->min + options->max) / 2;
             hump->deviation = (options->max - options->min) / 4;
         }
@@ -538,50 +398,12 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     return options->curve_only ? give_back(self, verdict_of(self)) : approach(self, hump->position);
 }
 
-// The peak that is wanted first.
-static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
-    const bool nearer = peaks[1].position > peaks[0].position;
-    const bool second = self->options.choice == FOCUS_NEARER    ? nearer
-                        : self->options.choice == FOCUS_FARTHER ? !nearer
-                                                                : false;
-    self->result.second = second ? peaks[0] : peaks[1];
-    return second ? 1 : 0;
-}
-
-// The finest measure that sees a peak; false: none does.
-static bool choose_finder(struct focus_search *self) {
-    for (int i = 0; i < FOCUS_CHANNELS; i++) {
-        const struct focus_range range =
-            range_of(1u << FOCUS_LEG_SWEEP, finest[i], self->options.min, self->options.max);
-        struct focus_peak peak;
-        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 0.25) &&
-            !is_too_wide(self, &peak)) {
-            self->finder = finest[i];
-            return true;
-        }
-    }
-    self->finder = FOCUS_CHANNEL_CHOSEN;
-    return false;
-}
-
-// The highest peak of the sweep, or the one that was asked for.
-static unsigned sweep_peaks(struct focus_search *self, struct focus_peak *peak) {
-    const struct focus_range range =
-        range_of(1u << FOCUS_LEG_SWEEP, self->finder, self->options.min, self->options.max);
-    struct focus_peak peaks[2];
-    const unsigned count = focus_curve_peaks(&self->curve, &range, peaks);
-    if (count > 0) {
-        *peak = peaks[count == 2 ? choose(self, peaks) : 0];
-    }
-    return count;
-}
-
 static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
     const struct focus_search_options *options = &self->options;
     struct focus_peak *peak = &self->result.peak;
-    learn_floors(self);
-    const bool found = choose_finder(self);
-    if (sweep_peaks(self, peak) == 0) {
+    focus_find_learn(self);
+    const bool found = focus_find_choose(self);
+    if (focus_find_peaks(self, peak) == 0) {
         return give_back(self, FOCUS_NO_CONTRAST);
     }
     if (!found) {
@@ -592,7 +414,7 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     }
     if (options->curve_only) {
         const struct focus_range range =
-            range_of(1u << FOCUS_LEG_SWEEP, self->finder, options->min, options->max);
+            focus_find_range(1u << FOCUS_LEG_SWEEP, self->finder, options->min, options->max);
         (void)focus_curve_fit(&self->curve, &range, peak);
         return give_back(self, verdict_of(self));
     }
@@ -603,8 +425,9 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     const double near = larger(2 * peak->half_width, 2 * self->spacing);
     struct focus_peak top;
     if (same_way && peak->samples >= PEAK_SAMPLES &&
-        is_subject(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near) &&
-        locate(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near, &top) &&
+        focus_find_subject(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near) &&
+        focus_find_top(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near,
+                       good_counts(self), &top) &&
         top.samples >= PEAK_SAMPLES) {
         *peak = top;
         return approach(self, top.position);
@@ -618,7 +441,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     const struct focus_search_options *options = &self->options;
     const double beyond = options->run_up;
     const struct focus_range range =
-        range_of(1u << leg, self->finder, self->pass_min - beyond, self->pass_max + beyond);
+        focus_find_range(1u << leg, self->finder, self->pass_min - beyond, self->pass_max + beyond);
     struct focus_peak peaks[2];
     if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
         return give_back(self, FOCUS_SCENE_CHANGED);
@@ -626,11 +449,11 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
     peak.floor = smaller(self->floors[self->finder], peak.floor);
-    if (!is_subject(self, leg, range.min, range.max)) {
+    if (!focus_find_subject(self, leg, range.min, range.max)) {
         return no_peak(self, event, &peak);
     }
     self->channel = self->finder;
-    const bool fits = locate(self, leg, range.min, range.max, &peak);
+    const bool fits = focus_find_top(self, leg, range.min, range.max, good_counts(self), &peak);
     self->result.peak = peak;
     if (peak.at_edge && !is_at_end(self, peak.position) && self->passes < PASSES) {
         return leg == FOCUS_LEG_REST ? begin_stops(self)

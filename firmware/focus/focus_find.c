@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "focus/focus_find.h"
+
+#include <math.h>
+
+// A fine texture's sharpness falls to half at this diameter of the blur, in each direction.
+static const double narrow_blur_px = 2;
+// Contrast of a subject, as rms: a part of the noise of one value, and of the brightness. A quarter
+// of its square is enough where the peak is seen in passing.
+static const double noise_part = 0.9, relative_contrast = 0.01;
+// Peaks stand out by this many deviations of the curve. Flickering light and bright objects beside
+// the region mislead the variance more than gradients.
+static const double significant[FOCUS_CHANNELS] = {
+    [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
+// Of that width, as the positions are known with errors.
+static const double narrowest_part = 0.4;
+// A peak that is wider, in sizes of the region, comes from bright objects beside it.
+static const double widest_regions = 2;
+// A measure that locates the top within this part of what is good enough needs no help.
+static const double located_part = 0.25;
+
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+// White noise of variance 1 in a channel's unit.
+static double unit_of(const struct focus_search *self, enum focus_channel channel) {
+    static const double units[FOCUS_MEASURES] = {[FOCUS_VARIANCE] = 1,
+                                                 [FOCUS_NORMALIZED_VARIANCE] = 1,
+                                                 [FOCUS_TENENGRAD] = 24,
+                                                 [FOCUS_LAPLACIAN] = 20};
+    return units[channel == FOCUS_CHANNEL_TENENGRAD   ? FOCUS_TENENGRAD
+                 : channel == FOCUS_CHANNEL_LAPLACIAN ? FOCUS_LAPLACIAN
+                                                      : self->options.measure];
+}
+
+// The least relative variance of a subject.
+static double contrast_min(const struct focus_search *self) {
+    double noise = 0;
+    for (unsigned i = 0; i < self->curve.count; i++) {
+        noise = larger(noise, self->curve.samples[i].noise);
+    }
+    return larger(noise_part * noise_part * noise / self->options.noise_ratio,
+                  relative_contrast * relative_contrast);
+}
+
+static bool has_contrast(const struct focus_search *self, enum focus_channel channel,
+                         const struct focus_peak *peak, double part) {
+    const double least = part * contrast_min(self) * unit_of(self, channel);
+    // A short sweep hardly shows the floor.
+    const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
+    return peak->height - peak->floor >= larger(least, significant[channel] * noise);
+}
+
+// Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
+static bool is_too_wide(const struct focus_search *self, const struct focus_peak *peak) {
+    const double blur_px = 2 * peak->half_width * self->options.blur_per_count_px;
+    return self->options.region_px > 0 && blur_px > widest_regions * self->options.region_px;
+}
+
+// No subject's peak is narrower; flickering light makes such ones.
+static bool is_too_narrow(const struct focus_search *self, const struct focus_peak *peak) {
+    const double px = self->options.blur_per_count_px;
+    return px > 0 && peak->half_width * px < narrowest_part * narrow_blur_px;
+}
+
+struct focus_range focus_find_range(unsigned legs, enum focus_channel channel, double min,
+                                    double max) {
+    return (struct focus_range){legs, channel, (float)min, (float)max};
+}
+
+void focus_find_learn(struct focus_search *self) {
+    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+        const struct focus_range range =
+            focus_find_range(1u << FOCUS_LEG_SWEEP, (enum focus_channel)channel, self->options.min,
+                             self->options.max);
+        struct focus_peak peaks[2] = {{.floor = 0}};
+        (void)focus_curve_peaks(&self->curve, &range, peaks);
+        self->floors[channel] = peaks[0].floor;
+        self->noises[channel] = focus_curve_noise(&self->curve, &range);
+    }
+}
+
+// The finest measures first.
+static const enum focus_channel finest[FOCUS_CHANNELS] = {
+    FOCUS_CHANNEL_LAPLACIAN, FOCUS_CHANNEL_TENENGRAD, FOCUS_CHANNEL_CHOSEN};
+
+// The highest peak in a channel, above the floor of the sweep.
+static bool peak_in(const struct focus_search *self, const struct focus_range *range,
+                    struct focus_peak *peak) {
+    struct focus_peak found[2];
+    if (focus_curve_peaks(&self->curve, range, found) == 0) {
+        return false;
+    }
+    *peak = found[0];
+    peak->floor = smaller(peak->floor, self->floors[range->channel]);
+    return true;
+}
+
+bool focus_find_top(struct focus_search *self, unsigned leg, double min, double max, double good,
+                    struct focus_peak *peak) {
+    double best = INFINITY;
+    for (int i = 0; i < FOCUS_CHANNELS && best > located_part * good; i++) {
+        const struct focus_range range = focus_find_range(1u << leg, finest[i], min, max);
+        struct focus_peak found;
+        if (!peak_in(self, &range, &found) || !has_contrast(self, finest[i], &found, 0) ||
+            !focus_curve_fit(&self->curve, &range, &found) || is_too_narrow(self, &found)) {
+            continue;
+        }
+        if (found.deviation < best) {
+            best = found.deviation;
+            self->channel = finest[i];
+            *peak = found;
+        }
+    }
+    return best < INFINITY;
+}
+
+bool focus_find_subject(const struct focus_search *self, unsigned leg, double min, double max) {
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = focus_find_range(1u << leg, finest[i], min, max);
+        struct focus_peak peak;
+        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 1) &&
+            !is_too_narrow(self, &peak)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak) {
+    bool found = false;
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = focus_find_range(1u << FOCUS_LEG_SWEEP, finest[i],
+                                                          self->options.min, self->options.max);
+        struct focus_peak hump;
+        if (focus_curve_hump(&self->curve, &range, least, &hump) &&
+            hump.height >= contrast_min(self) * unit_of(self, finest[i]) &&
+            !is_too_wide(self, &hump) && (!found || hump.deviation < peak->deviation)) {
+            found = true;
+            self->channel = finest[i];
+            *peak = hump;
+        }
+    }
+    return found;
+}
+
+// The peak that is wanted first.
+static unsigned choose(struct focus_search *self, struct focus_peak peaks[2]) {
+    const bool nearer = peaks[1].position > peaks[0].position;
+    const bool second = self->options.choice == FOCUS_NEARER    ? nearer
+                        : self->options.choice == FOCUS_FARTHER ? !nearer
+                                                                : false;
+    self->result.second = second ? peaks[0] : peaks[1];
+    return second ? 1 : 0;
+}
+
+bool focus_find_choose(struct focus_search *self) {
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = focus_find_range(1u << FOCUS_LEG_SWEEP, finest[i],
+                                                          self->options.min, self->options.max);
+        struct focus_peak peak;
+        if (peak_in(self, &range, &peak) && has_contrast(self, finest[i], &peak, 0.25) &&
+            !is_too_wide(self, &peak)) {
+            self->finder = finest[i];
+            return true;
+        }
+    }
+    self->finder = FOCUS_CHANNEL_CHOSEN;
+    return false;
+}
+
+unsigned focus_find_peaks(struct focus_search *self, struct focus_peak *peak) {
+    const struct focus_range range =
+        focus_find_range(1u << FOCUS_LEG_SWEEP, self->finder, self->options.min, self->options.max);
+    struct focus_peak peaks[2];
+    const unsigned count = focus_curve_peaks(&self->curve, &range, peaks);
+    if (count > 0) {
+        *peak = peaks[count == 2 ? choose(self, peaks) : 0];
+    }
+    return count;
+}
+
+double focus_find_least(const struct focus_search *self, enum focus_channel channel) {
+    return contrast_min(self) * unit_of(self, channel);
+}

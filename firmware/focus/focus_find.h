@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the curve of a search shows: whether there is a subject, and where. For focus_search.c
+/// only, which decides what to do about it.
+#ifndef VERGENCE_FOCUS_FOCUS_FIND_H
+#define VERGENCE_FOCUS_FOCUS_FIND_H
+
+#include "focus/focus_search.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Samples of these legs (bits 1 << enum focus_leg) in a channel.
+struct focus_range focus_find_range(unsigned legs, enum focus_channel channel, double min,
+                                    double max);
+
+/// Learns floors and noises of all channels from the sweep.
+void focus_find_learn(struct focus_search *self);
+
+/// Least contrast of a subject in a channel, in its unit.
+double focus_find_least(const struct focus_search *self, enum focus_channel channel);
+
+/// Chooses the finest measure that sees a peak in the sweep as `finder`; false: none does.
+bool focus_find_choose(struct focus_search *self);
+
+/// The highest peak of the sweep, or the one that was asked for; the other one is `second` of the
+/// result. Returns their number.
+unsigned focus_find_peaks(struct focus_search *self, struct focus_peak *peak);
+
+/// Whether any measure sees a subject in samples of a leg.
+bool focus_find_subject(const struct focus_search *self, unsigned leg, double min, double max);
+
+/// Locates the top of a peak by the finest measure that stands out from its noise and locates it
+/// well for `good` counts, or else the one that locates it best; it is then `channel`. False: none
+/// does.
+bool focus_find_top(struct focus_search *self, unsigned leg, double min, double max, double good,
+                    struct focus_peak *peak);
+
+/// Locates a wide peak of the sweep by the measure that does it best, which is then `channel`.
+/// `least`: curvature over its standard deviation.
+bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
