@@ -330,13 +330,14 @@ static const struct command commands[] = {
      .run = commands_camera_gain},
     {.name = "autoexpose",
      .summary = "find exposure and gain",
-     .help = "Example: autoexpose region=974,718,100,100. Changes the exposure first, to multiples "
-             "of half the mains period where possible (setting rig.mains) and no longer than pairs "
-             "allow (rig.skew_limit), then the gain up to 8, and the iris last. At most 0.1 % of "
-             "the pixels saturate. The right camera becomes as bright as the left one in the field "
-             "that both see: the region, or without one the middle half of the field. The reply "
-             "says what limits the brightness: the target, highlights, whites, or a lack of light. "
-             "After an error or a cancellation exposure and gain are as before.",
+     .help =
+         "Example: autoexpose region=974,718,100,100. Changes the exposure first, to multiples "
+         "of half the mains period where possible (setting rig.mains) and no longer than pairs "
+         "allow (rig.skew_limit), then the gain up to 8, and the iris last. At most 0.1 % of "
+         "the pixels saturate. The right camera becomes as bright as the left one in the field "
+         "that both see: the region, or without one the middle half of the field. The reply "
+         "says what limits the brightness: the target, highlights, whites, or too little light. "
+         "After an error or a cancellation exposure and gain are as before.",
      .arguments = autoexpose_arguments,
      .argument_count = COUNT(autoexpose_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

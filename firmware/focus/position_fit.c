@@ -181,6 +181,26 @@ static double interpolate(const struct position_sample *a, const struct position
     return a->counts + share * way;
 }
 
+// The line through readings before and after a time whose error is least, if there is one.
+static void fit_lines(const struct position_sample *good, unsigned kept, unsigned after,
+                      uint64_t time_us, double *position, double *error) {
+    const unsigned before = after == 0 ? 0 : after - 1;
+    const unsigned first =
+        before + 1 > POSITION_FIT_NEIGHBOURS ? before + 1 - POSITION_FIT_NEIGHBOURS : 0;
+    double least = HUGE_VAL;
+    for (unsigned begin = first; begin <= before; begin++) {
+        for (unsigned end = after; end < kept && end < after + POSITION_FIT_NEIGHBOURS; end++) {
+            double at, at_error;
+            if (end - begin + 1 >= LINE_MIN &&
+                fit_line(&good[begin], end - begin + 1, time_us, &at, &at_error) &&
+                at_error < least) {
+                least = *error = at_error;
+                *position = at;
+            }
+        }
+    }
+}
+
 int position_fit_at(const struct position_sample *samples, unsigned count, uint64_t time_us,
                     int32_t *position_q4, uint16_t *sigma_q4) {
     struct position_sample good[POSITION_FIT_MAX];
@@ -200,21 +220,9 @@ int position_fit_at(const struct position_sample *samples, unsigned count, uint6
     if (good[after].time_us - good[before].time_us > POSITION_FIT_GAP_US) {
         return ERROR_MISSING;
     }
-    double error, least = HUGE_VAL;
+    double error;
     double position = interpolate(&good[before], &good[after], time_us, &error);
-    const unsigned first =
-        before + 1 > POSITION_FIT_NEIGHBOURS ? before + 1 - POSITION_FIT_NEIGHBOURS : 0;
-    for (unsigned begin = first; begin <= before; begin++) {
-        for (unsigned end = after; end < kept && end < after + POSITION_FIT_NEIGHBOURS; end++) {
-            double at, at_error;
-            if (end - begin + 1 >= LINE_MIN &&
-                fit_line(&good[begin], end - begin + 1, time_us, &at, &at_error) &&
-                at_error < least) {
-                least = error = at_error;
-                position = at;
-            }
-        }
-    }
+    fit_lines(good, kept, after, time_us, &position, &error);
     result(position, error, position_q4, sigma_q4);
     return ERROR_OK;
 }

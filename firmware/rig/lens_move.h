@@ -33,7 +33,7 @@
 ///
 /// Measured with the simulated lenses of rigs/default.yaml (play 4, noise 1, drift 0.5 per hour), a
 /// tolerance of 3 and a slowest speed of 80; 10,000 moves of zoom and focus per row, p50/p99/max
-/// (VERGENCE_DRAWS=10000 motion_lens_figures_test, seed 20090915); "anew": LENS_MOVE_ALWAYS to the
+/// (VERGENCE_DRAWS=10000 motion_lens_figures_test, seed 20090915); "again": LENS_MOVE_ALWAYS to the
 /// present target:
 ///
 ///                          ring's error, counts   seconds            beyond the travel time
@@ -41,8 +41,8 @@
 ///   both lenses, up to 540 0.69  2.64  3.98       1.67  4.61  4.94   0.68  1.53  2.00
 ///   one lens, up to 20     0.58  2.33  3.34       0.83  1.00  1.65   0.79  0.93  1.59
 ///   both lenses, up to 20  0.64  2.49  4.26       1.45  1.65  2.45   1.40  1.55  2.37
-///   one lens, anew         0.59  2.35  3.16       0.83  0.93  3.58   0.83  0.93  3.58
-///   both lenses, anew      0.65  2.53  3.72       1.45  1.61  2.04   1.45  1.61  2.04
+///   one lens, again        0.59  2.35  3.16       0.83  0.93  3.58   0.83  0.93  3.58
+///   both lenses, again     0.65  2.53  3.72       1.45  1.61  2.04   1.45  1.61  2.04
 ///
 /// The error is that of the ring on the potentiometer's scale, on which it rests half the play
 /// above; a reading takes 56 ms, and both lenses share the line. Moves that do not wait for the
@@ -86,7 +86,7 @@ struct rig_lens_move {
 
 enum rig_lens_move_when {
     LENS_MOVE_IF_NEEDED,  ///< a lens that is at this target already, from the right side, stays
-    LENS_MOVE_ALWAYS,     ///< it approaches the target anew
+    LENS_MOVE_ALWAYS,     ///< it approaches the target again
     /// From either side, straight; done as soon as it is seen near the target or past it
     /// (LENS_MOVE_STEP_COUNTS), while the motor may still run: for ways on which another move
     /// follows.

@@ -324,6 +324,26 @@ static void take_previous(struct lens_mover *mover, uint64_t now_us) {
     mover->count = LENS_READ_MEDIAN - 1;
 }
 
+// Updates what the median of the last three readings says about the present leg.
+static void track_leg(struct rig *self, struct lens_mover *mover,
+                      const struct lens_reading *reading) {
+    mover->settled = is_at_goal(mover) && !reading->moving ? mover->settled + 1 : 0;
+    // The median of three readings is one reading late.
+    mover->settled_us = mover->settled == 2 ? reading->time_us : mover->settled_us;
+    if (reading->moving || distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
+        mover->mark = mover->middle;
+        mover->mark_us = rig_now_us(self);
+        mover->since_mark = 0;
+    }
+    record_way(mover);
+}
+
+// Two outliers among the first three readings can hide that it was above.
+static bool must_go_back(const struct lens_mover *mover) {
+    const bool above = mover->middle > mover->target + mover->settings->tolerance_counts;
+    return above && !mover->coarse && !mover->been_back && mover->waypoint < mover->target;
+}
+
 int lens_mover_take(struct rig *self, struct lens_mover *mover,
                     const struct lens_reading *reading) {
     INVARIANT(mover->phase != LENS_MOVER_ARRIVED && reading->time_us >= mover->since_us);
@@ -341,25 +361,12 @@ int lens_mover_take(struct rig *self, struct lens_mover *mover,
     if (mover->phase == LENS_MOVER_STARTING) {
         return start(self, mover);
     }
-    mover->settled = is_at_goal(mover) && !reading->moving ? mover->settled + 1 : 0;
-    // The median of three readings is one reading late.
-    mover->settled_us = mover->settled == 2 ? reading->time_us : mover->settled_us;
-    if (reading->moving || distance(mover->middle, mover->mark) >= LENS_MOVE_STEP_COUNTS) {
-        mover->mark = mover->middle;
-        mover->mark_us = rig_now_us(self);
-        mover->since_mark = 0;
-    }
-    record_way(mover);
-    // Two outliers among the first three readings can hide that it was above.
-    const bool above = mover->middle > mover->target + mover->settings->tolerance_counts;
+    track_leg(self, mover, reading);
     if (mover->coarse && is_near(mover, reading->moving)) {
         end_coarse(mover);
         return ERROR_OK;
     }
-    if (above && !mover->coarse && !mover->been_back && mover->waypoint < mover->target) {
-        return begin_approach(self, mover);
-    }
-    return assess(self, mover);
+    return must_go_back(mover) ? begin_approach(self, mover) : assess(self, mover);
 }
 
 bool lens_mover_is_under_way(const struct lens_mover *mover) {

@@ -159,7 +159,7 @@ class LensRig {
         return rig_lens_move_to(&rig, sides, axis, position);
     }
     /// The same, also to the present target.
-    int go_anew(unsigned sides, lens_axis axis, int32_t position) {
+    int go_again(unsigned sides, lens_axis axis, int32_t position) {
         rig_lens_move move{};
         int error = rig_lens_move_begin(&rig, &move, sides, axis, position, LENS_MOVE_ALWAYS);
         while (error == ERROR_OK && !rig_lens_move_done(&move)) {

@@ -51,7 +51,7 @@ Figures run(unsigned sides, int32_t furthest, uint64_t seed) {
         const int32_t step = int32_t(noise.next() % uint64_t(2 * furthest + 1)) - furthest;
         const int32_t target = std::clamp(at[axis] + step, 320, 840);
         const double begin_us = world.now_us();
-        REQUIRE((furthest == 0 ? lenses.go_anew(sides, axis, target)
+        REQUIRE((furthest == 0 ? lenses.go_again(sides, axis, target)
                                : lenses.go(sides, axis, target)) == ERROR_OK);
         const double took_s = (world.now_us() - begin_us) * 1e-6;
         figures.seconds.push_back(took_s);
@@ -103,6 +103,6 @@ TEST_CASE("arrival with the motors of the default rig") {
     row("both lenses, up to 540", 3, 540, seed + 1);
     row("one lens, up to 20", 1, 20, seed + 2);
     row("both lenses, up to 20", 3, 20, seed + 3);
-    row("one lens, anew", 1, 0, seed + 4);
-    row("both lenses, anew", 3, 0, seed + 5);
+    row("one lens, again", 1, 0, seed + 4);
+    row("both lenses, again", 3, 0, seed + 5);
 }

@@ -72,10 +72,10 @@ def green_of(out, name, pair):
     green = mosaic[0::2, 0::2].astype(float)
     if "merged" not in pair["left"]:
         return (green - SENSOR_BLACK) / (SENSOR_FULL - SENSOR_BLACK)
-    usual_us = float(json.loads(run_info(out))[0]["pairs"][0]["left"]["exposure_us"])
+    single_us = float(json.loads(run_info(out))[0]["pairs"][0]["left"]["exposure_us"])
     range_part = (SATURATED - SENSOR_BLACK) / (SENSOR_FULL - SENSOR_BLACK)
     return ((green - MERGE_BLACK) / (65535 - MERGE_BLACK) * range_part
-            * usual_us / pair["left"]["exposure"])
+            * single_us / pair["left"]["exposure"])
 
 
 def run_info(out):

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "rig/auto/focus_frame.h"
 #include "rig/auto/focus_mover.h"
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
@@ -30,11 +31,6 @@ enum {
     POSITION_DELAY_US = 400000,  // until the readings around a time have come
     PENDING_MAX = 128,
     RESTS_WITHIN = 2,  // counts
-    SENSOR_BITS = 10,
-    // The noise of the MT9T001 at gain 1, from its full well (8500 electrons in 981 steps of 10
-    // bits) and read noise (8 electrons).
-    SHOT_Q16 = 7560,
-    READ_Q8 = 240,
 };
 
 // The narrowest peak: a fine texture's sharpness falls to half at this diameter of the blur on each
@@ -80,34 +76,6 @@ static const struct lens_axis_settings *axis_of(const struct focuser *self) {
 
 // ---- frames
 
-static enum focus_plane plane_of(const struct raw_image *image) {
-    return image->layout == RAW_BAYER_GRBG ? FOCUS_GREEN
-           : image->layout == RAW_RGB      ? FOCUS_RGB_GREEN
-                                           : FOCUS_GREY;
-}
-
-static struct focus_sample measure(const struct focuser *self, const struct rig_region_frame *frame,
-                                   enum focus_leg leg) {
-    const struct raw_image *image = &frame->image;
-    const struct focus_window window = {
-        .values = image->data,
-        .stride = (size_t)image->stride,
-        .width_px = (uint16_t)image->width_px,
-        .height_px = (uint16_t)image->height_px,
-        .saturated = (uint16_t)((1u << image->bits) - 1),
-    };
-    const int fewer_bits = image->bits < SENSOR_BITS ? SENSOR_BITS - image->bits : 0;
-    const struct focus_noise unity = {frame->black, READ_Q8 >> 2 * fewer_bits,
-                                      SHOT_Q16 >> fewer_bits};
-    const bool is_factor = self->rig->profile.bridge && frame->gain_q3 > 0;
-    const struct focus_noise noise = focus_noise_at(&unity, is_factor ? frame->gain_q3 : 8);
-    struct focus_sample sample =
-        focus_sample_of(&window, plane_of(image), self->options->measure, &noise);
-    sample.time_ms = (uint32_t)((frame->exposed_us - self->begin_us) / US_PER_MS);
-    sample.leg = (uint8_t)leg;
-    return sample;
-}
-
 static int take(struct focuser *self, uint64_t not_before_us, enum focus_leg leg,
                 struct pending *taken) {
     struct rig_region_frame frame;
@@ -116,7 +84,9 @@ static int take(struct focuser *self, uint64_t not_before_us, enum focus_leg leg
         return error;
     }
     taken->exposed_us = frame.exposed_us;
-    taken->sample = measure(self, &frame, leg);
+    taken->sample = focus_frame_measure(&frame, self->options->measure, self->rig->profile.bridge);
+    taken->sample.time_ms = (uint32_t)((frame.exposed_us - self->begin_us) / US_PER_MS);
+    taken->sample.leg = (uint8_t)leg;
     self->focus->frames++;
     raw_image_release(&frame.image);
     return ERROR_OK;
@@ -186,11 +156,32 @@ static bool is_at(const struct focuser *self, double position) {
     return fabs(seen - position) <= axis_of(self)->tolerance_counts;
 }
 
-// Moves, with frames.
-static int sweep(struct focuser *self, const struct focus_step *step) {
+// Takes the frame of a sweep that is not exposed before `*next_us`, and sets that of the next one.
+static int take_next(struct focuser *self, const struct focus_step *step, uint64_t *next_us) {
     const uint64_t interval_us = (uint64_t)(step->spacing / self->counts_per_s * US_PER_S);
     const uint32_t exposure_us = self->rig->camera[self->side].exposure_us;
-    const uint64_t frame_us = exposure_us + FRAME_US;
+    struct pending *pending = &self->pending[self->waiting];
+    int error = ERROR_OK;
+    // The motor is watched while the frame is exposed.
+    while (error == ERROR_OK && !rig_lens_move_done(&self->move) &&
+           rig_now_us(self->rig) < *next_us + exposure_us) {
+        error = step_moves(self, *next_us + exposure_us);
+    }
+    if (error == ERROR_OK) {
+        error = take(self, *next_us, step->leg, pending);
+    }
+    if (error != ERROR_OK) {
+        return error;
+    }
+    // Of frames that come hardly faster, every one and not every second.
+    const bool every = interval_us < 3 * (uint64_t)(exposure_us + FRAME_US) / 2;
+    *next_us = pending->exposed_us + (every ? interval_us / 2 : interval_us) - exposure_us / 2;
+    self->waiting++;
+    return ERROR_OK;
+}
+
+// Moves, with frames.
+static int sweep(struct focuser *self, const struct focus_step *step) {
     uint64_t next_us = rig_now_us(self->rig);
     int error = begin_move(self, step->position, LENS_MOVE_COARSE);
     self->waiting = 0;
@@ -201,21 +192,8 @@ static int sweep(struct focuser *self, const struct focus_step *step) {
     while (error == ERROR_OK && !rig_lens_move_done(&self->move)) {
         const bool no_frame = is_at(self, step->position) || self->waiting == PENDING_MAX;
         error = step_moves(self, no_frame ? rig_now_us(self->rig) + RIG_POLL_US : 0);
-        // The motor is watched while the frame is exposed.
-        while (error == ERROR_OK && !no_frame && !rig_lens_move_done(&self->move) &&
-               rig_now_us(self->rig) < next_us + exposure_us) {
-            error = step_moves(self, next_us + exposure_us);
-        }
         if (error == ERROR_OK && !no_frame) {
-            struct pending *pending = &self->pending[self->waiting];
-            error = take(self, next_us, step->leg, pending);
-            if (error == ERROR_OK) {
-                // Of frames that come hardly faster, every one and not every second.
-                const uint64_t apart_us =
-                    interval_us < 3 * frame_us / 2 ? interval_us / 2 : interval_us;
-                next_us = pending->exposed_us + apart_us - exposure_us / 2;
-                self->waiting++;
-            }
+            error = take_next(self, step, &next_us);
         }
         resolve(self, step->spacing, false);
     }

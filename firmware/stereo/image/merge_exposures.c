@@ -327,12 +327,11 @@ static uint64_t power_of(uint64_t factor, unsigned steps) {
     return power;
 }
 
-struct merge_bracket merge_bracket_for(const struct raw_image *frame, uint16_t black,
-                                       unsigned exposures) {
+// Counts the values by octaves above black; returns the number of saturated ones.
+static uint64_t count_octaves(const struct raw_image *frame, uint16_t black,
+                              uint64_t counts[OCTAVES]) {
     const uint32_t full = full_of(frame);
-    const uint64_t values = merge_exposures_values(frame);
-    uint64_t counts[OCTAVES] = {0}, saturated = 0;
-    INVARIANT(exposures >= 2 && exposures <= MERGE_FRAMES_MAX && black < full);
+    uint64_t saturated = 0;
     for (int y = 0; y < frame->height_px; y++) {
         const uint16_t *row = raw_image_row(frame, y);
         for (size_t x = 0; x < raw_image_row_values(frame); x++) {
@@ -340,6 +339,16 @@ struct merge_bracket merge_bracket_for(const struct raw_image *frame, uint16_t b
             saturated += row[x] >= full;
         }
     }
+    return saturated;
+}
+
+struct merge_bracket merge_bracket_for(const struct raw_image *frame, uint16_t black,
+                                       unsigned exposures) {
+    const uint32_t full = full_of(frame);
+    const uint64_t values = merge_exposures_values(frame);
+    uint64_t counts[OCTAVES] = {0};
+    INVARIANT(exposures >= 2 && exposures <= MERGE_FRAMES_MAX && black < full);
+    const uint64_t saturated = count_octaves(frame, black, counts);
     unsigned octave = 0;
     for (uint64_t below = counts[0]; below * DARK_PARTS < values; below += counts[octave]) {
         octave++;
