@@ -188,7 +188,7 @@ static struct focus_step approach(struct focus_search *self, double target) {
     return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH, self->target, 0, 0};
 }
 
-static struct focus_step look(struct focus_search *self, int phase) {
+static struct focus_step look(struct focus_search *self, enum focus_search_phase phase) {
     self->phase = phase;
     self->step_begin = self->curve.count;
     return (struct focus_step){FOCUS_STEP_LOOK, FOCUS_LEG_REST, self->target, 0, LOOK_FRAMES};

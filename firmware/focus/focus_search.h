@@ -112,7 +112,7 @@ struct focus_search {
     struct focus_search_options options;
     struct focus_curve curve;
     struct focus_result result;
-    enum {
+    enum focus_search_phase {
         FOCUS_SEARCH_TO_START,
         FOCUS_SEARCH_SWEEP,
         FOCUS_SEARCH_TO_PASS,
@@ -137,7 +137,7 @@ struct focus_search {
     uint16_t step_begin;  ///< samples before this step
     double off_sum;       ///< of the tries' distances from the peak
     bool stopped;         ///< the peak was located at rest
-    bool wide;            ///< it is too wide for a picture at rest to tell more
+    bool wide;            ///< a picture at rest does not show how far it is
 };
 
 /// What was found, in words; of a curve only, "one peak" instead of "focused". Static storage.
