@@ -19,7 +19,7 @@ struct focus_plot {
 };
 
 /// Writes a drawing: one panel a lens, with its samples by leg, the curve through those of the
-/// sweep, both peaks, and where the ring is. `stream` is in memory or tells its errors by ferror.
+/// sweep, both peaks, and where the ring is. Errors of `stream` are left in ferror.
 void focus_plot_svg(FILE *stream, const struct focus_plot *plots, int count);
 
 /// Writes a table: one line a sample, in the order in which they were taken. Columns: lens, leg

@@ -311,6 +311,10 @@ static struct selection select_above(const struct focus_curve *curve,
     return selection;
 }
 
+static double within(double value, double min, double max) {
+    return value < min ? min : value > max ? max : value;
+}
+
 bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *range,
                      struct focus_peak *peak) {
     INVARIANT(peak->half_width >= 0 && (unsigned)range->channel < FOCUS_CHANNELS);
@@ -330,9 +334,7 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
     }
     // Beyond the samples it is not a peak that they show.
     peak->at_edge = vertex < selection.min || vertex > selection.max;
-    vertex = vertex < selection.min   ? selection.min
-             : vertex > selection.max ? selection.max
-                                      : vertex;
+    vertex = within(vertex, selection.min, selection.max);
     peak->position += vertex * scale;
     peak->deviation = sqrt(variance) * scale;
     peak->samples = selection.count;

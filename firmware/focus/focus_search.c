@@ -39,31 +39,6 @@ static const double height_deviation = 0.03;
 // is accepted, and the last one if none was.
 static const double accepted_part = 0.65, missed_part = 1.5;
 
-const char *focus_verdict_text(enum focus_verdict verdict) {
-    static const char *const texts[FOCUS_VERDICTS] = {
-#define FOCUS_VERDICT_TEXT(name, text, help) text,
-        FOCUS_VERDICT_LIST(FOCUS_VERDICT_TEXT)
-#undef FOCUS_VERDICT_TEXT
-    };
-    INVARIANT((unsigned)verdict < FOCUS_VERDICTS);
-    return texts[verdict];
-}
-
-const char *focus_search_text(const struct focus_search *self) {
-    const bool only_seen = self->options.curve_only && self->result.verdict == FOCUS_FOCUSED;
-    return only_seen ? "one peak" : focus_verdict_text(self->result.verdict);
-}
-
-const char *focus_verdict_help(enum focus_verdict verdict) {
-    static const char *const texts[FOCUS_VERDICTS] = {
-#define FOCUS_VERDICT_HELP(name, text, help) help,
-        FOCUS_VERDICT_LIST(FOCUS_VERDICT_HELP)
-#undef FOCUS_VERDICT_HELP
-    };
-    INVARIANT((unsigned)verdict < FOCUS_VERDICTS);
-    return texts[verdict];
-}
-
 static double larger(double a, double b) {
     return a > b ? a : b;
 }
@@ -277,6 +252,27 @@ static void set_blur(struct focus_search *self, double counts) {
     self->result.blur_px = px > 0 ? counts * px : -1;
 }
 
+static struct focus_step finish(struct focus_search *self, const struct focus_event *event,
+                                enum focus_verdict verdict) {
+    self->result.verdict = verdict;
+    return end(self, event);
+}
+
+// Another approach, after one that ended `off` counts from the peak. `there`: as it should, but the
+// picture is not that of the peak; `same`: it is.
+static struct focus_step try_again(struct focus_search *self, double off, bool there, bool same) {
+    double end_counts = 0;
+    // At the ends the play cannot be taken up, or the peak is just beyond: the end itself.
+    if (!same && is_near_end(self, &end_counts) && self->target != end_counts) {
+        return approach(self, end_counts);
+    }
+    // One rest off the peak is chance; what all of them share is not.
+    self->off_sum += off;
+    const double shared = self->off_sum / (self->result.tries + 1.0);
+    return there && !self->stopped ? begin_stops(self)
+                                   : approach(self, self->result.peak.position - shared);
+}
+
 static struct focus_step judge(struct focus_search *self, const struct focus_event *event) {
     struct focus_result *result = &self->result;
     const struct focus_peak *peak = &result->peak;
@@ -296,30 +292,17 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
              distance_from_peak(self, event, part, larger(height_deviation, deviation / height)));
     if (self->wide) {
         set_blur(self, sqrt(off * off + peak->deviation * peak->deviation));
-        result->verdict = verdict_of(self);
-        return end(self, event);
+        return finish(self, event, verdict_of(self));
     }
     const bool there = result->blur_counts <= accepted_part * good;
-    double end_counts = 0;
     if (there && same) {
-        result->verdict = verdict_of(self);
-        return end(self, event);
+        return finish(self, event, verdict_of(self));
     }
     if (result->tries < FOCUS_TRIES) {
-        // At the ends the play cannot be taken up, or the peak is just beyond: the end itself.
-        if (!same && is_near_end(self, &end_counts) && self->target != end_counts) {
-            return approach(self, end_counts);
-        }
-        // One rest off the peak is chance; what all of them share is not.
-        self->off_sum += off;
-        const double shared = self->off_sum / (result->tries + 1.0);
-        return there && !self->stopped ? begin_stops(self)
-                                       : approach(self, peak->position - shared);
+        return try_again(self, off, there, same);
     }
-    result->verdict = part < changed_part || result->blur_counts > missed_part * good
-                          ? FOCUS_SCENE_CHANGED
-                          : verdict_of(self);
-    return end(self, event);
+    const bool missed = part < changed_part || result->blur_counts > missed_part * good;
+    return finish(self, event, missed ? FOCUS_SCENE_CHANGED : verdict_of(self));
 }
 
 // ---- the peak, at rest at several positions
@@ -398,6 +381,30 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     return options->curve_only ? give_back(self, verdict_of(self)) : approach(self, hump->position);
 }
 
+// A sweep for its curve only.
+static struct focus_step end_curve(struct focus_search *self) {
+    const struct focus_range range =
+        focus_find_range(1u << FOCUS_LEG_SWEEP, self->finder, self->options.min, self->options.max);
+    (void)focus_curve_fit(&self->curve, &range, &self->result.peak);
+    return give_back(self, verdict_of(self));
+}
+
+// Whether the sweep itself shows where the top is: it came from the side of approach, with many
+// samples. Sets the peak.
+static bool is_located(struct focus_search *self, bool same_way, double near) {
+    struct focus_peak *peak = &self->result.peak;
+    const double min = peak->position - near, max = peak->position + near;
+    struct focus_peak top;
+    if (!same_way || peak->samples < PEAK_SAMPLES ||
+        !focus_find_subject(self, FOCUS_LEG_SWEEP, min, max) ||
+        !focus_find_top(self, FOCUS_LEG_SWEEP, min, max, good_counts(self), &top) ||
+        top.samples < PEAK_SAMPLES) {
+        return false;
+    }
+    *peak = top;
+    return true;
+}
+
 static struct focus_step after_sweep(struct focus_search *self, const struct focus_event *event) {
     const struct focus_search_options *options = &self->options;
     struct focus_peak *peak = &self->result.peak;
@@ -413,24 +420,15 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
         return begin_cold(self, event->position);
     }
     if (options->curve_only) {
-        const struct focus_range range =
-            focus_find_range(1u << FOCUS_LEG_SWEEP, self->finder, options->min, options->max);
-        (void)focus_curve_fit(&self->curve, &range, peak);
-        return give_back(self, verdict_of(self));
+        return end_curve(self);
     }
     if (options->counts_per_exposure > larger(smeared_counts, 1.5 * peak->half_width)) {
         return begin_stops(self);
     }
     const bool same_way = (self->sweep_end < peak->position) == options->from_above;
     const double near = larger(2 * peak->half_width, 2 * self->spacing);
-    struct focus_peak top;
-    if (same_way && peak->samples >= PEAK_SAMPLES &&
-        focus_find_subject(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near) &&
-        focus_find_top(self, FOCUS_LEG_SWEEP, peak->position - near, peak->position + near,
-                       good_counts(self), &top) &&
-        top.samples >= PEAK_SAMPLES) {
-        *peak = top;
-        return approach(self, top.position);
+    if (is_located(self, same_way, near)) {
+        return approach(self, peak->position);
     }
     return begin_pass(self, near + (same_way ? options->tolerance : options->run_up));
 }
