@@ -313,9 +313,8 @@ static void put_found(const struct command_call *call, const struct rig_optics_i
     static const char *const limits[] = {
         [RIG_OPTICS_NEEDED] = "the range is sharp",
         [RIG_OPTICS_DIFFRACTION] =
-            "not all of the range can be sharp: closed further, diffraction "
-            "would blur it more",
-        [RIG_OPTICS_CLOSED] = "not all of the range can be sharp: the iris closes no further",
+            "not all can be sharp: closed further, diffraction would blur it more",
+        [RIG_OPTICS_CLOSED] = "not all can be sharp: the iris closes no further",
         [RIG_OPTICS_OPEN] = "the range is sharp with the iris open",
     };
     reply_number(call, "blur", found->blur_px, 2, "px");

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "core/invariant.h"
+
 // A fine texture's sharpness falls to half at this diameter of the blur, in each direction.
 static const double narrow_blur_px = 2;
 // Contrast of a subject, as rms: a part of the noise of one value, and of the brightness. A quarter
@@ -187,4 +189,24 @@ unsigned focus_find_peaks(struct focus_search *self, struct focus_peak *peak) {
 
 double focus_find_least(const struct focus_search *self, enum focus_channel channel) {
     return contrast_min(self) * unit_of(self, channel);
+}
+
+double focus_find_at_peak(const struct focus_search *self, unsigned count, double *light) {
+    static const double wide_counts = 4;  // narrower ones have their top between samples
+    const struct focus_peak *peak = &self->result.peak;
+    double highest = 0, sum = 0;
+    unsigned seen = 0;
+    INVARIANT(count <= self->curve.count);
+    for (unsigned i = 0; i < count; i++) {
+        const struct focus_sample *sample = &self->curve.samples[i];
+        if (fabs(sample->position - peak->position) <= peak->half_width) {
+            const double value = sample->sharpness[self->channel];
+            highest = value > highest ? value : highest;
+            sum += sample->mean;
+            seen++;
+        }
+    }
+    *light = seen > 0 ? sum / seen : 0;
+    const bool capped = peak->half_width >= wide_counts && highest > peak->floor;
+    return capped && highest < peak->height ? highest : peak->height;
 }

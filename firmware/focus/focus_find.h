@@ -40,6 +40,12 @@ bool focus_find_top(struct focus_search *self, unsigned leg, double min, double 
 /// `least`: curvature over its standard deviation.
 bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak);
 
+/// Sharpness at the top of the result's peak, as the first `count` samples of the curve show it: of
+/// a wide peak not more than the highest of them, as the vertex of a fit may be above a rounded
+/// top.
+/// `*light`: the mean light around the peak, 0 without samples.
+double focus_find_at_peak(const struct focus_search *self, unsigned count, double *light);
+
 #ifdef __cplusplus
 }
 #endif

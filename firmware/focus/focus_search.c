@@ -35,6 +35,8 @@ static const double sharp_px = 1;
 static const double same_part = 0.85, changed_part = 0.5;
 // The height of a peak, and what is seen of it at rest, are known to this part.
 static const double height_deviation = 0.03;
+// Frames differ by this part besides their noise: flicker, and rows of light.
+static const double relative_spread = 0.015;
 // Of the distance from the peak that is good enough, as it is known with errors: an approach that
 // is accepted, and the last one if none was.
 static const double accepted_part = 0.65, missed_part = 1.5;
@@ -190,20 +192,6 @@ static bool step_mean(const struct focus_search *self, double *sharpness, double
     return true;
 }
 
-// Light at the peak before this step.
-static double light_at_peak(const struct focus_search *self) {
-    double sum = 0;
-    unsigned count = 0;
-    for (unsigned i = 0; i < self->step_begin; i++) {
-        const struct focus_sample *sample = &self->curve.samples[i];
-        if (fabs(sample->position - self->result.peak.position) <= self->result.peak.half_width) {
-            sum += sample->mean;
-            count++;
-        }
-    }
-    return count > 0 ? sum / count : 0;
-}
-
 // The distance from the peak, from positions and from the picture, each with its weight.
 static double distance_from_peak(const struct focus_search *self, const struct focus_event *event,
                                  double part, double part_deviation) {
@@ -280,16 +268,19 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     if (!step_mean(self, &sharpness, &light, &deviation)) {
         return give_back(self, FOCUS_SCENE_CHANGED);
     }
-    const double height = larger(peak->height - peak->floor, 1e-12);
+    double before = 0;
+    const double top = focus_find_at_peak(self, self->step_begin, &before);
+    const double height = larger(top - peak->floor, 1e-12);
     const double part = (sharpness - peak->floor) / height;
     const double off = event->position - peak->position, good = good_counts(self);
-    const double before = light_at_peak(self);
     const bool changed = fabs(light - before) > 0.1 * before;
-    const bool same =
-        part >= same_part || peak->half_width * sqrt(1 / larger(part, 0.01) - 1) <= good;
+    // A short sweep shows little of a wide peak's height: then noise is a large part of it.
+    const double spread =
+        larger(larger(height_deviation, deviation / height), relative_spread * sharpness / height);
+    const double sure = larger(part + spread - height_deviation, 0.01);
+    const bool same = sure >= same_part || peak->half_width * sqrt(1 / sure - 1) <= good;
     result->light_changed = result->light_changed || changed;
-    set_blur(self,
-             distance_from_peak(self, event, part, larger(height_deviation, deviation / height)));
+    set_blur(self, distance_from_peak(self, event, part, spread));
     if (self->wide) {
         set_blur(self, sqrt(off * off + peak->deviation * peak->deviation));
         return finish(self, event, verdict_of(self));
@@ -301,7 +292,7 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     if (result->tries < FOCUS_TRIES) {
         return try_again(self, off, there, same);
     }
-    const bool missed = part < changed_part || result->blur_counts > missed_part * good;
+    const bool missed = sure < changed_part || result->blur_counts > missed_part * good;
     return finish(self, event, missed ? FOCUS_SCENE_CHANGED : verdict_of(self));
 }
 

@@ -4,12 +4,12 @@
 
 usage: measure_rig.py VERGENCE VERGENCED OUT NAME...
 
-NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `VERGENCE simulate` and VERGENCED start; the
-instrument is brought up, aimed, zoomed, focused and exposed, and takes pairs through the simulated
-FPGA; they are reconstructed with the world's true cameras as calibration and compared with the
-world's shapes. Writes to OUT/rig_NAME, in addition to the files of `vergence reconstruct`:
-console.txt (commands and replies), accuracy.json and accuracy/ (from tools/simrig/compare),
-true.calibration.
+NAME: cylinder_1x, cylinder_3x, mug_1x. For each scene `VERGENCE simulate` and VERGENCED start, dark and
+out of focus; the instrument is brought up, aimed and zoomed, finds exposure and focus, and takes
+pairs through the simulated FPGA; they are reconstructed with the world's true cameras as
+calibration and compared with the world's shapes. Writes to OUT/rig_NAME, in addition to the files of `vergence
+reconstruct`: console.txt (commands and replies), focus_curve.svg (also in report.html), accuracy.json
+and accuracy/ (from tools/simrig/compare), true.calibration.
 """
 import concurrent.futures
 import os
@@ -23,14 +23,19 @@ import time
 
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 TIMEOUT_S = 600
-# Both cameras look at and focus on the middle of the scene, 1.8 m away.
-AIM = ("bringup", "pan 3.570 right=-3.272", "focus 538")
+# The lenses at the start: turned by hand, nearly closed and out of focus.
+START = tuple(f"ring {side} {axis} {position}" for side, axis, position in
+              (("left", "iris", 420), ("right", "iris", 440), ("left", "focus", 760),
+               ("right", "focus", 380)))
+# Both cameras look at the middle of the scene, 1.8 m away.
+AIM = ("bringup", "pan 3.570 right=-3.272")
+FIND = ("autoexpose", "autofocus", "autoexpose")
 # Scene, settings, scale of the reconstruction: if the texture is fainter than the noise of a pixel, a
 # smaller picture has less noise.
 PAIRS = {
-    "cylinder_1x": ("cylinder", ("zoom 300", "iris 800", "exposure 9000"), 1),
-    "cylinder_3x": ("cylinder", ("zoom 422", "iris 500", "exposure 160000"), 0.5),
-    "mug_1x": ("mug", ("zoom 300", "iris 800", "exposure 10000"), 0.7),
+    "cylinder_1x": ("cylinder", ("zoom 1x", "iris f/2", *FIND), 1),
+    "cylinder_3x": ("cylinder", ("zoom 3x", "iris f/7", *FIND), 0.5),
+    "mug_1x": ("mug", ("zoom 1x", "iris f/2", *FIND), 0.7),
 }
 NEAR_MM, FAR_MM = "1600", "2600"
 
@@ -87,6 +92,7 @@ def take_pairs(programs, scene, names, threads, work):
                               f"files={work}/files", "store=none", "log=none"], work / "vergenced.log",
                              work / "vergenced.sock"))
         output_text = ""
+        run([TOOLS / "simrig/control", rig, *START])
         for name in names:
             aim = AIM if name == names[0] else ()
             for line in (*aim, *PAIRS[name][1], "status", f"capture {name}"):
@@ -96,6 +102,8 @@ def take_pairs(programs, scene, names, threads, work):
             run([TOOLS / "simrig/control", rig, "truth left left", "truth right right"])
             truth = work / name
             truth.mkdir()
+            run([vergence, "--connect", daemon, "focus-curve", "last=yes"], cwd=truth)
+            next(truth.glob("focus-curve-*.svg")).rename(truth / "focus_curve.svg")
             for path in (*work.glob("left*.*"), *work.glob("right*.*")):
                 path.rename(truth / path.name)
             (truth / "console.txt").write_text(output_text, encoding="utf-8")
@@ -116,8 +124,14 @@ def measure(vergence, out, name, work):
     table = run([TOOLS / "simrig/compare", out, truth, "--object", scene, "--json", "--out",
                  out / "accuracy"])
     (out / "accuracy.json").write_text(table, encoding="utf-8")
-    for kept in ("console.txt", "true.calibration"):
+    for kept in ("console.txt", "focus_curve.svg", "true.calibration"):
         shutil.copy(truth / kept, out)
+    report = out / "report.html"
+    text = report.read_text(encoding="utf-8")
+    curve = ("<section><h2>Focus</h2><p>Sharpness against the position of the focus rings, as "
+             "autofocus measured it.</p>" + (out / "focus_curve.svg").read_text(encoding="utf-8") +
+             "</section>")
+    report.write_text(text.replace("</main>", curve + "</main>", 1), encoding="utf-8")
 
 
 def measure_scene(programs, out, scene, names, threads):

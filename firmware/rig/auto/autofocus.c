@@ -36,6 +36,8 @@ enum {
 // The narrowest peak: a fine texture's sharpness falls to half at this diameter of the blur on each
 // side. The ring may move through as much during an exposure.
 static const double narrow_peak_px = 2, unknown_peak_counts = 2;
+// However wide the peak, it is to be seen in many frames.
+static const double longest_counts = 6;
 // Motors are faster than the slowest that does not count as jammed.
 static const double faster = 2;
 
@@ -313,7 +315,8 @@ static int prepare(struct focuser *self, struct focus_search_options *options) {
     const double peak_counts = options->blur_per_count_px > 0
                                    ? narrow_peak_px / options->blur_per_count_px
                                    : unknown_peak_counts;
-    const int error = shorten_exposure(self, peak_counts, &options->noise_ratio);
+    const int error =
+        shorten_exposure(self, fmin(peak_counts, longest_counts), &options->noise_ratio);
     const uint32_t exposure_us = self->rig->camera[self->side].exposure_us;
     options->counts_per_exposure = self->counts_per_s * exposure_us / US_PER_S;
     options->counts_per_frame = self->counts_per_s * (exposure_us + FRAME_US) / US_PER_S;
