@@ -430,8 +430,7 @@ static int run_record(const struct command_call *call) {
         return start_recording(call);
     }
     if (call->values[1].given) {
-        return command_fail(call, ERROR_ARGUMENT,
-                            "record: unexpected NAME \"%s\" (only \"start\" has one)",
+        return command_fail(call, ERROR_ARGUMENT, "record: NAME \"%s\" is for start only",
                             call->values[1].text);
     }
     if (!session->recording) {
@@ -469,17 +468,17 @@ static const struct command commands[] = {
     {.name = "capture",
      .summary = "capture a pair of frames",
      .help =
-         "Keeps the pair in memory, where \"reconstruct\" finds it, until the next capture or the "
-         "daemon's end. With NAME it also writes it to a new session in \"files\", during a "
-         "recording to that. Fails if something moved between the two frames, or if the saved "
-         "calibration was made with other axes, cameras or windows. Reports for each side "
-         "brightness (mean, of full scale), saturated and black pixels, and sharpness (relative "
-         "to the steepest possible edges; blur lowers it, light does not). \"average\" and "
-         "\"bracket\" merge several frames of a "
-         "scene at rest into one of 16 bits with less noise, left camera first (brackets: behind a "
-         "bridge only). A bracket begins with the present exposure, shorter if 0.3 % is saturated, "
-         "and grows by 2 to 8 times until dark parts have an eighth of the range. Where lamps "
-         "flicker the exposure should be a multiple of half the mains period.",
+         "Keeps the pair in memory for \"reconstruct\" until the next capture or the daemon's "
+         "end. With NAME it also writes it to a new session in \"files\", during a recording to "
+         "that. Fails if something moved between the two frames, or if the saved calibration was "
+         "made with other axes, cameras or windows. Reports for each side brightness (mean, of "
+         "full scale), saturated and black pixels, and sharpness (relative to the steepest "
+         "possible edges; blur lowers it, light does not). \"average\" and \"bracket\" merge "
+         "several frames of a scene at rest into one of 16 bits with less noise, left camera "
+         "first (brackets: behind a bridge only). A bracket begins with the present exposure, "
+         "shorter if 0.3 % is saturated, and grows by 2 to 8 times until dark parts have an "
+         "eighth of the range. Where lamps flicker the exposure should be a multiple of half the "
+         "mains period.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
@@ -487,10 +486,9 @@ static const struct command commands[] = {
     {.name = "record",
      .summary = "record everything that the hardware does, for replay",
      .help =
-         "Records every command, every call of a bus, a GPIO line, a camera and the clock, and "
-         "the pairs captured meanwhile. \"start\" takes the instrument down, so that a recording "
-         "begins with the bring-up. \"replay SESSION\" replays it. If the disk is full, the "
-         "recording is cut off, which \"record\" and \"status\" report.",
+         "Records commands, calls of buses, GPIO lines, cameras and clock, and pairs. \"start\" "
+         "takes the instrument down first. \"replay SESSION\" replays it. A full disk cuts it "
+         "off, which \"record\" and \"status\" report.",
      .arguments = record_arguments,
      .argument_count = 2,
      .flags = COMMAND_MOVES | COMMAND_UNRECORDED,
