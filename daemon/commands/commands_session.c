@@ -467,18 +467,16 @@ static const struct command_argument record_arguments[] = {
 static const struct command commands[] = {
     {.name = "capture",
      .summary = "capture a pair of frames",
-     .help =
-         "Keeps the pair in memory for \"reconstruct\" until the next capture or the daemon's "
-         "end. With NAME it also writes it to a new session in \"files\", during a recording to "
-         "that. Fails if something moved between the two frames, or if the saved calibration was "
-         "made with other axes, cameras or windows. Reports for each side brightness (mean, of "
-         "full scale), saturated and black pixels, and sharpness (relative to the steepest "
-         "possible edges; blur lowers it, light does not). \"average\" and \"bracket\" merge "
-         "several frames of a scene at rest into one of 16 bits with less noise, left camera "
-         "first (brackets: behind a bridge only). A bracket begins with the present exposure, "
-         "shorter if 0.3 % is saturated, and grows by 2 to 8 times until dark parts have an "
-         "eighth of the range. Where lamps flicker the exposure should be a multiple of half the "
-         "mains period.",
+     .help = "Keeps the pair in memory for \"reconstruct\" until the next capture or the daemon's "
+             "end. With NAME it also writes it to a new session in \"files\", during a recording "
+             "to that. Fails if something moved between the frames, or if the saved calibration is "
+             "for other axes, cameras or windows. Reports for each side brightness (mean, of full "
+             "scale), saturated and black pixels, and sharpness (of the steepest possible edges). "
+             "\"average\" and \"bracket\" merge several frames of a scene at rest into one of 16 "
+             "bits with less noise, left camera first (brackets: behind a bridge only). A bracket "
+             "begins with the present exposure, shorter if 0.3 % is saturated, and grows by 2 to 8 "
+             "times until dark parts have an eighth of the range. Where lamps flicker the exposure "
+             "should be a multiple of half the mains period.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

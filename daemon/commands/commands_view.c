@@ -27,7 +27,7 @@ struct view {
 static struct focus_noise noise_of(const struct view *self, unsigned side) {
     static const struct focus_noise unity = {.read_q8 = 218, .shot_q16 = 7563};
     const struct rig_region_frame *frame = &self->look[side].frame;
-    struct focus_noise noise = {.read_q8 = 4 << 8 << 2 * (frame->image.bits - 8)};
+    struct focus_noise noise = {.read_q8 = UINT32_C(4) << 8 << 2 * (frame->image.bits - 8)};
     if (self->call->rig->profile.bridge) {
         noise = focus_noise_at(&unity, frame->gain_q3);
         noise.black = frame->black;
