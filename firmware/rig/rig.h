@@ -77,8 +77,8 @@ int rig_lens_limits(struct rig *self, unsigned side, enum lens_axis axis,
 
 /// Set exposure (1 .. RIG_EXPOSURE_MAX_US) and gain of one or both cameras (`sides` as above).
 /// `*applied`: the nearest possible value, also that of an exposure that a camera rejects with
-/// ERROR_RANGE, if it reports one. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `rejected` has the
-/// details.
+/// ERROR_RANGE, if it reports one. ERROR_RANGE and ERROR_UNSUPPORTED of a camera: `rejected` has
+/// the details.
 int rig_exposure(struct rig *self, unsigned sides, uint32_t exposure_us, uint32_t *applied_us);
 int rig_gain(struct rig *self, unsigned sides, uint16_t gain_q3, uint16_t *applied_q3);
 

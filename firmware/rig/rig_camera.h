@@ -26,9 +26,9 @@ uint64_t rig_camera_frame_us(const struct rig *self, unsigned side);
 int rig_camera_start(struct rig *self, const struct hal_camera_format *format);
 /// The same for one camera with its own port.
 int rig_camera_start_side(struct rig *self, unsigned side, const struct hal_camera_format *format);
-/// Switches off what a camera with its own port sets automatically, logs that, and reads its exposure,
-/// gain and focus: frames may take as long as the exposure. What a camera does not report is not
-/// known; whether it works shows in its frames.
+/// Switches off what a camera with its own port sets automatically, logs that, and reads its
+/// exposure, gain and focus: frames may take as long as the exposure. What a camera does not report
+/// is not known; whether it works shows in its frames.
 void rig_camera_take_over(struct rig *self, unsigned side);
 /// The gain that stands for a part of the range of a camera with its own port, which has a scale of
 /// its own; gain_q3 as `rig_gain`.
