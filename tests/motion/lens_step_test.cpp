@@ -203,7 +203,7 @@ TEST_CASE("a coarse move ends near its target, and another one follows at once")
             const double late = 0.3 * motor.counts_per_s;  // the median of readings is late
             CHECK((when != LENS_MOVE_COARSE ||
                    std::abs(ring(world, side, draw.axis) - draw.target) <=
-                       LENS_MOVE_STEP_COUNTS + late + motor.backlash_counts));
+                       int(LENS_MOVE_STEP_COUNTS) + late + motor.backlash_counts));
             if (when == LENS_MOVE_COARSE) {  // the motor may still run, away from the next target
                 draw.target = std::clamp(draw.target + int32_t(noise.next() % 61) - 30, 300, 850);
                 REQUIRE(lenses.go(draw.sides, draw.axis, draw.target) == ERROR_OK);

@@ -133,7 +133,8 @@ double reference(const std::vector<Values> &frames, const std::vector<Shot> &sho
     }
     return exposures == 0
                ? 65535
-               : std::clamp(MERGE_BLACK + sum / exposures * (65535 - MERGE_BLACK) / (full - black),
+               : std::clamp(int(MERGE_BLACK) +
+                                sum / exposures * (65535 - int(MERGE_BLACK)) / (full - black),
                             0.0, 65535.0);
 }
 
@@ -237,7 +238,7 @@ TEST_CASE("what saturates the shortest exposure is saturated, and nothing else")
     for (size_t i = 0; i < kValues; i++) {
         CHECK((merged.values[i] == 65535) == (frames[0][i] >= 1008));
         const double expected =
-            MERGE_BLACK + std::min(light[i] / kMergedWell, 1.0) * (65535 - MERGE_BLACK);
+            int(MERGE_BLACK) + std::min(light[i] / kMergedWell, 1.0) * (65535 - int(MERGE_BLACK));
         CHECK(std::abs(merged.values[i] - expected) <= 40);
     }
 }
