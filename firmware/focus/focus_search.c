@@ -292,7 +292,9 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     if (result->tries < FOCUS_TRIES) {
         return try_again(self, off, there, same);
     }
-    const bool missed = sure < changed_part || result->blur_counts > missed_part * good;
+    // A ring that rests where the peak was four times, with much of its sharpness, is in focus.
+    const bool missed =
+        sure < changed_part || (result->blur_counts > missed_part * good && fabs(off) > good);
     return finish(self, event, missed ? FOCUS_SCENE_CHANGED : verdict_of(self));
 }
 
