@@ -60,12 +60,12 @@ TEST_CASE("a region of 100 x 100 px gives several hundred frames a second") {
             raw_image_release(&frame.image);
             const uint64_t first_us = bench.now_us();
             const uint64_t first_exposed_us = frame.exposed_us;
-            enum { FRAMES = 40 };
-            for (int i = 0; i < FRAMES; i++) {
+            const int frames = 40;
+            for (int i = 0; i < frames; i++) {
                 REQUIRE(rig_region_take(&bench.rig, &region, 0, &frame) == ERROR_OK);
                 raw_image_release(&frame.image);
             }
-            const double fps = FRAMES * 1e6 / double(frame.exposed_us - first_exposed_us);
+            const double fps = frames * 1e6 / double(frame.exposed_us - first_exposed_us);
             const uint64_t until_us = bench.now_us();
             REQUIRE(rig_region_end(&bench.rig, &region, false) == ERROR_OK);
             MESSAGE("side ", side, ": exposure ", applied_us, " us: ", fps,
