@@ -308,7 +308,10 @@ static void parse_position(struct line *line, const struct field *field, struct 
     if (take(line, ":")) {
         *mean = (struct lens_mean){number, (uint16_t)take_number(line, 10, UINT16_MAX)};
     } else {
-        *mean = (struct lens_mean){number * 16, 0};
+        // Counts of older versions.
+        enum { COUNTS_MAX = INT32_MAX / 16 };
+        line->wrong |= number > COUNTS_MAX || number < -COUNTS_MAX;
+        *mean = (struct lens_mean){line->wrong ? INT32_MIN : number * 16, 0};
     }
 }
 

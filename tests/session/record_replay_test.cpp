@@ -419,6 +419,7 @@ TEST_CASE("a session of pairs without calls replays as two cameras") {
         for (auto &frame : made.value.frame) {
             frame.begin_us = time_us;
             frame.end_us = time_us += 40;
+            frame.parts = 0;
         }
         REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
     }

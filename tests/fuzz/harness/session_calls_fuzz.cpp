@@ -136,7 +136,7 @@ std::string made(const std::string &text, std::vector<const Call *> *making) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
     static const MemoryFolder folder;
     static const bool begun = [] {
-        std::string line = "begin version=4 build=x profile=rig date=x";
+        std::string line = "begin version=5 build=x profile=rig date=x";
         char crc[16];
         std::snprintf(crc, sizeof crc, " %08x\n",
                       unsigned(crc_update(0, line.data(), line.size())));
