@@ -357,9 +357,13 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
         return begin_cold(self, event->position);
     }
     self->wide = focus_find_hump(self, seen_curvature, hump);
+    const bool textured = peak->floor > 4 * focus_find_least(self, self->finder);
+    // Of a lens that is not known a guess may be far off.
+    if (!self->wide && textured && options->blur_per_count_px <= 0) {
+        return give_back(self, FOCUS_SHARP_EVERYWHERE);
+    }
     // Texture everywhere, and no lens position that blurs it much: the best guess.
-    if (!self->wide && blur_px < 4 * sharp_px &&
-        peak->floor > 4 * focus_find_least(self, self->finder)) {
+    if (!self->wide && textured && blur_px < 4 * sharp_px) {
         self->wide = true;
         if (!focus_find_hump(self, guessed_curvature, hump)) {
             hump->position = (options->min + options->max) / 2;

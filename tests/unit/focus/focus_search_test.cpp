@@ -184,6 +184,13 @@ TEST_CASE("verdicts") {
         const Run result = run(lens, options, random);
         CHECK(result.search.result.verdict == FOCUS_SHARP_EVERYWHERE);
     }
+    SUBCASE("nothing depends on a focus that is not known") {
+        options.blur_per_count_px = 0;
+        lens.sharpness = [](double) { return 0.01; };
+        const Run result = run(lens, options, random);
+        CHECK(result.search.result.verdict == FOCUS_SHARP_EVERYWHERE);
+        CHECK(std::abs(result.ring - 560) < 4);
+    }
     SUBCASE("a lamp beside the region") {
         options.region_px = 100;
         lens.sharpness = lorentz(500, 150, 0.01);
