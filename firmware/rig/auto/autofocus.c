@@ -19,8 +19,6 @@ enum {
     US_PER_S = 1000000,
     US_PER_MS = 1000,
     Q4 = 16,
-    // Half a period of 50 Hz, in which flickering light repeats.
-    FLICKER_US = 10000,
     // Windows below half of the range are still measured well: the search may be darker by this.
     DARKER = 4,
     GAIN_MAX_Q3 = 64,
@@ -265,14 +263,16 @@ static int shorten_exposure(struct focuser *self, double counts_max, double *rat
     const uint32_t before_us = camera->exposure_us;
     const uint16_t gain_q3 = camera->gain_q3;
     const double wanted_us = counts_max / self->counts_per_s * US_PER_S;
+    // Of constant light any exposure is a multiple.
+    const double flicker_us = fmax(rig_mains_half_us(&self->rig->profile), 1);
     *ratio = 1;
-    if (!self->rig->profile.bridge || before_us <= FLICKER_US || before_us <= wanted_us ||
+    if (!self->rig->profile.bridge || before_us <= flicker_us || before_us <= wanted_us ||
         gain_q3 == 0) {
         return ERROR_OK;
     }
     const double brighter = gain_q3 < GAIN_MAX_Q3 ? (double)GAIN_MAX_Q3 / gain_q3 : 1;
-    double exposure_us = fmax(fmax(wanted_us, before_us / (brighter * DARKER)), FLICKER_US);
-    exposure_us = floor(exposure_us / FLICKER_US) * FLICKER_US;
+    double exposure_us = fmax(fmax(wanted_us, before_us / (brighter * DARKER)), flicker_us);
+    exposure_us = floor(exposure_us / flicker_us) * flicker_us;
     const double shorter = before_us / exposure_us;
     uint32_t applied_us = 0;
     uint16_t applied_q3 = 0;

@@ -10,7 +10,6 @@
 enum {
     NS_PER_US = 1000,
     NS_PER_S = 1000000000,
-    HALF_S_US = 500000,
     // A field is thinned as long as it has this many pixels.
     FIELD_WIDTH_PX = 96,
     FIELD_HEIGHT_PX = 72,
@@ -37,11 +36,6 @@ double exposure_product(const struct exposure_setting *setting) {
 
 // ---- limits
 
-// 0: the light is constant.
-static uint32_t mains_half_us(const struct rig_profile *profile) {
-    return profile->mains_hz != 0 ? HALF_S_US / profile->mains_hz : 0;
-}
-
 // The longest exposure with which pairs are within their skew limit.
 static uint32_t longest_us(const struct rig *rig, const struct mt9t001_timing *full) {
     const struct rig_profile *profile = &rig->profile;
@@ -53,7 +47,7 @@ static uint32_t longest_us(const struct rig *rig, const struct mt9t001_timing *f
         us -= 2 * (uint32_t)(full->row_ns / NS_PER_US);
     }
     us = us > EXPOSURE_MAX_US ? EXPOSURE_MAX_US : us;
-    const uint32_t half_us = mains_half_us(profile);
+    const uint32_t half_us = rig_mains_half_us(profile);
     return half_us != 0 && us >= half_us ? us / half_us * half_us : us;
 }
 
@@ -66,7 +60,7 @@ struct exposure_limits exposure_camera_limits(const struct rig *rig, unsigned si
         .min_us = UVC_STEP_US,
         .gain_min_q3 = MT9T001_GAIN_Q3_MIN,
         .gain_max_q3 = profile->bridge ? GAIN_MAX_Q3 : MT9T001_GAIN_Q3_MAX,
-        .mains_half_us = mains_half_us(profile),
+        .mains_half_us = rig_mains_half_us(profile),
         .linear = profile->bridge,
     };
     if (profile->bridge) {
@@ -241,7 +235,7 @@ void exposure_report(const struct exposure_job *job) {
 
 int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
                             const struct exposure_setting *setting, struct exposure_light *light) {
-    const uint32_t half_us = mains_half_us(&job->rig->profile);
+    const uint32_t half_us = rig_mains_half_us(&job->rig->profile);
     const uint32_t periods = job->field == EXPOSURE_SHARED_FIELD ? SHARED_PERIODS : 1;
     const uint64_t whole_us = 2 * (uint64_t)half_us * periods;
     uint64_t first_us = 0, last_us = 0;

@@ -143,3 +143,8 @@ int rig_profile_named(const char *name, struct rig_profile *profile) {
     }
     return ERROR_MISSING;
 }
+
+uint32_t rig_mains_half_us(const struct rig_profile *profile) {
+    enum { HALF_S_US = 500000 };
+    return profile->mains_hz != 0 ? HALF_S_US / profile->mains_hz : 0;
+}

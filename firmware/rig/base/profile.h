@@ -74,6 +74,9 @@ int rig_profile_set_lenses(struct rig_profile *profile, const char *name);
 bool rig_has_lens(const struct rig_profile *profile, unsigned side);
 bool rig_has_axis(const struct rig_profile *profile, unsigned side, enum lens_axis axis);
 
+/// Half a period of the mains, in which flickering light repeats, us; 0: constant light.
+uint32_t rig_mains_half_us(const struct rig_profile *profile);
+
 /// Which ports the parts of an instrument need.
 bool rig_needs_i2c(const struct rig_profile *profile);
 bool rig_needs_lens_uart(const struct rig_profile *profile);
