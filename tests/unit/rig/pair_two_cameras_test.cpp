@@ -11,21 +11,13 @@
 #include <vector>
 
 #include "core/error.h"
+#include "manual_clock.hpp"
 #include "rig/pair.h"
 #include "synthetic/seed.hpp"
 
 namespace {
 
 constexpr uint32_t kWidth = 640, kHeight = 480;
-
-struct Clock {
-    uint64_t time_us = 1000000;
-    static uint64_t now(void *self) { return static_cast<Clock *>(self)->time_us; }
-    static void wait(void *self, uint64_t until_us) {
-        uint64_t &time_us = static_cast<Clock *>(self)->time_us;
-        time_us = until_us > time_us ? until_us : time_us;
-    }
-};
 
 // Frames every `period_us`, read out in half of it, in colour. Like a driver, it buffers four
 // frames, and drops later ones.
@@ -124,7 +116,6 @@ int control(void *, hal_camera_control, int32_t, int32_t *applied) {
     return ERROR_OK;
 }
 
-constexpr hal_clock_operations kClock = {Clock::now, Clock::wait, nullptr};
 constexpr hal_camera_operations kCamera = {Camera::start, Camera::stop, Camera::take, nullptr,
                                            nullptr};
 constexpr hal_camera_operations kControlled = {Camera::start, Camera::stop, Camera::take, control,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "manual_clock.hpp"
 #include "rig/auto/autofocus.h"
 #include "rig/auto/focus_mover.h"
 #include "rig/rig_region.h"
@@ -16,15 +17,6 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
 constexpr uint64_t kPeriodUs = 33333;
-
-struct Clock {
-    uint64_t time_us = 1000000;
-    static uint64_t now(void *self) { return static_cast<Clock *>(self)->time_us; }
-    static void wait(void *self, uint64_t until_us) {
-        uint64_t &time_us = static_cast<Clock *>(self)->time_us;
-        time_us = until_us > time_us ? until_us : time_us;
-    }
-};
 
 // A grey camera whose pixel x, y is x + 1000 * y, modulo 16 bits.
 struct Camera {
@@ -110,7 +102,6 @@ struct Camera {
     }
 };
 
-constexpr hal_clock_operations kClock = {Clock::now, Clock::wait, nullptr};
 constexpr hal_camera_operations kCamera = {Camera::start, Camera::stop, Camera::take,
                                            Camera::control, nullptr};
 
