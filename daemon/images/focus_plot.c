@@ -16,8 +16,8 @@ enum {
     TICKS_MAX = 8,
 };
 
-static const char *const leg_names[FOCUS_LEGS] = {"sweep", "pass", "approach", "rest"};
-static const char *const leg_colours[FOCUS_LEGS] = {"#7f7f7f", "#1f77b4", "#ff7f0e", "#2ca02c"};
+static const char *const leg_names[FOCUS_LEGS] = {"sweep", "pass", "rest"};
+static const char *const leg_colours[FOCUS_LEGS] = {"#7f7f7f", "#1f77b4", "#2ca02c"};
 
 /// One panel: from counts and sharpness to the drawing's units.
 struct panel {

@@ -21,10 +21,9 @@ enum { FOCUS_SAMPLES_MAX = 512 };
 
 /// The part of a search that a sample is from.
 enum focus_leg {
-    FOCUS_LEG_SWEEP,     ///< over the range, at full speed
-    FOCUS_LEG_PASS,      ///< through the peak, at full speed and from the side of approach
-    FOCUS_LEG_APPROACH,  ///< to the peak
-    FOCUS_LEG_REST,      ///< at rest
+    FOCUS_LEG_SWEEP,  ///< over the range, at full speed
+    FOCUS_LEG_PASS,   ///< through the peak, at full speed and from the side of approach
+    FOCUS_LEG_REST,   ///< at rest
     FOCUS_LEGS
 };
 

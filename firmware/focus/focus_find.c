@@ -21,14 +21,6 @@ static const double widest_regions = 2;
 // A measure that locates the top within this part of what is good enough needs no help.
 static const double located_part = 0.25;
 
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
-
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-
 // White noise of variance 1 in a channel's unit.
 static double unit_of(const struct focus_search *self, enum focus_channel channel) {
     static const double units[FOCUS_MEASURES] = {[FOCUS_VARIANCE] = 1,
@@ -44,10 +36,10 @@ static double unit_of(const struct focus_search *self, enum focus_channel channe
 static double contrast_min(const struct focus_search *self) {
     double noise = 0;
     for (unsigned i = 0; i < self->curve.count; i++) {
-        noise = larger(noise, self->curve.samples[i].noise);
+        noise = fmax(noise, self->curve.samples[i].noise);
     }
-    return larger(noise_part * noise_part * noise / self->options.noise_ratio,
-                  relative_contrast * relative_contrast);
+    return fmax(noise_part * noise_part * noise / self->options.noise_ratio,
+                relative_contrast * relative_contrast);
 }
 
 static bool has_contrast(const struct focus_search *self, enum focus_channel channel,
@@ -55,7 +47,7 @@ static bool has_contrast(const struct focus_search *self, enum focus_channel cha
     const double least = part * contrast_min(self) * unit_of(self, channel);
     // A short sweep hardly shows the floor.
     const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
-    return peak->height - peak->floor >= larger(least, significant[channel] * noise);
+    return peak->height - peak->floor >= fmax(least, significant[channel] * noise);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -99,7 +91,7 @@ static bool peak_in(const struct focus_search *self, const struct focus_range *r
         return false;
     }
     *peak = found[0];
-    peak->floor = smaller(peak->floor, self->floors[range->channel]);
+    peak->floor = fmin(peak->floor, self->floors[range->channel]);
     return true;
 }
 

@@ -41,16 +41,8 @@ static const double relative_spread = 0.015;
 // is accepted, and the last one if none was.
 static const double accepted_part = 0.65, missed_part = 1.5;
 
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
-
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-
 static double within_range(const struct focus_search *self, double position) {
-    return larger(self->options.min, smaller(position, self->options.max));
+    return fmax(self->options.min, fmin(position, self->options.max));
 }
 
 // Towards the side that approaches begin from.
@@ -64,7 +56,7 @@ static double good_counts(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const double half_depth =
         options->blur_per_count_px > 0 ? sharp_px / 2 / options->blur_per_count_px : 0;
-    return larger(options->tolerance, half_depth);
+    return fmax(options->tolerance, half_depth);
 }
 
 static bool is_at_end(const struct focus_search *self, double position) {
@@ -88,18 +80,18 @@ static struct focus_step end(struct focus_search *self, const struct focus_event
 static struct focus_step give_back(struct focus_search *self, enum focus_verdict verdict) {
     self->result.verdict = verdict;
     self->phase = FOCUS_SEARCH_RETURN;
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH,
-                               within_range(self, self->begin), 0, 0};
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, within_range(self, self->begin),
+                               0, 0};
 }
 
 static double sweep_spacing(const struct focus_search *self, double way) {
     const struct focus_search_options *options = &self->options;
     const double narrow =
         options->blur_per_count_px > 0 ? 2 * narrow_blur_px / 3 / options->blur_per_count_px : 0;
-    const double spacing =
-        self->near_only ? way / NEAR_SAMPLES
-                        : smaller(larger(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
-    return larger(spacing, options->counts_per_frame);
+    const double spacing = self->near_only
+                               ? way / NEAR_SAMPLES
+                               : fmin(fmax(narrow, way / SWEEP_SAMPLES), way / SWEEP_SAMPLES_MIN);
+    return fmax(spacing, options->counts_per_frame);
 }
 
 static struct focus_step sweep(struct focus_search *self, enum focus_leg leg, double to,
@@ -125,9 +117,9 @@ static struct focus_step begin_near(struct focus_search *self) {
     // Both flanks of the peak, with a few frames on each.
     const double flank =
         options->blur_per_count_px > 0 ? near_blur_px / options->blur_per_count_px : 0;
-    const double half = smaller((options->max - options->min) / 2,
-                                larger(options->expected_half_range,
-                                       larger(flank, NEAR_FRAMES * options->counts_per_frame)));
+    const double half = fmin(
+        (options->max - options->min) / 2,
+        fmax(options->expected_half_range, fmax(flank, NEAR_FRAMES * options->counts_per_frame)));
     self->near_only = true;
     self->sweep_end = within_range(self, options->expected - back(self) * half);
     self->phase = FOCUS_SEARCH_TO_START;
@@ -162,7 +154,7 @@ static struct focus_step approach(struct focus_search *self, double target) {
     self->target = within_range(self, target);
     self->phase = FOCUS_SEARCH_APPROACH;
     self->step_begin = self->curve.count;
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH, self->target, 0, 0};
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0};
 }
 
 static struct focus_step look(struct focus_search *self, enum focus_search_phase phase) {
@@ -196,13 +188,13 @@ static bool step_mean(const struct focus_search *self, double *sharpness, double
 static double distance_from_peak(const struct focus_search *self, const struct focus_event *event,
                                  double part, double part_deviation) {
     const struct focus_peak *peak = &self->result.peak;
-    const double half = larger(peak->half_width, 0.5);
+    const double half = fmax(peak->half_width, 0.5);
     const double read = fabs(event->position - peak->position);
     const double read_variance =
         event->deviation * event->deviation + peak->deviation * peak->deviation + 0.01;
-    const double sure = larger(part + part_deviation, 0.01);
+    const double sure = fmax(part + part_deviation, 0.01);
     const double seen = sure < 1 ? half * sqrt(1 / sure - 1) : 0;
-    const double slope = 2 * larger(seen, half * sqrt(part_deviation)) / (half * half);
+    const double slope = 2 * fmax(seen, half * sqrt(part_deviation)) / (half * half);
     const double seen_deviation = part_deviation / slope;
     const double seen_variance = seen_deviation * seen_deviation + 1e-6;
     return (read / read_variance + seen / seen_variance) / (1 / read_variance + 1 / seen_variance);
@@ -212,7 +204,7 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const struct focus_result *result = &self->result;
     const double way =
-        larger(result->peak.position - options->min, options->max - result->peak.position);
+        fmax(result->peak.position - options->min, options->max - result->peak.position);
     if (result->peak.at_edge && is_at_end(self, result->peak.position)) {
         return FOCUS_PEAK_AT_END;
     }
@@ -270,14 +262,14 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     }
     double before = 0;
     const double top = focus_find_at_peak(self, self->step_begin, &before);
-    const double height = larger(top - peak->floor, 1e-12);
+    const double height = fmax(top - peak->floor, 1e-12);
     const double part = (sharpness - peak->floor) / height;
     const double off = event->position - peak->position, good = good_counts(self);
     const bool changed = fabs(light - before) > 0.1 * before;
     // A short sweep shows little of a wide peak's height: then noise is a large part of it.
     const double spread =
-        larger(larger(height_deviation, deviation / height), relative_spread * sharpness / height);
-    const double sure = larger(part + spread - height_deviation, 0.01);
+        fmax(fmax(height_deviation, deviation / height), relative_spread * sharpness / height);
+    const double sure = fmax(part + spread - height_deviation, 0.01);
     const bool same = sure >= same_part || peak->half_width * sqrt(1 / sure - 1) <= good;
     result->light_changed = result->light_changed || changed;
     set_blur(self, distance_from_peak(self, event, part, spread));
@@ -309,13 +301,13 @@ static double stop_position(const struct focus_search *self, unsigned stop) {
 static struct focus_step go_to_stop(struct focus_search *self) {
     self->phase = FOCUS_SEARCH_STOP;
     self->target = within_range(self, stop_position(self, self->stops));
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_APPROACH, self->target, 0, 0};
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0};
 }
 
 static struct focus_step begin_stops(struct focus_search *self) {
     const struct focus_peak *peak = &self->result.peak;
-    const double half = larger(larger(1.2 * peak->half_width, self->options.counts_per_exposure),
-                               2 * self->options.tolerance);
+    const double half = fmax(fmax(1.2 * peak->half_width, self->options.counts_per_exposure),
+                             2 * self->options.tolerance);
     self->pass_min = within_range(self, peak->position - half);
     self->pass_max = within_range(self, peak->position + half);
     self->stops = 0;
@@ -340,8 +332,8 @@ static struct focus_step pass(struct focus_search *self) {
     const double from = back(self) > 0 ? self->pass_max : self->pass_min;
     const double to = back(self) > 0 ? self->pass_min : self->pass_max;
     const double spacing =
-        larger(self->options.counts_per_frame,
-               fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
+        fmax(self->options.counts_per_frame,
+             fabs(from - to) / (self->near_only ? NEAR_PASS_SAMPLES : PASS_SAMPLES));
     self->phase = FOCUS_SEARCH_PASS;
     return sweep(self, FOCUS_LEG_PASS, to, spacing);
 }
@@ -419,11 +411,11 @@ static struct focus_step after_sweep(struct focus_search *self, const struct foc
     if (options->curve_only) {
         return end_curve(self);
     }
-    if (options->counts_per_exposure > larger(smeared_counts, 1.5 * peak->half_width)) {
+    if (options->counts_per_exposure > fmax(smeared_counts, 1.5 * peak->half_width)) {
         return begin_stops(self);
     }
     const bool same_way = (self->sweep_end < peak->position) == options->from_above;
-    const double near = larger(2 * peak->half_width, 2 * self->spacing);
+    const double near = fmax(2 * peak->half_width, 2 * self->spacing);
     if (is_located(self, same_way, near)) {
         return approach(self, peak->position);
     }
@@ -443,7 +435,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     }
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
-    peak.floor = smaller(self->floors[self->finder], peak.floor);
+    peak.floor = fmin(self->floors[self->finder], peak.floor);
     if (!focus_find_subject(self, leg, range.min, range.max)) {
         return no_peak(self, event, &peak);
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Autofocus as a state machine: measurements in, steps out. It moves nothing and reads no clock;
-/// rig/autofocus.h carries out its steps with a motor and a camera.
+/// rig/auto/autofocus.h carries out its steps with a motor and a camera.
 ///
 ///     struct focus_step step = focus_search_begin(&search, &options, position);
 ///     while (step.kind != FOCUS_STEP_END) {
@@ -80,7 +80,7 @@ enum focus_step_kind {
     FOCUS_STEP_GO,        ///< move to `position`; frames are not needed
     FOCUS_STEP_SWEEP,     ///< move to `position`, with a frame every `spacing` counts
     FOCUS_STEP_APPROACH,  ///< move to `position` exactly, from the side of approach, also if it is
-                          ///< there already; with frames on the last leg
+                          ///< there already; frames are not needed
     FOCUS_STEP_LOOK,      ///< take `frames` frames at rest
     FOCUS_STEP_END
 };
