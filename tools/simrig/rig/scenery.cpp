@@ -44,7 +44,10 @@ double Stage::Light::at(double time_us) const {
     if (time_us >= end_us) {
         return to;
     }
-    return from + (to - from) * std::max(time_us - begin_us, 0.0) / (end_us - begin_us);
+    if (time_us <= begin_us) {
+        return from;  // also of a change at once, while rows before it are exposed
+    }
+    return from + (to - from) * (time_us - begin_us) / (end_us - begin_us);
 }
 
 void Stage::set_light(double share, double begin_us, double end_us) {
