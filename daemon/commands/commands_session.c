@@ -430,7 +430,7 @@ static int run_record(const struct command_call *call) {
         return start_recording(call);
     }
     if (call->values[1].given) {
-        return command_fail(call, ERROR_ARGUMENT, "record: NAME \"%s\" is for start only",
+        return command_fail(call, ERROR_ARGUMENT, "record: NAME \"%s\" is only for \"start\"",
                             call->values[1].text);
     }
     if (!session->recording) {
