@@ -22,17 +22,14 @@ struct view {
     int error;
 };
 
-/// Noise of a frame. The cameras behind the bridge have MT9T001: 8500 electrons in 981 values, read
-/// noise 8 electrons. Of others only an upper bound is known: 2 of 255.
+/// Noise of a frame. Of cameras that are not behind the bridge only an upper bound is known: 2 of
+/// 255.
 static struct focus_noise noise_of(const struct view *self, unsigned side) {
-    static const struct focus_noise unity = {.read_q8 = 218, .shot_q16 = 7563};
     const struct rig_region_frame *frame = &self->look[side].frame;
-    struct focus_noise noise = {.read_q8 = UINT32_C(4) << 8 << 2 * (frame->image.bits - 8)};
     if (self->call->rig->profile.bridge) {
-        noise = focus_noise_at(&unity, frame->gain_q3);
-        noise.black = frame->black;
+        return rig_region_noise(frame, true);
     }
-    return noise;
+    return (struct focus_noise){.read_q8 = UINT32_C(4) << 8 << 2 * (frame->image.bits - 8)};
 }
 
 /// Integer factor that reduces a frame to at most VIEW_SIDE_MAX_PX a side; 1 if all pixels are

@@ -11,7 +11,14 @@
 #include "rig/safe.h"
 #include "rig/trigger.h"
 
-enum { FRAME_ATTEMPTS = 2 };
+enum {
+    FRAME_ATTEMPTS = 2,
+    // At gain 1: full well 8500 electrons in 981 values of 10 bits, read noise 8 electrons, and
+    // that of rounding.
+    SENSOR_BITS = 10,
+    SHOT_Q16 = 7563,
+    READ_Q8 = 240,
+};
 
 // Nothing has moved here, so a bad frame does not make the rig safe.
 static int end_call(struct rig *self, int error) {
@@ -295,4 +302,13 @@ int rig_region_end(struct rig *self, struct rig_region *region, bool keep_settin
         return keep_settings ? ERROR_OK : end_own_port(self, region);
     }
     return self->state == RIG_READY ? end_sensor(self, region, keep_settings) : ERROR_OK;
+}
+
+struct focus_noise rig_region_noise(const struct rig_region_frame *frame, bool gain_is_factor) {
+    const int bits = frame->image.bits;
+    const int fewer_bits = bits < SENSOR_BITS ? SENSOR_BITS - bits : 0;
+    const bool known = gain_is_factor && frame->gain_q3 > 0;
+    const struct focus_noise unity = {frame->black, READ_Q8 >> 2 * fewer_bits,
+                                      SHOT_Q16 >> fewer_bits};
+    return focus_noise_at(&unity, known ? frame->gain_q3 : MT9T001_GAIN_Q3_MIN);
 }

@@ -65,6 +65,10 @@ int rig_region_begin(struct rig *self, struct rig_region *region, unsigned side,
 int rig_region_take(struct rig *self, struct rig_region *region, uint64_t not_before_us,
                     struct rig_region_frame *frame);
 
+/// Noise of a frame's values: that of an MT9T001, for frames of fewer bits in their unit. `gain_q3`
+/// of the frame counts if `gain_is_factor`, as behind the bridge; else that of gain 1 is assumed.
+struct focus_noise rig_region_noise(const struct rig_region_frame *frame, bool gain_is_factor);
+
 /// As rig_exposure and rig_gain for this camera; all frames taken afterwards have the new value.
 int rig_region_exposure(struct rig *self, struct rig_region *region, uint32_t exposure_us,
                         uint32_t *applied_us);

@@ -57,6 +57,10 @@ class Bench(unittest.TestCase):
         self.assertIn("pair along width (px): 48 to 96", table)
         self.assertIn("<svg", plot.read_text())
 
+    def test_focus(self):
+        text = self.output_of(os.environ["SHARPNESS_BENCH"])  # compares with OpenCV's energies
+        self.assertRegex(text, r"Tenengrad +0\.\d+ ")
+
     def test_calibration(self):
         result = json.loads(self.output_of(
             sys.executable, "-B", ROOT / "tests/bench/calibration_bench.py", SAMPLES, "--board",

@@ -3,15 +3,6 @@
 
 #include "core/invariant.h"
 
-enum {
-    SENSOR_BITS = 10,
-    UNITY_Q3 = 8,
-    // The noise of the MT9T001 at gain 1, from its full well (8500 electrons in 981 steps of 10
-    // bits) and read noise (8 electrons).
-    SHOT_Q16 = 7560,
-    READ_Q8 = 240,
-};
-
 static enum focus_plane plane_of(const struct raw_image *image) {
     return image->layout == RAW_BAYER_GRBG ? FOCUS_GREEN
            : image->layout == RAW_RGB      ? FOCUS_RGB_GREEN
@@ -29,10 +20,6 @@ struct focus_sample focus_frame_measure(const struct rig_region_frame *frame,
         .height_px = (uint16_t)image->height_px,
         .saturated = (uint16_t)((1u << image->bits) - 1),
     };
-    const int fewer_bits = image->bits < SENSOR_BITS ? SENSOR_BITS - image->bits : 0;
-    const struct focus_noise unity = {frame->black, READ_Q8 >> 2 * fewer_bits,
-                                      SHOT_Q16 >> fewer_bits};
-    const bool known = gain_is_factor && frame->gain_q3 > 0;
-    const struct focus_noise noise = focus_noise_at(&unity, known ? frame->gain_q3 : UNITY_Q3);
+    const struct focus_noise noise = rig_region_noise(frame, gain_is_factor);
     return focus_sample_of(&window, plane_of(image), measure, &noise);
 }
