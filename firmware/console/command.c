@@ -92,11 +92,12 @@ static void expect_number(const struct command_argument *argument, struct comman
     }
     command_text_add(text, isinf(argument->max) ? " of at least " : " from ");
     command_text_add_number(text, argument->min, 6);
-    command_text_add(text, isinf(argument->max) ? ", or inf" : " to ");
     if (!isinf(argument->max)) {
+        command_text_add(text, " to ");
         command_text_add_number(text, argument->max, 6);
     }
     command_text_add_unit(text, argument->unit);
+    command_text_add(text, isinf(argument->max) ? ", or inf" : "");
     char word[COMMAND_CHOICE_MAX];
     for (int i = 1; argument->units != NULL && command_words_choice_at(argument->units, i, word);
          i++) {

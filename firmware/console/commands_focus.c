@@ -18,7 +18,7 @@ enum {
     AUTOFOCUS_WHOLE,
     AUTOFOCUS_CURVE
 };
-enum { PREFER_STRONGER, PREFER_NEAR, PREFER_FAR };
+enum { ADVICE_BYTES = 256 };
 
 // 0 within `value`, or ERROR_RANGE with a message.
 int commands_region(const struct command_call *call, const struct command_value *value,
@@ -34,57 +34,14 @@ int commands_region(const struct command_call *call, const struct command_value 
         if (!(number >= min && number <= UINT16_MAX) || number != floor(number)) {
             struct command_text sentence = commands_sentence(call);
             command_text_add(&sentence,
-                             "region: not four whole numbers of pixels (expected "
-                             "X,Y,WIDTH,HEIGHT, the last two at least 2)");
+                             "region: invalid (expected X,Y,W,H: whole numbers of "
+                             "pixels, W and H at least 2)");
             return ERROR_RANGE;
         }
         parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
     }
     *region_px = (struct rig_rectangle){parts[0], parts[1], parts[2], parts[3]};
     return ERROR_OK;
-}
-
-// The distances between which the image is sharp, where they are known.
-static void put_sharp_range(const struct command_call *call, unsigned side) {
-    double distance_mm = 0, near_mm = 0, far_mm = 0;
-    const int32_t focus = lens_mean_counts(&call->rig->camera[side].lens.measured[LENS_FOCUS]);
-    if (rig_optics_distance_at(call->rig, side, focus, &distance_mm) != ERROR_OK ||
-        rig_optics_sharp_range(call->rig, side, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
-            ERROR_OK) {
-        return;
-    }
-    reply_number(call, "distance", distance_mm, 0, "mm");
-    reply_number(call, "sharp_from", near_mm, 0, "mm");
-    reply_number(call, "sharp_to", far_mm, 0, "mm");
-}
-
-static void put_focus(const struct command_call *call, unsigned side) {
-    const struct rig_focus *focus = &call->rig->camera[side].focus;
-    const struct focus_result *result = &focus->search.result;
-    reply_group_begin(call, commands_side_name(side), false);
-    reply_text(call, "verdict", focus_search_text(&focus->search));
-    const char *unit = focus_mover_steps(call->rig, side) > 0 ? "steps" : "counts";
-    reply_number(call, "position", result->position, 1, unit);
-    if (result->peak.height > 0) {
-        reply_number(call, "peak", result->peak.position, 1, unit);
-    }
-    if (result->second.height > 0) {
-        reply_number(call, "other_peak", result->second.position, 1, unit);
-    }
-    if (result->blur_px >= 0 && result->verdict != FOCUS_NO_CONTRAST) {
-        reply_number(call, "blur", result->blur_px, 1, "px");
-    }
-    put_sharp_range(call, side);
-    if (focus_verdict_help(result->verdict)[0] != '\0') {
-        reply_text(call, "advice", focus_verdict_help(result->verdict));
-    }
-    if (result->light_changed) {
-        reply_text(call, "note", "the light changed during the search");
-    }
-    reply_number(call, "frames", focus->frames, 0, NULL);
-    reply_number(call, "tries", result->tries, 0, NULL);
-    reply_number(call, "time", focus->duration_ms / 1000.0, 1, "s");
-    reply_group_end(call);
 }
 
 // What a verdict means for a script.
@@ -105,6 +62,78 @@ static int error_of(enum focus_verdict verdict) {
             break;
     }
     return ERROR_NO_FOCUS;
+}
+
+// "iris 480: +-11 mm": the iris that makes twice as much sharp, if there is one.
+static void add_iris_advice(const struct command_call *call, unsigned side, double distance_mm,
+                            double near_mm, double far_mm, struct command_text *advice) {
+    const double reach_mm = 2 * fmin(distance_mm - near_mm, far_mm - distance_mm);
+    int32_t iris = 0;
+    double diffraction_px = 0;
+    if (isinf(far_mm) || rig_optics_iris_for_reach(call->rig, side, distance_mm, reach_mm, &iris,
+                                                   &diffraction_px) != ERROR_OK) {
+        return;
+    }
+    command_text_add(advice, advice->length > 0 ? "; iris " : "iris ");
+    command_text_add_integer(advice, iris);
+    command_text_add(advice, ": +-");
+    command_text_add_number(advice, reach_mm, reach_mm < 10 ? 1 : 0);
+    command_text_add(advice, " mm");
+    if (diffraction_px > RIG_OPTICS_SHARP_PX) {
+        command_text_add(advice, ", but diffraction blurs everything by ");
+        command_text_add_number(advice, diffraction_px, 1);
+        command_text_add(advice, " px");
+    }
+}
+
+// The distances between which the image is sharp, where they are known, and what makes it more.
+static void put_sharp_range(const struct command_call *call, unsigned side,
+                            struct command_text *advice) {
+    double distance_mm = 0, near_mm = 0, far_mm = 0;
+    const int32_t focus = lens_mean_counts(&call->rig->camera[side].lens.measured[LENS_FOCUS]);
+    if (rig_optics_distance_at(call->rig, side, focus, &distance_mm) != ERROR_OK ||
+        rig_optics_sharp_range(call->rig, side, distance_mm, RIG_OPTICS_SHARP_PX, &near_mm,
+                               &far_mm) != ERROR_OK) {
+        return;
+    }
+    commands_lens_distance(call, "distance", distance_mm);
+    commands_lens_distance(call, "sharp_from", near_mm);
+    commands_lens_distance(call, "sharp_to", far_mm);
+    add_iris_advice(call, side, distance_mm, near_mm, far_mm, advice);
+}
+
+static void put_focus(const struct command_call *call, unsigned side) {
+    const struct rig_focus *focus = &call->rig->camera[side].focus;
+    const struct focus_result *result = &focus->search.result;
+    char bytes[ADVICE_BYTES];
+    struct command_text advice = command_text_begin(bytes, sizeof bytes);
+    command_text_add(&advice, focus_verdict_help(result->verdict));
+    reply_group_begin(call, commands_side_name(side), false);
+    reply_text(call, "verdict", focus_search_text(&focus->search));
+    const char *unit = focus_mover_steps(call->rig, side) > 0 ? "steps" : "counts";
+    reply_number(call, "position", result->position, 1, unit);
+    if (result->peak.height > 0 && result->verdict != FOCUS_NO_CONTRAST) {
+        reply_number(call, "peak", result->peak.position, 1, unit);
+    }
+    if (result->second.height > 0) {
+        reply_number(call, "other_peak", result->second.position, 1, unit);
+    }
+    if (result->blur_px >= 0 && result->verdict != FOCUS_NO_CONTRAST) {
+        reply_number(call, "blur", result->blur_px, 1, "px");
+    }
+    if (error_of(result->verdict) == ERROR_OK) {
+        put_sharp_range(call, side, &advice);
+    }
+    if (advice.length > 0) {
+        reply_text(call, "advice", bytes);
+    }
+    if (result->light_changed) {
+        reply_text(call, "note", "the light changed during the search");
+    }
+    reply_number(call, "frames", focus->frames, 0, NULL);
+    reply_number(call, "tries", result->tries, 0, NULL);
+    reply_number(call, "time", focus->duration_ms / 1000.0, 1, "s");
+    reply_group_end(call);
 }
 
 static int sum_up(const struct command_call *call, unsigned sides) {

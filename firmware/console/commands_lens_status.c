@@ -46,11 +46,15 @@ static void put_axis(const struct command_call *call, unsigned side, enum lens_a
 }
 
 /// Blur and depth of field, where they are known.
-static void put_blur(const struct command_call *call, unsigned side) {
+static void put_blur(const struct command_call *call, unsigned side,
+                     const struct lens_mean *focus) {
     const struct rig *rig = call->rig;
+    double distance_mm = 0;
     double per_count_px = 0, near_mm = 0, far_mm = 0, blur_px = 0, diffraction_px = 0;
     if (rig_optics_blur_per_count(rig, side, &per_count_px) != 0 ||
-        rig_optics_sharp_range(rig, side, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) != 0 ||
+        rig_optics_distance_at(rig, side, lens_mean_counts(focus), &distance_mm) != 0 ||
+        rig_optics_sharp_range(rig, side, distance_mm, RIG_OPTICS_SHARP_PX, &near_mm, &far_mm) !=
+            0 ||
         rig_optics_blur_at(rig, side, near_mm, &blur_px, &diffraction_px) != 0) {
         return;
     }
@@ -90,7 +94,7 @@ static int put_status(const struct command_call *call, unsigned side) {
             put_axis(call, side, (enum lens_axis)axis, &means[axis]);
         }
     }
-    put_blur(call, side);
+    put_blur(call, side, &means[LENS_FOCUS]);
     put_last_focus(call, side);
     reply_group_end(call);
     return 0;

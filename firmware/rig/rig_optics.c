@@ -257,11 +257,12 @@ int rig_optics_blur_at(const struct rig *self, unsigned side, double distance_mm
     return error;
 }
 
-int rig_optics_sharp_range(const struct rig *self, unsigned side, double blur_px, double *near_mm,
-                           double *far_mm) {
+int rig_optics_sharp_range(const struct rig *self, unsigned side, double distance_mm,
+                           double blur_px, double *near_mm, double *far_mm) {
     struct lens_state state;
     const int error = state_of(self, side, &state);
     if (error == ERROR_OK) {
+        state.focus_distance_mm = distance_mm;
         lens_sharp_range(&state, blur_px * pixel_mm(self), near_mm, far_mm);
     }
     return error;
@@ -347,10 +348,10 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
 }
 
 int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double distance_mm,
-                              double reach_mm, int32_t *iris) {
+                              double reach_mm, int32_t *iris, double *diffraction_px) {
     struct lens_state state;
     double open = 0, closed = 0;
-    const int error = range_state(self, side, &state, &open, &closed);
+    int error = range_state(self, side, &state, &open, &closed);
     if (error != ERROR_OK) {
         return error;
     }
@@ -361,8 +362,16 @@ int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double dist
     const double f_number =
         lens_f_number_for_blur(&state, distance_mm - reach_mm, distance_mm + reach_mm,
                                RIG_OPTICS_SHARP_PX * pixel_mm(self));
-    return f_number > closed ? ERROR_RANGE
-                             : rig_optics_iris_for(self, side, fmax(f_number, open), iris);
+    if (f_number > closed) {
+        return ERROR_RANGE;
+    }
+    struct rig_optics_iris found;
+    error = round_iris(self, side, fmax(f_number, open), true, &found);
+    if (error == ERROR_OK) {
+        *iris = found.iris;
+        *diffraction_px = lens_diffraction(found.f_number) / pixel_mm(self);
+    }
+    return error;
 }
 
 // ---- the zoom-to-focus table

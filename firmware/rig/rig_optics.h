@@ -62,9 +62,10 @@ int rig_optics_blur_per_count(const struct rig *self, unsigned side, double *px)
 int rig_optics_blur_at(const struct rig *self, unsigned side, double distance_mm, double *px,
                        double *diffraction_px);
 
-/// Depth of field at the present state: the distances with a blur of at most `blur_px` (> 0).
-int rig_optics_sharp_range(const struct rig *self, unsigned side, double blur_px, double *near_mm,
-                           double *far_mm);
+/// Depth of field with the focus at a distance and the present zoom and iris: the distances with a
+/// blur of at most `blur_px` (> 0).
+int rig_optics_sharp_range(const struct rig *self, unsigned side, double distance_mm,
+                           double blur_px, double *near_mm, double *far_mm);
 
 /// What decides how far an iris is closed for a depth range.
 enum rig_optics_limit {
@@ -92,9 +93,10 @@ int rig_optics_iris_for_range(const struct rig *self, unsigned side, double near
                               struct rig_optics_iris *found);
 
 /// Iris position that makes `reach_mm` before and behind a distance sharp, when the focus is there,
-/// to help with a verdict: "iris 480: +-11 mm".
+/// to help with a verdict: "iris 480: +-11 mm"; and the diameter of the diffraction there.
+/// ERROR_RANGE: the iris does not close so far, or not 2 focal lengths < distance - reach.
 int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double distance_mm,
-                              double reach_mm, int32_t *iris);
+                              double reach_mm, int32_t *iris, double *diffraction_px);
 
 /// Where the present object should be in focus at the present zoom, from what was learned, and the
 /// half range in which to search for it: three standard deviations of table and object, the drift

@@ -33,9 +33,7 @@ static int reject(struct rig *self, unsigned side, const struct rig_rectangle *w
         where_px->width_px, where_px->height_px, where_px->column_px, where_px->row_px,
         width_px,           height_px,           (int32_t)(2u * skip)};
     return rig_reject(self, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_RANGE,
-                      "region # x # at #, # is not within # x # px, or not on even pixels with a "
-                      "size in steps of #",
-                      numbers);
+                      "region # x # at #, # is not within # x # px in steps of #", numbers);
 }
 
 static int set_expected(struct rig *self, uint16_t width_px, uint16_t height_px) {

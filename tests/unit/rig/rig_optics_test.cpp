@@ -188,12 +188,16 @@ TEST_CASE("an iris for a range is the best of all irises, and closes no further 
 TEST_CASE("the iris that would help") {
     rig up = made("rig");
     int32_t iris = 0;
-    REQUIRE(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 11, &iris) == ERROR_OK);
+    double diffraction_px = 0;
+    REQUIRE(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 11, &iris, &diffraction_px) == ERROR_OK);
     double f_number = 0;
     REQUIRE(rig_optics_f_number(&up, RIG_LEFT, iris, &f_number) == ERROR_OK);
     CHECK(f_number == doctest::Approx(8).epsilon(0.02));
-    CHECK(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 100, &iris) == ERROR_RANGE);
-    CHECK(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 0, &iris) == ERROR_RANGE);
-    REQUIRE(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 0.1, &iris) == ERROR_OK);
+    CHECK(diffraction_px == doctest::Approx(2.3).epsilon(0.03));
+    CHECK(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 100, &iris, &diffraction_px) ==
+          ERROR_RANGE);
+    CHECK(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 0, &iris, &diffraction_px) == ERROR_RANGE);
+    REQUIRE(rig_optics_iris_for_reach(&up, RIG_LEFT, 1800, 0.1, &iris, &diffraction_px) ==
+            ERROR_OK);
     CHECK(iris == 850);
 }
