@@ -27,6 +27,7 @@ objects:
   - sheet: {name: print, material: print, size_mm: [6000, 6000], position_mm: [0, 0, 1800]}
   - sheet: {name: wall, material: wall, size_mm: [900, 900], position_mm: [5000, 0, 1500]}
   - sheet: {name: sun, material: sun, size_mm: [90, 90], position_mm: [5000, 0, 1700]}
+  - sheet: {name: near, material: print, size_mm: [300, 300], position_mm: [5000, 0, 1500]}
 """
 # Small regions: what a search does with them does not depend on their size.
 REGION = "region=1000,740,48,48"

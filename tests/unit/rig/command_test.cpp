@@ -199,7 +199,7 @@ TEST_CASE("wrong options") {
         refused(std::string("expose size=") + size, ERROR_SYNTAX, {"size", "WxH"});
     }
     refused("expose size=3x101", ERROR_RANGE, {"too large", "from 1 to 100"});
-    refused("expose far=0.1", ERROR_RANGE, {"too small", "at least 0.5", "inf mm"});
+    refused("expose far=0.1", ERROR_RANGE, {"too small", "at least 0.5 mm", "or inf"});
     refused("expose note=", ERROR_RANGE, {"too short"});
     refused("expose note=\"a", ERROR_SYNTAX, {"quote"});
     // Quoted, it is not an option.
