@@ -126,7 +126,7 @@ static void draw_legend(const struct panel *self) {
         if (occurs) {
             fprintf(self->stream,
                     "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" fill=\"%s\">%s</text>\n", x,
-                    self->top + TOP - 6, leg_colours[leg], leg_names[leg]);
+                    self->top + PANEL_HEIGHT - 14, leg_colours[leg], leg_names[leg]);
             x -= 70;
         }
     }
@@ -154,7 +154,7 @@ static void write_title(const struct panel *self) {
     fprintf(self->stream, "<text x=\"%d\" y=\"%.1f\" font-size=\"15\">%s lens: %s", LEFT,
             self->top + 18, plot->name, focus_search_text(plot->search));
     if (has_peak(result)) {
-        fprintf(self->stream, ", peak at %.1f counts, half as sharp %.1f counts beside it",
+        fprintf(self->stream, ", peak at %.1f counts, half width %.1f counts",
                 result->peak.position, result->peak.half_width);
     }
     if (result->blur_px >= 0) {
