@@ -101,10 +101,13 @@ TEST_CASE("a missing device, and a partial transfer") {
     size_t begun = 0;
     std::array<uint8_t, 2> word{};
     CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_I2C_NACK);
+    // i2c-virtio: no errno, but fewer messages than requested, or none.
     adapter->address = kBridge;
-    adapter->only_path_costs = 1;
-    CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_IO);
-    CHECK(begun == 5);
+    for (const int done : {0, 1}) {
+        adapter->only_path_costs = done;
+        CHECK(read_word(bus.dev, kStart_us + 50000, &begun, &word) == ERROR_I2C_NACK);
+        CHECK(begun == 5);
+    }
 }
 
 TEST_CASE("deadlines set the adapter's timeout") {

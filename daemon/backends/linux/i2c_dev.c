@@ -88,8 +88,9 @@ static int transfer(void *opaque, const struct hal_i2c_message *messages, size_t
     if (done < 0) {
         return error_of(errno);
     }
-    // Fewer messages than requested: the adapter aborted the transfer.
-    return (size_t)done == count ? ERROR_OK : ERROR_IO;
+    // Fewer messages than requested: the adapter's driver reports no reason, and a missing
+    // acknowledgement is the most frequent one (i2c-virtio knows no other).
+    return (size_t)done == count ? ERROR_OK : ERROR_I2C_NACK;
 }
 
 void i2c_dev_init(struct i2c_dev *self) {
