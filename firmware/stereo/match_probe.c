@@ -100,10 +100,10 @@ struct match_probe match_probe_of(const struct match_kernels *real, match_probe_
 struct match_probe_window match_probe_window_at(const struct match_probe_row *row, int x) {
     INVARIANT(x >= 0 && x < row->width);
     const struct match_tile *tile = &row->tiles[x / MATCH_TILE_COLUMNS];
-    const size_t column = (size_t)(x % MATCH_TILE_COLUMNS);
+    const int cell = tile->offset + x % MATCH_TILE_COLUMNS * tile->lanes;
     return (struct match_probe_window){.first = tile->base,
                                        .count = tile->lanes,
-                                       .cell = (size_t)tile->offset + column * (size_t)tile->lanes,
+                                       .cell = (size_t)cell,
                                        .doubtful = tile->doubtful};
 }
 

@@ -180,14 +180,14 @@ void match_plan_windows(const struct match_level *level, int band_begin,
     // Narrows the windows until the row fits its memory.
     const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
     int max_lanes = level->lanes;
-    size_t lanes;
+    int lanes;
     do {
         lanes = 0;
         for (int t = 0; t < level->tiles; t++) {
             set_window(level, reaches[t], max_lanes, above[t].base, &tiles[t]);
-            tiles[t].offset = (int32_t)lanes * MATCH_TILE_COLUMNS;
-            lanes += (size_t)tiles[t].lanes;
+            tiles[t].offset = lanes * MATCH_TILE_COLUMNS;
+            lanes += tiles[t].lanes;
         }
         max_lanes -= MATCH_LANES;
-    } while (lanes > room);
+    } while ((size_t)lanes > room);
 }
