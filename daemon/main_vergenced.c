@@ -310,6 +310,17 @@ static void report_start(struct program *self) {
             fprintf(stderr, "vergenced: %s: %s\n", paths[i].what, paths[i].place);
         }
     }
+    if (config->tcp_network[0] != '\0') {
+        static const char risk[] =
+            "tcp_network = %s: served without encryption: anyone who can read this network's "
+            "traffic "
+            "can take the token and drive the instrument%s";
+        log_ring_print(&self->daemon.log_ring, HAL_LOG_WARNING, risk, config->tcp_network, "");
+        if (elsewhere) {
+            fputs("vergenced: ", stderr);
+            fprintf(stderr, risk, config->tcp_network, "\n");
+        }
+    }
     log_ring_print(&self->daemon.log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
                    version_text(), version_build_id());
     if (elsewhere) {

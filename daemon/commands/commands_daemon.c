@@ -13,6 +13,7 @@
 #include "daemon/base/process.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
+#include "daemon/files/token.h"
 #include "daemon/server/dispatch.h"
 
 enum { LOG_DEFAULT_LINES = 20 };
@@ -82,6 +83,21 @@ static int run_config(const struct command_call *call) {
                  : command_fail(call, ERROR_ARGUMENT,
                                 "config: unknown key \"%.60s\" (\"config\" lists all)",
                                 call->values[0].text);
+}
+
+static int run_token(const struct command_call *call) {
+    const struct config *config = &daemon_of(call)->config;
+    char token[TOKEN_BYTES];
+    struct message message;
+    if (config->tcp_port == 0) {
+        return command_fail(call, ERROR_UNSUPPORTED, "no token: \"tcp_port\" is not set");
+    }
+    const int error = token_read(config->tcp_token, token, &message);
+    if (error != 0) {
+        return command_fail(call, error, "%s", message.text);
+    }
+    reply_text(call, "token", token);
+    return 0;
 }
 
 static int run_log(const struct command_call *call) {
@@ -323,6 +339,11 @@ static const struct command commands[] = {
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
      .run = run_config},
+    {.name = "token",
+     .summary = "show the token that clients over TCP need",
+     .help = "For a file of mode 0600 on the PC, which vergence --connect --token FILE reads.",
+     .flags = COMMAND_NO_RIG,
+     .run = run_token},
     {.name = "log",
      .summary = "show the last lines of the log",
      .help = "Times are in UTC.",

@@ -15,7 +15,6 @@
 #include <unistd.h>
 
 #include "core/error.h"
-#include "daemon/settings/config.h"
 
 enum {
     BACKLOG = 16,
@@ -93,9 +92,11 @@ int listener_unix(const char *path, int *listener, struct message *message) {
     return 0;
 }
 
-int listener_tcp(uint16_t port, int *listener, struct message *message) {
+int listener_tcp(uint16_t port, bool network, int *listener, struct message *message) {
     const struct sockaddr_in address = {
-        .sin_family = AF_INET, .sin_port = htons(port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+        .sin_family = AF_INET,
+        .sin_port = htons(port),
+        .sin_addr.s_addr = htonl(network ? INADDR_ANY : INADDR_LOOPBACK)};
     const int fd = socket(AF_INET, SOCKET_FLAGS, 0);
     const int one = 1;
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one) != 0 ||
@@ -107,19 +108,23 @@ int listener_tcp(uint16_t port, int *listener, struct message *message) {
     return 0;
 }
 
-int listener_open(const char *path, uint16_t port, const char *token_path, int fds[LISTENERS],
-                  char token[TOKEN_BYTES], struct message *message) {
+int listener_open(const struct config *config, int fds[LISTENERS], char token[TOKEN_BYTES],
+                  struct message *message) {
+    const uint16_t port = config->tcp_port;
     struct message inner;
-    int error = port == 0 ? 0 : listener_tcp(port, &fds[LISTENER_TCP], &inner);
+    int error =
+        port == 0 ? 0
+                  : listener_tcp(port, config->tcp_network[0] != '\0', &fds[LISTENER_TCP], &inner);
     if (error != 0) {
         return message_set(message, error, "tcp_port = %u: %.900s", (unsigned)port, inner.text);
     }
-    error = port == 0 ? 0 : token_open(token_path, token, &inner);
+    error = port == 0 ? 0 : token_open(config->tcp_token, token, &inner);
     if (error != 0) {
         return message_set(message, error, "tcp_token = %.900s", inner.text);
     }
     // Last: programs that wait for the daemon wait for this file to appear.
-    error = path[0] == '\0' ? 0 : listener_unix(path, &fds[LISTENER_UNIX], &inner);
+    error =
+        config->socket[0] == '\0' ? 0 : listener_unix(config->socket, &fds[LISTENER_UNIX], &inner);
     return error == 0 ? 0 : message_set(message, error, "socket = %.900s", inner.text);
 }
 
@@ -127,10 +132,24 @@ int listener_accept(int fd) {
     return accept4(fd, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 }
 
-void listener_turn_away(int fd) {
-    static const char text[] = "ERR BUSY too many clients: try again later\n";
+bool listener_admits(const struct config *config, int fd, char host[LISTENER_HOST_BYTES]) {
+    struct sockaddr_in peer = {0};
+    socklen_t bytes = sizeof peer;
+    uint32_t network = 0, mask = 0;
+    if (getpeername(fd, (struct sockaddr *)&peer, &bytes) != 0) {
+        strcpy(host, "unknown");  // it has gone
+        return false;
+    }
+    inet_ntop(AF_INET, &peer.sin_addr, host, LISTENER_HOST_BYTES);
+    const uint32_t address = ntohl(peer.sin_addr.s_addr);
+    return address >> IN_CLASSA_NSHIFT == IN_LOOPBACKNET ||
+           (config_parse_network(config->tcp_network, &network, &mask) &&
+            (address & mask) == network);
+}
+
+void listener_turn_away(int fd, const char *line) {
     char asked[TURNED_AWAY_BYTES];
-    const ssize_t reported = write(fd, text, sizeof text - 1);
+    const ssize_t reported = write(fd, line, strlen(line));
     (void)reported;  // a client without this line still sees the end of the connection
     // Closing with unread input would reset the connection and lose the line.
     shutdown(fd, SHUT_WR);

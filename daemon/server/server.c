@@ -71,8 +71,7 @@ int server_open(struct server *self, struct daemon *daemon, struct message *mess
         return message_set(message, ERROR_MEMORY, "out of memory for %u clients",
                            (unsigned)config->clients);
     }
-    const int error = listener_open(config->socket, config->tcp_port, config->tcp_token,
-                                    self->listeners, self->token, message);
+    const int error = listener_open(config, self->listeners, self->token, message);
     return error != 0 ? error
                       : console_open(&self->console, config, &self->clients[CONSOLE], message);
 }
@@ -225,9 +224,16 @@ static void accept_client(struct server *self, int listener_index, uint64_t now_
         self->accept_us = now_us + (uint64_t)TICK_MS * 1000;
         return;
     }
+    char host[LISTENER_HOST_BYTES];
+    if (listener_index == LISTENER_TCP && !listener_admits(&self->daemon->config, fd, host)) {
+        log_ring_print(&self->daemon->log_ring, HAL_LOG_WARNING,
+                       "a client at %s, outside of tcp_network: refused", host);
+        listener_turn_away(fd, "ERR REFUSED your address is not in the setting \"tcp_network\"\n");
+        return;
+    }
     struct connection *slot = free_slot(self);
     if (slot == NULL) {
-        listener_turn_away(fd);
+        listener_turn_away(fd, "ERR BUSY too many clients: try again later\n");
         return;
     }
     connection_begin(slot, false, fd, fd);

@@ -23,6 +23,7 @@ enum {
     CONFIG_TEXT_BYTES = 256,
     CONFIG_NO_LINE = -1,
     CONFIG_SOCKET_BYTES = 104,  ///< of a socket's path, with its end; Linux takes 108, less ".new"
+    CONFIG_NETWORK_BYTES = 20,  ///< "255.255.255.255/32"
     CONFIG_CLIENTS_MAX = 32,
     CONFIG_QUEUE_MAX = 64,  ///< waiting commands
     /// The system's watchdog is fed every second, but not while the instrument goes to its safe
@@ -48,9 +49,10 @@ struct config {
     bool reset_active_low, irq_active_low, lens_power_active_low, trigger_active_low;
 
     char socket[CONFIG_SOCKET_BYTES];
-    uint16_t tcp_port;                  ///< 0: off
-    char tcp_token[CONFIG_TEXT_BYTES];  ///< file; "": the default one of daemon/files/token.h
-    char console[CONFIG_TEXT_BYTES];    ///< a terminal's device, or "stdio"
+    uint16_t tcp_port;                       ///< 0: off
+    char tcp_network[CONFIG_NETWORK_BYTES];  ///< of its clients, "192.0.2.0/24"; "": this machine
+    char tcp_token[CONFIG_TEXT_BYTES];       ///< file; "": the default one of daemon/files/token.h
+    char console[CONFIG_TEXT_BYTES];         ///< a terminal's device, or "stdio"
     uint32_t console_baud;
     uint32_t clients, queue;
     uint32_t reader_timeout_s;
@@ -92,6 +94,10 @@ int config_parse(struct config *config, const char *name, const char *text, size
 /// Sets one key as a line `key = value` of a file does, but opens no file: `profile` must be a
 /// built-in one. 0, or an error with a message without the line.
 int config_set(struct config *config, const char *key, const char *value, struct message *message);
+
+/// Parses the setting `tcp_network`: an IPv4 network of 8 to 32 bits, without bits behind them.
+/// Both in the host's byte order. False: something else.
+bool config_parse_network(const char *text, uint32_t *address, uint32_t *mask);
 
 /// Whether the settings are consistent: the profile, and the devices that it needs. 0, or an error
 /// with a message that names the key.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Consistency of settings.
+#include <arpa/inet.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -254,6 +255,41 @@ static int check_ways(const struct check *self) {
     return 0;
 }
 
+bool config_parse_network(const char *text, uint32_t *address, uint32_t *mask) {
+    enum { BITS_MIN = 8, BITS_MAX = 32 };
+    char host[CONFIG_NETWORK_BYTES] = "";
+    struct in_addr parsed;
+    unsigned bits = 0;
+    int used = 0;
+    if (sscanf(text, "%15[0-9.]/%2u%n", host, &bits, &used) != 2 || text[used] != '\0' ||
+        bits < BITS_MIN || bits > BITS_MAX || inet_pton(AF_INET, host, &parsed) != 1) {
+        return false;
+    }
+    *address = ntohl(parsed.s_addr);
+    *mask = UINT32_MAX << (BITS_MAX - bits);
+    return (*address & ~*mask) == 0;
+}
+
+static int check_network(const struct check *self) {
+    const struct config *config = self->config;
+    uint32_t address = 0, mask = 0;
+    int error = 0;
+    if (config->tcp_network[0] == '\0') {
+        return 0;
+    }
+    if (!config_parse_network(config->tcp_network, &address, &mask)) {
+        error = message_set(self->message, ERROR_ARGUMENT,
+                            "tcp_network = %s: not a network (expected ADDRESS/BITS with 8 to 32 "
+                            "bits and zeros behind them, such as 192.0.2.0/24)",
+                            config->tcp_network);
+    } else if (config->tcp_port == 0) {
+        error =
+            message_set(self->message, ERROR_MISSING,
+                        "tcp_network = %s requires \"tcp_port\" to be set", config->tcp_network);
+    }
+    return error != 0 ? at(self, error, "tcp_network", NULL) : 0;
+}
+
 /// Resolves links and dots of a path. A part that does not exist yet stays unresolved.
 static void resolve(const char *path, char resolved[PATH_MAX]) {
     char next[PATH_MAX + CONFIG_TEXT_BYTES];
@@ -308,8 +344,8 @@ static int check_apart(const struct check *self) {
 int config_check_lines(const struct config *config, const struct config_line *lines,
                        bool profile_only, struct message *message) {
     static int (*const checks[])(const struct check *self) = {
-        check_profile, check_name,  check_devices, check_ways,
-        check_speed,   check_apart, check_faults};
+        check_profile, check_name,    check_devices, check_ways,
+        check_speed,   check_network, check_apart,   check_faults};
     const size_t count = profile_only ? 2 : sizeof checks / sizeof checks[0];
     const struct check self = {config, lines, message};
     int error = 0;

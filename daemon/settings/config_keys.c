@@ -99,7 +99,13 @@ static const struct config_key keys[] = {
      .min = 0,
      .max = 65535,
      .none = "off",
-     .help = "TCP port on 127.0.0.1 for clients on this machine that present the token"},
+     .help = "TCP port for clients that present the token; on this machine only, at 127.0.0.1, if "
+             "tcp_network does not add others"},
+    TEXT("tcp_network", tcp_network,
+         "also serve tcp_port to clients of this IPv4 network, such as 192.0.2.0/24, at all "
+         "addresses of this machine. Nothing is encrypted: anyone who can read the network's "
+         "traffic "
+         "gets the token and with it the instrument"),
     {.name = "tcp_token",
      .kind = CONFIG_TEXT,
      AT(tcp_token),

@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
+from access_test import free_port
 from bad_line import BadLine
 from daemon_process import TIMEOUT_S, SIMRIG, VERGENCE, VERGENCED, DaemonTest, Terminal
 
@@ -66,16 +67,18 @@ class Commands(unittest.TestCase):
         DaemonTest.wait_for(self.folder / path)
 
     def test_every_command_runs(self):
-        lines = commands()
+        lines, port = commands(), free_port()
         self.assertGreaterEqual(len(lines), 18)
         calibration, = SESSION.glob("calibration-*.txt")
         shutil.copy(calibration, self.folder / "rig.txt")
         for line in lines:
             line = line.replace("/dev/ttyUSB0", self.line.name)
+            line = line.replace("192.0.2.2:7878", f"127.0.0.1:{port}")
             if line.startswith("vergence simulate"):
                 self.begin(line, "rig.sock")
             elif line.endswith(" &"):
-                self.begin(f"{line.removesuffix(' &')} console={self.console.name}", "v.sock")
+                self.begin(f"{line.removesuffix(' &')} console={self.console.name} tcp_port={port} "
+                           "tcp_network=192.0.2.0/24 tcp_token=board.token", "v.sock")
             elif " fetch bugreport-" in line:
                 made, = glob.glob("bugreport-*.txt", root_dir=self.folder / "files")
                 self.run_line(re.sub(r"bugreport-\S+", made, line))

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Access: web pages, programs without the token, clients that never send a line."""
 import http.client
+import json
 import os
 import re
 import socket
 import stat
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -197,6 +199,92 @@ class Refused(unittest.TestCase):
         self.assertIn(word, done.stderr)
 
 
+class Network(unittest.TestCase):
+    """The setting tcp_network, in a network of the test's own: its machine has an address inside
+    and one outside."""
+
+    def test_it_serves_that_network_only(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        done = subprocess.run(
+            ["unshare", "--map-root-user", "--net", "sh", "-ec",
+             "for at in 127.0.0.1/8 192.0.2.1/24 198.51.100.1/24; do ip addr add $at dev lo; done; "
+             'ip link set lo up; exec "$@"', "sh", sys.executable, "-B", __file__, folder.name],
+            capture_output=True, text=True, timeout=4 * TIMEOUT_S)
+        if done.stderr.startswith("unshare:"):
+            self.skipTest(f"no network of its own: {done.stderr}")
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stderr)
+        results = json.loads(done.stdout)
+        for source, line in (("127.0.0.1", "OK"), ("192.0.2.1", "OK"),
+                             ("198.51.100.1", "ERR REFUSED your address")):
+            self.assertEqual(results["answers"][source][:len(line)], line, results)
+        # A browser there can reach the port, but has no token.
+        self.assertEqual(results["answers"]["page"], "")
+        log = results["log"].splitlines()
+        risk = [line for line in log if "tcp_network = 192.0.2.0/24" in line]
+        self.assertEqual(len(risk), 1, log)
+        self.assertIn("without encryption", risk[0])
+        self.assertIn("warning", risk[0])
+        refused = [line for line in log if "198.51.100.1" in line]
+        self.assertEqual(len(refused), 1, log)
+        self.assertIn("outside of tcp_network: refused", refused[0])
+        self.assertEqual(results["transfer"], [0, 0, 0, 0], results)
+
+
+def run_in_network(folder):
+    """Prints what clients at several addresses get."""
+    port, token = 4300, os.path.join(folder, "token")
+    daemon = subprocess.Popen(
+        [VERGENCED, "profile=two-cameras", "backend=linux", "left_camera=/dev/none",
+         "right_camera=/dev/none2", "store=none", f"files={folder}/files", f"log={folder}/log",
+         f"socket={folder}/v.sock", f"tcp_port={port}", "tcp_network=192.0.2.0/24",
+         f"tcp_token={token}"], stderr=subprocess.DEVNULL)
+    answers = {}
+    try:
+        DaemonTest.wait_for(f"{folder}/v.sock")
+        with open(token, encoding="ascii") as file:
+            greeting = f"@token {file.read().strip()}\n"
+        for name, source, first in (("127.0.0.1", "127.0.0.1", greeting),
+                                    ("192.0.2.1", "192.0.2.1", greeting),
+                                    ("198.51.100.1", "198.51.100.1", greeting),
+                                    ("page", "192.0.2.1", "POST / HTTP/1.1\r\n\r\n")):
+            host = "127.0.0.1" if source == "127.0.0.1" else "192.0.2.1"
+            with socket.create_connection((host, port), TIMEOUT_S, (source, 0)) as client:
+                try:
+                    client.sendall(first.encode())
+                    answers[name] = client.recv(4096).decode()
+                except ConnectionResetError:
+                    answers[name] = ""
+        transfer = over_tcp(folder, ["--token", token], f"tcp:192.0.2.1:{port}")
+    finally:
+        daemon.terminate()
+        daemon.wait(TIMEOUT_S)
+    with open(f"{folder}/log", encoding="utf-8") as file:
+        print(json.dumps({"answers": answers, "transfer": transfer, "log": file.read()}))
+
+
+def over_tcp(folder, token, where):
+    """The exit codes of send, fetch and bugreport, and of a comparison of the files."""
+    sent, fetched = f"{folder}/sent", f"{folder}/fetched"
+    with open(sent, "wb") as file:
+        file.write(os.urandom(100000))
+
+    def run(*words):
+        return subprocess.run([VERGENCE, "--connect", where, *token, *words], cwd=folder,
+                              capture_output=True, text=True, timeout=TIMEOUT_S)
+    codes = [run("send", sent, "data").returncode, run("fetch", "data", fetched).returncode]
+    report = re.search(r"bugreport-[0-9-]*\.txt", run("bugreport").stdout)
+    codes.append(run("fetch", report[0]).returncode if report else 9)
+    with open(sent, "rb") as first, open(fetched, "rb") as second:
+        codes.append(int(first.read() != second.read()))
+    return codes
+
+
+class Token(WithPort):
+    def test_the_console_shows_it(self):
+        self.assertEqual(self.client().ask("token"), [f"token: {self.the_token()}", "OK"])
+
+
 class Readme(unittest.TestCase):
     """The example of the README, at a port that is free."""
 
@@ -261,4 +349,7 @@ class Silent(WithPort):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    if len(sys.argv) == 2 and os.path.isdir(sys.argv[1]):
+        run_in_network(sys.argv[1])
+    else:
+        unittest.main()

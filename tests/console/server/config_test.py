@@ -192,6 +192,13 @@ class Config(unittest.TestCase):
                  "0.1 to 1000 ms)"),
                 ("console = /dev/ttyS1\n", "FILE:1: lens_uart and console are both /dev/ttyS1"),
                 ("tcp_port = 0\n", "FILE:1: tcp_port = 0: out of range", "1 to 65535), or off"),
+                *((f"tcp_port = 9\ntcp_network = {network}\n", f"FILE:2: tcp_network = {network}: "
+                   "not a network", "192.0.2.0/24")
+                  for network in ("192.0.2.0", "192.0.2.0/", "192.0.2.0/7", "192.0.2.0/33",
+                                  "192.0.2.1/24", "192.0.2.0/24x", "0.0.0.0/0", "192.0.2/24",
+                                  "300.0.2.0/24", "::/64", "192.0.2.0 /24")),
+                ("tcp_network = 192.0.2.0/24\n",
+                 "FILE:1: tcp_network = 192.0.2.0/24 requires", '"tcp_port"'),
                 ("irq_line = -1\n", "FILE:1: irq_line = -1: out of range", "0 to 1023), or none"),
                 ("clients = 3\nsocket = none\n", "FILE:2: ", "socket, tcp_port or console"),
                 ("store = none\nrestore = yes\n", "FILE:2: restore = yes ", '"store"'),
@@ -226,6 +233,8 @@ class Config(unittest.TestCase):
                      "profile = two-cameras\nrig.width = 1280 px\nrig.height = 720 px\n",
                      "backend = sim unix:/run/x.sock\nsocket = none\nconsole = stdio\nlog_level = debug",
                      "socket = none\ntcp_port = 1\n",
+                     "tcp_network = 198.51.100.7/32\ntcp_port = 1\n",
+                     "tcp_network = none\ntcp_port = off\n",
                      # In any order, in sections, with other comments.
                      "rig.width = 1280 px\nprofile = two-cameras\n",
                      "rig.lens_backlash = 5 counts\nrig.lenses = v1lc\n",
