@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shared by the board's tests: tools/board as a person runs it, at a terminal, and a shell on the board.
+A test that fails shows all that the serial line said."""
+import os
+import pathlib
+import pty
+import re
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+import unittest
+
+ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
+BOARD = ROOT / "tools/board"
+# The build with simrig and vergence, and the folder of the image; "": tools/board makes them.
+PROGRAMS = os.environ.get("VERGENCE_PROGRAMS", "")
+IMAGE = os.environ.get("VERGENCE_IMAGE", "")
+VERGENCE = os.environ.get("VERGENCE", "vergence")
+# Limits for a machine that does much else; the figures are in firmware/image/README.md.
+BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
+PROMPT = "vergence> "
+
+
+def image():
+    """The folder of the image."""
+    return pathlib.Path(IMAGE)
+
+
+def board_command(*words, image_folder=None):
+    given = ["--image", str(image_folder or IMAGE)] if image_folder or IMAGE else []
+    given += ["--programs", PROGRAMS] if PROGRAMS and "--rig" not in words else []
+    return [str(BOARD), *given, *words]
+
+
+class Board:
+    """tools/board at a pseudo terminal, with DIR `folder`."""
+
+    def __init__(self, folder, *words, image_folder=None):
+        self.folder = pathlib.Path(folder)
+        self.master, slave = pty.openpty()
+        self.text, self.seen = "", 0
+        self.final = ""  # all that it said, once it is closed
+        self.arrived = []  # (time, length of the text so far)
+        self.begin_s = time.monotonic()
+        tty.setraw(slave)
+        self.process = subprocess.Popen(
+            board_command("--dir", str(folder), *words, image_folder=image_folder), stdin=slave,
+            stdout=slave, stderr=subprocess.PIPE, start_new_session=True)
+        os.close(slave)
+
+    def console(self):
+        """All that the serial line said, and the tool."""
+        log = self.folder / "console.log"
+        said = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
+        return f"---- the serial line\n{said}\n---- the terminal\n{self.text}"
+
+    def read(self, timeout_s):
+        """False at the end."""
+        if not select.select([self.master], [], [], timeout_s)[0]:
+            return True
+        try:
+            data = os.read(self.master, 1 << 16)
+        except OSError:
+            return False
+        self.text += data.decode(errors="replace")
+        self.arrived.append((time.monotonic(), len(self.text)))
+        return data != b""
+
+    def wait(self, pattern, limit_s):
+        """What is shown up to this regular expression, from where the last wait ended."""
+        end = time.monotonic() + limit_s
+        while not (found := re.search(pattern, self.text[self.seen:], re.M)):
+            if time.monotonic() > end:
+                raise AssertionError(f"not within {limit_s} s: {pattern}")
+            if not self.read(0.2):
+                raise AssertionError(f"the board ended before: {pattern}")
+        text = self.text[self.seen:self.seen + found.end()]
+        self.seen += found.end()
+        return text
+
+    def time_of(self, text):
+        """When the last character of this text was shown, s."""
+        place = self.text.index(text) + len(text)
+        return next(at for at, length in self.arrived if length >= place)
+
+    def wait_prompt(self, limit_s=BOOT_LIMIT_S):
+        return self.wait(f"^{PROMPT}$", limit_s)
+
+    def send(self, keys):
+        os.write(self.master, keys.encode())
+
+    def type(self, line, limit_s=COMMAND_LIMIT_S):
+        """The answer to a line that is typed at the prompt."""
+        self.send(line + "\r")
+        text = self.wait(rf"^(?:OK|ERR [^\r\n]*)[\r\n]+{PROMPT}$", limit_s).replace("\r", "")
+        return text.split("\n", 1)[1].rsplit("\n", 1)[0]
+
+    def shell(self, command, limit_s=COMMAND_LIMIT_S):
+        """What a command prints in the root shell of the bench's second console."""
+        with socket.socket(socket.AF_UNIX) as line:
+            line.settimeout(limit_s)
+            line.connect(str(self.folder / "shell.sock"))
+            # The marks are put together by the shell, so that its echo is not taken for them.
+            line.sendall(f"echo be''gin; {command}; echo en''d\n".encode())
+            text = ""
+            while not (found := re.search(r"^begin\r?\n(.*?)^end\r?$", text, re.M | re.S)):
+                data = line.recv(1 << 16)
+                if not data:
+                    raise AssertionError(f"the shell ended: {text}")
+                text += data.decode(errors="replace")
+        return found[1].replace("\r", "").strip()
+
+    def error_text(self):
+        return self.process.stderr.read().decode(errors="replace")
+
+    def wait_end(self, limit_s=END_LIMIT_S):
+        """Exit code."""
+        end = time.monotonic() + limit_s
+        while self.process.poll() is None:
+            if time.monotonic() > end:
+                raise AssertionError(f"does not end within {limit_s} s")
+            self.read(0.1)
+        while self.read(0):
+            if not select.select([self.master], [], [], 0)[0]:
+                break
+        return self.process.returncode
+
+    def close(self):
+        """Ends it, and keeps what it said."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            try:
+                self.process.wait(END_LIMIT_S)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        while select.select([self.master], [], [], 0)[0] and self.read(0):
+            pass
+        self.final = self.console() + self.error_text()
+        self.process.stderr.close()
+        os.close(self.master)
+
+
+def child_of(process, name):
+    """The process number of a child with this program."""
+    for entry in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            number, rest = entry.read_text(encoding="utf-8", errors="replace").split(" (", 1)
+        except OSError:
+            continue  # it has just ended
+        program, rest = rest.rsplit(") ", 1)
+        if program == name and int(rest.split()[1]) == process.pid:
+            return int(number)
+    raise AssertionError(f"no child {name}")
+
+
+class BoardTest(unittest.TestCase):
+    """`board` of a test, or of its class, is closed after it and shown when the test fails."""
+
+    board = None
+
+    def run(self, result=None):
+        before = len(result.failures) + len(result.errors) if result else 0
+        super().run(result)
+        if result and len(result.failures) + len(result.errors) > before and self.board:
+            text = self.board.final or self.board.console()
+            sys.stderr.write(f"\n{self.id()} failed.\n{text}\n")
+
+    @classmethod
+    def new_folder(cls):
+        folder = tempfile.mkdtemp(prefix="board-test-")
+        cls.addClassCleanup(shutil.rmtree, folder)
+        return pathlib.Path(folder)
+
+    def start(self, *words, **options):
+        self.board = Board(self.new_folder(), *words, **options)
+        self.addCleanup(self.board.close)
+        return self.board

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processes that belong to a board. They end with it, also if it is killed."""
+import ctypes
+import signal
+import subprocess
+import time
+
+from problem import Problem
+
+START_LIMIT_S = 60
+PR_SET_PDEATHSIG = 1
+LIBC = ctypes.CDLL(None, use_errno=True)
+
+
+def end_with_parent():
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+class Children:
+    def __init__(self):
+        self.started = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for process, _ in reversed(self.started):
+            if process.poll() is None:
+                process.terminate()
+        for process, _ in reversed(self.started):
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def start(self, command, log):
+        """Starts a program whose output goes to the file `log`, without a terminal."""
+        with open(log, "wb") as file:
+            process = subprocess.Popen([str(word) for word in command], stdin=subprocess.DEVNULL,
+                                       stdout=file, stderr=file, preexec_fn=end_with_parent,
+                                       start_new_session=True)
+        self.started.append((process, log))
+        return process
+
+    def wait(self, ready, what):
+        """Waits until ready() holds for the program that was started last."""
+        process, log = self.started[-1]
+        end = time.monotonic() + START_LIMIT_S
+        while not ready():
+            if process.poll() is not None:
+                text = log.read_text(encoding="utf-8", errors="replace").strip()
+                raise Problem(f"{what} ended: {text.splitlines()[-1] if text else process.returncode}")
+            if time.monotonic() > end:
+                raise Problem(f"{what} is not ready after {START_LIMIT_S} s (log: {log})")
+            time.sleep(0.02)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The person's end of the serial line."""
+import contextlib
+import os
+import pty
+import re
+import select
+import sys
+import termios
+import time
+import tty
+
+from machine import REFUSED
+from problem import Problem
+
+LEAVE = b"\x1d"  # Ctrl-]
+PROMPT = b"vergence> "
+KERNEL = b"Starting kernel"
+BOOT_LIMIT_S = 120
+BLOCK_BYTES = 1 << 16
+# What U-Boot prints when it refuses something.
+U_BOOT_ERROR = re.compile(rb"[^\r\n]*(?:bad |error|failed|could not|not found|exceeded|wrong|invalid)[^\r\n]*", re.I)
+
+
+class Line:
+    """The serial line. All that arrives is written to a log, and shown."""
+
+    def __init__(self, socket, log, shown):
+        self.socket, self.log, self.shown = socket, open(log, "wb", buffering=0), shown
+        self.booting = True
+        self.begin = b""  # what was said before the kernel began
+
+    def fileno(self):
+        return self.socket.fileno()
+
+    def send(self, data):
+        try:
+            self.socket.sendall(data)
+        except OSError:
+            pass  # switched off: read() reports it
+
+    def read(self):
+        """What has arrived; b"" when the board is off."""
+        try:
+            data = self.socket.recv(BLOCK_BYTES)
+        except OSError:
+            data = b""
+        self.log.write(data)
+        if self.shown:
+            os.write(sys.stdout.fileno(), data)
+        if self.booting:
+            self.begin += data
+            self.booting = KERNEL not in self.begin
+            if self.booting and REFUSED in self.begin:
+                raise Problem(f"U-Boot started no system: {reason(self.begin)}")
+        return data
+
+
+def reason(text):
+    """The last line of U-Boot that says why; it is followed by one that says only that."""
+    lines = [line.decode(errors="replace").strip() for line in U_BOOT_ERROR.findall(text)]
+    lines = [line for line in lines if "can't get kernel image" not in line]
+    return lines[-1] if lines else "see above"
+
+
+class Typist:
+    """Types lines, each at a prompt."""
+
+    def __init__(self, line, lines):
+        self.line, self.lines = line, list(lines)
+        self.shown = b""
+        self.failed = False
+        self.prompt_seen = False
+
+    def heard(self, data):
+        self.shown = (self.shown + data)[-BLOCK_BYTES:]
+        if not self.shown.endswith(PROMPT):
+            return
+        self.prompt_seen = True
+        self.failed = self.failed or re.search(rb"^ERR ", self.shown, re.M) is not None
+        self.shown = b""
+        if self.lines:
+            self.line.send(self.lines.pop(0).encode() + b"\r")
+            # The editor may show the prompt again while it echoes.
+            self.prompt_seen = False
+
+    def done(self):
+        return self.prompt_seen and not self.lines
+
+
+@contextlib.contextmanager
+def raw_terminal(fd):
+    """Each key at once and unchanged, as it is at a serial line."""
+    before = termios.tcgetattr(fd)
+    tty.setraw(fd)
+    try:
+        yield
+    finally:
+        termios.tcsetattr(fd, termios.TCSADRAIN, before)
+
+
+def attend(line, lines, scripted, say):
+    """Shows the line and types at it, until the user leaves or the board is off; exit code."""
+    if scripted:
+        return attend_script(line, lines)
+    with raw_terminal(0):
+        left = attend_person(line, lines)
+    say("left; the board is off" if left else "the board is off")
+    return 0
+
+
+def attend_person(line, lines):
+    typist = Typist(line, lines)
+    while True:
+        ready, _, _ = select.select([line, 0], [], [])
+        if 0 in ready:
+            keys = os.read(0, BLOCK_BYTES)
+            before, leave, _ = keys.partition(LEAVE)
+            line.send(before)
+            if leave or not keys:
+                return True
+        if line in ready:
+            data = line.read()
+            if not data:
+                return False
+            typist.heard(data)
+
+
+def attend_script(line, lines):
+    typist = Typist(line, lines)
+    end = time.monotonic() + BOOT_LIMIT_S
+    prompted = False
+    while not typist.done():
+        ready, _, _ = select.select([line], [], [], 1)
+        if ready:
+            data = line.read()
+            if not data:
+                raise Problem("the board switched itself off")
+            typist.heard(data)
+            prompted = prompted or typist.prompt_seen or len(typist.lines) < len(lines)
+        if not prompted and time.monotonic() > end:
+            raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
+    sys.stdout.write("\n")
+    return 1 if typist.failed else 0
+
+
+def serve(line, path, say):
+    """Offers the line as a pseudo terminal, until the board is off or the user ends it."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)  # it stays open, so that a client may come and leave
+    if path.is_symlink():
+        path.unlink()
+    try:
+        path.symlink_to(os.ttyname(slave))
+    except OSError as error:
+        raise Problem(f"--serial {path}: {error.strerror.lower()}") from error
+    say(f"serial line: vergence --connect serial:{path} (Ctrl-C ends the board)")
+    try:
+        while True:
+            ready, _, _ = select.select([line, master], [], [])
+            if master in ready:
+                line.send(os.read(master, BLOCK_BYTES))
+            if line in ready:
+                data = line.read()
+                if not data:
+                    say("the board is off")
+                    return 0
+                # As on a wire: what no program reads is lost.
+                if select.select([], [master], [], 0)[1]:
+                    os.write(master, data)
+    finally:
+        path.unlink(missing_ok=True)
