@@ -135,7 +135,7 @@ class Bench(BoardTest):
         os.kill(child_of(board.process, "dnsmasq"), signal.SIGKILL)
         self.assertEqual(board.wait_end(LIMIT_S), 1)
         self.assertNotIn("Starting kernel", board.text)
-        self.assertIn("U-Boot started no system: Retry count exceeded", board.error_text())
+        self.assertIn("U-Boot started no system: Retry count exceeded", board.report())
 
 
 if __name__ == "__main__":

@@ -48,17 +48,18 @@ class Board:
         self.final = ""  # all that it said, once it is closed
         self.arrived = []  # (time, length of the text so far)
         self.begin_s = time.monotonic()
+        self.errors = open(self.folder / "errors", "w+b")
         tty.setraw(slave)
         self.process = subprocess.Popen(
             board_command("--dir", str(folder), *words, image_folder=image_folder), stdin=slave,
-            stdout=slave, stderr=subprocess.PIPE, start_new_session=True)
+            stdout=slave, stderr=self.errors, start_new_session=True)
         os.close(slave)
 
     def console(self):
         """All that the serial line said, and the tool."""
         log = self.folder / "console.log"
         said = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
-        return f"---- the serial line\n{said}\n---- the terminal\n{self.text}"
+        return f"---- the serial line\n{said}\n---- the terminal\n{self.text}\n{self.report()}"
 
     def read(self, timeout_s):
         """False at the end."""
@@ -116,8 +117,9 @@ class Board:
                 text += data.decode(errors="replace")
         return found[1].replace("\r", "").strip()
 
-    def error_text(self):
-        return self.process.stderr.read().decode(errors="replace")
+    def report(self):
+        """What the tool wrote on standard error."""
+        return (self.folder / "errors").read_text(encoding="utf-8", errors="replace")
 
     def wait_end(self, limit_s=END_LIMIT_S):
         """Exit code."""
@@ -142,8 +144,8 @@ class Board:
                 self.process.wait()
         while select.select([self.master], [], [], 0)[0] and self.read(0):
             pass
-        self.final = self.console() + self.error_text()
-        self.process.stderr.close()
+        self.final = self.console()
+        self.errors.close()
         os.close(self.master)
 
 
@@ -177,6 +179,11 @@ class BoardTest(unittest.TestCase):
         folder = tempfile.mkdtemp(prefix="board-test-")
         cls.addClassCleanup(shutil.rmtree, folder)
         return pathlib.Path(folder)
+
+    @classmethod
+    def begin(cls, *words, **options):
+        """A board for the whole class."""
+        cls.board = Board(cls.new_folder(), *words, **options)
 
     def start(self, *words, **options):
         self.board = Board(self.new_folder(), *words, **options)

@@ -64,22 +64,22 @@ def write_flash(path, words):
     os.truncate(path, FLASH_BYTES)
 
 
-def start(network, folder, words, running):
+def start(network, folder, words, devices, running):
+    """Starts QEMU; `devices` are its options for what the bench connects to the board."""
     write_flash(folder / "flash.img", words)
     (folder / "serial.sock").unlink(missing_ok=True)
     process = running.start([
-        "qemu-system-arm", "-M", "virt,highmem=off", "-cpu", "cortex-a7", "-m", MEMORY_MB, "-display", "none",
-        "-nodefaults", "-bios", U_BOOT,
+        # Above 4 GB the kernel would not find the ports of a PCI device. The bench maps the memory.
+        "qemu-system-arm", "-M", "virt,highmem=off,memory-backend=ram", "-object",
+        f"memory-backend-memfd,id=ram,size={MEMORY_MB}M,share=on", "-m", MEMORY_MB, "-cpu", "cortex-a7",
+        "-display", "none", "-nodefaults", "-bios", U_BOOT,
         "-drive", f"if=pflash,unit=1,format=raw,file={escaped(folder / 'flash.img')}",
         "-netdev", f"{network.netdev},id=net", "-device", f"virtio-net-device,netdev=net,mac={MAC}",
         "-chardev", f"socket,id=serial,path={escaped(folder / 'serial.sock')},server=on,wait=on",
-        "-serial", "chardev:serial",
-        # A second console, for a shell: the bench's own way in. Above 4 GB the kernel would not find
-        # the ports of a PCI device.
+        "-serial", "chardev:serial", *devices,
+        # A second console, for a shell: the bench's own way in. It is the last serial port.
         "-chardev", f"socket,id=shell,path={escaped(folder / 'shell.sock')},server=on,wait=off",
-        "-device", "pci-serial,chardev=shell",
-        # Power-off by the system ends QEMU; a restart, as by a watchdog, boots again.
-        "-action", "reboot=reset"], folder / "qemu.log")
+        "-device", "pci-serial,chardev=shell"], folder / "qemu.log")
     running.wait((folder / "serial.sock").exists, "QEMU")
     return process
 

@@ -15,9 +15,10 @@ from problem import Problem
 
 LEAVE = b"\x1d"  # Ctrl-]
 PROMPT = b"vergence> "
-KERNEL = b"Starting kernel"
 BOOT_LIMIT_S = 120
 BLOCK_BYTES = 1 << 16
+RECENT_BYTES = 1 << 14
+TOKEN = re.compile(rb"^token: ([0-9a-f]{64})\r?\n", re.M)
 # What U-Boot prints when it refuses something.
 U_BOOT_ERROR = re.compile(rb"[^\r\n]*(?:bad |error|failed|could not|not found|exceeded|wrong|invalid)[^\r\n]*", re.I)
 
@@ -25,10 +26,10 @@ U_BOOT_ERROR = re.compile(rb"[^\r\n]*(?:bad |error|failed|could not|not found|ex
 class Line:
     """The serial line. All that arrives is written to a log, and shown."""
 
-    def __init__(self, socket, log, shown):
-        self.socket, self.log, self.shown = socket, open(log, "wb", buffering=0), shown
-        self.booting = True
-        self.begin = b""  # what was said before the kernel began
+    def __init__(self, socket, folder, shown):
+        self.socket, self.folder, self.shown = socket, folder, shown
+        self.log = open(folder / "console.log", "wb", buffering=0)
+        self.recent = b""
 
     def fileno(self):
         return self.socket.fileno()
@@ -48,12 +49,20 @@ class Line:
         self.log.write(data)
         if self.shown:
             os.write(sys.stdout.fileno(), data)
-        if self.booting:
-            self.begin += data
-            self.booting = KERNEL not in self.begin
-            if self.booting and REFUSED in self.begin:
-                raise Problem(f"U-Boot started no system: {reason(self.begin)}")
+        self.recent = (self.recent + data)[-RECENT_BYTES:]
+        if REFUSED in self.recent:
+            raise Problem(f"U-Boot started no system: {reason(self.recent)}")
+        if token := TOKEN.search(self.recent):
+            save_token(self.folder / "token", token[1])
+            self.recent = self.recent[token.end():]
         return data
+
+
+def save_token(path, token):
+    """The answer to the command "token": clients over TCP present it."""
+    path.unlink(missing_ok=True)
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(token + b"\n")
 
 
 def reason(text):
