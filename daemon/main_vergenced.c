@@ -13,6 +13,7 @@
 #include "daemon/backends.h"
 #include "daemon/backends/linux/watchdog_dev.h"
 #include "daemon/backends/store/store.h"
+#include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/help.h"

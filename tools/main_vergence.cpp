@@ -18,17 +18,17 @@
 namespace {
 
 const result_writer writers[] = {
-    {"disparity.pfm", false, write_pfm},
-    {"disparity.png", false, write_png_disparity},
-    {"depth.png", true, write_png_depth},
-    {"reasons.png", false, write_png_reasons},
-    {"left_rectified.png", false, write_png_left},
-    {"right_rectified.png", false, write_png_right},
-    {"points.pcd", false, write_pcd},
-    {"mesh.ply", false, write_ply},
-    {"mesh.glb", false, write_glb},
-    {"report.html", false, report_write},
-    {"result.json", false, write_result},
+    {"disparity.pfm", false, write_pfm, WRITE_PFM_PIXEL_BYTES},
+    {"disparity.png", false, write_png_disparity, 0},
+    {"depth.png", true, write_png_depth, 0},
+    {"reasons.png", false, write_png_reasons, 0},
+    {"left_rectified.png", false, write_png_left, 0},
+    {"right_rectified.png", false, write_png_right, 0},
+    {"points.pcd", false, write_pcd, WRITE_PCD_PIXEL_BYTES},
+    {"mesh.ply", false, write_ply, WRITE_PLY_PIXEL_BYTES},
+    {"mesh.glb", false, write_glb, 0},
+    {"report.html", false, report_write, 0},
+    {"result.json", false, write_result, 0},
 };
 
 int run_reconstruct(int argc, char **argv) {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/base/process.h"
 
-#include <inttypes.h>
 #include <signal.h>
 #include <stdio.h>
-#include <sys/sysinfo.h>
 #include <unistd.h>
 
 // Written into the build directory by build_id.cmake.
@@ -32,38 +30,6 @@ bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self) {
                          pthread_create(thread, &attributes, run, self) == 0;
     pthread_attr_destroy(&attributes);
     return started;
-}
-
-enum { LINE_BYTES = 128, KIB = 1024 };
-
-uint64_t memory_available_as_in(const char *meminfo) {
-    char line[LINE_BYTES];
-    uint64_t available_kib = 0;
-    uint64_t swap_kib = 0;
-    uint64_t free_kib = 0;
-    bool known = false;
-    FILE *file = fopen(meminfo, "re");
-    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
-        known = sscanf(line, "MemAvailable: %" SCNu64, &available_kib) == 1 || known;
-        if (sscanf(line, "SwapFree: %" SCNu64, &free_kib) == 1) {
-            swap_kib = free_kib;
-        }
-    }
-    if (file != NULL) {
-        fclose(file);
-    }
-    if (known) {
-        return (available_kib + swap_kib) * KIB;
-    }
-    struct sysinfo all;
-    if (sysinfo(&all) != 0) {
-        return UINT64_MAX;
-    }
-    return ((uint64_t)all.freeram + all.bufferram + all.freeswap) * all.mem_unit;
-}
-
-uint64_t memory_available_bytes(void) {
-    return memory_available_as_in("/proc/meminfo");
 }
 
 static volatile sig_atomic_t caught_signal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a process is and has: its build, threads, memory, signals.
+/// What a process is and has: its build, threads, signals.
 #ifndef VERGENCE_DAEMON_BASE_PROCESS_H
 #define VERGENCE_DAEMON_BASE_PROCESS_H
 
@@ -27,15 +27,6 @@ enum { THREAD_STACK_BYTES = 1024 * 1024 };
 /// As pthread_create with that stack; the caller joins it. False: out of memory, or too many
 /// threads.
 bool thread_start(pthread_t *thread, void *(*run)(void *self), void *self);
-
-/// Memory that the system can provide without killing a process for it, in bytes: MemAvailable of
-/// /proc/meminfo plus free swap. Sources: proc(5), sysinfo(2).
-uint64_t memory_available_bytes(void);
-
-/// The same from a file in the format of /proc/meminfo. If it cannot be read or has no such line
-/// (/proc with processes only, kernels before 3.14): free memory and swap without the page cache,
-/// which is an underestimate.
-uint64_t memory_available_as_in(const char *meminfo);
 
 /// From here on SIGINT, SIGTERM and SIGHUP are recorded instead of ending the process; a second
 /// signal of the same kind ends it at once, with a line about leftovers. A signal that is already

@@ -9,6 +9,7 @@
 #include "console/command_text.h"
 #include "console/command_words.h"
 #include "daemon/backends/linux/v4l2_camera.h"
+#include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
 #include "daemon/cli/editor.h"

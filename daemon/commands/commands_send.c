@@ -17,6 +17,7 @@
 #include "daemon/base/base64.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
+#include "daemon/commands/room_check.h"
 #include "daemon/files/atomic_file.h"
 
 /// Ending of the hidden files, by which abandoned ones are found.
@@ -159,7 +160,12 @@ static int announce(struct receipt *self) {
         return files_refuse(self->call, self->name, errno);
     }
     self->have = about.st_size;
-    return self->have >= self->size ? finish(self) : answer(self, false);
+    if (self->have >= self->size) {
+        return finish(self);
+    }
+    const struct room rest = {.files_bytes = (uint64_t)(self->size - self->have)};
+    const int full = room_check(self->call, &rest, NULL);
+    return full != 0 ? full : answer(self, false);
 }
 
 /// Writes a block at its offset. If the disk takes only a part, truncates the file to the length

@@ -9,6 +9,7 @@
 #include "daemon/base/process.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
+#include "daemon/commands/room_check.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
@@ -93,6 +94,7 @@ static void write_beginning(void *cookie) {
     int error = session_writer_begin(&session->writer, daemon->files_fd, session->name,
                                      version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
+        session->writer.room_bytes = room_check_now(daemon).files_bytes;
         error = session_writer_instrument(&session->writer, &self->instrument, &message);
         error = error != 0 ? error : write_calibration(call, &message);
         if (error != 0) {
@@ -256,19 +258,6 @@ static int take_pair(const struct command_call *call, const struct pair_options 
     return mismatch;
 }
 
-/// Forgets the last pair if there is no room for another one beside it.
-static void make_room(struct daemon *daemon, const struct pair_options *options) {
-    const struct rig *rig = &daemon->rig;
-    // Two merged from several: the left one, the right one's sums of 4 bytes, and a frame.
-    const bool merged = options->average != 0 || options->bracket != 0;
-    const uint64_t images = merged ? RIG_SIDES + 2 : RIG_SIDES + 1;
-    const uint64_t values = rig->profile.bridge ? 1 : 3;  // only others deliver colours
-    const uint64_t pixels = (uint64_t)rig->format.width_px * rig->format.height_px;
-    if (memory_available_bytes() < images * pixels * values * sizeof(uint16_t)) {
-        last_pair_set(&daemon->last_pair, NULL);
-    }
-}
-
 static int run_capture(const struct command_call *call) {
     struct session *session = &daemon_of(call)->session;
     const struct pair_options options = capture_options(call->values);
@@ -286,7 +275,10 @@ static int run_capture(const struct command_call *call) {
     if (error != 0) {
         return error;
     }
-    make_room(daemon_of(call), &options);
+    error = room_check_pair(call, &options, named);
+    if (error != 0) {
+        return error;
+    }
     struct captured_pair *captured = calloc(1, sizeof *captured);
     bool kept = false;
     error = captured != NULL ? take_pair(call, &options, captured, &kept) : ERROR_MEMORY;
@@ -361,6 +353,7 @@ static int start_recording(const struct command_call *call) {
         return command_fail(call, ERROR_BUSY, "record: already recording %s", session->name);
     }
     int error = check_name(call, &call->values[1]);
+    error = error != 0 ? error : room_check_recording(call);
     error = error != 0 ? error : begin_session(call, &call->values[1], "record");
     if (error != 0) {
         return error;

@@ -5,6 +5,7 @@
 
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
+#include "daemon/commands/room_check.h"
 #include "daemon/images/picture.h"
 #include "daemon/images/picture_marks.h"
 #include "daemon/session/capture.h"
@@ -120,6 +121,26 @@ static void put_answer(const struct view *self) {
     }
 }
 
+/// Checks that there is room for both frames, the picture and its file.
+static int check_room(const struct view *self) {
+    enum { MARKED_BYTES = RIG_SIDES * VIEW_SIDE_MAX_PX * VIEW_SIDE_MAX_PX };
+    const struct command_call *call = self->call;
+    const bool bridge = call->rig->profile.bridge;
+    struct room_frames frames = {.memory_images = RIG_SIDES};
+    if (self->full) {
+        // The picture has 3 bytes a pixel, its file no more.
+        const double picture = RIG_SIDES * (bridge ? 3.0 : 1.0) / sizeof(uint16_t);
+        frames.memory_images += 2 * picture;
+        frames.files_images = picture;
+    } else {
+        // Behind the bridge frames are thinned to the picture's size.
+        frames.memory_images = bridge ? 0 : RIG_SIDES;
+        frames.fixed.memory_bytes = (bridge ? 4 : 2) * MARKED_BYTES;
+        frames.fixed.files_bytes = MARKED_BYTES;
+    }
+    return room_check_frames(call, &frames);
+}
+
 static int run_view(const struct command_call *call) {
     static struct view view;  // one thread has the rig
     const int unavailable = files_need_directory(call);
@@ -127,7 +148,11 @@ static int run_view(const struct command_call *call) {
         return unavailable;
     }
     view = (struct view){.call = call, .full = command_is_set(&call->values[VIEW_FULL])};
-    int error = view_take(call->rig, call->values, view.look);
+    int error = check_room(&view);
+    if (error != 0) {
+        return error;
+    }
+    error = view_take(call->rig, call->values, view.look);
     if (error == 0) {
         disk_writer_run(&daemon_of(call)->disk_writer, make_file, &view);
         pair_look_release(view.look);

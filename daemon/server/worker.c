@@ -130,9 +130,9 @@ static void advise(const struct worker *self, int error, char *message, size_t b
     const bool cut = self->has_rig && record_cut(&self->daemon->record) != NULL;
     if (error == ERROR_FULL) {
         snprintf(message + length, bytes - length, "%s",
-                 cut ? "; the recording is cut off: free space on that disk, \"record stop\", "
+                 cut ? "; the recording is cut off: \"record stop\", free space (\"remove NAME\"), "
                        "record again"
-                     : "; free space on that disk and try again");
+                     : "; free space (\"remove NAME\") and try again");
     }
 }
 

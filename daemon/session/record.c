@@ -13,6 +13,8 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/memory.h"
+#include "daemon/base/raw_memory.h"
 #include "daemon/files/file_io.h"
 #include "daemon/session/trace.h"
 
@@ -108,7 +110,9 @@ bool record_is_on(const struct record *self) {
 /// A piece for the disk writer; NULL: out of memory, which ends the recording.
 static struct piece *new_piece(struct record *self, enum piece_kind kind, size_t bytes) {
     INVARIANT(self->writer != NULL);
-    struct piece *piece = malloc(sizeof *piece + bytes);
+    struct piece *piece = memory_available_bytes() >= bytes + RAW_MEMORY_RESERVE_BYTES
+                              ? malloc(sizeof *piece + bytes)
+                              : NULL;
     if (piece != NULL) {
         *piece = (struct piece){.task = {.work = write_piece, .bytes = sizeof *piece + bytes},
                                 .record = self,

@@ -118,6 +118,7 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
                          struct message *message) {
     memset(self, 0, sizeof *self);
     self->directory = self->index = -1;
+    self->room_bytes = UINT64_MAX;
     if (strlen(path) >= sizeof self->path) {
         return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
@@ -255,6 +256,13 @@ int session_writer_frame(struct session_writer *self, const struct raw_image *im
     char name[SESSION_NAME_MAX + 1];
     session_frame_name(sum, name);
     if (!is_there(self, name)) {
+        const uint64_t bytes = (uint64_t)raw_image_row_values(image) * (uint64_t)image->height_px *
+                               (uint64_t)session_frame_value_bytes(image);
+        if (bytes > self->room_bytes) {
+            errno = ENOSPC;
+            return fail(self, name, message);
+        }
+        self->room_bytes -= self->room_bytes != UINT64_MAX ? bytes : 0;
         const int part = begin_part(self);
         if (part < 0) {
             return fail(self, name, message);

@@ -33,6 +33,8 @@ struct session_writer {
     int64_t good_bytes;    // valid length of the index; an incomplete line may follow
     uint32_t pairs;        // pairs written
     bool made;             // the directory was created, too
+    /// Limit for the frames yet to be written, set after session_writer_begin, which sets none.
+    uint64_t room_bytes;
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
     struct session_event event;  // the event being written
 };

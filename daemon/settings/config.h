@@ -58,6 +58,7 @@ struct config {
     uint32_t reader_timeout_s;
 
     char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
+    uint32_t files_limit_mb;  ///< 0: none
     bool restore;
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level

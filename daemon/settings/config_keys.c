@@ -134,6 +134,16 @@ static const struct config_key keys[] = {
              "to render"),
 
     TEXT("files", files, "directory of sessions and results; clients can fetch them"),
+    {.name = "files_limit",
+     .kind = CONFIG_NUMBER,
+     AT(files_limit_mb),
+     .min = 0,
+     .max = 1000000000,
+     .quantity = QUANTITY_MB,
+     .none = "none",
+     .help =
+         "maximum size of everything in \"files\", for directories in memory: commands that would "
+         "write more are rejected before they begin"},
     TEXT("store", store, "directory of saved settings and the calibration"),
     YES("restore", restore,
         "whether bringup restores exposure, gain and window from \"settings save\"; the command "

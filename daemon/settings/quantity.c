@@ -41,6 +41,7 @@ static const struct {
     [QUANTITY_MM_IN_UM] = {"mm", 1000, false},
     [QUANTITY_UM_IN_NM] = {"um", 1000, false},
     [QUANTITY_F_NUMBER] = {"", 1000, false},
+    [QUANTITY_MB] = {"MB", 1, false},
 };
 
 /// A unit in the base unit of its kind; 0: not one that others may stand for.

@@ -35,6 +35,7 @@ enum quantity {
     QUANTITY_MM_IN_UM,      ///< mm; um
     QUANTITY_UM_IN_NM,      ///< um; nm
     QUANTITY_F_NUMBER,      ///< no unit; 1/1000
+    QUANTITY_MB,            ///< MB; the same
     QUANTITIES
 };
 

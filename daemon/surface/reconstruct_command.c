@@ -14,9 +14,11 @@
 #include "daemon/surface/result/write.h"
 
 static const struct result_writer writers[] = {
-    {"disparity.pfm", false, write_pfm},  {"reasons.pgm", false, write_reasons},
-    {"points.pcd", false, write_pcd},     {"mesh.ply", false, write_ply},
-    {"result.json", false, write_result},
+    {"disparity.pfm", false, write_pfm, WRITE_PFM_PIXEL_BYTES},
+    {"reasons.pgm", false, write_reasons, 1},
+    {"points.pcd", false, write_pcd, WRITE_PCD_PIXEL_BYTES},
+    {"mesh.ply", false, write_ply, WRITE_PLY_PIXEL_BYTES},
+    {"result.json", false, write_result, 0},
 };
 
 const struct reconstruct_outputs reconstruct_outputs_plain = {

@@ -15,6 +15,7 @@
 #include "daemon/base/workers.h"
 #include "daemon/session/calibration_match.h"
 #include "daemon/surface/reconstruct_pictures.h"
+#include "daemon/surface/reconstruct_room.h"
 #include "daemon/surface/reconstruct_summary.h"
 #include "daemon/surface/result/result_figures.h"
 
@@ -227,30 +228,29 @@ static int prepare(struct reconstruct_job *job) {
     return check_truth(job);
 }
 
-static int refuse_memory(struct reconstruct_job *job) {
-    return message_set(&job->message, ERROR_MEMORY,
-                       "out of memory: %.0f MB are required (make the images smaller with %s)",
-                       (double)job->memory_bytes / 1e6, job->context.texts->smaller);
-}
-
 static int allocate(struct reconstruct_job *job) {
     job->workers = workers_create(job->request->threads);
     if (job->workers == NULL) {
         return message_set(&job->message, ERROR_MEMORY, "out of memory for threads");
     }
     job->context.threads = workers_parallel(job->workers)->threads;
-    job->memory_bytes =
-        reconstruct_need_bytes(job->context.left.width_px, job->context.left.height_px,
-                               &job->result.plan, &job->options, job->context.threads);
-    job->context.arena_bytes = job->memory_bytes;
-    if (job->check_free_memory && job->memory_bytes > memory_available_bytes()) {
-        return refuse_memory(job);
+    const struct reconstruct_files_wanted wanted = {
+        job->outputs->writers, job->outputs->writer_count, job->request->files};
+    const struct room need = reconstruct_room_need(&job->context, &wanted);
+    job->context.arena_bytes = job->memory_bytes = (size_t)need.memory_bytes;
+    if (job->check_room) {
+        const struct room room = room_now(job->files, job->files_limit_bytes);
+        if (!room_fits(&room, &need)) {
+            return reconstruct_room_refuse(&job->context, &wanted, &room, &job->message);
+        }
     }
     job->memory = mmap(NULL, job->memory_bytes, PROT_READ | PROT_WRITE,
                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (job->memory == MAP_FAILED) {
         job->memory = NULL;
-        return refuse_memory(job);
+        return message_set(&job->message, ERROR_MEMORY,
+                           "out of memory: %.0f MB are required (make the images smaller with %s)",
+                           (double)job->memory_bytes / 1e6, job->context.texts->smaller);
     }
     return ERROR_OK;
 }

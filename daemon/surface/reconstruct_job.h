@@ -66,8 +66,11 @@ struct reconstruct_job {
     const struct reconstruct_source *source;
     const struct reconstruct_texts *texts;
     const struct reconstruct_observer *observer;
-    bool check_free_memory;  // refuse to start if free memory is short, so that the kernel kills no
-                             // process
+    /// Check before the work that there is room for it and its files, which go into the directory
+    /// `files` with its limit, see room_now.
+    bool check_room;
+    int files;
+    uint64_t files_limit_bytes;
 
     struct reconstruct_context context;  // after a run: everything about it
     struct message message;              // after a failed run: the reason

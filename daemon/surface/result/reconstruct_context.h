@@ -113,6 +113,8 @@ struct result_writer {
     /// file on failure: its directory is then removed.
     int (*write)(const struct reconstruct_context *context, const char *path,
                  struct message *message);
+    /// Maximum size for each pixel of the rectified image, to which a head is added; 0: unknown.
+    int pixel_bytes;
 };
 
 /// Whether `list`, the value of --files (names separated by commas), names the file.

@@ -27,8 +27,6 @@ void write_comments(const struct reconstruct_context *context, const char *mark,
     }
 }
 
-enum { POINT_BYTES = 5 * 4 };
-
 int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
@@ -53,7 +51,7 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
         const uint32_t pixel = result->vertex_pixel[vertex];
         const uint8_t *rgb =
             image_rgb8_row(&result->left_colour, (int)(pixel / width)) + 3 * (pixel % width);
-        unsigned char bytes[POINT_BYTES];
+        unsigned char bytes[WRITE_PCD_PIXEL_BYTES];
         output_file_put_f32(bytes, (float)point->x_um / unit_um);
         output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
         output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
@@ -89,8 +87,6 @@ int write_pfm(const struct reconstruct_context *context, const char *path,
     return output_file_close(&file, message);
 }
 
-enum { VERTEX_BYTES = 6 * 4 + 3 + 2 * 4, FACE_BYTES = 1 + 3 * 4 };
-
 static void put_header(const struct reconstruct_context *context,
                        const struct reconstruct_result *result, FILE *stream) {
     fputs("ply\nformat binary_little_endian 1.0\n", stream);
@@ -110,7 +106,7 @@ static void put_header(const struct reconstruct_context *context,
 }
 
 static void put_vertex(const struct reconstruct_result *result, uint32_t vertex, float unit_um,
-                       unsigned char bytes[VERTEX_BYTES]) {
+                       unsigned char bytes[WRITE_PLY_VERTEX_BYTES]) {
     const struct triangulate_point *point = &result->points[vertex];
     const int16_t *normal_q14 = result->normals_q14[vertex];
     const int width = result->left_colour.width;
@@ -138,12 +134,12 @@ int write_ply(const struct reconstruct_context *context, const char *path,
         put_header(context, result, file.stream);
     }
     for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
-        unsigned char bytes[VERTEX_BYTES];
+        unsigned char bytes[WRITE_PLY_VERTEX_BYTES];
         put_vertex(result, vertex, unit_um, bytes);
         output_file_write(&file, bytes, sizeof bytes);
     }
     for (uint32_t face = 0; face < result->triangle_count; face++) {
-        unsigned char bytes[FACE_BYTES] = {3};
+        unsigned char bytes[WRITE_PLY_FACE_BYTES] = {3};
         for (int corner = 0; corner < 3; corner++) {
             output_file_put_u32(bytes + 1 + 4 * corner, result->triangles[face][corner]);
         }

@@ -11,6 +11,15 @@
 extern "C" {
 #endif
 
+/// Maximum sizes for each pixel, as in result_writer: a vertex has at most two triangles.
+enum {
+    WRITE_PFM_PIXEL_BYTES = 4,
+    WRITE_PCD_PIXEL_BYTES = 5 * 4,
+    WRITE_PLY_VERTEX_BYTES = 6 * 4 + 3 + 2 * 4,
+    WRITE_PLY_FACE_BYTES = 1 + 3 * 4,
+    WRITE_PLY_PIXEL_BYTES = WRITE_PLY_VERTEX_BYTES + 2 * WRITE_PLY_FACE_BYTES,
+};
+
 /// disparity.pfm: x_left - x_right in pixels of the rectified left image; +inf where rejected.
 /// Source: P. Debevec, "PFM Portable FloatMap Image Format".
 int write_pfm(const struct reconstruct_context *context, const char *path, struct message *message);

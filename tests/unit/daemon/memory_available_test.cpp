@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/base/process.h"
+#include "daemon/base/memory.h"
 #include "tests/scratch.hpp"
 
 namespace {

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How much memory there is.
+#ifndef VERGENCE_DAEMON_BASE_MEMORY_H
+#define VERGENCE_DAEMON_BASE_MEMORY_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Memory that the system can provide without killing a process for it, in bytes: MemAvailable of
+/// /proc/meminfo plus free swap; for tests, of the file that VERGENCE_MEMINFO names. Sources:
+/// proc(5), sysinfo(2).
+uint64_t memory_available_bytes(void);
+
+/// The same from a file in the format of /proc/meminfo. If it cannot be read or has no such line
+/// (/proc with processes only, kernels before 3.14): free memory and swap without the page cache,
+/// which is an underestimate.
+uint64_t memory_available_as_in(const char *meminfo);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

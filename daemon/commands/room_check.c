@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/commands/room_check.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "daemon/base/message.h"
+#include "daemon/commands/commands.h"
+
+static const double bytes_per_mb = 1e6;
+
+struct room room_check_now(const struct daemon *daemon) {
+    return room_now(daemon->files_fd, (uint64_t)daemon->config.files_limit_mb * 1000000);
+}
+
+static int refuse(const struct command_call *call, const struct room *room, const struct room *need,
+                  const char *advice) {
+    const char *name = job_of(call)->command->name;
+    const char *before = advice != NULL ? ": " : "";
+    advice = advice != NULL ? advice : "";
+    if (need->files_bytes > room->files_bytes) {
+        return command_fail(
+            call, ERROR_FULL, "%s: %.1f MB of files are required, %.1f MB are free%s%s%s", name,
+            (double)need->files_bytes / bytes_per_mb, (double)room->files_bytes / bytes_per_mb,
+            room->files_limited ? " of files_limit" : "", before, advice);
+    }
+    return command_fail(call, ERROR_MEMORY,
+                        "%s: out of memory: %.1f MB are required%s, %.1f MB are free%s%s", name,
+                        (double)room_memory_bytes(room, need) / bytes_per_mb,
+                        room->files_in_memory && need->files_bytes > 0 ? " with the files" : "",
+                        (double)room->memory_bytes / bytes_per_mb, before, advice);
+}
+
+int room_check(const struct command_call *call, const struct room *need, const char *advice) {
+    const struct room room = room_check_now(daemon_of(call));
+    return room_fits(&room, need) ? 0 : refuse(call, &room, need, advice);
+}
+
+static struct room need_of(const struct room_frames *frames, double image_bytes) {
+    return (struct room){
+        .memory_bytes =
+            frames->fixed.memory_bytes + (uint64_t)(frames->memory_images * image_bytes),
+        .files_bytes = frames->fixed.files_bytes + (uint64_t)(frames->files_images * image_bytes),
+    };
+}
+
+/// The largest part of the frames' pixels that fits, 0 to 1.
+static double find_share(const struct room *room, const struct room_frames *frames,
+                         double image_bytes) {
+    enum { STEPS = 20 };
+    double share = 0;
+    for (double step = 0.5; step > 1.0 / (1 << STEPS); step /= 2) {
+        const struct room need = need_of(frames, (share + step) * image_bytes);
+        share += room_fits(room, &need) ? step : 0;
+    }
+    return share;
+}
+
+int room_check_frames(const struct command_call *call, const struct room_frames *frames) {
+    enum { STEP_PX = 16 };  // sensors accept multiples of 2 * skip
+    const struct rig *rig = call->rig;
+    const struct room room = room_check_now(daemon_of(call));
+    const double values = rig->profile.bridge ? 1 : 3;  // only others deliver colours
+    const double image_bytes =
+        (double)rig->format.width_px * rig->format.height_px * values * sizeof(uint16_t);
+    const struct room need = need_of(frames, image_bytes);
+    if (room_fits(&room, &need)) {
+        return 0;
+    }
+    char advice[MESSAGE_BYTES];
+    const double side = sqrt(find_share(&room, frames, image_bytes));
+    const int width_px = (int)(side * rig->format.width_px) / STEP_PX * STEP_PX;
+    const int height_px = (int)(side * rig->format.height_px) / STEP_PX * STEP_PX;
+    if (width_px == 0 || height_px == 0) {
+        return refuse(call, &room, &need, NULL);
+    }
+    snprintf(advice, sizeof advice,
+             rig->profile.bridge ? "\"window %d %d\" fits" : "frames of %d x %d px fit", width_px,
+             height_px);
+    return refuse(call, &room, &need, advice);
+}
+
+int room_check_pair(const struct command_call *call, const struct pair_options *options,
+                    bool named) {
+    enum { TEXT_BYTES = 1 << 16 };  // index and calibration of a pair's session
+    struct daemon *daemon = daemon_of(call);
+    // Two merged from several: the left one, the right one's sums of 4 bytes, and a frame.
+    const bool merged = options->average != 0 || options->bracket != 0;
+    const bool third = options->check_static || !daemon->rig.profile.bridge;
+    const bool recording = daemon->session.recording;
+    const struct room_frames frames = {
+        // In a recording two copies wait for the disk.
+        .memory_images = RIG_SIDES +
+                         (merged  ? 2
+                          : third ? 1
+                                  : 0) +
+                         (recording ? 2 : 0),
+        .files_images = recording || named ? RIG_SIDES : 0,
+        .fixed = {.memory_bytes = sizeof(struct captured_pair),
+                  .files_bytes = recording || named ? TEXT_BYTES : 0}};
+    int error = room_check_frames(call, &frames);
+    if (error == ERROR_MEMORY) {
+        last_pair_set(&daemon->last_pair, NULL);
+        error = room_check_frames(call, &frames);
+    }
+    return error;
+}
+
+int room_check_recording(const struct command_call *call) {
+    enum { BYTES = 1 << 20 };
+    const struct room need = {.memory_bytes = BYTES, .files_bytes = BYTES};
+    return room_check(call, &need, NULL);
+}

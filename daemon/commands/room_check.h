@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Checks of commands that need memory or write files, before they begin.
+#ifndef VERGENCE_DAEMON_COMMANDS_ROOM_CHECK_H
+#define VERGENCE_DAEMON_COMMANDS_ROOM_CHECK_H
+
+#include "console/command.h"
+#include "daemon/files/room.h"
+#include "daemon/server/daemon.h"
+#include "rig/pair.h"
+
+/// What is there now for the daemon's commands. Any thread.
+struct room room_check_now(const struct daemon *daemon);
+
+/// 0; or ERROR_MEMORY or ERROR_FULL with the call's message: what is needed, what is there, and
+/// `advice` (NULL: none).
+int room_check(const struct command_call *call, const struct room *need, const char *advice);
+
+/// What frames need: images in memory and in files, and bytes that do not depend on their size.
+struct room_frames {
+    double memory_images, files_images;
+    struct room fixed;
+};
+
+/// The same for frames of the present window; the advice is the largest window that fits. The rig's
+/// thread only.
+int room_check_frames(const struct command_call *call, const struct room_frames *frames);
+
+/// The same for a pair, to be kept in memory and, if `named` or in a recording, written. The last
+/// pair is forgotten if there is no room beside it.
+int room_check_pair(const struct command_call *call, const struct pair_options *options,
+                    bool named);
+
+/// The same for a recording with a few commands. Its frames are checked as they come.
+int room_check_recording(const struct command_call *call);
+
+#endif

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/surface/reconstruct_room.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/error.h"
+
+enum { ADVICE_BYTES = 160, HEAD_BYTES = 65536, PARTS = 20 };
+
+static const double bytes_per_mb = 1e6;
+static const char mesh_name[] = "mesh.ply";
+
+/// What a message is made from.
+struct refusal {
+    const struct reconstruct_context *context;
+    const struct reconstruct_files_wanted *wanted;
+    const struct room *room;
+};
+
+/// What is needed under a plan. `mesh`: with the mesh, if it is wanted.
+static struct room need_of(const struct reconstruct_context *context,
+                           const struct reconstruct_files_wanted *wanted,
+                           const struct rectify_plan *plan, bool mesh) {
+    const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
+    struct room need = {.memory_bytes =
+                            reconstruct_need_bytes(context->left.width_px, context->left.height_px,
+                                                   plan, context->options, context->threads)};
+    for (int i = 0; i < wanted->writer_count; i++) {
+        const struct result_writer *writer = &wanted->writers[i];
+        const bool listed =
+            wanted->list == NULL || result_files_has(wanted->list, writer->file_name);
+        if (listed && (mesh || strcmp(writer->file_name, mesh_name) != 0)) {
+            need.files_bytes += (uint64_t)writer->pixel_bytes * pixels + HEAD_BYTES;
+        }
+    }
+    return need;
+}
+
+struct room reconstruct_room_need(const struct reconstruct_context *context,
+                                  const struct reconstruct_files_wanted *wanted) {
+    return need_of(context, wanted, &context->result->plan, true);
+}
+
+/// Options for a part of the image: by a smaller scale, or a region in its middle.
+static struct rectify_options part_of(const struct reconstruct_context *context, double part,
+                                      bool region) {
+    const struct rectify_plan *whole = &context->result->plan;
+    struct rectify_options options = context->options->rectify;
+    if (region) {
+        options.region_width_px = (int)(part * whole->width_px);
+        options.region_height_px = (int)(part * whole->height_px);
+        options.region_x_px += (whole->width_px - options.region_width_px) / 2;
+        options.region_y_px += (whole->height_px - options.region_height_px) / 2;
+    } else {
+        options.scale *= part;
+    }
+    return options;
+}
+
+/// The largest scale or region that fits, as the user would write it; false: none.
+static bool advise_part(const struct refusal *self, bool region, char text[ADVICE_BYTES]) {
+    const struct reconstruct_context *context = self->context;
+    const char *name = context->texts->scale;
+    const char *dashes = name[0] == '-' ? "--" : "";
+    const char sign = name[0] == '-' ? ' ' : '=';
+    for (int i = PARTS - 1; i > 0; i--) {
+        const struct rectify_options options = part_of(context, (double)i / PARTS, region);
+        struct rectify_plan plan;
+        if (rectify_plan_make(context->calibration, &options, &plan) != ERROR_OK) {
+            continue;
+        }
+        const struct room need = need_of(context, self->wanted, &plan, true);
+        if (!room_fits(self->room, &need)) {
+            continue;
+        }
+        if (region) {
+            snprintf(text, ADVICE_BYTES, "%sregion%c%d,%d,%d,%d", dashes, sign, options.region_x_px,
+                     options.region_y_px, options.region_width_px, options.region_height_px);
+        } else {
+            snprintf(text, ADVICE_BYTES, "%s%c%.3g", name, sign, options.scale / context->shrink);
+        }
+        return true;
+    }
+    return false;
+}
+
+/// What would fit, as the end of a message.
+static void advise(const struct refusal *self, char advice[MESSAGE_BYTES]) {
+    const struct reconstruct_context *context = self->context;
+    char parts[3][ADVICE_BYTES];
+    int count = 0;
+    // A region is in pixels of the scaled image, so that another scale would cut another part.
+    if (context->options->rectify.region_width_px == 0) {
+        count += advise_part(self, false, parts[count]);
+    }
+    count += advise_part(self, true, parts[count]);
+    const struct room all = reconstruct_room_need(context, self->wanted);
+    const struct room need = need_of(context, self->wanted, &context->result->plan, false);
+    if (need.files_bytes < all.files_bytes && room_fits(self->room, &need)) {
+        snprintf(parts[count++], ADVICE_BYTES, "all files but %s", mesh_name);
+    }
+    size_t length = 0;
+    for (int i = 0; i < count; i++) {
+        length += (size_t)snprintf(advice + length, MESSAGE_BYTES - length, "%s%s",
+                                   i > 0 ? " or " : "", parts[i]);
+    }
+    if (count > 0) {
+        snprintf(advice + length, MESSAGE_BYTES - length, " would fit");
+    } else {
+        snprintf(advice, MESSAGE_BYTES, "make the images smaller with %s", context->texts->smaller);
+    }
+}
+
+int reconstruct_room_refuse(const struct reconstruct_context *context,
+                            const struct reconstruct_files_wanted *wanted, const struct room *room,
+                            struct message *message) {
+    const struct refusal self = {context, wanted, room};
+    const struct room need = reconstruct_room_need(context, wanted);
+    char advice[MESSAGE_BYTES];
+    advise(&self, advice);
+    if (need.files_bytes > room->files_bytes) {
+        return message_set(
+            message, ERROR_FULL,
+            "no room for the results: up to %.1f MB are required, %.1f MB are free%s "
+            "(%s)",
+            (double)need.files_bytes / bytes_per_mb, (double)room->files_bytes / bytes_per_mb,
+            room->files_limited ? " of files_limit" : "", advice);
+    }
+    return message_set(message, ERROR_MEMORY,
+                       "out of memory: %.1f MB are required%s, %.1f MB are free (%s)",
+                       (double)room_memory_bytes(room, &need) / bytes_per_mb,
+                       room->files_in_memory ? " with the results" : "",
+                       (double)room->memory_bytes / bytes_per_mb, advice);
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The check that there is room for a reconstruction and its files.
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ROOM_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_ROOM_H
+
+#include "daemon/files/room.h"
+#include "daemon/surface/result/reconstruct_context.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// The files of a result: those of `list` (NULL: all) that the writers write.
+struct reconstruct_files_wanted {
+    const struct result_writer *writers;
+    int writer_count;
+    const char *list;
+};
+
+/// What the work and its files need at most. The context's plan is made, its threads are set.
+struct room reconstruct_room_need(const struct reconstruct_context *context,
+                                  const struct reconstruct_files_wanted *wanted);
+
+/// ERROR_MEMORY or ERROR_FULL, with what is needed, what is there and what would fit in `message`.
+int reconstruct_room_refuse(const struct reconstruct_context *context,
+                            const struct reconstruct_files_wanted *wanted, const struct room *room,
+                            struct message *message);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

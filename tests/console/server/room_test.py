@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Memory and room for files are checked before a command needs them; the answer says what would fit,
+and that does. The memory is stated by a file in place of /proc/meminfo."""
+import os
+import re
+import shutil
+import tempfile
+import unittest
+
+from daemon_process import DaemonTest
+from reconstruct_test import FILES, Surfaces
+
+RESERVE = 1 << 20  # what the daemon leaves to everything else
+PLENTY = 1 << 40
+
+
+class Stated:
+    """For tests with a daemon whose memory is what a file states."""
+
+    @classmethod
+    def state(cls, free_bytes):
+        with open(cls.environment["VERGENCE_MEMINFO"], "w", encoding="ascii") as file:
+            file.write(f"MemAvailable: {(RESERVE + free_bytes) // 1024} kB\n")
+
+    @classmethod
+    def setUpClass(cls):
+        place = tempfile.mkdtemp(prefix="meminfo")
+        cls.addClassCleanup(shutil.rmtree, place)
+        cls.environment = {"VERGENCE_MEMINFO": os.path.join(place, "meminfo")}
+        cls.state(PLENTY)
+        super().setUpClass()
+
+    def with_memory(self, free_bytes):
+        self.addCleanup(self.state, PLENTY)
+        self.state(free_bytes)
+
+    def ok(self, command):
+        answer = self.first.ask_json(command)
+        self.assertTrue(answer["ok"], answer)
+        return answer["result"]
+
+    def rejected(self, command, error):
+        answer = self.first.ask_json(command)
+        self.assertFalse(answer["ok"], answer)
+        self.assertEqual(answer["error"], error, answer)
+        self.assertTrue(answer["message"].startswith(command.split()[0]), answer)
+        return answer["message"]
+
+
+class Memory(Stated, DaemonTest):
+    def setUp(self):
+        self.first = self.client()
+        self.state(PLENTY)
+        self.ok("bringup")
+        self.ok("window 640 480")
+
+    def test_a_pair_that_does_not_fit(self):
+        self.with_memory(900_000)
+        text = self.rejected("capture", "MEMORY")
+        self.assertRegex(text, r"1\.2 MB are required, 0\.9 MB are free")
+        window = re.search(r'"(window \d+ \d+)" fits', text)[1]
+        self.ok(window)
+        self.assertGreaterEqual(self.ok("window")["width"], 496)
+        self.ok("capture")
+
+    def test_merged_and_compared_pairs_need_more(self):
+        self.with_memory(1_500_000)
+        self.ok("capture")
+        self.rejected("capture static=yes", "MEMORY")
+        self.rejected("capture average=2", "MEMORY")
+
+    def test_the_last_pair_makes_room(self):
+        self.ok("capture")
+        self.with_memory(0)
+        self.assertIn("out of memory", self.rejected("capture", "MEMORY"))
+        self.assertRegex(self.first.ask("reconstruct")[-1], "no pair|out of memory")
+
+    def test_a_view_that_does_not_fit(self):
+        self.with_memory(4_000_000)
+        self.assertRegex(self.rejected("view full=yes", "MEMORY"), r'"window \d+ \d+" fits')
+        self.ok("view")
+        self.state(1_000_000)
+        self.rejected("view", "MEMORY")
+
+    def test_a_recording_that_does_not_fit(self):
+        self.with_memory(10_000)
+        self.rejected("record start r", "MEMORY")
+        self.assertFalse(os.path.exists(os.path.join(self.files, "r")))
+
+    def test_a_recording_that_runs_out_of_memory(self):
+        for line in ("record start cut", "bringup", "window 640 480"):
+            self.ok(line)
+        self.with_memory(100_000)
+        self.rejected("capture", "MEMORY")
+        self.state(PLENTY)
+        self.ok("capture")
+        self.ok("record stop")
+
+
+class FilesInMemory(Stated, DaemonTest):
+    """Files there need memory as well."""
+
+    @classmethod
+    def setUpClass(cls):
+        if not os.access("/dev/shm", os.W_OK):
+            raise unittest.SkipTest("/dev/shm is missing")
+        cls.shared = tempfile.mkdtemp(prefix="vergence", dir="/dev/shm")
+        cls.addClassCleanup(shutil.rmtree, cls.shared)
+        cls.settings = (f"files={cls.shared}",)
+        super().setUpClass()
+
+    @classmethod
+    def arguments(cls):
+        return [word for word in super().arguments() if not word.startswith("files=")
+                or word.endswith(cls.shared)]
+
+    def test_they_count(self):
+        self.first = self.client()
+        self.ok("bringup")
+        self.ok("window 640 480")
+        self.with_memory(1_500_000)
+        self.ok("capture")
+        self.assertIn("with the files", self.rejected("capture there", "MEMORY"))
+        self.assertEqual(os.listdir(self.shared), [])
+        self.rejected("send big 2000000 00000000", "MEMORY")
+        self.ok("send small 1000000 00000000")
+        self.state(1000)
+        self.rejected("bugreport", "MEMORY")
+
+
+class Limited(Stated, DaemonTest):
+    settings = ("files_limit=2 MB",)
+
+    def test_the_limit_holds(self):
+        self.first = self.client()
+        self.ok("bringup")
+        self.ok("window 640 480")
+        self.ok("capture one")
+        text = self.rejected("capture two", "FULL")
+        self.assertRegex(text, r"1\.3 MB of files are required, 0\.8 MB are free of files_limit")
+        self.ok(re.search(r'"(window \d+ \d+)" fits', text)[1])
+        self.ok("capture two")
+        self.rejected("send x 1000000 00000000", "FULL")
+        self.rejected("view full=yes", "FULL")
+        self.rejected("record start r", "FULL")
+        self.assertEqual({name for name in os.listdir(self.files) if name[0] != "."}, {"one", "two"})
+        # What is removed makes room.
+        self.ok("remove one")
+        self.ok("record start r")
+        self.assertIn("record stop", self.first.ask("remove r")[-1])
+        self.ok("bringup")
+        self.ok("window 640 480")
+        self.rejected("capture", "FULL")
+        self.first.ask("view full=yes")
+        self.ok("record stop")
+        self.ok("remove r")
+        self.ok("remove two")
+        for name in ("none", "../files", ".", "a/b"):
+            self.assertTrue(self.first.ask(f"remove {name}")[-1].startswith("ERR "), name)
+
+    def test_links_are_removed_not_followed(self):
+        self.first = self.client()
+        outside = os.path.join(self.folder, "outside")
+        os.mkdir(outside)
+        with open(os.path.join(outside, "mine"), "w", encoding="ascii"):
+            pass
+        os.symlink(outside, os.path.join(self.files, "link"))
+        self.ok("remove link")
+        self.assertEqual(os.listdir(outside), ["mine"])
+        self.assertFalse(os.path.lexists(os.path.join(self.files, "link")))
+
+
+class SurfaceRoom(Stated, Surfaces):
+    settings = ("profile=rig", "files_limit=30 MB")
+
+    def test_a_surface_that_does_not_fit(self):
+        self.session("m")
+        self.with_memory(12_000_000)
+        error, text = self.refused("reconstruct m pair=1 near=1600 far=2300")
+        self.assertEqual(error, "MEMORY", text)
+        self.assertIn("12.0 MB are free", text)
+        for word in re.search(r"(scale=\S+) or (region=\S+) would fit", text).groups():
+            self.asked(f"reconstruct m pair=1 near=1600 far=2300 {word}")
+            shutil.rmtree(os.path.join(self.files, "surface-m-1"))
+
+    def test_results_that_do_not_fit(self):
+        self.session("f")
+        with open(os.path.join(self.files, "fill"), "wb") as file:
+            file.write(bytes(10_000_000))
+        error, text = self.refused("reconstruct f pair=1 near=1600 far=2300")
+        self.assertEqual(error, "FULL", text)
+        self.assertIn("of files_limit", text)
+        word = re.search(r"(scale=\S+) or region=\S+ or all files but mesh.ply would fit", text)[1]
+        self.asked(f"reconstruct f pair=1 near=1600 far=2300 {word}")
+        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-f-1"))), FILES)
+
+
+if __name__ == "__main__":
+    unittest.main()
