@@ -39,3 +39,21 @@ uint64_t memory_available_bytes(void) {
     const char *other = getenv("VERGENCE_MEMINFO");
     return memory_available_as_in(other != NULL ? other : "/proc/meminfo");
 }
+
+struct memory_used memory_used_now(void) {
+    char line[LINE_BYTES];
+    struct memory_used used = {0, 0};
+    uint64_t kib = 0;
+    FILE *file = fopen("/proc/self/status", "re");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        if (sscanf(line, "VmRSS: %" SCNu64, &kib) == 1) {
+            used.bytes = kib * KIB;
+        } else if (sscanf(line, "VmHWM: %" SCNu64, &kib) == 1) {
+            used.peak_bytes = kib * KIB;
+        }
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    return used;
+}

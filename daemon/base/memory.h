@@ -19,6 +19,13 @@ uint64_t memory_available_bytes(void);
 /// which is an underestimate.
 uint64_t memory_available_as_in(const char *meminfo);
 
+/// Resident memory of this process, and its peak, in bytes: VmRSS and VmHWM of /proc/self/status.
+/// 0: not known.
+struct memory_used {
+    uint64_t bytes, peak_bytes;
+};
+struct memory_used memory_used_now(void);
+
 #ifdef __cplusplus
 }
 #endif

@@ -14,6 +14,7 @@
 #include "daemon/base/process.h"
 #include "daemon/cli/editor.h"
 #include "daemon/commands/commands.h"
+#include "daemon/commands/room_check.h"
 #include "daemon/files/token.h"
 #include "daemon/server/dispatch.h"
 
@@ -150,10 +151,61 @@ static void put_kernel(const struct command_call *call) {
     }
 }
 
+static void put_mib(const struct command_call *call, const char *name, uint64_t bytes) {
+    reply_number(call, name, (double)bytes / bytes_per_mib, 1, "MiB");
+}
+
+/// The last pair, and what the drivers fill.
+static void put_frames(const struct command_call *call) {
+    struct captured_pair *pair = last_pair_use(&daemon_of(call)->last_pair);
+    uint64_t bytes = 0;
+    for (int side = 0; side < RIG_SIDES && pair != NULL; side++) {
+        const struct raw_image *image = &pair->pair.frame[side].image;
+        bytes += (uint64_t)raw_image_row_values(image) * (uint64_t)image->height_px * 2;
+    }
+    last_pair_give_back(pair);
+    put_mib(call, "last_pair", bytes);
+    bytes = 0;
+    unsigned count = 0;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct v4l2_camera *camera = daemon_of(call)->cameras[side];
+        for (unsigned i = 0; camera != NULL && i < camera->stream.count; i++) {
+            bytes += camera->stream.buffers[i].bytes;
+            count++;
+        }
+    }
+    if (count > 0) {
+        reply_number(call, "driver_buffers", count, 0, NULL);
+        put_mib(call, "driver_memory", bytes);
+    }
+}
+
+static void put_memory(const struct command_call *call) {
+    struct daemon *daemon = daemon_of(call);
+    const struct memory_used used = memory_used_now();
+    const struct room room = room_check_now(daemon);
+    reply_group_begin(call, "memory", false);
+    put_mib(call, "daemon", used.bytes);
+    put_mib(call, "daemon_peak", used.peak_bytes);
+    put_frames(call);
+    if (daemon->files_fd >= 0) {
+        put_mib(call, "files", room_used_bytes(daemon->files_fd));
+        reply_text(call, "files_in_memory", room.files_in_memory ? "yes" : "no");
+    }
+    for (int stage = 0; stage < DAEMON_STAGES_MAX; stage++) {
+        const uint64_t peak_bytes = daemon->stages[stage].peak_bytes;
+        if (peak_bytes > 0) {
+            put_mib(call, daemon->stages[stage].name, peak_bytes);
+        }
+    }
+    reply_group_end(call);
+}
+
 static void put_room(const struct command_call *call) {
     const int files_fd = daemon_of(call)->files_fd;
     struct statfs about;
-    reply_number(call, "memory_free", (double)memory_available_bytes() / bytes_per_mib, 1, "MiB");
+    put_mib(call, "memory_free", memory_available_bytes());
+    put_memory(call);
     if (files_fd >= 0 && fstatfs(files_fd, &about) == 0) {
         const double block_bytes = (double)about.f_bsize;
         reply_number(call, "disk_free", (double)about.f_bavail * block_bytes / bytes_per_mib, 1,
@@ -369,8 +421,11 @@ static const struct command commands[] = {
      .run = run_quit},
     {.name = "system",
      .summary = "show what the daemon runs on: date, kernel, memory, disk, cameras",
-     .help = "The disk is that of \"files\". Cameras are those of V4L2, as described by their "
-             "drivers. Part of every bugreport.",
+     .help =
+         "Memory: of the daemon now and at its peak, of the last pair, of the drivers' buffers, "
+         "of \"files\", and of each stage of the last reconstruction. The disk is that of "
+         "\"files\". Cameras are those of V4L2, as described by their "
+         "drivers. Part of every bugreport.",
      .flags = COMMAND_UNRECORDED,
      .run = run_system},
 };

@@ -146,8 +146,13 @@ static int make_request(struct surface *self) {
         return command_fail(self->call, ERROR_RANGE, "reconstruct: %s", wrong);
     }
     struct message message;
-    const int error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
-                                         "reconstruct: near and far", "", &message);
+    int error = result_files_check(self->request.files, reconstruct_outputs_plain.writers,
+                                   reconstruct_outputs_plain.writer_count, &message);
+    if (error != 0) {
+        return command_fail(self->call, error, "reconstruct: %s", message.text);
+    }
+    error = length_check_depth(self->request.depth_mm[0], self->request.depth_mm[1],
+                               "reconstruct: near and far", "", &message);
     if (error != 0) {
         return command_fail(self->call, error, "%s", message.text);
     }
@@ -248,6 +253,16 @@ static int refuse_with_notes(const struct surface *self, int error) {
     return command_fail(self->call, error == ERROR_BUFFER ? ERROR_IO : error, "%s", text);
 }
 
+/// Leaves the memory of the stages for `system`.
+static void keep_peaks(const struct surface *self) {
+    struct daemon *daemon = daemon_of(self->call);
+    _Static_assert((int)RECONSTRUCT_STAGES <= (int)DAEMON_STAGES_MAX, "all stages fit");
+    for (int stage = 0; stage < RECONSTRUCT_STAGES; stage++) {
+        daemon->stages[stage].name = reconstruct_stage_text((enum reconstruct_stage)stage);
+        daemon->stages[stage].peak_bytes = self->job.result.stage_peak_bytes[stage];
+    }
+}
+
 static int compute(struct surface *self) {
     const struct reconstruct_source source = {read_session, self};
     const struct reconstruct_observer observer = {
@@ -263,6 +278,7 @@ static int compute(struct surface *self) {
     job->files = daemon_of(self->call)->files_fd;
     job->files_limit_bytes = (uint64_t)daemon_of(self->call)->config.files_limit_mb * 1000000;
     int error = reconstruct_job_run(job);
+    keep_peaks(self);
     if (error == 0) {
         reply_figures(self);
     } else {
@@ -306,7 +322,8 @@ static const struct command commands[] = {
      .summary = "measure a surface from the last pair, or from a recorded one",
      .help =
          "Writes mesh.ply, points.pcd, disparity.pfm, reasons.pgm and result.json to the directory "
-         "surface-SESSION-PAIR, which appears once it is complete. Uses the session's "
+         "surface-SESSION-PAIR, which appears once it is complete, or those that \"files\" lists. "
+         "Uses the session's "
          "calibration, else the saved one; one of the whole sensor is cut to the frames' window. "
          "1 % of the points are nearer than depth_near, 1 % farther than depth_far. A lower scale "
          "takes less memory and time.",

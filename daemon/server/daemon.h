@@ -38,6 +38,8 @@ struct worker;
 
 enum { JOB_MESSAGE_BYTES = 1024, JOB_LINE_BYTES = REQUEST_PREFIX_MAX + COMMAND_LINE_MAX + 2 };
 
+enum { DAEMON_STAGES_MAX = 8 };
+
 /// Value of `ahead_shown`: the client has not been informed that its job waits.
 #define JOB_NOT_SHOWN UINT32_MAX
 
@@ -122,6 +124,11 @@ struct daemon {
     struct disk_writer disk_writer;  ///< for the rig worker's thread only
     struct session session;
     struct last_pair last_pair;  ///< for `reconstruct`
+    /// Stages of the last reconstruction, and the memory that each took; a name of NULL: none.
+    struct {
+        const char *_Atomic name;
+        _Atomic uint64_t peak_bytes;
+    } stages[DAEMON_STAGES_MAX];
     struct worker rig_worker, general_worker;
     uint64_t started_us;  ///< monotonic
 };

@@ -59,6 +59,10 @@ const struct command_argument reconstruct_arguments[] = {
     {.name = "speckle", .kind = COMMAND_INTEGER, .offset = FIELD(speckle_px), .value_name = "N",
      .min = 0, .max = 1000000,
      .help = "Reject regions of fewer than N pixels. Default: 60."},
+    {.name = "files", .kind = COMMAND_TEXT, .offset = FIELD(files), .value_name = "LIST",
+     .min = 1, .max = 200,
+     .help = "Write only these results, e.g. disparity.pfm,result.json: the mesh takes most of the memory and "
+             "space. Other results of an earlier run in the same directory are removed. Default: all."},
     {.name = "calibration", .kind = COMMAND_TEXT, .offset = FIELD(calibration_path), .value_name = "FILE",
      .help = "The calibration of the pair, in Vergence's own format or one that \"vergence info\" "
              "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Required unless --rectified is given "
@@ -98,9 +102,6 @@ const struct command_argument reconstruct_arguments[] = {
     {.name = "raw", .kind = COMMAND_INTEGER, .offset = FIELD(raw_px), .value_name = "WxH",
      .min = 1, .max = IMAGE_FILE_MAX_SIDE_PX, .count = 2, .separator = 'x',
      .help = "Size of .raw files (16 bit little-endian words without a header). Default: 2048x1536."},
-    {.name = "files", .kind = COMMAND_TEXT, .offset = FIELD(files), .value_name = "LIST",
-     .help = "Write only these results, e.g. mesh.glb,result.json,report.html. Other results of an earlier run in "
-             "the same directory are removed. Default: all."},
     {.name = "triangles", .kind = COMMAND_INTEGER, .offset = FIELD(triangles), .value_name = "N",
      .min = 1, .max = INT_MAX,
      .help = "Maximum number of triangles in mesh.glb and mesh.ply: simplified where it changes the surface "

@@ -46,7 +46,7 @@ struct reconstruct_request {
 
 /// The options, with offsets into the request. The first RECONSTRUCT_SHARED are those of the
 /// console's command `reconstruct`, too.
-enum { RECONSTRUCT_SHARED = 11 };
+enum { RECONSTRUCT_SHARED = 12 };
 extern const struct command_argument reconstruct_arguments[];
 
 /// The request with all defaults.

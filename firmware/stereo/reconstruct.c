@@ -52,7 +52,12 @@ struct run {
     struct image_rgb8 raw_colour[2];
     int32_t *coordinates_q16;  // per part: 2 * width
     uint64_t stage_begin_us;
+    size_t peak_bytes;  // of the stages before
 };
+
+static size_t larger(size_t a, size_t b) {
+    return a > b ? a : b;
+}
 
 static uint64_t now_us(const struct reconstruct_environment *environment) {
     return environment->now_us == NULL ? 0 : environment->now_us(environment->self);
@@ -67,11 +72,14 @@ static bool report(const struct run *run, enum reconstruct_stage stage, int done
 
 static int begin_stage(struct run *run, enum reconstruct_stage stage) {
     run->stage_begin_us = now_us(run->environment);
+    run->peak_bytes = larger(run->peak_bytes, run->arena->peak_bytes);
+    run->arena->peak_bytes = run->arena->used_bytes;
     return report(run, stage, 0, 1) ? ERROR_OK : ERROR_CANCELLED;
 }
 
 static int end_stage(struct run *run, enum reconstruct_stage stage, int error) {
     run->result->stage_us[stage] = now_us(run->environment) - run->stage_begin_us;
+    run->result->stage_peak_bytes[stage] = run->arena->peak_bytes;
     if (error != ERROR_OK) {
         return error;
     }
@@ -163,10 +171,6 @@ struct match_options reconstruct_match_options(const struct rectify_plan *plan,
         search_beyond(plan, &match);
     }
     return match;
-}
-
-static size_t larger(size_t a, size_t b) {
-    return a > b ? a : b;
 }
 
 size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
@@ -411,6 +415,7 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
                       .result = result};
     run.parallel = run.environment->parallel == NULL ? &parallel_serial : run.environment->parallel;
     const int error = all_stages(&run);
+    arena->peak_bytes = larger(arena->peak_bytes, run.peak_bytes);
     result->arena_peak_bytes = arena->peak_bytes;
     return error;
 }

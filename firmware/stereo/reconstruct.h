@@ -91,8 +91,9 @@ struct reconstruct_result {
                                           // the options, becomes REASON_OUT_OF_RANGE
     uint32_t repeating_count;  // valid matches on repetitive texture: see match_repeats.h
     uint64_t stage_us[RECONSTRUCT_STAGES];
-    size_t match_peak_bytes;  // of the matcher alone
-    size_t arena_peak_bytes;  // of everything
+    size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // of the arena; 0: the stage did not run
+    size_t match_peak_bytes;                      // of the matcher alone
+    size_t arena_peak_bytes;                      // of everything
 };
 
 /// The disparities that the matcher searches under `plan`: those requested, and those beyond both

@@ -209,6 +209,21 @@ class Reconstruct(Surfaces):
             for line in lines:
                 self.assertIn(f"\n{mark} {line}\n".encode(), head)
 
+    def test_the_files_wanted_and_the_preset(self):
+        self.session("w")
+        self.asked("reconstruct w pair=1 near=1600 far=2300")
+        whole = self.bytes_of("surface-w-1/reasons.pgm")
+        self.asked("reconstruct w pair=1 near=1600 far=2300 files=reasons.pgm,disparity.pfm")
+        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-w-1"))),
+                         {"reasons.pgm", "disparity.pfm"})
+        self.assertEqual(self.bytes_of("surface-w-1/reasons.pgm"), whole)
+        self.asked("reconstruct w pair=1 near=1600 far=2300 files=reasons.pgm preset=board")
+        self.assertNotEqual(self.bytes_of("surface-w-1/reasons.pgm"), whole)
+        shutil.rmtree(os.path.join(self.files, "surface-w-1"))
+        error, text = self.refused("reconstruct w pair=1 files=mesh.glb")
+        self.assertEqual(error, "ARGUMENT")
+        self.assertIn('unknown file "mesh.glb" (expected disparity.pfm, ', text)
+
     def test_which_session_and_pair(self):
         self.assertEqual(self.refused("reconstruct")[0], "MISSING")
         self.session("old")

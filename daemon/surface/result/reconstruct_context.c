@@ -73,7 +73,7 @@ int result_files_check(const char *list, const struct result_writer *writers, in
                          writers[i].file_name);
             }
             return message_set(message, ERROR_ARGUMENT,
-                               "unknown file \"%.*s\" in --files (expected %s)",
+                               "files: unknown file \"%.*s\" (expected %s)",
                                (int)(length < 80 ? length : 80), at, names);
         }
     }

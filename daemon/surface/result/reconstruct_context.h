@@ -117,7 +117,7 @@ struct result_writer {
     int pixel_bytes;
 };
 
-/// Whether `list`, the value of --files (names separated by commas), names the file.
+/// Whether `list`, the value of the option files (names separated by commas), names the file.
 bool result_files_has(const char *list, const char *file_name);
 
 /// 0, or ERROR_ARGUMENT with `message` naming a file that none of the writers (`count`) writes.

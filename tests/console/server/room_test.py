@@ -170,6 +170,17 @@ class Limited(Stated, DaemonTest):
         self.assertFalse(os.path.lexists(os.path.join(self.files, "link")))
 
 
+class Shown(DaemonTest):
+    def test_system_shows_it(self):
+        first = self.client()
+        for command in ("bringup", "window 640 480", "capture kept"):
+            self.assertEqual(first.ask(command)[-1], "OK", command)
+        memory = first.ask_json("system")["result"]["memory"]
+        self.assertTrue(0 < memory["daemon"] <= memory["daemon_peak"] < 500, memory)
+        self.assertAlmostEqual(memory["last_pair"], 2 * 2 * 640 * 480 / 2 ** 20, delta=0.1)
+        self.assertAlmostEqual(memory["files"], 2 * 2 * 640 * 480 / 2 ** 20, delta=0.1)
+
+
 class SurfaceRoom(Stated, Surfaces):
     settings = ("profile=rig", "files_limit=30 MB")
 
@@ -181,6 +192,8 @@ class SurfaceRoom(Stated, Surfaces):
         self.assertIn("12.0 MB are free", text)
         for word in re.search(r"(scale=\S+) or (region=\S+) would fit", text).groups():
             self.asked(f"reconstruct m pair=1 near=1600 far=2300 {word}")
+            memory = self.asked("system")["memory"]
+            self.assertTrue(0 < memory["match"] < 12, memory)
             shutil.rmtree(os.path.join(self.files, "surface-m-1"))
 
     def test_results_that_do_not_fit(self):
