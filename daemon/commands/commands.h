@@ -11,6 +11,7 @@
 #include "console/command.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/board/tftp.h"
 #include "daemon/server/daemon.h"
 #include "daemon/session/last_pair.h"
 
@@ -52,6 +53,9 @@ int command_give(const struct command_call *call, const char *line,
 /// restore = yes, and the answer reports the outcome. 0, even if nothing was restored;
 /// ERROR_CANCELLED; or, if the instrument is no longer ready, its error with the call's message.
 int commands_settings_bringup(const struct command_call *call);
+
+/// Progress and cancellation of a TFTP transfer, as those of the call, which must outlive it.
+struct tftp_observer commands_observe_transfer(struct command_call *call);
 
 /// Adds what `capture` reports of a pair to its answer.
 void pair_reply_put(const struct command_call *call, const struct captured_pair *captured);

@@ -11,6 +11,7 @@
 #ifdef VERGENCE_SECCOMP
 
 #include <linux/i2c-dev.h>
+#include <mtd/mtd-user.h>
 #include <sched.h>
 #include <seccomp.h>
 #include <sys/ioctl.h>
@@ -65,6 +66,9 @@ static const struct {
     {WHOLE, TCFLSH},
     {WHOLE, TIOCEXCL},
     {WHOLE, TIOCNXCL},
+    // Flash: what it is, and erasing.
+    {WHOLE, MEMGETINFO},
+    {WHOLE, MEMERASE},
     {WHOLE, I2C_RDWR},
     {WHOLE, I2C_FUNCS},
     {WHOLE, I2C_TIMEOUT},

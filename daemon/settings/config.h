@@ -24,6 +24,7 @@ enum {
     CONFIG_NO_LINE = -1,
     CONFIG_SOCKET_BYTES = 104,  ///< of a socket's path, with its end; Linux takes 108, less ".new"
     CONFIG_NETWORK_BYTES = 20,  ///< "255.255.255.255/32"
+    CONFIG_SLOT_BYTES = 64,
     CONFIG_CLIENTS_MAX = 32,
     CONFIG_QUEUE_MAX = 64,  ///< waiting commands
     /// The system's watchdog is fed every second, but not while the instrument goes to its safe
@@ -60,6 +61,8 @@ struct config {
     char files[CONFIG_TEXT_BYTES], store[CONFIG_TEXT_BYTES];
     uint32_t files_limit_mb;  ///< 0: none
     bool restore;
+    char board[CONFIG_SLOT_BYTES];  ///< for which an image must be made
+    char image_slot[CONFIG_SLOT_BYTES], image_slot_2[CONFIG_SLOT_BYTES];  ///< names of partitions
     char log_file[CONFIG_TEXT_BYTES];
     int log_level;                     ///< enum hal_log_level
     char watchdog[CONFIG_TEXT_BYTES];  ///< device

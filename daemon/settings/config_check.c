@@ -290,6 +290,24 @@ static int check_network(const struct check *self) {
     return error != 0 ? at(self, error, "tcp_network", NULL) : 0;
 }
 
+static int check_slots(const struct check *self) {
+    const struct config *config = self->config;
+    int error = 0;
+    if (config->image_slot_2[0] == '\0') {
+        return 0;
+    }
+    if (strcmp(config->image_slot, config->image_slot_2) == 0) {
+        error = message_set(self->message, ERROR_DUPLICATE,
+                            "image_slot and image_slot_2 are both %s (expected different ones)",
+                            config->image_slot);
+    } else if (config->image_slot[0] == '\0') {
+        error = message_set(self->message, ERROR_MISSING,
+                            "image_slot_2 = %s requires \"image_slot\" to be set",
+                            config->image_slot_2);
+    }
+    return error != 0 ? at(self, error, "image_slot_2", NULL) : 0;
+}
+
 /// Resolves links and dots of a path. A part that does not exist yet stays unresolved.
 static void resolve(const char *path, char resolved[PATH_MAX]) {
     char next[PATH_MAX + CONFIG_TEXT_BYTES];
@@ -344,8 +362,8 @@ static int check_apart(const struct check *self) {
 int config_check_lines(const struct config *config, const struct config_line *lines,
                        bool profile_only, struct message *message) {
     static int (*const checks[])(const struct check *self) = {
-        check_profile, check_name,    check_devices, check_ways,
-        check_speed,   check_network, check_apart,   check_faults};
+        check_profile, check_name,  check_devices, check_ways,  check_speed,
+        check_network, check_slots, check_apart,   check_faults};
     const size_t count = profile_only ? 2 : sizeof checks / sizeof checks[0];
     const struct check self = {config, lines, message};
     int error = 0;

@@ -148,6 +148,11 @@ static const struct config_key keys[] = {
     YES("restore", restore,
         "whether bringup restores exposure, gain and window from \"settings save\"; the command "
         "\"settings restore\" also moves the axes"),
+    TEXT("board", board, "name of this board, for which an image of \"update\" must be made"),
+    TEXT("image_slot", image_slot,
+         "name in /proc/mtd of the partition of flash that \"update\" writes an image to"),
+    TEXT("image_slot_2", image_slot_2,
+         "a second one: then the older of both is written, and the other stays whole"),
     TEXT("log", log_file, "log file; none: standard error"),
     {.name = "log_level",
      .kind = CONFIG_CHOICE,

@@ -22,6 +22,8 @@
 int __open_2(const char *path, int flags);
 int __open64_2(const char *path, int flags);
 ssize_t __read_chk(int fd, void *data, size_t bytes, size_t room);
+ssize_t __pread_chk(int fd, void *data, size_t bytes, off_t offset, size_t room);
+ssize_t __pread64_chk(int fd, void *data, size_t bytes, off64_t offset, size_t room);
 
 /// A device function's result as a system call returns it.
 static int as_call(int result) {
@@ -199,6 +201,51 @@ ssize_t write(int fd, const void *data, size_t bytes) {
     }
     return as_call(file->operations->write == NULL ? -EINVAL
                                                    : file->operations->write(file, data, bytes));
+}
+
+/// Records a call at an offset: how many bytes it may transfer; -1 with errno.
+static ssize_t step_at(const struct fake_file *file, const char *call, size_t bytes, off_t offset) {
+    char details[64];
+    snprintf(details, sizeof details, "%zu at 0x%llx", bytes, (unsigned long long)offset);
+    const enum fake_fate fate = fake_kernel_step(file->name, call, details);
+    return fate == FAKE_FAIL ? -1 : (ssize_t)part_of(fate, bytes);
+}
+
+ssize_t pread(int fd, void *data, size_t bytes, off_t offset) {
+    struct fake_file *file = fake_file_of(fd);
+    if (file == NULL || file->operations == NULL || file->operations->pread == NULL) {
+        return syscall(SYS_pread64, fd, data, bytes, offset);
+    }
+    const ssize_t part = step_at(file, "pread", bytes, offset);
+    return part < 0 ? -1 : as_call(file->operations->pread(file, data, (size_t)part, offset));
+}
+
+ssize_t pread64(int fd, void *data, size_t bytes, off64_t offset) {
+    return pread(fd, data, bytes, offset);
+}
+
+ssize_t __pread_chk(int fd, void *data, size_t bytes, off_t offset, size_t room) {
+    if (bytes > room) {
+        abort();
+    }
+    return pread(fd, data, bytes, offset);
+}
+
+ssize_t __pread64_chk(int fd, void *data, size_t bytes, off64_t offset, size_t room) {
+    return __pread_chk(fd, data, bytes, offset, room);
+}
+
+ssize_t pwrite(int fd, const void *data, size_t bytes, off_t offset) {
+    struct fake_file *file = fake_file_of(fd);
+    if (file == NULL || file->operations == NULL || file->operations->pwrite == NULL) {
+        return syscall(SYS_pwrite64, fd, data, bytes, offset);
+    }
+    const ssize_t part = step_at(file, "pwrite", bytes, offset);
+    return part < 0 ? -1 : as_call(file->operations->pwrite(file, data, (size_t)part, offset));
+}
+
+ssize_t pwrite64(int fd, const void *data, size_t bytes, off64_t offset) {
+    return pwrite(fd, data, bytes, offset);
 }
 
 int ioctl(int fd, unsigned long request, ...) {

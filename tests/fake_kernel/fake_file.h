@@ -22,6 +22,9 @@ struct fake_operations {
     int (*ioctl)(struct fake_file *file, unsigned long request, void *argument);
     int (*read)(struct fake_file *file, void *data, size_t bytes);
     int (*write)(struct fake_file *file, const void *data, size_t bytes);
+    /// The same at an offset.
+    int (*pread)(struct fake_file *file, void *data, size_t bytes, off_t offset);
+    int (*pwrite)(struct fake_file *file, const void *data, size_t bytes, off_t offset);
     /// The poll() events at `now_us`. `*next_us`: when to poll again at the latest.
     short (*poll)(struct fake_file *file, uint64_t now_us, uint64_t *next_us);
 };

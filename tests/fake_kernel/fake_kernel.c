@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "fake_file.h"
+#include "fake_mtd.h"
 #include "fake_rig.h"
 #include "fake_video.h"
 
@@ -64,6 +65,7 @@ void fake_kernel_reset(void) {
     call_takes_us = 0;
     fake_file_forget_all();
     fake_video_forget();
+    fake_mtd_forget();
     fake_kernel_unlock();
 }
 

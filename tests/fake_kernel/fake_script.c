@@ -11,6 +11,7 @@
 #include "fake_gpio.h"
 #include "fake_i2c.h"
 #include "fake_kernel.h"
+#include "fake_mtd.h"
 #include "fake_picture.h"
 #include "fake_rig.h"
 #include "fake_video.h"
@@ -128,6 +129,20 @@ static void add_watchdog(const char *line, const char *rest) {
     }
 }
 
+static void add_mtd(const char *line, const char *rest) {
+    char name[WORD_BYTES], file[WORD_BYTES], word[WORD_BYTES] = "";
+    unsigned block_bytes = 0;
+    if (sscanf(rest, "%255s %255s %u %255s", name, file, &block_bytes, word) < 3) {
+        stop(line);
+    }
+    struct fake_mtd *partition = fake_mtd_add(name, file, block_bytes);
+    if (partition == NULL) {
+        stop(line);
+        return;
+    }
+    partition->worn = strcmp(word, "worn") == 0;
+}
+
 static void set_video(const char *line, const char *rest) {
     char path[WORD_BYTES], key[WORD_BYTES];
     unsigned value = 0;
@@ -243,6 +258,8 @@ static void follow(const char *line) {
         add_rig(line, rest);
     } else if (strcmp(word, "watchdog") == 0) {
         add_watchdog(line, rest);
+    } else if (strcmp(word, "mtd") == 0) {
+        add_mtd(line, rest);
     } else if (strcmp(word, "watch") == 0) {
         fake_kernel_watch(rest);
     } else if (strcmp(word, "fail") == 0) {

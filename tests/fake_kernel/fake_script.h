@@ -20,6 +20,7 @@
 ///     rig serial PATH      the line to its lens controller
 ///     rig gpio PATH RESET IRQ      its two lines, with their numbers at that chip
 ///     watchdog PATH [MOST_S]   a watchdog with a period of 60 s, or at most MOST_S
+///     mtd NAME FILE BLOCK [worn]   the next partition of flash, with the file's contents
 ///     watch PREFIX         handles real files under PREFIX
 ///     fail NTH TIMES ERRNO WHAT    as fake_kernel_fail; ERRNO as in errno.h, or a number
 ///     kill NTH WHAT        as fake_kernel_kill

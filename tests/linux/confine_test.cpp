@@ -10,6 +10,7 @@
 #include <linux/videodev2.h>
 #include <linux/vt.h>
 #include <linux/watchdog.h>
+#include <mtd/mtd-user.h>
 #include <sys/ioctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -49,6 +50,8 @@ const std::vector<Request> kOurs = {
     REQUEST(VIDIOC_S_CTRL),
     REQUEST(VIDIOC_G_CTRL),
     REQUEST(VIDIOC_QUERYCTRL),
+    REQUEST(MEMGETINFO),
+    REQUEST(MEMERASE),
     REQUEST(I2C_RDWR),
     REQUEST(I2C_FUNCS),
     REQUEST(I2C_TIMEOUT),
@@ -78,9 +81,9 @@ const std::vector<Request> kOurs = {
 
 // Injecting input into another terminal, and other requests that the daemon does not need.
 const std::vector<Request> kOthers = {
-    REQUEST(TIOCSTI),   REQUEST(TIOCLINUX),       REQUEST(TIOCSCTTY),
-    REQUEST(TIOCCONS),  REQUEST(TIOCSETD),        REQUEST(VT_ACTIVATE),
-    REQUEST(KDSETMODE), REQUEST(I2C_SLAVE_FORCE), REQUEST(I2C_SMBUS)};
+    REQUEST(TIOCSTI),   REQUEST(TIOCLINUX),   REQUEST(TIOCSCTTY),  REQUEST(TIOCCONS),
+    REQUEST(TIOCSETD),  REQUEST(VT_ACTIVATE), REQUEST(KDSETMODE),  REQUEST(I2C_SLAVE_FORCE),
+    REQUEST(I2C_SMBUS), REQUEST(MEMUNLOCK),   REQUEST(MEMWRITEOOB)};
 
 // Used by newer C libraries instead of TCGETS and TCSETS; their macros have no such structure here.
 constexpr uint64_t kNewer[] = {_IOC(_IOC_READ, 'T', 0x2A, 44), _IOC(_IOC_WRITE, 'T', 0x2B, 44),
