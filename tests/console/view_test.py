@@ -76,6 +76,9 @@ class OnTheRig(Looking, DaemonTest):
     def setUp(self):
         self.first = self.client()
         self.asked("bringup")
+        # Frames out of focus at 10x take long to render.
+        self.asked("zoom 300")
+        self.asked("focus 400")
 
     def settings_now(self):
         status = self.asked("status")
@@ -99,7 +102,7 @@ class OnTheRig(Looking, DaemonTest):
         blurred = self.asked("view")
         for side, image in (("left", slice(0, 512)), ("right", slice(512, 1024))):
             self.assertGreater(sharp[side]["edges_in_focus"], 60, side)
-            self.assertLess(blurred[side]["edges_in_focus"], 6, side)
+            self.assertLess(blurred[side]["edges_in_focus"], sharp[side]["edges_in_focus"] / 20, side)
             green = marked(self.shown(sharp["file"]), GREEN)[:, image].sum()
             self.assertGreater(green, 2 * sharp[side]["edges_in_focus"])
             self.assertAlmostEqual(sharp[side]["exposure"], 20000, delta=100)
@@ -129,13 +132,13 @@ class OnTheRig(Looking, DaemonTest):
 
     def test_cancelled_or_failed(self):
         """The window is as before, and a pair can be taken."""
-        self.asked("window 1344 800")
+        self.asked("window 640 480")
         self.asked("exposure 8000000")
         self.assertEqual(self.first.begin("view"), "... frames 0/2")
         self.first.send("\x03")
         self.assertEqual(self.first.begun_answer(), ["ERR CANCELLED cancelled"])
         self.asked("exposure 5000")
-        self.assertEqual(self.asked("capture")["left"]["width"], 1344)
+        self.assertEqual(self.asked("capture")["left"]["width"], 640)
         self.addCleanup(self.fault, "camera right ok")
         self.fault("camera right unplug")
         self.assertRegex(self.first.ask("view")[-1], "^ERR .*right (camera|sensor)")
