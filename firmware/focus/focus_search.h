@@ -33,14 +33,17 @@ enum { FOCUS_TRIES = 4 };
 #define FOCUS_VERDICT_LIST(X)                                                                  \
     X(PENDING, "not known", "")                                                                \
     X(FOCUSED, "focused", "")                                                                  \
-    X(SHARP_EVERYWHERE, "sharp everywhere", "the depth of field covers the range")             \
+    X(SHARP_EVERYWHERE, "sharp everywhere",                                                    \
+      "the focus hardly changes the picture: for a more exact distance zoom in or open "       \
+      "the iris")                                                                              \
     X(NO_CONTRAST, "no contrast",                                                              \
       "choose a region with texture, add light, or remove the lens "                           \
       "cap")                                                                                   \
     X(PEAK_AT_END, "peak at end of range",                                                     \
       "the subject is nearer or farther than the lens can focus: move it, or zoom out")        \
     X(TWO_PEAKS, "two peaks",                                                                  \
-      "the region shows two distances: choose near or far, or a smaller region")               \
+      "the region shows two distances: choose with prefer=near or prefer=far, or a smaller "   \
+      "region")                                                                                \
     X(SCENE_CHANGED, "scene changed", "keep subject, cameras and light still, then try again") \
     X(LENS_JAMMED, "lens jammed", "free the ring, then run bringup")
 

@@ -123,7 +123,7 @@ class FocusCurve(BadInputTest):
         found = {prefer: self.focused(f"prefer={prefer} whole=yes") for prefer in ("near", "far")}
         for answer in found.values():
             self.assertEqual(answer["verdict"], "two peaks")
-            self.assertIn("near or", answer["advice"])
+            self.assertIn("prefer=near or prefer=far", answer["advice"])
         self.assertGreater(found["near"]["position"], found["far"]["position"] + 10)
         self.assertLess(abs(found["near"]["other_peak"] - found["far"]["peak"]), 6)
 
