@@ -16,6 +16,7 @@
 #include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/process.h"
+#include "daemon/board/board_check.h"
 #include "daemon/cli/help.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/client.h"
@@ -45,6 +46,8 @@ struct program {
 struct arguments {
     const char *config;
     const char *check;
+    bool check_board;
+    bool json;
     bool help_config;
     const char *help_profile;
     bool help_lenses;
@@ -65,6 +68,16 @@ static const struct command_argument options[] = {
      .value_name = "FILE",
      .help = "Check a settings file and the profile that it names, or a profile (a name ending in "
              ".profile), and exit. Shows how to write keys that are in an old notation."},
+    {.name = "check-board",
+     .kind = COMMAND_FLAG,
+     .offset = offsetof(struct arguments, check_board),
+     .help = "Print what the settings need of this system (functions of the kernel, devices, "
+             "partitions of flash, variables of U-Boot), whether it is there and what to do if "
+             "not, and exit."},
+    {.name = "json",
+     .kind = COMMAND_FLAG,
+     .offset = offsetof(struct arguments, json),
+     .help = "Print that as JSON."},
     {.name = "help-config",
      .kind = COMMAND_FLAG,
      .offset = offsetof(struct arguments, help_config),
@@ -97,8 +110,9 @@ static const struct option_page page = {
         "For other users the socket is $XDG_RUNTIME_DIR/vergence/vergenced.sock (or below "
         "~/.local/state), files are in ~/.local/share/vergence/files ($XDG_DATA_HOME), store and "
         "log in ~/.local/state/vergence ($XDG_STATE_HOME). The first lines of output say which.\n"
-        "Exit codes: 0 orderly end, or the file is valid; 1 standard output cannot be written; 2 "
-        "invalid option; 3 invalid setting, or what it names cannot be used.",
+        "Exit codes: 0 orderly end, or the file is valid; 1 standard output cannot be written, or "
+        "--check-board misses something; 2 invalid option; 3 invalid setting, or what it names "
+        "cannot be used.",
     .examples =
         "vergenced --check vergenced.conf\n"
         "vergenced \"backend=sim unix:rig.sock\" socket=v.sock console=stdio",
@@ -417,6 +431,23 @@ static int print_manual(const char *argument) {
     return CLIENT_OK;
 }
 
+/// The file to read, or NULL.
+static const char *settings_path(const struct arguments *arguments,
+                                 const struct standard_paths *paths) {
+    const char *given = arguments->check != NULL ? arguments->check : arguments->config;
+    return given != NULL || access(paths->config, F_OK) != 0 ? given : paths->config;
+}
+
+/// Reports on settings that were read, or on what they need. Returns the exit code.
+static int report_check(const struct arguments *arguments, const struct config *config) {
+    if (arguments->check != NULL) {
+        printf("%s: good\n", arguments->check);
+    }
+    return !arguments->check_board || board_check_print(stdout, config, arguments->json) == 0
+               ? CLIENT_OK
+               : CLIENT_FAILED;
+}
+
 /// Returns the exit code; standard output may still be buffered.
 static int run(int argc, char **argv) {
     static struct program program;
@@ -435,19 +466,15 @@ static int run(int argc, char **argv) {
     struct message message;
     struct standard_paths paths;
     standard_paths_default(&paths);
-    const char *path = arguments.check != NULL ? arguments.check : arguments.config;
-    if (path == NULL && access(paths.config, F_OK) == 0) {
-        path = paths.config;
-    }
+    const char *path = settings_path(&arguments, &paths);
     const bool check = arguments.check != NULL;
     program.old_lines.report = check ? stderr : NULL;
     if (config_load(&program.daemon.config, path, settings, setting_count, &program.old_lines,
                     &message) != 0) {
         return fail(&message);
     }
-    if (check) {
-        printf("%s: good\n", arguments.check);
-        return CLIENT_OK;
+    if (check || arguments.check_board) {
+        return report_check(&arguments, &program.daemon.config);
     }
     return make_places(&program.daemon.config, &message) == 0 ? serve(&program) : fail(&message);
 }
