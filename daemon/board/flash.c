@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "daemon/base/device_request.h"
 
 #define TABLE "/proc/mtd"
 
@@ -60,7 +61,7 @@ bool flash_find(const char *name, char device[FLASH_DEVICE_BYTES], char *names) 
 /// Checks that the partition is of a kind that is written as here.
 static int inspect(struct flash *self, struct message *message) {
     struct mtd_info_user about;
-    if (ioctl(self->fd, MEMGETINFO, &about) != 0) {
+    if (ioctl(self->fd, (device_request)MEMGETINFO, &about) != 0) {
         return message_set(message, ERROR_UNSUPPORTED, "%s (%s): not flash: %s", self->name,
                            self->device, strerror(errno));
     }
@@ -136,7 +137,9 @@ int flash_erase(const struct flash *self, size_t offset, size_t bytes, struct me
     struct erase_info_user range = {.start = (uint32_t)offset, .length = (uint32_t)bytes};
     INVARIANT(offset <= self->bytes && bytes <= self->bytes - offset);
     INVARIANT(offset % self->block_bytes == 0 && bytes % self->block_bytes == 0);
-    return ioctl(self->fd, MEMERASE, &range) == 0 ? 0 : fail(self, "erase", offset, message);
+    return ioctl(self->fd, (device_request)MEMERASE, &range) == 0
+               ? 0
+               : fail(self, "erase", offset, message);
 }
 
 int flash_write(const struct flash *self, size_t offset, const void *data, size_t bytes,

@@ -17,6 +17,7 @@
 #include "daemon/commands/files.h"
 #include "daemon/commands/room_check.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
 #include "daemon/session/session.h"
 
@@ -167,14 +168,6 @@ DIR *files_list_below(int root, const char *name) {
     return directory;
 }
 
-static int by_name(const struct dirent **a, const struct dirent **b) {
-    return strcmp((*a)->d_name, (*b)->d_name);
-}
-
-int files_list_sorted(int directory, struct dirent ***entries) {
-    return scandirat(directory, ".", entries, NULL, by_name);
-}
-
 int files_open_directory(const struct command_call *call, const char *name) {
     const int error = files_need_directory(call);
     if (error != 0) {
@@ -249,13 +242,13 @@ static void add_entries(const struct command_candidates *to, enum kind wanted) {
     place[bytes] = '\0';
     snprintf(prefix, sizeof prefix, "%s%s", place, slash != NULL ? "/" : "");
     const int directory = daemon->files_fd < 0 ? -1 : files_open_below(daemon->files_fd, place);
-    struct dirent **entries = NULL;
-    const int count = directory < 0 ? 0 : files_list_sorted(directory, &entries);
+    char **names = NULL;
+    const int count = directory < 0 ? 0 : directory_names(directory, &names);
     for (int i = 0; i < count; i++) {
-        add_entry(to, directory, prefix, entries[i]->d_name, wanted);
-        free(entries[i]);
+        add_entry(to, directory, prefix, names[i], wanted);
+        free(names[i]);
     }
-    free(entries);
+    free(names);
     if (directory >= 0) {
         close(directory);
     }
@@ -296,12 +289,12 @@ static void put_entry(const struct command_call *call, int directory, const char
 
 static int run_files(const struct command_call *call) {
     const char *after = call->values[1].given ? call->values[1].text : "";
-    struct dirent **entries = NULL;
+    char **names = NULL;
     const int fd = files_open_directory(call, call->values[0].given ? call->values[0].text : "");
     if (fd < 0) {
         return fd;
     }
-    const int count = files_list_sorted(fd, &entries);
+    const int count = directory_names(fd, &names);
     if (count < 0) {
         const int number = errno;
         close(fd);
@@ -310,16 +303,16 @@ static int run_files(const struct command_call *call) {
     int listed = 0;
     reply_group_begin(call, "files", true);
     for (int i = 0; i < count; i++) {
-        if (strcmp(entries[i]->d_name, after) > 0 && entries[i]->d_name[0] != '.') {
+        if (strcmp(names[i], after) > 0 && names[i][0] != '.') {
             if (listed < FILES_LISTED_MAX) {
-                put_entry(call, fd, entries[i]->d_name);
+                put_entry(call, fd, names[i]);
             }
             listed++;
         }
-        free(entries[i]);
+        free(names[i]);
     }
     reply_group_end(call);
-    free(entries);
+    free(names);
     close(fd);
     if (listed > FILES_LISTED_MAX) {
         reply_text(

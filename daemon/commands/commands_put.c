@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes files of the instrument to a TFTP server.
-#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,6 +10,7 @@
 #include "daemon/board/tftp.h"
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
+#include "daemon/files/directory_names.h"
 
 enum { NAME, ADDRESS };
 
@@ -89,19 +89,19 @@ static bool is_directory(const struct command_call *call, const char *name) {
 }
 
 static int put_directory(struct put *self, const char *name) {
-    struct dirent **entries = NULL;
+    char **names = NULL;
     const int fd = files_open_directory(self->call, name);
-    const int count = fd >= 0 ? files_list_sorted(fd, &entries) : 0;
+    const int count = fd >= 0 ? directory_names(fd, &names) : 0;
     int error = fd >= 0 ? 0 : fd;
     for (int i = 0; i < count; i++) {
         char path[2 * FILES_NAME_MAX + 64];
-        snprintf(path, sizeof path, "%s/%s", name, entries[i]->d_name);
-        if (error == 0 && entries[i]->d_name[0] != '.') {
+        snprintf(path, sizeof path, "%s/%s", name, names[i]);
+        if (error == 0 && names[i][0] != '.') {
             error = put_file(self, path, true);
         }
-        free(entries[i]);
+        free(names[i]);
     }
-    free(entries);
+    free(names);
     if (fd >= 0) {
         close(fd);
     }

@@ -36,10 +36,6 @@ int files_open_below(int root, const char *name);
 /// The same, for readdir(). The caller closes it. NULL with errno.
 DIR *files_list_below(int root, const char *name);
 
-/// Lists a directory in the order of names. Returns the number of entries, or -1 with errno. The
-/// caller frees each of `*entries` and the array.
-int files_list_sorted(int directory, struct dirent ***entries);
-
 /// Opens a directory of the instrument's files; "": the top one. Returns its descriptor, which the
 /// caller closes, or an error with the call's message.
 int files_open_directory(const struct command_call *call, const char *name);

@@ -11,6 +11,7 @@
 #ifdef VERGENCE_SECCOMP
 
 #include <linux/i2c-dev.h>
+#include <linux/ioctl.h>
 #include <mtd/mtd-user.h>
 #include <sched.h>
 #include <seccomp.h>

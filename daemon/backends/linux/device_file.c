@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/base/device_request.h"
 #include "daemon/base/monotonic.h"
 
 // Longest single poll; longer waits repeat it.
@@ -98,7 +99,7 @@ int device_file_control(int fd, unsigned long request, void *argument) {
     INVARIANT(fd >= 0);
     int result = 0;
     do {
-        result = ioctl(fd, request, argument);
+        result = ioctl(fd, (device_request)request, argument);
     } while (result < 0 && errno == EINTR);
     return result;
 }

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/files/directory_names.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static int by_name(const void *a, const void *b) {
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/// Appends a copy of the name. False: out of memory.
+static bool add_name(char ***names, size_t count, const char *name) {
+    enum { STEP = 64 };
+    if (count % STEP == 0) {
+        char **more = realloc(*names, (count + STEP) * sizeof **names);
+        if (more == NULL) {
+            return false;
+        }
+        *names = more;
+    }
+    (*names)[count] = strdup(name);
+    return (*names)[count] != NULL;
+}
+
+/// The directory from its begin, whatever was read of `directory` before. NULL with errno.
+static DIR *open_again(int directory) {
+    const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    DIR *list = fd >= 0 ? fdopendir(fd) : NULL;
+    if (list == NULL && fd >= 0) {
+        const int number = errno;
+        close(fd);
+        errno = number;
+    }
+    return list;
+}
+
+int directory_names(int directory, char ***names) {
+    DIR *list = open_again(directory);
+    if (list == NULL) {
+        return -1;
+    }
+    size_t count = 0;
+    const struct dirent *entry = NULL;
+    *names = NULL;
+    errno = 0;
+    while ((entry = readdir(list)) != NULL && add_name(names, count, entry->d_name)) {
+        count++;
+        errno = 0;
+    }
+    const int number = errno;
+    closedir(list);
+    if (number != 0) {
+        for (size_t i = 0; i < count; i++) {
+            free((*names)[i]);
+        }
+        free(*names);
+        *names = NULL;
+        errno = number;
+        return -1;
+    }
+    if (count > 0) {
+        qsort(*names, count, sizeof **names, by_name);
+    }
+    return (int)count;
+}

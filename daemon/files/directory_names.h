@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The names in a directory.
+#ifndef VERGENCE_DAEMON_FILES_DIRECTORY_NAMES_H
+#define VERGENCE_DAEMON_FILES_DIRECTORY_NAMES_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Lists an open directory's names in order. Returns their number, or -1 with errno. The caller
+/// frees each of `*names` and the array.
+int directory_names(int directory, char ***names);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
