@@ -230,9 +230,9 @@ unsigned focus_curve_peaks(const struct focus_curve *curve, const struct focus_r
 
 // ---- the vertex of the parabola
 
-// Weighted sums of powers of u and of y, for y = a + b u + c u^2.
+// Weighted sums of powers of u and of y, for y = a + b u + c u^2, and of y^2.
 struct sums {
-    double u0, u1, u2, u3, u4, y0, y1, y2;
+    double u0, u1, u2, u3, u4, y0, y1, y2, yy;
 };
 
 static double determinant(const struct sums *s) {
@@ -273,6 +273,7 @@ static void add_value(struct sums *s, double u, double y, double weight) {
     s->y0 += weight * y;
     s->y1 += weight * y * u;
     s->y2 += weight * y * u * u;
+    s->yy += weight * y * y;
 }
 
 // Adds a sample's reciprocal. Its variance is that of the sample over the fourth power.
@@ -282,6 +283,15 @@ static void add(struct sums *s, double u, double height, double deviation, doubl
     const double weight =
         scaled * scaled * scaled * scaled / (spread * spread + relative * relative);
     add_value(s, u, 1 / scaled, weight);
+}
+
+// What the samples scatter about the parabola with these coefficients more than their deviations
+// say: chi squared over the degrees of freedom, at least 1.
+static double misfit(const struct sums *s, unsigned count, double vertex, double lowest,
+                     double curvature) {
+    const double a = lowest + curvature * vertex * vertex, b = -2 * curvature * vertex;
+    const double chi2 = s->yy - a * s->y0 - b * s->y1 - curvature * s->y2;
+    return count > 3 && chi2 > count - 3 ? chi2 / (count - 3) : 1;
 }
 
 // Samples above a part of the height.
@@ -332,6 +342,7 @@ bool focus_curve_fit(const struct focus_curve *curve, const struct focus_range *
         lowest <= 0) {
         return false;
     }
+    variance *= misfit(&selection.sums, selection.count, vertex, lowest, curvature);
     // Beyond the samples it is not a peak that they show.
     peak->at_edge = vertex < selection.min || vertex > selection.max;
     vertex = within(vertex, selection.min, selection.max);

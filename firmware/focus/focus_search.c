@@ -135,7 +135,7 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
     self->begin = position;
     self->passes = self->stops = 0;
-    self->stopped = self->wide = false;
+    self->wide = false;
     self->off_sum = 0;
     self->channel = self->finder = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
@@ -184,22 +184,6 @@ static bool step_mean(const struct focus_search *self, double *sharpness, double
     return true;
 }
 
-// The distance from the peak, from positions and from the picture, each with its weight.
-static double distance_from_peak(const struct focus_search *self, const struct focus_event *event,
-                                 double part, double part_deviation) {
-    const struct focus_peak *peak = &self->result.peak;
-    const double half = fmax(peak->half_width, 0.5);
-    const double read = fabs(event->position - peak->position);
-    const double read_variance =
-        event->deviation * event->deviation + peak->deviation * peak->deviation + 0.01;
-    const double sure = fmax(part + part_deviation, 0.01);
-    const double seen = sure < 1 ? half * sqrt(1 / sure - 1) : 0;
-    const double slope = 2 * fmax(seen, half * sqrt(part_deviation)) / (half * half);
-    const double seen_deviation = part_deviation / slope;
-    const double seen_variance = seen_deviation * seen_deviation + 1e-6;
-    return (read / read_variance + seen / seen_variance) / (1 / read_variance + 1 / seen_variance);
-}
-
 static enum focus_verdict verdict_of(const struct focus_search *self) {
     const struct focus_search_options *options = &self->options;
     const struct focus_result *result = &self->result;
@@ -216,7 +200,6 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
                : FOCUS_FOCUSED;
 }
 
-static struct focus_step begin_stops(struct focus_search *self);
 // Whether the peak is so near to an end of the range that approaches cannot reach it.
 static bool is_near_end(const struct focus_search *self, double *end_counts) {
     const struct focus_search_options *options = &self->options;
@@ -238,19 +221,16 @@ static struct focus_step finish(struct focus_search *self, const struct focus_ev
     return end(self, event);
 }
 
-// Another approach, after one that ended `off` counts from the peak. `there`: as it should, but the
-// picture is not that of the peak; `same`: it is.
-static struct focus_step try_again(struct focus_search *self, double off, bool there, bool same) {
+// Another approach. `same`: the picture is that of the peak.
+static struct focus_step try_again(struct focus_search *self, double place, double off, bool same) {
     double end_counts = 0;
     // At the ends the play cannot be taken up, or the peak is just beyond: the end itself.
     if (!same && is_near_end(self, &end_counts) && self->target != end_counts) {
         return approach(self, end_counts);
     }
-    // One rest off the peak is chance; what all of them share is not.
+    // One rest off its target is chance; what all of them share is not.
     self->off_sum += off;
-    const double shared = self->off_sum / (self->result.tries + 1.0);
-    return there && !self->stopped ? begin_stops(self)
-                                   : approach(self, self->result.peak.position - shared);
+    return approach(self, place - self->off_sum / (self->result.tries + 1.0));
 }
 
 static struct focus_step judge(struct focus_search *self, const struct focus_event *event) {
@@ -272,17 +252,20 @@ static struct focus_step judge(struct focus_search *self, const struct focus_eve
     const double sure = fmax(part + spread - height_deviation, 0.01);
     const bool same = sure >= same_part || peak->half_width * sqrt(1 / sure - 1) <= good;
     result->light_changed = result->light_changed || changed;
-    set_blur(self, distance_from_peak(self, event, part, spread));
     if (self->wide) {
-        set_blur(self, sqrt(off * off + peak->deviation * peak->deviation));
+        set_blur(self, hypot(off, peak->deviation));
         return finish(self, event, verdict_of(self));
     }
-    const bool there = result->blur_counts <= accepted_part * good;
-    if (there && same) {
+    self->rests[result->tries - 1] =
+        (struct focus_rest){event->position, event->deviation, sharpness,
+                            hypot(deviation, relative_spread * sharpness)};
+    const struct focus_place place = focus_rest_place(peak, self->rests, result->tries);
+    set_blur(self, place.distance);
+    if (result->blur_counts <= accepted_part * good && same) {
         return finish(self, event, verdict_of(self));
     }
     if (result->tries < FOCUS_TRIES) {
-        return try_again(self, off, there, same);
+        return try_again(self, place.position, event->position - self->target, same);
     }
     // A ring that rests where the peak was four times, with much of its sharpness, is in focus.
     const bool missed =
@@ -311,7 +294,6 @@ static struct focus_step begin_stops(struct focus_search *self) {
     self->pass_min = within_range(self, peak->position - half);
     self->pass_max = within_range(self, peak->position + half);
     self->stops = 0;
-    self->stopped = true;
     self->passes++;
     return go_to_stop(self);
 }

@@ -22,6 +22,7 @@
 #define VERGENCE_FOCUS_FOCUS_SEARCH_H
 
 #include "focus/focus_curve.h"
+#include "focus/focus_rest.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -138,9 +139,9 @@ struct focus_search {
     double pass_min, pass_max;
     unsigned passes, stops;
     uint16_t step_begin;  ///< samples before this step
-    double off_sum;       ///< of the tries' distances from the peak
-    bool stopped;         ///< the peak was located at rest
-    bool wide;            ///< a picture at rest does not show how far it is
+    struct focus_rest rests[FOCUS_TRIES];
+    double off_sum;  ///< of the tries' distances from their targets
+    bool wide;       ///< a picture at rest does not show how far it is
 };
 
 /// What was found, in words; of a curve only, "one peak" instead of "focused". Static storage.
