@@ -58,6 +58,8 @@ static void choose_options(struct reconstruct_job *job) {
     options->rectify.scale = request->scale * job->inputs.left.shrink;
     options->keep_all = request->keep_all;
     options->refine = !request->no_refine;
+    // Only the host's writers read the surface as a whole.
+    options->recompute_surface = job->outputs->mesh_maker == NULL;
     if (request->preset >= 0) {
         options->preset = (enum match_preset)request->preset;
     }
@@ -272,8 +274,8 @@ static void estimate_work(const struct raw_image *raw, const struct rectify_plan
     // The greedy path is single-threaded.
     const int matching = options->preset == MATCH_PRESET_PAPER ? 1 : threads;
     work_ns[RECONSTRUCT_PLAN] = 0;
-    work_ns[RECONSTRUCT_DEVELOP] = develop_ns * raw_pixels / threads;
-    work_ns[RECONSTRUCT_RECTIFY] = rectify_ns * pixels / threads;
+    work_ns[RECONSTRUCT_DEVELOP] = 0;  // while rectifying
+    work_ns[RECONSTRUCT_RECTIFY] = (develop_ns * raw_pixels + rectify_ns * pixels) / threads;
     work_ns[RECONSTRUCT_MATCH] = match_cell_ns * cells / matching;
     work_ns[RECONSTRUCT_REFINE] = options->refine ? refine_ns * pixels / threads : 0;
     work_ns[RECONSTRUCT_TRIANGULATE] = triangulate_ns * pixels / threads;

@@ -8,15 +8,12 @@
 
 enum { CHANNELS = 3, BALANCE_MAX = 4 };
 
-struct develop {
-    const struct raw_image *raw;
+// Rows being developed.
+struct rows {
+    const struct develop_state *develop;
+    int begin;
     struct image_u8 *grey;
     struct image_rgb8 *colour;
-    uint8_t *tone;                // 8-bit value of each raw value
-    uint8_t *balanced[CHANNELS];  // the same for each channel, balanced
-    uint16_t *rgb;                // per part: 3 * width
-    int32_t *work;                // per part: 3 * (width + DEBAYER_MARGIN_PX)
-    int parts;
 };
 
 size_t develop_need_bytes(int width_px, int bits, int threads) {
@@ -92,11 +89,12 @@ static uint32_t luma(const uint16_t *rgb) {
     return (77U * rgb[0] + 150U * rgb[1] + 29U * rgb[2] + 128U) >> 8;
 }
 
-static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int32_t *work) {
+static void develop_row(const struct rows *rows, int y, uint16_t *rgb, int32_t *work) {
+    const struct develop_state *develop = rows->develop;
     const struct raw_image *raw = develop->raw;
     const uint16_t largest = (uint16_t)((1U << raw->bits) - 1);
-    uint8_t *grey = image_u8_row(develop->grey, y);
-    uint8_t *colour = image_rgb8_row(develop->colour, y);
+    uint8_t *grey = image_u8_row(rows->grey, y - rows->begin);
+    uint8_t *colour = image_rgb8_row(rows->colour, y - rows->begin);
     const uint16_t *row = raw->data + (ptrdiff_t)y * raw->stride;
     if (raw->layout == RAW_BAYER_GRBG) {
         const struct image_u16 mosaic = {(uint16_t *)(uintptr_t)raw->data, raw->width_px,
@@ -116,20 +114,22 @@ static void develop_row(const struct develop *develop, int y, uint16_t *rgb, int
 }
 
 static void develop_part(void *context, int index) {
-    const struct develop *develop = context;
+    const struct rows *rows = context;
+    const struct develop_state *develop = rows->develop;
     const size_t width = (size_t)develop->raw->width_px;
     const size_t part = (size_t)index;
-    const int begin = (int)((int64_t)develop->raw->height_px * index / develop->parts);
-    const int end = (int)((int64_t)develop->raw->height_px * (index + 1) / develop->parts);
+    const int64_t height = rows->grey->height;
+    const int begin = rows->begin + (int)(height * index / develop->parts);
+    const int end = rows->begin + (int)(height * (index + 1) / develop->parts);
     INVARIANT(begin <= end && end <= develop->raw->height_px);
     for (int y = begin; y < end; y++) {
-        develop_row(develop, y, develop->rgb + part * CHANNELS * width,
+        develop_row(rows, y, develop->rgb + part * CHANNELS * width,
                     develop->work + part * CHANNELS * (width + DEBAYER_MARGIN_PX));
     }
 }
 
 // Takes the memory that develop_need_bytes counts; false: it does not fit.
-static bool take_buffers(struct develop *develop, struct arena *arena) {
+static bool take_buffers(struct develop_state *develop, struct arena *arena) {
     const struct raw_image *raw = develop->raw;
     const size_t width = (size_t)raw->width_px;
     const size_t parts = (size_t)develop->parts;
@@ -145,28 +145,45 @@ static bool take_buffers(struct develop *develop, struct arena *arena) {
     return whole && develop->rgb != NULL && develop->work != NULL;
 }
 
-int develop_image(const struct raw_image *raw, const struct develop_balance *balance,
-                  const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
-                  struct image_rgb8 *colour) {
-    INVARIANT(grey->width == raw->width_px && grey->height == raw->height_px);
-    INVARIANT(colour->width == raw->width_px && colour->height == raw->height_px);
+int develop_begin(struct develop_state *develop, const struct raw_image *raw,
+                  const struct develop_balance *balance, int threads, struct arena *arena) {
     if (raw->bits < 8 || raw->bits > 16 ||
         (raw->layout == RAW_BAYER_GRBG && (raw->width_px < 2 || raw->height_px < 2))) {
         return ERROR_ARGUMENT;
     }
-    INVARIANT(parallel->threads >= 1);
+    INVARIANT(threads >= 1);
     const size_t mark = arena_mark(arena);
-    struct develop develop = {
-        .raw = raw, .grey = grey, .colour = colour, .parts = parallel->threads};
-    if (!take_buffers(&develop, arena)) {
+    *develop = (struct develop_state){.raw = raw, .parts = threads};
+    if (!take_buffers(develop, arena)) {
         arena_release(arena, mark);
         return ERROR_MEMORY;
     }
-    fill_tone(raw, DEVELOP_BALANCE_ONE, develop.tone);
+    fill_tone(raw, DEVELOP_BALANCE_ONE, develop->tone);
     for (int c = 0; c < CHANNELS; c++) {
-        fill_tone(raw, balance->gain_q8[c], develop.balanced[c]);
+        fill_tone(raw, balance->gain_q8[c], develop->balanced[c]);
     }
-    parallel->run(parallel->self, develop_part, &develop, develop.parts);
-    arena_release(arena, mark);
     return ERROR_OK;
+}
+
+void develop_rows(const struct develop_state *develop, const struct parallel *parallel, int begin,
+                  struct image_u8 *grey, struct image_rgb8 *colour) {
+    INVARIANT(grey->width == develop->raw->width_px && colour->width == develop->raw->width_px);
+    INVARIANT(begin >= 0 && grey->height <= develop->raw->height_px - begin);
+    INVARIANT(colour->height == grey->height);
+    struct rows rows = {develop, begin, grey, colour};
+    parallel->run(parallel->self, develop_part, &rows, develop->parts);
+}
+
+int develop_image(const struct raw_image *raw, const struct develop_balance *balance,
+                  const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
+                  struct image_rgb8 *colour) {
+    INVARIANT(grey->height == raw->height_px);
+    const size_t mark = arena_mark(arena);
+    struct develop_state develop;
+    const int error = develop_begin(&develop, raw, balance, parallel->threads, arena);
+    if (error == ERROR_OK) {
+        develop_rows(&develop, parallel, 0, grey, colour);
+    }
+    arena_release(arena, mark);
+    return error;
 }

@@ -26,14 +26,33 @@ struct develop_balance {
 /// most 4, so that noise does not become colour. All 1 for other layouts, whose colours are final.
 struct develop_balance develop_balance_of(const struct raw_image *raw);
 
-/// Working memory of `develop_image` in bytes.
+/// A raw image that is developed in parts. Its buffers are in the arena of develop_begin.
+struct develop_state {
+    const struct raw_image *raw;
+    uint8_t *tone;         // 8-bit value of each raw value
+    uint8_t *balanced[3];  // the same for each channel, balanced
+    uint16_t *rgb;         // per part: 3 * width
+    int32_t *work;         // per part: 3 * (width + DEBAYER_MARGIN_PX)
+    int parts;
+};
+
+/// Working memory of `develop_begin` in bytes.
 size_t develop_need_bytes(int width_px, int bits, int threads);
 
-/// Fills `grey` and `colour` (both of the raw image's size). Values of more than 8 bits are reduced
+/// Begins with an image. Grey and colour: values of more than 8 bits are reduced
 /// to 8. A Bayer mosaic is linear in light and gets a square root, which makes photon noise equal
 /// at all brightnesses, so that dark regions keep their detail. Other images are already encoded
 /// for viewing and are only scaled. The balance changes colours only: amplified noise in grey would
 /// harm matching. ERROR_ARGUMENT for bits outside 8..16 or a mosaic smaller than 2x2; ERROR_MEMORY.
+int develop_begin(struct develop_state *develop, const struct raw_image *raw,
+                  const struct develop_balance *balance, int threads, struct arena *arena);
+
+/// Develops the rows from `begin` on into `grey` and `colour`, which have as many rows as are
+/// wanted and the raw image's width. `parallel` has at most the threads of develop_begin.
+void develop_rows(const struct develop_state *develop, const struct parallel *parallel, int begin,
+                  struct image_u8 *grey, struct image_rgb8 *colour);
+
+/// Both, for the whole image.
 int develop_image(const struct raw_image *raw, const struct develop_balance *balance,
                   const struct parallel *parallel, struct arena *arena, struct image_u8 *grey,
                   struct image_rgb8 *colour);

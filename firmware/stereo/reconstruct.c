@@ -16,6 +16,8 @@ enum {
     // Fewer valid pixels than this share are chance. Swapped images, or images of different scenes,
     // leave up to 7 % (measured); matching pairs more than 85 %.
     SURFACE_SHARE = 10,
+    // Raw rows that are developed at a time.
+    STRIP_ROWS = 128,
 };
 
 const char *reconstruct_stage_text(enum reconstruct_stage stage) {
@@ -47,13 +49,16 @@ struct run {
     const struct parallel *parallel;
     struct arena *arena;
     struct reconstruct_result *result;
-    struct rectify_table table[2];
-    struct image_u8 raw_grey[2];
-    struct image_rgb8 raw_colour[2];
+    struct develop_balance balance;
     int32_t *coordinates_q16;  // per part: 2 * width
     uint64_t stage_begin_us;
-    size_t peak_bytes;  // of the stages before
+    uint64_t develop_us;  // while rectifying
+    size_t peak_bytes;    // of the stages before
 };
+
+static int smaller(int a, int b) {
+    return a < b ? a : b;
+}
 
 static size_t larger(size_t a, size_t b) {
     return a > b ? a : b;
@@ -98,7 +103,7 @@ static bool take_rgb8(struct arena *arena, int width, int height, struct image_r
     return image->data != NULL;
 }
 
-static bool take_images(struct arena *arena, struct reconstruct_result *result) {
+static bool take_images(struct arena *arena, bool right_colour, struct reconstruct_result *result) {
     const int width = result->plan.width_px;
     const int height = result->plan.height_px;
     INVARIANT(width >= MATCH_MIN_WIDTH_PX && height >= MATCH_MIN_HEIGHT_PX);
@@ -113,21 +118,17 @@ static bool take_images(struct arena *arena, struct reconstruct_result *result) 
     return take_u8(arena, width, height, &result->left) &&
            take_u8(arena, width, height, &result->right) &&
            take_rgb8(arena, width, height, &result->left_colour) &&
-           take_rgb8(arena, width, height, &result->right_colour) &&
+           (!right_colour || take_rgb8(arena, width, height, &result->right_colour)) &&
            take_u8(arena, width, height, &match->reason) &&
            take_u8(arena, width, height, &match->confidence) && match->disparity_q8.data != NULL &&
            result->sigma_q8.data != NULL && result->left_span != NULL && result->right_span != NULL;
 }
 
-static size_t images_need_bytes(int width, int height) {
+static size_t images_need_bytes(int width, int height, bool right_colour) {
     const size_t pixels = (size_t)width * (size_t)height;
     return 2 * arena_need_bytes((size_t)height, sizeof(struct rectify_span)) +
-           4 * arena_need_bytes(pixels, 1) + 2 * arena_need_bytes(pixels, 3) +
+           4 * arena_need_bytes(pixels, 1) + (right_colour ? 2 : 1) * arena_need_bytes(pixels, 3) +
            arena_need_bytes(pixels, sizeof(int32_t)) + arena_need_bytes(pixels, sizeof(uint16_t));
-}
-
-static int smaller(int a, int b) {
-    return a < b ? a : b;
 }
 
 // An object in front of or behind the requested range has its best match outside of it, and would
@@ -173,79 +174,140 @@ struct match_options reconstruct_match_options(const struct rectify_plan *plan,
     return match;
 }
 
-size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
+size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads) {
-    const size_t raw_pixels = (size_t)raw_width_px * (size_t)raw_height_px;
+    const size_t raw_width = (size_t)raw_width_px;
     const size_t valid = (size_t)plan->width_px * (size_t)plan->height_px;
     const struct match_options match = reconstruct_match_options(plan, options);
+    const size_t threads_count = (size_t)threads;
     const size_t developing =
-        2 * arena_need_bytes(raw_pixels, 1) + 2 * arena_need_bytes(raw_pixels, 3) +
-        larger(develop_need_bytes(raw_width_px, 16, threads),
-               2 * rectify_table_need_bytes(plan) +
-                   arena_need_bytes((size_t)threads * 2 * (size_t)plan->width_px, sizeof(int32_t)));
+        arena_need_bytes(raw_width * STRIP_ROWS, 1) + arena_need_bytes(raw_width * STRIP_ROWS, 3) +
+        develop_need_bytes(raw_width_px, 16, threads) + rectify_table_need_bytes(plan) +
+        arena_need_bytes((size_t)plan->height_px, sizeof(struct rectify_extent)) +
+        arena_need_bytes(threads_count * 2 * (size_t)plan->width_px, sizeof(int32_t));
     size_t largest = larger(developing, match_need_bytes(plan->width_px, &match, threads));
     largest = larger(largest, refine_need_bytes(plan->width_px, plan->height_px, threads));
     largest = larger(largest, refine_vertical_need_bytes());
-    largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px, valid));
-    return images_need_bytes(plan->width_px, plan->height_px) + largest;
+    largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px,
+                                                 options->recompute_surface ? 0 : valid));
+    return images_need_bytes(plan->width_px, plan->height_px, !options->recompute_surface) +
+           largest;
 }
 
-static int develop(struct run *run) {
-    for (int side = 0; side < 2; side++) {
-        const struct raw_image *raw = run->raw[side];
-        if (!take_u8(run->arena, raw->width_px, raw->height_px, &run->raw_grey[side]) ||
-            !take_rgb8(run->arena, raw->width_px, raw->height_px, &run->raw_colour[side])) {
-            return ERROR_MEMORY;
+// One side being rectified: the raw image passes in strips, so that little of it is developed at a
+// time.
+struct side {
+    const struct run *run;
+    struct rectify_table table;
+    struct rectify_extent *extent;  // per row
+    struct rectify_strip strip;
+    struct rectify_span *span;
+    struct image_u8 *grey;
+    struct image_rgb8 *colour;  // without data: not wanted
+};
+
+static void part_rows(const struct run *run, int index, int *begin, int *end) {
+    const int64_t height = run->result->plan.height_px;
+    *begin = (int)(height * index / run->parallel->threads);
+    *end = (int)(height * (index + 1) / run->parallel->threads);
+}
+
+static int32_t *part_coordinates(const struct run *run, int index) {
+    return run->coordinates_q16 + (size_t)index * 2 * (size_t)run->result->plan.width_px;
+}
+
+static void begin_part(void *context, int index) {
+    const struct side *side = context;
+    const size_t width = (size_t)side->run->result->plan.width_px;
+    int begin, end;
+    part_rows(side->run, index, &begin, &end);
+    for (int y = begin; y < end; y++) {
+        side->extent[y] = rectify_row_extent(&side->table, y, part_coordinates(side->run, index));
+        side->span[y] = side->extent[y].span;
+        memset(image_u8_row(side->grey, y), 0, width);
+        if (side->colour->data != NULL) {
+            memset(image_rgb8_row(side->colour, y), 0, 3 * width);
         }
     }
-    // One balance for both, as both see the same scene in the same light.
-    const struct develop_balance balance = develop_balance_of(run->raw[0]);
-    for (int side = 0; side < 2; side++) {
-        const int error = develop_image(run->raw[side], &balance, run->parallel, run->arena,
-                                        &run->raw_grey[side], &run->raw_colour[side]);
-        if (error != ERROR_OK) {
-            return error;
+}
+
+static void strip_part(void *context, int index) {
+    const struct side *side = context;
+    int begin, end;
+    part_rows(side->run, index, &begin, &end);
+    for (int y = begin; y < end; y++) {
+        uint8_t *colour = side->colour->data != NULL ? image_rgb8_row(side->colour, y) : NULL;
+        rectify_row_strip(&side->table, &side->strip, &side->extent[y], y,
+                          image_u8_row(side->grey, y), colour, part_coordinates(side->run, index));
+    }
+}
+
+static bool take_side(struct run *run, struct side *side, int raw_width) {
+    const size_t threads = (size_t)run->parallel->threads;
+    const size_t width = (size_t)run->result->plan.width_px;
+    side->extent =
+        arena_take(run->arena, (size_t)run->result->plan.height_px, sizeof *side->extent);
+    run->coordinates_q16 =
+        arena_take(run->arena, threads * 2 * width, sizeof *run->coordinates_q16);
+    return take_u8(run->arena, raw_width, STRIP_ROWS, &side->strip.grey) &&
+           take_rgb8(run->arena, raw_width, STRIP_ROWS, &side->strip.colour) &&
+           side->extent != NULL && run->coordinates_q16 != NULL;
+}
+
+// Develops and rectifies strip by strip; each begins with the last row of the one before.
+static int pass_strips(struct run *run, struct side *side, const struct develop_state *develop,
+                       int done) {
+    const int height = develop->raw->height_px;
+    run->parallel->run(run->parallel->self, begin_part, side, run->parallel->threads);
+    for (int begin = 0; begin == 0 || begin < height - 1; begin += STRIP_ROWS - 1) {
+        struct rectify_strip *strip = &side->strip;
+        const uint64_t begin_us = now_us(run->environment);
+        strip->begin = begin;
+        strip->end = smaller(begin + STRIP_ROWS, height);
+        strip->grey.height = strip->colour.height = strip->end - begin;
+        develop_rows(develop, run->parallel, begin, &strip->grey, &strip->colour);
+        run->develop_us += now_us(run->environment) - begin_us;
+        run->parallel->run(run->parallel->self, strip_part, side, run->parallel->threads);
+        if (!report(run, RECONSTRUCT_RECTIFY, done + strip->end, 2 * height)) {
+            return ERROR_CANCELLED;
         }
     }
     return ERROR_OK;
 }
 
-static void rectify_part(void *context, int index) {
-    const struct run *run = context;
-    struct reconstruct_result *result = run->result;
-    const int height = result->plan.height_px;
-    const int begin = (int)((int64_t)height * index / run->parallel->threads);
-    const int end = (int)((int64_t)height * (index + 1) / run->parallel->threads);
-    int32_t *work = run->coordinates_q16 + (size_t)index * 2 * (size_t)result->plan.width_px;
-    for (int y = begin; y < end; y++) {
-        result->left_span[y] = rectify_row_u8(&run->table[0], &run->raw_grey[0], y,
-                                              image_u8_row(&result->left, y), work);
-        result->right_span[y] = rectify_row_u8(&run->table[1], &run->raw_grey[1], y,
-                                               image_u8_row(&result->right, y), work);
-        (void)rectify_row_rgb8(&run->table[0], &run->raw_colour[0], y,
-                               image_rgb8_row(&result->left_colour, y), work);
-        (void)rectify_row_rgb8(&run->table[1], &run->raw_colour[1], y,
-                               image_rgb8_row(&result->right_colour, y), work);
+static int rectify_side(struct run *run, struct side *side, enum rectify_side which) {
+    const struct raw_image *raw = run->raw[which];
+    struct develop_state develop;
+    if (!take_side(run, side, raw->width_px)) {
+        return ERROR_MEMORY;
     }
+    int error =
+        rectify_table_make(&run->result->plan, run->calibration, which, run->arena, &side->table);
+    if (error == ERROR_OK) {
+        error = develop_begin(&develop, raw, &run->balance, run->parallel->threads, run->arena);
+    }
+    return error != ERROR_OK
+               ? error
+               : pass_strips(run, side, &develop, which == RECTIFY_LEFT ? 0 : raw->height_px);
 }
 
 static int rectify(struct run *run) {
-    const size_t width = (size_t)run->result->plan.width_px;
-    run->coordinates_q16 = arena_take(run->arena, (size_t)run->parallel->threads * 2 * width,
-                                      sizeof *run->coordinates_q16);
-    if (run->coordinates_q16 == NULL) {
-        return ERROR_MEMORY;
+    struct reconstruct_result *result = run->result;
+    struct side sides[2] = {{.run = run,
+                             .span = result->left_span,
+                             .grey = &result->left,
+                             .colour = &result->left_colour},
+                            {.run = run,
+                             .span = result->right_span,
+                             .grey = &result->right,
+                             .colour = &result->right_colour}};
+    int error = ERROR_OK;
+    for (int side = 0; side < 2 && error == ERROR_OK; side++) {
+        const size_t mark = arena_mark(run->arena);
+        error = rectify_side(run, &sides[side], side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT);
+        arena_release(run->arena, mark);
     }
-    for (int side = 0; side < 2; side++) {
-        const int error = rectify_table_make(&run->result->plan, run->calibration,
-                                             side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT, run->arena,
-                                             &run->table[side]);
-        if (error != ERROR_OK) {
-            return error;
-        }
-    }
-    run->parallel->run(run->parallel->self, rectify_part, run, run->parallel->threads);
-    return ERROR_OK;
+    return error;
 }
 
 static struct match_input match_input_of(const struct reconstruct_result *result) {
@@ -322,18 +384,20 @@ static bool surface_found(const struct reconstruct_result *result) {
 }
 
 static int images_stages(struct run *run) {
-    const size_t mark = arena_mark(run->arena);
     int error = begin_stage(run, RECONSTRUCT_DEVELOP);
     if (error == ERROR_OK) {
-        error = end_stage(run, RECONSTRUCT_DEVELOP, develop(run));
+        // One balance for both, as both see the same scene in the same light.
+        run->balance = develop_balance_of(run->raw[0]);
+        error = end_stage(run, RECONSTRUCT_DEVELOP, ERROR_OK);
     }
     if (error == ERROR_OK) {
         error = begin_stage(run, RECONSTRUCT_RECTIFY);
     }
     if (error == ERROR_OK) {
         error = end_stage(run, RECONSTRUCT_RECTIFY, rectify(run));
+        run->result->stage_us[RECONSTRUCT_DEVELOP] += run->develop_us;
+        run->result->stage_us[RECONSTRUCT_RECTIFY] -= run->develop_us;
     }
-    arena_release(run->arena, mark);
     return error;
 }
 
@@ -352,14 +416,14 @@ static int surface_stages(struct run *run) {
     int error = begin_stage(run, RECONSTRUCT_TRIANGULATE);
     if (error == ERROR_OK) {
         error = end_stage(run, RECONSTRUCT_TRIANGULATE,
-                          surface_triangulate(run->parallel, run->arena, &depths, result));
+                          surface_triangulate(run->parallel, run->arena, &depths,
+                                              run->options->recompute_surface, result));
     }
     if (error == ERROR_OK) {
         error = begin_stage(run, RECONSTRUCT_MESH);
     }
     if (error == ERROR_OK) {
-        error = end_stage(run, RECONSTRUCT_MESH,
-                          surface_mesh(run->options->max_gap_q8, run->arena, result));
+        error = end_stage(run, RECONSTRUCT_MESH, surface_mesh(run->arena, result));
     }
     return error;
 }
@@ -369,7 +433,7 @@ static int all_stages(struct run *run) {
         enum reconstruct_stage stage;
         int (*run)(struct run *run);
     } matching[] = {{RECONSTRUCT_MATCH, match}, {RECONSTRUCT_REFINE, refine}};
-    if (!take_images(run->arena, run->result)) {
+    if (!take_images(run->arena, !run->options->recompute_surface, run->result)) {
         return ERROR_MEMORY;
     }
     int error = images_stages(run);
@@ -407,6 +471,7 @@ int reconstruct_run(const struct raw_image *left, const struct raw_image *right,
     memset(result, 0, sizeof *result);
     result->plan = *plan;
     result->calibration_crc = calibration_crc(calibration);
+    result->max_gap_q8 = options->max_gap_q8;
     struct run run = {.raw = {left, right},
                       .calibration = calibration,
                       .options = options,

@@ -55,10 +55,11 @@ struct reconstruct_environment {
 struct reconstruct_options {
     struct rectify_options rectify;
     enum match_preset preset;
-    int speckle_px;                       // see match.h
-    bool keep_all;                        // see match.h
-    bool refine;                          // sub-pixel refinement and predicted sigma
-    int32_t max_gap_q8;                   // see mesh.h
+    int speckle_px;          // see match.h
+    bool keep_all;           // see match.h
+    bool refine;             // sub-pixel refinement and predicted sigma
+    int32_t max_gap_q8;      // see mesh.h
+    bool recompute_surface;  // keep no points, triangles and right colours: see surface.h
     const struct match_kernels *kernels;  // see match.h
 };
 
@@ -70,15 +71,17 @@ struct reconstruct_result {
     struct rectify_plan plan;
     uint32_t calibration_crc;
 
-    struct image_u8 left, right;    // rectified, grey
-    struct image_rgb8 left_colour;  // rectified; grey input gives equal channels
-    struct image_rgb8 right_colour;
+    struct image_u8 left, right;                  // rectified, grey
+    struct image_rgb8 left_colour;                // rectified; grey input gives equal channels
+    struct image_rgb8 right_colour;               // no data if the surface is recomputed
     struct rectify_span *left_span, *right_span;  // per row
 
     struct match_output match;
     struct image_u16 sigma_q8;  // predicted sigma of the disparity; 0 where not valid
     struct triangulate_vertical vertical;
 
+    int32_t max_gap_q8;  // of the triangles
+    void *walk_memory;   // for surface_walk; NULL: the surface is kept, below
     uint32_t vertex_count;
     struct triangulate_point *points;  // in the left camera's frame
     uint32_t *vertex_pixel;            // y * width + x in the rectified left image
@@ -101,8 +104,9 @@ struct reconstruct_result {
 struct match_options reconstruct_match_options(const struct rectify_plan *plan,
                                                const struct reconstruct_options *options);
 
-/// Upper bound of the memory that `reconstruct_run` needs for raw images of this size under `plan`.
-size_t reconstruct_need_bytes(int raw_width_px, int raw_height_px, const struct rectify_plan *plan,
+/// Upper bound of the memory that `reconstruct_run` needs for raw images of this width under
+/// `plan`.
+size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
                               const struct reconstruct_options *options, int threads);
 
 /// Runs all stages. `plan` comes from `rectify_plan_make` with the same calibration.

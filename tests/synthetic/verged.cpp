@@ -65,7 +65,7 @@ VergedRun run_verged(const Verged &setup, const VergedSetting &setting) {
         return run;
     }
     const parallel *workers = setting.environment.parallel;
-    run.need_bytes = reconstruct_need_bytes(kVergedWidth, kVergedHeight, &plan, &setting.options,
+    run.need_bytes = reconstruct_need_bytes(kVergedWidth, &plan, &setting.options,
                                             workers != nullptr ? workers->threads : 1);
     const int channels = setting.layout == RAW_RGB ? 3 : 1;
     std::vector<uint16_t> raw[2];

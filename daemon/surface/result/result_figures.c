@@ -6,25 +6,33 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "stereo/surface.h"
 
-enum { DIGIT_BITS = 16, DIGIT_VALUES = 1 << DIGIT_BITS };
+enum {
+    DIGIT_BITS = 16,
+    DIGIT_VALUES = 1 << DIGIT_BITS,
+    HISTOGRAMS = 1 + RESULT_FIGURES_QUANTILES,
+};
 
-struct result_figures_box result_figures_bounds(const struct reconstruct_result *result) {
-    INVARIANT(result->vertex_count > 0);
-    struct result_figures_box bounds;
-    for (uint32_t i = 0; i < result->vertex_count; i++) {
-        const struct triangulate_point *point = &result->points[i];
+static void extend(void *cookie, const struct surface_part *part) {
+    struct result_figures_box *bounds = cookie;
+    for (uint32_t i = 0; i < part->vertex_count; i++) {
+        const struct triangulate_point *point = &part->points[i];
         const int32_t um[3] = {point->x_um, point->y_um, point->z_um};
         for (int axis = 0; axis < 3; axis++) {
             const double mm = um[axis] / 1000.0;
-            if (i == 0 || mm < bounds.min_mm[axis]) {
-                bounds.min_mm[axis] = mm;
-            }
-            if (i == 0 || mm > bounds.greatest_mm[axis]) {
-                bounds.greatest_mm[axis] = mm;
-            }
+            bounds->min_mm[axis] = mm < bounds->min_mm[axis] ? mm : bounds->min_mm[axis];
+            bounds->greatest_mm[axis] =
+                mm > bounds->greatest_mm[axis] ? mm : bounds->greatest_mm[axis];
         }
     }
+}
+
+struct result_figures_box result_figures_bounds(const struct reconstruct_result *result) {
+    INVARIANT(result->vertex_count > 0);
+    struct result_figures_box bounds = {{INFINITY, INFINITY, INFINITY},
+                                        {-INFINITY, -INFINITY, -INFINITY}};
+    surface_walk(result, SURFACE_POINTS, extend, &bounds);
     return bounds;
 }
 
@@ -54,24 +62,53 @@ static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
     return value;
 }
 
-/// The value that `percent` of the points do not exceed: first by a histogram of the upper half of
-/// its bits, then of the lower half among the points that share the upper.
-static double quantile_mm(const struct reconstruct_result *result, point_value *value_of,
-                          int percent, uint32_t *counts) {
-    uint32_t rank = (uint32_t)((uint64_t)(result->vertex_count - 1) * (uint32_t)percent / 100);
-    memset(counts, 0, DIGIT_VALUES * sizeof *counts);
-    for (uint32_t i = 0; i < result->vertex_count; i++) {
-        counts[value_of(&result->points[i]) >> DIGIT_BITS]++;
-    }
-    const uint32_t upper = find_rank(counts, &rank);
-    memset(counts, 0, DIGIT_VALUES * sizeof *counts);
-    for (uint32_t i = 0; i < result->vertex_count; i++) {
-        const uint32_t value = value_of(&result->points[i]);
-        if (value >> DIGIT_BITS == upper) {
-            counts[value & (DIGIT_VALUES - 1)]++;
+/// Histograms of one value of all points: of the upper half of its bits, then, for each quantile,
+/// of the lower half among the points that share the upper.
+struct histograms {
+    point_value *value_of;
+    const int *percent;
+    uint32_t *upper_counts;
+    uint32_t *lower_counts[RESULT_FIGURES_QUANTILES];
+    uint32_t upper[RESULT_FIGURES_QUANTILES];
+    uint32_t rank[RESULT_FIGURES_QUANTILES];
+};
+
+enum { DEPTH, SIGMA, VALUES };
+
+static void count_upper(void *cookie, const struct surface_part *part) {
+    const struct histograms *of = cookie;
+    for (uint32_t i = 0; i < part->vertex_count; i++) {
+        for (int value = 0; value < VALUES; value++) {
+            of[value].upper_counts[of[value].value_of(&part->points[i]) >> DIGIT_BITS]++;
         }
     }
-    return (upper << DIGIT_BITS | find_rank(counts, &rank)) / 1000.0;
+}
+
+static void count_lower(void *cookie, const struct surface_part *part) {
+    const struct histograms *of = cookie;
+    for (uint32_t i = 0; i < VALUES * part->vertex_count; i++) {
+        const struct histograms *self = &of[i % VALUES];
+        const uint32_t value = self->value_of(&part->points[i / VALUES]);
+        for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
+            self->lower_counts[k][value & (DIGIT_VALUES - 1)] +=
+                value >> DIGIT_BITS == self->upper[k];
+        }
+    }
+}
+
+static void find_upper(struct histograms *self, uint32_t points) {
+    for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
+        self->rank[k] = (uint32_t)((uint64_t)(points - 1) * (uint32_t)self->percent[k] / 100);
+        self->upper[k] = find_rank(self->upper_counts, &self->rank[k]);
+    }
+}
+
+/// The values that `percent` of the points do not exceed.
+static void find_quantiles(struct histograms *self, double *mm) {
+    for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
+        const uint32_t lower = find_rank(self->lower_counts[k], &self->rank[k]);
+        mm[k] = (self->upper[k] << DIGIT_BITS | lower) / 1000.0;
+    }
 }
 
 bool result_figures_spread(const struct reconstruct_result *result,
@@ -79,14 +116,24 @@ bool result_figures_spread(const struct reconstruct_result *result,
     static const int depth_percent[RESULT_FIGURES_QUANTILES] = {1, 50, 99};
     static const int sigma_percent[RESULT_FIGURES_QUANTILES] = {5, 50, 95};
     INVARIANT(result->vertex_count > 0);
-    uint32_t *counts = malloc(DIGIT_VALUES * sizeof *counts);
+    struct histograms of[VALUES] = {[DEPTH] = {.value_of = depth_of, .percent = depth_percent},
+                                    [SIGMA] = {.value_of = sigma_of, .percent = sigma_percent}};
+    uint32_t *counts = calloc(VALUES * HISTOGRAMS, DIGIT_VALUES * sizeof *counts);
     if (counts == NULL) {
         return false;
     }
-    for (int i = 0; i < RESULT_FIGURES_QUANTILES; i++) {
-        spread->depth_mm[i] = quantile_mm(result, depth_of, depth_percent[i], counts);
-        spread->sigma_mm[i] = quantile_mm(result, sigma_of, sigma_percent[i], counts);
+    for (size_t value = 0; value < VALUES; value++) {
+        of[value].upper_counts = counts + value * HISTOGRAMS * DIGIT_VALUES;
+        for (size_t k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
+            of[value].lower_counts[k] = of[value].upper_counts + (k + 1) * DIGIT_VALUES;
+        }
     }
+    surface_walk(result, SURFACE_POINTS, count_upper, of);
+    find_upper(&of[DEPTH], result->vertex_count);
+    find_upper(&of[SIGMA], result->vertex_count);
+    surface_walk(result, SURFACE_POINTS, count_lower, of);
+    find_quantiles(&of[DEPTH], spread->depth_mm);
+    find_quantiles(&of[SIGMA], spread->sigma_mm);
     free(counts);
     return true;
 }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "daemon/files/output_file.h"
 #include "daemon/surface/result/result_json.h"
+#include "stereo/surface.h"
 
 void write_comments(const struct reconstruct_context *context, const char *mark, FILE *stream) {
     fprintf(stream, "%s vergence %s build %s\n", mark, context->version, context->build_id);
@@ -27,41 +28,56 @@ void write_comments(const struct reconstruct_context *context, const char *mark,
     }
 }
 
+/// The file that a walk over the surface writes.
+struct surface_file {
+    struct output_file file;
+    const struct image_rgb8 *colour;
+    float unit_um;
+};
+
+/// Colour of a pixel of the rectified left image.
+static const uint8_t *colour_of(const struct surface_file *self, uint32_t pixel) {
+    const uint32_t width = (uint32_t)self->colour->width;
+    return image_rgb8_row(self->colour, (int)(pixel / width)) + 3 * (pixel % width);
+}
+
+static void put_points(void *cookie, const struct surface_part *part) {
+    struct surface_file *self = cookie;
+    for (uint32_t vertex = 0; vertex < part->vertex_count; vertex++) {
+        const struct triangulate_point *point = &part->points[vertex];
+        const uint8_t *rgb = colour_of(self, part->vertex_pixel[vertex]);
+        unsigned char bytes[WRITE_PCD_PIXEL_BYTES];
+        output_file_put_f32(bytes, (float)point->x_um / self->unit_um);
+        output_file_put_f32(bytes + 4, (float)point->y_um / self->unit_um);
+        output_file_put_f32(bytes + 8, (float)point->z_um / self->unit_um);
+        // PCL's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
+        output_file_put_u32(bytes + 12,
+                            (uint32_t)rgb[0] << 16 | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2]);
+        output_file_put_f32(bytes + 16, (float)point->sigma_um / self->unit_um);
+        output_file_write(&self->file, bytes, sizeof bytes);
+    }
+}
+
 int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
-    const uint32_t width = (uint32_t)result->left_colour.width;
-    const float unit_um = reconstruct_context_unit_um(context);
-    struct output_file file;
-    output_file_open(&file, path);
-    if (file.stream != NULL) {
-        fputs("# .PCD v0.7 - Point Cloud Data file format\n", file.stream);
-        write_comments(context, "#", file.stream);
-        fprintf(file.stream, "# lengths in %s\n",
+    struct surface_file self = {.colour = &result->left_colour,
+                                .unit_um = reconstruct_context_unit_um(context)};
+    output_file_open(&self.file, path);
+    if (self.file.stream != NULL) {
+        fputs("# .PCD v0.7 - Point Cloud Data file format\n", self.file.stream);
+        write_comments(context, "#", self.file.stream);
+        fprintf(self.file.stream, "# lengths in %s\n",
                 context->metric ? reconstruct_context_unit_name(context) : "an assumed unit");
-        fprintf(file.stream,
+        fprintf(self.file.stream,
                 "VERSION 0.7\n"
                 "FIELDS x y z rgb sigma\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
                 "WIDTH %" PRIu32 "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS %" PRIu32
                 "\nDATA binary\n",
                 result->vertex_count, result->vertex_count);
     }
-    for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
-        const struct triangulate_point *point = &result->points[vertex];
-        const uint32_t pixel = result->vertex_pixel[vertex];
-        const uint8_t *rgb =
-            image_rgb8_row(&result->left_colour, (int)(pixel / width)) + 3 * (pixel % width);
-        unsigned char bytes[WRITE_PCD_PIXEL_BYTES];
-        output_file_put_f32(bytes, (float)point->x_um / unit_um);
-        output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
-        output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
-        // PCL's "rgb" is the integer 0x00RRGGBB in the bytes of a float.
-        output_file_put_u32(bytes + 12,
-                            (uint32_t)rgb[0] << 16 | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2]);
-        output_file_put_f32(bytes + 16, (float)point->sigma_um / unit_um);
-        output_file_write(&file, bytes, sizeof bytes);
-    }
-    return output_file_close(&file, message);
+    surface_walk(result, SURFACE_POINTS, put_points, &self);
+    return output_file_close(&self.file, message);
 }
 
 int write_pfm(const struct reconstruct_context *context, const char *path,
@@ -105,47 +121,49 @@ static void put_header(const struct reconstruct_context *context,
     fputs("property list uchar int vertex_indices\nend_header\n", stream);
 }
 
-static void put_vertex(const struct reconstruct_result *result, uint32_t vertex, float unit_um,
-                       unsigned char bytes[WRITE_PLY_VERTEX_BYTES]) {
-    const struct triangulate_point *point = &result->points[vertex];
-    const int16_t *normal_q14 = result->normals_q14[vertex];
-    const int width = result->left_colour.width;
-    const uint32_t pixel = result->vertex_pixel[vertex];
-    const uint8_t *rgb = image_rgb8_row(&result->left_colour, (int)(pixel / (uint32_t)width)) +
-                         3 * (pixel % (uint32_t)width);
-    output_file_put_f32(bytes, (float)point->x_um / unit_um);
-    output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
-    output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
-    for (int i = 0; i < 3; i++) {
-        output_file_put_f32(bytes + 12 + 4 * i, (float)normal_q14[i] / 16384.0f);
+static void put_vertices(void *cookie, const struct surface_part *part) {
+    struct surface_file *self = cookie;
+    const float unit_um = self->unit_um;
+    for (uint32_t vertex = 0; vertex < part->vertex_count; vertex++) {
+        const struct triangulate_point *point = &part->points[vertex];
+        const int16_t *normal_q14 = part->normals_q14[vertex];
+        unsigned char bytes[WRITE_PLY_VERTEX_BYTES];
+        output_file_put_f32(bytes, (float)point->x_um / unit_um);
+        output_file_put_f32(bytes + 4, (float)point->y_um / unit_um);
+        output_file_put_f32(bytes + 8, (float)point->z_um / unit_um);
+        for (int i = 0; i < 3; i++) {
+            output_file_put_f32(bytes + 12 + 4 * i, (float)normal_q14[i] / 16384.0f);
+        }
+        memcpy(bytes + 24, colour_of(self, part->vertex_pixel[vertex]), 3);
+        output_file_put_f32(bytes + 27, (float)point->sigma_um / unit_um);
+        output_file_put_f32(bytes + 31, (float)point->miss_um / unit_um);
+        output_file_write(&self->file, bytes, sizeof bytes);
     }
-    memcpy(bytes + 24, rgb, 3);
-    output_file_put_f32(bytes + 27, (float)point->sigma_um / unit_um);
-    output_file_put_f32(bytes + 31, (float)point->miss_um / unit_um);
+}
+
+static void put_faces(void *cookie, const struct surface_part *part) {
+    struct surface_file *self = cookie;
+    for (uint32_t face = 0; face < part->triangle_count; face++) {
+        unsigned char bytes[WRITE_PLY_FACE_BYTES] = {3};
+        for (int corner = 0; corner < 3; corner++) {
+            output_file_put_u32(bytes + 1 + 4 * corner, part->triangles[face][corner]);
+        }
+        output_file_write(&self->file, bytes, sizeof bytes);
+    }
 }
 
 int write_ply(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = reconstruct_context_ply(context);
-    const float unit_um = reconstruct_context_unit_um(context);
-    struct output_file file;
-    output_file_open(&file, path);
-    if (file.stream != NULL) {
-        put_header(context, result, file.stream);
+    struct surface_file self = {.colour = &result->left_colour,
+                                .unit_um = reconstruct_context_unit_um(context)};
+    output_file_open(&self.file, path);
+    if (self.file.stream != NULL) {
+        put_header(context, result, self.file.stream);
     }
-    for (uint32_t vertex = 0; vertex < result->vertex_count; vertex++) {
-        unsigned char bytes[WRITE_PLY_VERTEX_BYTES];
-        put_vertex(result, vertex, unit_um, bytes);
-        output_file_write(&file, bytes, sizeof bytes);
-    }
-    for (uint32_t face = 0; face < result->triangle_count; face++) {
-        unsigned char bytes[WRITE_PLY_FACE_BYTES] = {3};
-        for (int corner = 0; corner < 3; corner++) {
-            output_file_put_u32(bytes + 1 + 4 * corner, result->triangles[face][corner]);
-        }
-        output_file_write(&file, bytes, sizeof bytes);
-    }
-    return output_file_close(&file, message);
+    surface_walk(result, SURFACE_NORMALS, put_vertices, &self);
+    surface_walk(result, SURFACE_TRIANGLES, put_faces, &self);
+    return output_file_close(&self.file, message);
 }
 
 int write_reasons(const struct reconstruct_context *context, const char *path,

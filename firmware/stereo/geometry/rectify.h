@@ -111,6 +111,30 @@ struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
                                      const struct image_rgb8 *raw, int y, uint8_t *row,
                                      int32_t *work_q16);
 
+/// Rows [begin, end) of a raw image; row 0 of its images is row `begin`.
+struct rectify_strip {
+    int begin, end;
+    struct image_u8 grey;
+    struct image_rgb8 colour;
+};
+
+/// Where a rectified row comes from: its columns, and the raw rows that they need, first to last.
+struct rectify_extent {
+    struct rectify_span span;
+    int16_t first, last;  // 0 -1: none
+};
+
+/// `work_q16` needs 2 * width_px values, here and below.
+struct rectify_extent rectify_row_extent(const struct rectify_table *table, int y,
+                                         int32_t *work_q16);
+
+/// Fills the pixels of row y that the strip has all raw rows for; others stay. A row is whole after
+/// strips that cover the raw image, each of which begins with the last row of the one before: then
+/// its bytes are those of the functions above, within its span. `colour` NULL: grey only.
+void rectify_row_strip(const struct rectify_table *table, const struct rectify_strip *strip,
+                       const struct rectify_extent *extent, int y, uint8_t *grey, uint8_t *colour,
+                       int32_t *work_q16);
+
 #ifdef __cplusplus
 }
 #endif

@@ -249,3 +249,69 @@ struct rectify_span rectify_row_rgb8(const struct rectify_table *table,
     }
     return span;
 }
+
+struct rectify_extent rectify_row_extent(const struct rectify_table *table, int y,
+                                         int32_t *work_q16) {
+    if (table->identity) {
+        const int16_t row = (int16_t)(y + table->offset_y_px);
+        return (struct rectify_extent){{0, (int16_t)table->width_px}, row, row};
+    }
+    struct rectify_extent extent = {.first = 0, .last = -1};
+    extent.span = prepare_row(table, table->raw_width_px, table->raw_height_px, y, work_q16);
+    const int32_t *y_q16 = work_q16 + table->width_px;
+    if (extent.span.begin == extent.span.end) {
+        return extent;
+    }
+    int32_t first_q16 = y_q16[extent.span.begin], last_q16 = first_q16;
+    for (int x = extent.span.begin; x < extent.span.end; x++) {
+        first_q16 = y_q16[x] < first_q16 ? y_q16[x] : first_q16;
+        last_q16 = y_q16[x] > last_q16 ? y_q16[x] : last_q16;
+    }
+    extent.first = (int16_t)(first_q16 >> 16);
+    extent.last = (int16_t)((last_q16 >> 16) + 1);
+    return extent;
+}
+
+static void copy_from_strip(const struct rectify_table *table, const struct rectify_strip *strip,
+                            int y, uint8_t *grey, uint8_t *colour) {
+    const int row = y + table->offset_y_px - strip->begin;
+    const size_t width = (size_t)table->width_px;
+    memcpy(grey, image_u8_row(&strip->grey, row) + table->offset_x_px, width);
+    if (colour != NULL) {
+        memcpy(colour, image_rgb8_row(&strip->colour, row) + 3 * table->offset_x_px, 3 * width);
+    }
+}
+
+void rectify_row_strip(const struct rectify_table *table, const struct rectify_strip *strip,
+                       const struct rectify_extent *extent, int y, uint8_t *grey, uint8_t *colour,
+                       int32_t *work_q16) {
+    INVARIANT(strip->begin >= 0 && strip->end <= table->raw_height_px);
+    if (extent->last < strip->begin || extent->first >= strip->end) {
+        return;
+    }
+    if (table->identity) {
+        copy_from_strip(table, strip, y, grey, colour);
+        return;
+    }
+    rectify_row_coordinates(table, y, work_q16, work_q16 + table->width_px);
+    const int32_t *x_q16 = work_q16, *y_q16 = work_q16 + table->width_px;
+    const ptrdiff_t grey_stride = strip->grey.stride, colour_stride = strip->colour.stride;
+    const uint32_t upper_rows = (uint32_t)(strip->end - strip->begin - 1);
+    for (int x = extent->span.begin; x < extent->span.end; x++) {
+        const int32_t row = (y_q16[x] >> 16) - strip->begin, column = x_q16[x] >> 16;
+        if ((uint32_t)row >= upper_rows) {
+            continue;
+        }
+        const int32_t fx_q11 = fraction_q11(x_q16[x]), fy_q11 = fraction_q11(y_q16[x]);
+        const uint8_t *p = strip->grey.data + row * grey_stride + column;
+        grey[x] = blend_u8(p[0], p[1], p[grey_stride], p[grey_stride + 1], fx_q11, fy_q11);
+        if (colour == NULL) {
+            continue;
+        }
+        p = strip->colour.data + row * colour_stride + 3 * column;
+        for (int channel = 0; channel < 3; channel++, p++) {
+            colour[3 * x + channel] =
+                blend_u8(p[0], p[3], p[colour_stride], p[colour_stride + 3], fx_q11, fy_q11);
+        }
+    }
+}

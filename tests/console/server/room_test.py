@@ -186,14 +186,14 @@ class SurfaceRoom(Stated, Surfaces):
 
     def test_a_surface_that_does_not_fit(self):
         self.session("m")
-        self.with_memory(12_000_000)
+        self.with_memory(3_000_000)
         error, text = self.refused("reconstruct m pair=1 near=1600 far=2300")
         self.assertEqual(error, "MEMORY", text)
-        self.assertIn("12.0 MB are free", text)
+        self.assertIn("3.0 MB are free", text)
         for word in re.search(r"(scale=\S+) or (region=\S+) would fit", text).groups():
             self.asked(f"reconstruct m pair=1 near=1600 far=2300 {word}")
             memory = self.asked("system")["memory"]
-            self.assertTrue(0 < memory["match"] < 12, memory)
+            self.assertTrue(0 < memory["match"] < 3, memory)
             shutil.rmtree(os.path.join(self.files, "surface-m-1"))
 
     def test_results_that_do_not_fit(self):

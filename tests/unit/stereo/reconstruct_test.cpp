@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "daemon/surface/result/result_figures.h"
+#include "stereo/surface.h"
 #include "synthetic/scenes.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"
@@ -264,6 +265,64 @@ TEST_CASE("smaller scale and a region give smaller results that still fit the sc
         REQUIRE(errors_mm.size() > 3000);
         CHECK(quantile(errors_mm, 0.5) < 4);
     }
+}
+
+TEST_CASE("a surface that is made again row by row is the one that is kept") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Verged setup = make_verged(seed);
+    VergedSetting setting;
+    const VergedRun kept = run_verged(setup, setting);
+    setting.options.recompute_surface = true;
+    const VergedRun again = run_verged(setup, setting);
+    REQUIRE(kept.status == ERROR_OK);
+    REQUIRE(again.status == ERROR_OK);
+    CHECK(again.peak_bytes < 0.4 * static_cast<double>(kept.peak_bytes));
+    CHECK(again.peak_bytes <= again.need_bytes);
+    const reconstruct_result &result = again.result;
+    CHECK(result.points == nullptr);
+    CHECK(result.right_colour.data == nullptr);
+    CHECK(std::equal(std::begin(result.reason_count), std::end(result.reason_count),
+                     std::begin(kept.result.reason_count)));
+    struct Collected {
+        std::vector<triangulate_point> points;
+        std::vector<uint32_t> pixels, corners;
+        std::vector<int16_t> normals;
+    } all;
+    const auto collect = [](void *self, const surface_part *part) {
+        auto &to = *static_cast<Collected *>(self);
+        if (part->points != nullptr) {
+            to.points.insert(to.points.end(), part->points, part->points + part->vertex_count);
+            to.pixels.insert(to.pixels.end(), part->vertex_pixel,
+                             part->vertex_pixel + part->vertex_count);
+        }
+        if (part->normals_q14 != nullptr) {
+            const int16_t *first = part->normals_q14[0];
+            to.normals.insert(to.normals.end(), first, first + 3 * size_t{part->vertex_count});
+        }
+        if (part->triangles != nullptr) {
+            const uint32_t *first = part->triangles[0];
+            to.corners.insert(to.corners.end(), first, first + 3 * size_t{part->triangle_count});
+        }
+    };
+    surface_walk(&result, SURFACE_NORMALS, collect, &all);
+    surface_walk(&result, SURFACE_TRIANGLES, collect, &all);
+    VergedRun made;
+    made.status = kept.status;
+    made.result = kept.result;
+    made.result.vertex_count = result.vertex_count;
+    made.result.triangle_count = result.triangle_count;
+    REQUIRE(all.points.size() == kept.result.vertex_count);
+    REQUIRE(all.corners.size() == 3 * size_t{kept.result.triangle_count});
+    made.result.points = all.points.data();
+    made.result.vertex_pixel = all.pixels.data();
+    made.result.normals_q14 = reinterpret_cast<int16_t(*)[3]>(all.normals.data());
+    made.result.triangles = reinterpret_cast<uint32_t(*)[3]>(all.corners.data());
+    CHECK(same_surface(kept, made));
+    Collected points;
+    surface_walk(&result, SURFACE_POINTS, collect, &points);
+    CHECK(points.pixels == all.pixels);
+    CHECK(points.normals.empty());
 }
 
 TEST_CASE("vertical misalignment that the calibration does not know is measured") {

@@ -331,6 +331,50 @@ TEST_CASE("a rectified pair passes through pixel for pixel") {
     }
 }
 
+TEST_CASE("strips of a raw image give the bytes of the whole") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    calibration turned = plain_rig();
+    const double above_mm[3] = {0, 100, 0};
+    random_rig::set_right_centre(&turned, above_mm);
+    auto raw = noise<uint8_t>(random, 640 * 480, 8), rgb = noise<uint8_t>(random, 3 * 640 * 480, 8);
+    for (const calibration &rig :
+         {rectified_rig(), plain_rig(0.1), turned, random_rig::make(random, 640, 480),
+          random_rig::make(random, 640, 480)}) {
+        rectify_plan plan;
+        REQUIRE(make(rig, as_it_is, &plan) == ERROR_OK);
+        const Table table(plan, rig, RECTIFY_RIGHT);
+        const size_t columns = static_cast<size_t>(plan.width_px);
+        std::vector<int32_t> work(2 * columns);
+        for (const int rows : {2, 37, 480}) {
+            for (int y = 0; y < plan.height_px; y += 7) {
+                std::vector<uint8_t> whole(columns), whole_rgb(3 * columns);
+                const image_u8 grey = {raw.data(), 640, 480, 640};
+                const image_rgb8 colour = {rgb.data(), 640, 480, 3 * 640};
+                const rectify_span span =
+                    rectify_row_u8(&table.table, &grey, y, whole.data(), work.data());
+                rectify_row_rgb8(&table.table, &colour, y, whole_rgb.data(), work.data());
+                const rectify_extent extent = rectify_row_extent(&table.table, y, work.data());
+                REQUIRE(extent.span.begin == span.begin);
+                REQUIRE(extent.span.end == span.end);
+                std::vector<uint8_t> made(columns), made_rgb(3 * columns);
+                for (int begin = 0; begin < 479; begin += rows - 1) {
+                    const int end = std::min(begin + rows, 480);
+                    const auto at = static_cast<size_t>(begin) * 640;
+                    const rectify_strip strip = {begin,
+                                                 end,
+                                                 {&raw[at], 640, end - begin, 640},
+                                                 {&rgb[3 * at], 640, end - begin, 3 * 640}};
+                    rectify_row_strip(&table.table, &strip, &extent, y, made.data(),
+                                      made_rgb.data(), work.data());
+                }
+                REQUIRE(made == whole);
+                REQUIRE(made_rgb == whole_rgb);
+            }
+        }
+    }
+}
+
 TEST_CASE("half the scale of a rectified pair averages four pixels") {
     calibration rig = rectified_rig();
     rectify_options options = as_it_is;
