@@ -13,7 +13,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
-RESULTS = ["boot.scr", "vergence.fit", "vergence.uimage"]
+RESULTS = ["boot.scr", "kernel.uimage", "root.uimage", "vergence.fit"]
 FIELDS = ("ino", "mode", "uid", "gid", "links", "time", "size", "major", "minor", "rmajor", "rminor",
           "namesize", "check")
 SCRIPTS = ("init", "etc/vergence/serve", "etc/udhcpc.script")
@@ -103,10 +103,9 @@ class Image(unittest.TestCase):
         self.assertEqual(run("bash", "-euc", commands, cwd=ROOT).stdout.split(), RESULTS)
 
     def test_the_old_format_holds_the_same_parts(self):
-        for number, part in enumerate(("kernel", "ramdisk")):
-            run("dumpimage", "-T", "multi", "-p", number, "-o", self.folder / "old",
-                self.first / "vergence.uimage")
-            self.assertEqual((self.folder / "old").read_bytes(), (self.folder / part).read_bytes(), part)
+        for kind, part in (("kernel", "kernel"), ("ramdisk", "root")):
+            run("dumpimage", "-T", kind, "-o", self.folder / "old", self.first / f"{part}.uimage")
+            self.assertEqual((self.folder / "old").read_bytes(), (self.folder / kind).read_bytes(), part)
 
     def test_the_root_file_system_holds_what_it_should(self):
         for name in (*SCRIPTS, "bin/busybox", "bin/vergenced", "bin/vergence"):
