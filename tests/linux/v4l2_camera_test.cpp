@@ -236,6 +236,27 @@ TEST_CASE("a stopped stream is restarted, counted and logged") {
           "4 camera /dev/video0: no frame for 100 ms; restarting the stream");
 }
 
+TEST_CASE("a stream is not broken because no frame comes while no caller waits for one") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    video->triggered = true;  // by the waiting itself, as some drivers have it
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    for (int i = 0; i < 3; i++) {
+        fake_kernel_advance(5000000);
+        fake_video_pulse(video);
+        REQUIRE(camera.look(&frame) == ERROR_OK);
+    }
+    CHECK(camera.counts().restarts == 0);
+    // Many short waits are as good as a long one.
+    for (int i = 0; i < 20; i++) {
+        CHECK(camera.look(&frame, 0, 15000) == ERROR_TIMEOUT);
+        fake_kernel_advance(1000000);
+    }
+    CHECK(camera.counts().restarts > 0);
+}
+
 TEST_CASE("a long exposure is not a stopped stream") {
     const Kernel kernel;
     fake_video *video = grey_camera();

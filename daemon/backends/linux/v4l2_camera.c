@@ -282,7 +282,11 @@ static int take(void *opaque, uint64_t not_before_us, uint64_t deadline_us,
                 struct hal_camera_frame *frame) {
     struct v4l2_camera *self = opaque;
     INVARIANT(self->started);
+    const uint64_t idle_from_us =
+        self->returned_us > self->alive_us ? self->returned_us : self->alive_us;
+    self->alive_us += monotonic_now_us() - idle_from_us;
     const int error = take_one(self, not_before_us, deadline_us, frame);
+    self->returned_us = monotonic_now_us();
     self->counts.timeouts += error == ERROR_TIMEOUT;
     self->gone = self->gone || error == ERROR_DEVICE;
     return error;

@@ -45,8 +45,11 @@ struct v4l2_camera {
 
     bool has_sequence;
     uint32_t driver_sequence, sequence;  ///< of the last frame: the driver's, this object's
-    uint64_t alive_us;                   ///< when the last frame came or the stream was started
-    uint32_t timeout_us;                 ///< time limit for the next frame
+    /// When the last frame came or the stream was started, plus the time since then without a
+    /// caller that waits: some drivers make frames for one only.
+    uint64_t alive_us;
+    uint64_t returned_us;  ///< when the last caller stopped waiting
+    uint32_t timeout_us;   ///< time limit for the next frame
 };
 
 /// Initialises a closed camera: it returns ERROR_DEVICE until `start` finds it at its path.
