@@ -9,8 +9,8 @@ the line "ready" QEMU can start with the options that --qemu FOLDER prints.
   --qemu FOLDER  prints QEMU's options, one a line, and exits
   --help         this text
 
-While the rig renders a frame QEMU is stopped, so the guest's clock stands still: a slow host makes no
-deadline pass. Exit code: 0 on SIGTERM or SIGINT; 1 when the rig is gone or QEMU's side is broken, with
+While the rig renders a frame, or is slow for another reason, QEMU is stopped, so the guest's clock does
+not advance: a slow host makes no deadline pass. Exit code: 0 on SIGTERM or SIGINT; 1 when the rig is gone or QEMU's side is broken, with
 the reason on standard error; 2 for wrong usage.
 """
 import json
@@ -32,6 +32,9 @@ BUS_SPEED_HZ = 400000
 IDLE_MS, BUSY_MS = 20, 2
 LENS_BUSY_US = 5_000_000  # after the last byte to the lens controller
 FRAME_STEP_US = 100_000   # the rig is ahead of the guest by at most this while a frame is awaited
+# The rig's time passes in steps, to notice soon that it is slower than time itself (a test picture of
+# the bridge is simulated clock by clock). It then gets ahead of the guest while that is stopped.
+STEP_US, AHEAD_US = 2_000, 20_000
 
 
 def qemu_options(folder):
@@ -311,8 +314,9 @@ class Camera:
 
     def __init__(self, bench, path, poll):
         self.bench, self.input = bench, b""
-        self.number = None  # of the request whose frame is awaited
-        self.again_us = 0   # the rig's time until which the guest has to come first
+        self.request = None  # (number, width, height) of the frame that is awaited
+        self.armed = False
+        self.again_us = 0    # the rig's time until which the guest has to come first
         self.socket = Socket(path, poll, self.received, self.cancel)
 
     def received(self, data):
@@ -321,35 +325,34 @@ class Camera:
             kind, number, width, height, _, guest_us = self.MESSAGE.unpack_from(self.input)
             self.input = self.input[self.MESSAGE.size:]
             self.bench.clock.reported(guest_us, number == 1 and kind == self.ASK)
+            if kind != self.RECEIVED:
+                self.cancel()
             if kind == self.ASK:
-                self.cancel()
-                self.again_us = self.bench.follow()
-                self.bench.rig.arm(width, height)
-                self.number = number
-            elif kind == self.CANCEL:
-                self.cancel()
+                self.request, self.again_us = (number, width, height), 0
 
     def cancel(self):
-        if self.number is not None:
+        if self.armed:
             self.bench.rig.cancel()
-            self.number = None
+        self.request, self.armed = None, False
 
     def is_due(self):
-        return self.number is not None and self.bench.clock.rig_us() >= self.again_us
+        return self.request is not None and self.bench.clock.rig_us() >= self.again_us
 
     def render(self):
-        """Lets the rig render, while the guest stands still; returns the message with the frame."""
-        if self.number is None:
-            return b""
-        self.again_us = max(self.again_us, self.bench.rig.time_us()) + FRAME_STEP_US
-        frame = self.bench.rig.frame(self.again_us)
+        """Lets the rig render, while the guest is stopped; returns the message with the frame."""
+        clock, rig = self.bench.clock, self.bench.rig
+        begin_us = rig.advance(clock.rig_us())
+        if not self.armed:
+            rig.arm(*self.request[1:])
+            self.armed = True
+        self.again_us = begin_us + FRAME_STEP_US
+        frame = rig.frame(self.again_us)
         if frame is None:
             return b""
         begin_us, end_us, faults, pixels = frame
-        head = self.FRAME.pack(self.MAGIC, self.number, len(pixels), int(faults != 0),
-                               begin_us - self.bench.clock.rig_ahead_us,
-                               end_us - self.bench.clock.rig_ahead_us)
-        self.number = None
+        head = self.FRAME.pack(self.MAGIC, self.request[0], len(pixels), int(faults != 0),
+                               begin_us - clock.rig_ahead_us, end_us - clock.rig_ahead_us)
+        self.request, self.armed = None, False
         return head + pixels
 
 
@@ -360,6 +363,7 @@ class Bench:
         self.rig, self.poll = rig, Poll()
         self.clock = Clock(rig.time_us())
         self.lens_us = -LENS_BUSY_US
+        self.slow = False  # the rig falls behind while the guest runs
 
         def place(name):
             return os.path.join(folder, name)
@@ -372,8 +376,16 @@ class Bench:
         self.qmp = Qmp(place(QMP_SOCKET), self.poll, self.qemu_ended)
 
     def follow(self):
-        """Brings the rig to the guest's time, if it is not ahead; returns the rig's time."""
-        return self.rig.advance(self.clock.rig_us())
+        """Brings the rig to the guest's time, if it is not ahead and not slow; returns its time."""
+        until_us = self.clock.rig_us()
+        while self.rig.now_us < until_us and not self.slow:
+            self.pass_time(min(until_us, self.rig.now_us + STEP_US))
+        return self.rig.now_us
+
+    def pass_time(self, until_us):
+        begin_us, rig_us = now_us(), self.rig.now_us
+        self.rig.advance(until_us)
+        self.slow = now_us() - begin_us > self.rig.now_us - rig_us
 
     def lens_received(self, data):
         self.lens_us = now_us()
@@ -385,12 +397,10 @@ class Bench:
         if self.clock.stopped:
             self.clock.resume()
 
-    def stop_and_render(self):
-        self.clock.stop()
-        self.qmp.run("stop", self.stopped)
-
     def stopped(self):
-        message = self.camera.render()
+        message = self.camera.render() if self.camera.is_due() else b""
+        if self.slow:
+            self.pass_time(self.clock.rig_us() + AHEAD_US)
         self.qmp.run("cont", self.clock.resume)
         if message:
             self.camera.socket.send(message)
@@ -403,13 +413,15 @@ class Bench:
         if received:
             self.lens.send(received)
         if self.qmp.connection is None:
+            self.slow = False
             self.qmp.connect()
-        elif self.camera.is_due():
-            self.stop_and_render()
+        elif self.camera.is_due() or self.slow and self.clock.rig_us() >= self.rig.now_us:
+            self.clock.stop()
+            self.qmp.run("stop", self.stopped)
 
     def run(self):
         while True:
-            busy = self.camera.number is not None or now_us() - self.lens_us < LENS_BUSY_US
+            busy = self.camera.request or self.slow or now_us() - self.lens_us < LENS_BUSY_US
             self.poll.wait(BUSY_MS if busy else IDLE_MS)
             self.tick()
 

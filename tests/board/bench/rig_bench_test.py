@@ -34,14 +34,14 @@ class Qemu(threading.Thread):
 
     def run(self):
         connection, _ = self.listener.accept()
-        with connection, connection.makefile("rw") as stream:
-            print('{"QMP": {}}', file=stream, flush=True)
-            try:
+        try:
+            with connection, connection.makefile("rw") as stream:
+                print('{"QMP": {}}', file=stream, flush=True)
                 for line in stream:
                     self.commands.append(json.loads(line)["execute"])
                     print('{"event": "ANY"}\n{"return": {}}', file=stream, flush=True)
-            except ConnectionError:
-                pass  # the bench was ended in the middle
+        except OSError:
+            pass  # the bench was ended in the middle
 
 
 class Case(unittest.TestCase):
@@ -162,7 +162,10 @@ class Bench(Case):
             self.assertLess(max(struct.unpack("<3072H", pixels)), 1024)
             # This guest ran meanwhile, so its clock is far ahead of the estimate.
             now_us += int((time.monotonic() - begin) * 1e6) + 1000
-        self.assertEqual(self.qemu.commands, ["qmp_capabilities"] + ["stop", "cont"] * 3)
+        # More often if the machine is so busy that the rig falls behind.
+        stops, resumes = self.qemu.commands[1::2], self.qemu.commands[2::2]
+        self.assertGreaterEqual(len(stops), 3)
+        self.assertEqual((set(stops), set(resumes)), ({"stop"}, {"cont"}))
 
     def test_a_request_that_is_withdrawn_or_replaced(self):
         bus, camera = self.front_end("i2c"), self.connect("camera")
@@ -178,7 +181,6 @@ class Bench(Case):
     def test_the_lens_controller_answers(self):
         lens = self.connect("lens")
         lens.sendall(b"1?\n")
-        lens.settimeout(5)
         self.assertEqual(self.exactly(lens, 6), b"V3LC 1")
 
     def test_another_qemu_takes_over(self):
