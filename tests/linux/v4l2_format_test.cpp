@@ -7,6 +7,7 @@
 
 #include "camera_harness.hpp"
 #include "daemon/backends/linux/v4l2_jpeg.h"
+#include "scratch.hpp"
 #include "synthetic/seed.hpp"
 // It needs stdio without including it.
 #include <jpeglib.h>
@@ -372,4 +373,28 @@ TEST_CASE("drivers with too little or unmappable memory or impossible sizes are 
     CHECK(camera.stop() == ERROR_OK);
     video->formats[0].bytes_per_line = kWidth - 1;
     CHECK(camera.start(kWidth, kHeight) == ERROR_UNSUPPORTED);
+}
+
+TEST_CASE("a driver gets as many buffers as leave room for the frames of a pair") {
+    const Kernel kernel;
+    const scratch folder;
+    (void)fake_video_add(kVideo, V4L2_PIX_FMT_GREY, 1000, 1000);
+    const auto buffers_with = [&](int free_kb) {
+        folder.write("meminfo", "MemAvailable: " + std::to_string(free_kb) + " kB\n");
+        REQUIRE(setenv("VERGENCE_MEMINFO", (folder / "meminfo").c_str(), 1) == 0);
+        Camera camera;
+        const int error = camera.start(1000, 1000);
+        const std::string line = camera.log.lines.empty() ? "" : camera.log.lines.back();
+        const bool refused = error == ERROR_MEMORY;
+        CHECK((error == ERROR_OK || refused));
+        CHECK(refused ==
+              (line.find("two buffers of 1.0 MB, 2.5 MB are free") != std::string::npos));
+        return refused ? 0U : camera.camera.stream.count;
+    };
+    CHECK(buffers_with(1 << 20) == 4);
+    CHECK(buffers_with(9900) == 3);
+    CHECK(buffers_with(8800) == 2);
+    CHECK(buffers_with(3000) == 2);
+    CHECK(buffers_with(2450) == 0);
+    unsetenv("VERGENCE_MEMINFO");
 }

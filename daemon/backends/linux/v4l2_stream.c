@@ -12,10 +12,14 @@
 #include "core/invariant.h"
 #include "daemon/backends/linux/device_file.h"
 #include "daemon/backends/linux/monotonic_clock.h"
+#include "daemon/base/memory.h"
 #include "daemon/base/monotonic.h"
+#include "daemon/base/raw_memory.h"
 
 // After this many `ready` results of poll without a buffer the driver is considered faulty.
 enum { EMPTY_ANSWERS_MAX = 8 };
+
+static const double bytes_per_mb = 1e6;
 
 /// Records what failed and returns the error for errno.
 static int fail(struct v4l2_stream *self, const char *what) {
@@ -114,6 +118,7 @@ static bool set_format(struct v4l2_stream *self, const struct v4l2_pixels *forma
         return false;
     }
     self->format = format;
+    self->buffer_bytes = pix->sizeimage;
     self->layout = (struct v4l2_pixels_source){
         .bytes_per_line = pix->bytesperline,
         .width_px = wanted->width_px,
@@ -193,10 +198,32 @@ int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
     return ERROR_OK;
 }
 
+/// As many buffers as leave room for a pair and a third frame, which are copies. Fewer than 2: not
+/// even two fit, without which the driver has no room for the next frame.
+static unsigned count_buffers(const struct v4l2_stream *self, uint64_t free_bytes) {
+    const uint64_t buffer_bytes = self->buffer_bytes;
+    const uint64_t frame_bytes = v4l2_pixels_row_values(self->format, self->layout.width_px) *
+                                 self->layout.height_px * sizeof(uint16_t);
+    unsigned count = V4L2_STREAM_BUFFERS;
+    while (count > 2 &&
+           count * buffer_bytes + 3 * frame_bytes + RAW_MEMORY_RESERVE_BYTES > free_bytes) {
+        count--;
+    }
+    return count * buffer_bytes + RAW_MEMORY_RESERVE_BYTES <= free_bytes ? count : 1;
+}
+
 /// Requests and maps the buffers and starts the stream. On an error what was created remains.
 static int turn_on(struct v4l2_stream *self) {
+    const uint64_t free_bytes = memory_available_bytes();
+    const unsigned wanted = count_buffers(self, free_bytes);
     unsigned given = 0;
-    int error = request_buffers(self, V4L2_STREAM_BUFFERS, &given);
+    if (wanted < 2) {
+        return message_set(&self->last_error, ERROR_MEMORY,
+                           "out of memory: the driver needs two buffers of %.1f MB, %.1f MB are "
+                           "free (try smaller frames)",
+                           self->buffer_bytes / bytes_per_mb, (double)free_bytes / bytes_per_mb);
+    }
+    int error = request_buffers(self, wanted, &given);
     if (error != ERROR_OK) {
         return error;
     }

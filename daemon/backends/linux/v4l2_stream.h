@@ -15,7 +15,8 @@
 extern "C" {
 #endif
 
-/// Buffers requested; a driver may give a different number, up to the maximum.
+/// Buffers requested: so many that a pair and a third frame have room beside them, at least 2 and
+/// at most V4L2_STREAM_BUFFERS. A driver may give a different number, up to the maximum.
 enum { V4L2_STREAM_BUFFERS = 4, V4L2_STREAM_BUFFERS_MAX = 8 };
 
 struct v4l2_stream_buffer {
@@ -31,6 +32,7 @@ struct v4l2_stream {
     char driver[16], card[32], bus[32];  ///< as reported by the driver; valid while open
     const struct v4l2_pixels *format;
     struct v4l2_pixels_source layout;  ///< of every buffer; `data` and `bytes` are not set
+    uint32_t buffer_bytes;             ///< of one, as reported with the format
     uint32_t frame_us;                 ///< frame interval reported by the driver; 0: not reported
     struct v4l2_stream_buffer buffers[V4L2_STREAM_BUFFERS_MAX];
     unsigned count;
@@ -56,7 +58,8 @@ int v4l2_stream_open(struct v4l2_stream *self, const char *path, struct message 
 void v4l2_stream_close(struct v4l2_stream *self);
 
 /// Starts the first supported format that the camera offers in this size and the bus has bandwidth
-/// for. ERROR_UNSUPPORTED, ERROR_DEVICE, ERROR_IO, with details in the field of the last error.
+/// for. ERROR_UNSUPPORTED, ERROR_DEVICE, ERROR_MEMORY, ERROR_IO, with details in the field of the
+/// last error.
 int v4l2_stream_start(struct v4l2_stream *self, const struct hal_camera_format *format);
 /// Restarts the same format after `v4l2_stream_off`.
 int v4l2_stream_on(struct v4l2_stream *self);

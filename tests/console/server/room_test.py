@@ -6,9 +6,10 @@ import re
 import shutil
 import tempfile
 import unittest
+import urllib.parse
 
-from daemon_process import DaemonTest
-from reconstruct_test import FILES, Surfaces
+from daemon_process import VERGENCED, DaemonTest
+from reconstruct_test import FILES, SESSION, Surfaces, calibration_of, lines_of
 
 RESERVE = 1 << 20  # what the daemon leaves to everything else
 PLENTY = 1 << 40
@@ -179,6 +180,46 @@ class Shown(DaemonTest):
         self.assertTrue(0 < memory["daemon"] <= memory["daemon_peak"] < 500, memory)
         self.assertAlmostEqual(memory["last_pair"], 2 * 2 * 640 * 480 / 2 ** 20, delta=0.1)
         self.assertAlmostEqual(memory["files"], 2 * 2 * 640 * 480 / 2 ** 20, delta=0.1)
+
+
+class Rounds(DaemonTest):
+    """Captures and reconstructions in a row: after the first ones the daemon takes no more memory and
+    no more descriptors. VERGENCE_ROUNDS sets their number."""
+    scene = "cylinder"
+    rounds = int(os.environ.get("VERGENCE_ROUNDS", "5"))
+
+    def figures(self):
+        memory = self.first.ask_json("system")["result"]["memory"]
+        return memory["daemon"], len(os.listdir(f"/proc/{self.daemon.pid}/fd"))
+
+    def round(self):
+        answers = [self.first.ask_json(line) for line in (
+            "capture accept-mismatch=yes",
+            "reconstruct accept-mismatch=yes near=1600 far=2300 scale=0.5")]
+        self.assertTrue(all(answer["ok"] for answer in answers), answers)
+        self.assertTrue(self.first.ask_json(f"remove {answers[1]['result']['result']}")["ok"])
+        return answers[1]["result"]["points"]
+
+    def test_nothing_grows(self):
+        self.first = self.client()
+        for line in lines_of(SESSION):
+            if line.startswith("command ") and "capture" not in line:
+                self.first.ask(urllib.parse.unquote(line.split("text=")[1]))
+        with open(os.path.join(self.files, "kept.txt"), "w", encoding="ascii") as file:
+            file.write(calibration_of(SESSION))
+        self.assertTrue(self.first.ask_json("calibration set kept.txt")["ok"])
+        for _ in range(3):
+            self.assertGreater(self.round(), 1000)
+        before, descriptors = self.figures()
+        for _ in range(self.rounds):
+            self.round()
+        after, descriptors_after = self.figures()
+        self.assertEqual(descriptors_after, descriptors)
+        self.assertEqual(os.listdir(self.files), ["kept.txt"])
+        # A sanitizer keeps what was freed.
+        with open(VERGENCED, "rb") as program:
+            sanitized = b"__asan_init" in program.read()
+        self.assertTrue(sanitized or after < before + 1, f"{before} MiB became {after} MiB")
 
 
 class SurfaceRoom(Stated, Surfaces):
