@@ -24,12 +24,7 @@ IMAGE = os.environ.get("VERGENCE_IMAGE", "")
 VERGENCE = os.environ.get("VERGENCE", "vergence")
 # Limits for a machine that does much else; the figures are in firmware/image/README.md.
 BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
-PROMPT = "vergence> "
-
-
-def image():
-    """The folder of the image."""
-    return pathlib.Path(IMAGE)
+PROMPT = r"(?:\r?vergence> )+"  # the editor may show it twice
 
 
 def board_command(*words, image_folder=None):
@@ -76,7 +71,7 @@ class Board:
     def wait(self, pattern, limit_s):
         """What is shown up to this regular expression, from where the last wait ended."""
         end = time.monotonic() + limit_s
-        while not (found := re.search(pattern, self.text[self.seen:], re.M)):
+        while not (found := re.search(pattern, self.text[self.seen:], re.M | re.S)):
             if time.monotonic() > end:
                 raise AssertionError(f"not within {limit_s} s: {pattern}")
             if not self.read(0.2):
@@ -100,7 +95,7 @@ class Board:
         """The answer to a line that is typed at the prompt."""
         self.send(line + "\r")
         text = self.wait(rf"^(?:OK|ERR [^\r\n]*)[\r\n]+{PROMPT}$", limit_s).replace("\r", "")
-        return text.split("\n", 1)[1].rsplit("\n", 1)[0]
+        return text.split("\n", 1)[1].rsplit("\n", 1)[0].strip()
 
     def shell(self, command, limit_s=COMMAND_LIMIT_S):
         """What a command prints in the root shell of the bench's second console."""

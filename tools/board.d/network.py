@@ -100,7 +100,7 @@ def with_tap(image, port, rig, running, folder):
                    "--dhcp-boot=boot.scr"], log)
     running.wait(lambda: b"TFTP root is" in log.read_bytes(), "dnsmasq")
     rig_port = listen(0, HOST)
-    relay(rig_port, lambda: connect(rig))
+    relay(rig_port, lambda: connect(rig), only_one=True)
     relay(port, lambda: socket.create_connection((BOARD, DAEMON_PORT), timeout=10))
     return Network("tap,ifname=tap0,script=no,downscript=no",
                    f"tcp:{HOST}:{rig_port.getsockname()[1]}", port.getsockname()[1],
@@ -111,7 +111,7 @@ def with_user_network(image, port, rig, why):
     number = port.getsockname()[1]
     port.close()  # QEMU opens it
     rig_port = listen(0)
-    relay(rig_port, lambda: connect(rig))
+    relay(rig_port, lambda: connect(rig), only_one=True)
     report = "network: QEMU's own DHCP and TFTP" + (f" ({why})" if why else "")
     return Network(f"user,net={NET}/{MASK_BITS},host={HOST},dhcpstart={BOARD},tftp={image},"
                    f"bootfile=boot.scr,hostfwd=tcp:127.0.0.1:{number}-{BOARD}:{DAEMON_PORT}",

@@ -23,20 +23,25 @@ def connect(address):
     return socket.create_connection((host or "127.0.0.1", int(port)), timeout=10)
 
 
-def relay(listening, connect_on):
-    """From now on each connection to `listening` is connected with the result of connect_on()."""
-    threading.Thread(target=accept_all, args=(listening, connect_on), daemon=True).start()
+def relay(listening, connect_on, only_one=False):
+    """From now on each connection to `listening` is connected with the result of connect_on().
+    `only_one`: a new client ends the connection of the one before, which is a board that was reset
+    and did not say good-bye."""
+    threading.Thread(target=accept_all, args=(listening, connect_on, only_one), daemon=True).start()
 
 
-def accept_all(listening, connect_on):
+def accept_all(listening, connect_on, only_one=False):
+    before = ()
     while True:
         near, _ = listening.accept()
+        end(*before)
         try:
             far = connect_on()
         except OSError:
             near.close()
             continue
         far.settimeout(None)
+        before = (near, far) if only_one else ()
         for one, other in ((near, far), (far, near)):
             if one.family == socket.AF_INET:
                 one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -50,12 +55,15 @@ def copy(source, sink):
             sink.sendall(data)
         sink.shutdown(socket.SHUT_WR)
     except OSError:
-        # One side is gone: so must the other be.
-        for end in (source, sink):
-            try:
-                end.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
+        end(source, sink)  # one side is gone: so must the other be
+
+
+def end(*connected):
+    for one in connected:
+        try:
+            one.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
 
 
 def main(words):

@@ -93,6 +93,11 @@ class Typist:
             # The editor may show the prompt again while it echoes.
             self.prompt_seen = False
 
+    def add(self, line):
+        self.lines.append(line)
+        if self.prompt_seen:
+            self.heard(PROMPT)
+
     def done(self):
         return self.prompt_seen and not self.lines
 
@@ -108,10 +113,12 @@ def raw_terminal(fd):
         termios.tcsetattr(fd, termios.TCSADRAIN, before)
 
 
-def attend(line, lines, scripted, say):
-    """Shows the line and types at it, until the user leaves or the board is off; exit code."""
-    if scripted:
+def attend(line, lines, say):
+    """Types the lines, shows the line, and passes on what the user types, until they leave or the
+    board is off; exit code. The standard input may also be a script."""
+    if not os.isatty(0):
         return attend_script(line, lines)
+    say("Ctrl-] leaves")
     with raw_terminal(0):
         left = attend_person(line, lines)
     say("left; the board is off" if left else "the board is off")
@@ -136,17 +143,25 @@ def attend_person(line, lines):
 
 
 def attend_script(line, lines):
+    """Types the lines, then those of the standard input."""
     typist = Typist(line, lines)
     end = time.monotonic() + BOOT_LIMIT_S
-    prompted = False
-    while not typist.done():
-        ready, _, _ = select.select([line], [], [], 1)
-        if ready:
+    prompted, left, more = False, b"", True
+    while more or not typist.done():
+        ready, _, _ = select.select([line, 0] if more else [line], [], [], 1)
+        if 0 in ready:
+            data = os.read(0, BLOCK_BYTES)
+            more = data != b""
+            *whole, left = (left + data).split(b"\n") if more else (left, b"")
+            for text in whole:
+                if text.strip():
+                    typist.add(text.decode(errors="replace").strip())
+        if line in ready:
             data = line.read()
             if not data:
                 raise Problem("the board switched itself off")
             typist.heard(data)
-            prompted = prompted or typist.prompt_seen or len(typist.lines) < len(lines)
+            prompted = prompted or PROMPT in line.recent
         if not prompted and time.monotonic() > end:
             raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
     sys.stdout.write("\n")

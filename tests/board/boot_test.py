@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The image on the emulated board: boots over TFTP to the instrument's prompt, measures what the PC
+measures to the byte, and comes back when the daemon is killed or stuck."""
+import datetime
+import re
+import subprocess
+import time
+import unittest
+
+from board_process import COMMAND_LIMIT_S, ROOT, VERGENCE, BoardTest
+
+# Both cameras look at the cylinder; a small window, as the board renders nothing but computes slowly.
+AIM = ("bringup", "pan 3.57 right=-3.272", "window 320 200", "iris 800", "exposure 9000")
+DEPTH = ("near=1600", "far=2300")
+SURFACE = ("mesh.ply", "points.pcd", "disparity.pfm")
+ANSWER_LIMIT_S = 5
+WATCHDOG_LIMIT_S = 60
+
+
+class Instrument(BoardTest):
+    """One board for all of these."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.begin("--scene", "cylinder", "--seed", "3")
+        cls.addClassCleanup(cls.board.close)
+        cls.board.wait_prompt()
+
+    def vergence(self, *words):
+        """The PC's client, over TCP."""
+        address = re.search(r"--connect (\S+) --token (\S+)", self.board.report())
+        done = subprocess.run([VERGENCE, "--connect", address[1], "--token", address[2], *words],
+                              cwd=self.board.folder, capture_output=True, text=True,
+                              timeout=COMMAND_LIMIT_S, check=False)
+        self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
+        return done.stdout
+
+    def on_host(self, *words):
+        done = subprocess.run([str(word) for word in words], cwd=self.board.folder, text=True,
+                              capture_output=True, timeout=COMMAND_LIMIT_S, check=False)
+        self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
+        return done.stdout
+
+    def test_the_clock_is_the_pc_s(self):
+        now = int(self.board.shell("date +%s"))
+        self.assertLess(abs(now - time.time()), 5)
+
+    def test_the_surface_is_the_pc_s_to_the_byte(self):
+        board, folder = self.board, self.board.folder
+        board.type("token")
+        for line in (*AIM, "capture first"):
+            self.assertRegex(board.type(line), r"OK$", line)
+        # The simulated rig knows its calibration.
+        self.on_host(ROOT / "tools/simrig/control", f"unix:{folder}/rig.sock", "truth left left",
+                     "truth right right")
+        self.on_host(VERGENCE, "info", ".", "--convert", "rig.calibration")
+        self.vergence("send", "rig.calibration")
+        board.type("calibration set rig.calibration")
+        self.assertRegex(board.type("capture scene"), r"OK$")
+        self.assertRegex(board.type(" ".join(("reconstruct", "scene", *DEPTH))), r"OK$")
+        self.vergence("fetch", "scene")
+        self.vergence("fetch", "surface-scene-1")
+        near, far = (word.split("=")[1] for word in DEPTH)
+        self.on_host(VERGENCE, "reconstruct", "scene", "--near", near, "--far", far, "--out", "surface")
+        for name in SURFACE:
+            self.assertEqual((folder / "surface-scene-1" / name).read_bytes(),
+                             (folder / "surface" / name).read_bytes(), name)
+        self.assertGreater((folder / "surface" / "mesh.ply").stat().st_size, 100_000)
+        # Files carry the day, which the board has from its battery-backed clock.
+        day = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
+        self.assertIn(day, board.shell("date -u -r /var/lib/vergence/files/scene/session.index +%F"))
+
+    def test_the_daemon_is_confined_and_small(self):
+        figures = dict(line.split(":") for line in self.board.shell(
+            "cat /proc/$(pidof vergenced)/status").splitlines())
+        self.assertEqual(figures["Seccomp"].strip(), "2")
+        self.assertNotIn("0", figures["Uid"].split())
+
+    def test_a_killed_daemon_is_back_at_once(self):
+        self.board.shell("kill -9 $(pidof vergenced)")
+        begin = time.monotonic()
+        self.board.wait_prompt(60)
+        self.board.type("status")
+        self.assertLess(time.monotonic() - begin, ANSWER_LIMIT_S)
+
+    def test_a_stuck_daemon_restarts_the_board(self):
+        """The system's watchdog: nothing else sees that a daemon is stopped."""
+        self.board.shell("kill -STOP $(pidof vergenced)")
+        self.board.wait("^U-Boot 20", WATCHDOG_LIMIT_S)
+        self.board.wait_prompt()
+        self.board.type("status")
+
+
+if __name__ == "__main__":
+    unittest.main()

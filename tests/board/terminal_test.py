@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The serial line as a person, a script and the PC's client use it: tools/board with the image."""
+import re
+import subprocess
+import time
+import unittest
+
+from board_process import BOOT_LIMIT_S, COMMAND_LIMIT_S, VERGENCE, BoardTest, board_command
+
+
+class Terminal(BoardTest):
+    def test_what_a_newcomer_types(self):
+        board = self.start("--scene", "mug", "--zoom", "3x")
+        board.wait(r"vergence> bringup\r\n.*?^OK\r\n", BOOT_LIMIT_S)
+        board.wait(r"vergence> pan 3.57 right=-3.27\r\n.*?^OK\r\n", COMMAND_LIMIT_S)
+        board.wait(r"vergence> zoom 3x\r\n.*?^OK\r\n", COMMAND_LIMIT_S)
+        board.wait_prompt(COMMAND_LIMIT_S)
+        # Near enough for the gears' play.
+        for factor in re.findall(r"magnification: (\S+) x", board.type("lens status")):
+            self.assertAlmostEqual(float(factor), 3, delta=0.05)
+        board.send("\x1d")
+        self.assertEqual(board.wait_end(), 0)
+        self.assertIn("board is off", board.report())
+
+    def test_a_script_at_the_standard_input(self):
+        for lines, code in (("status\nhelp pan\n", 0), ("status\npan 3\n", 1)):
+            done = subprocess.run(board_command("--network", "user"), input=lines, text=True,
+                                  capture_output=True, timeout=BOOT_LIMIT_S, check=False)
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+            self.assertIn("vergence> status", done.stdout)
+
+    def test_rescue_is_a_shell(self):
+        board = self.start("--rescue")
+        board.wait(r"# $", BOOT_LIMIT_S)
+        board.send("ps | grep -c '[v]ergenced'; echo ready''now\r")
+        self.assertRegex(board.wait(r"^readynow", COMMAND_LIMIT_S), r"\n0\r?\n")
+        board.send("poweroff -f\r")
+        self.assertEqual(board.wait_end(), 0)
+
+
+class SerialLine(BoardTest):
+    def test_the_pc_s_client_at_the_serial_line(self):
+        folder = self.new_folder()
+        line = folder / "line"
+        board = self.start("--serial", str(line))
+        log = board.folder / "console.log"
+        end = time.monotonic() + BOOT_LIMIT_S
+        while not log.exists() or b"vergence> " not in log.read_bytes():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.1)
+        sent = bytes(range(256)) * 64
+        (folder / "sent").write_bytes(sent)
+        for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched")):
+            done = subprocess.run([VERGENCE, "--connect", f"serial:{line}", *words], cwd=folder,
+                                  capture_output=True, text=True, timeout=COMMAND_LIMIT_S, check=False)
+            self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
+        self.assertEqual((folder / "fetched").read_bytes(), sent)
+
+
+if __name__ == "__main__":
+    unittest.main()
