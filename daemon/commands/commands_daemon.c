@@ -281,7 +281,7 @@ static int run_quit(const struct command_call *call) {
 }
 
 static int run_complete(const struct command_call *call) {
-    static _Thread_local char words[EDITOR_WORDS_BYTES];
+    char words[EDITOR_WORDS_BYTES];
     dispatch_complete(daemon_of(call), call->values[0].text, words, sizeof words);
     if (words[0] != '\0') {
         reply_text(call, "words", words);

@@ -21,7 +21,7 @@
 #include "daemon/files/file_io.h"
 #include "daemon/session/session.h"
 
-enum { FILES_LISTED_MAX = 500, READ_BYTES = 65536 };
+enum { FILES_LISTED_MAX = 500, READ_BYTES = 8192 };
 
 int files_refuse(const struct command_call *call, const char *name, int number) {
     return command_fail(call, file_error(number), "%s: %s", name, strerror(number));
@@ -127,7 +127,7 @@ int files_open(const struct command_call *call, const char *name) {
 
 int files_sum(const struct command_call *call, const char *name, int fd, uint64_t *size,
               uint32_t *crc) {
-    static _Thread_local char data[READ_BYTES];
+    char data[READ_BYTES];
     *size = 0;
     *crc = 0;
     for (;;) {
@@ -341,14 +341,17 @@ static int describe(const struct command_call *call, int fd) {
 }
 
 static int send_block(const struct command_call *call, int fd) {
-    static _Thread_local char data[FILES_BLOCK_MAX];
-    static _Thread_local char text[BASE64_TEXT_BYTES(FILES_BLOCK_MAX)];
     const int64_t offset = call->values[1].integer;
     const size_t max =
         call->values[2].given ? (size_t)call->values[2].integer : FILES_BLOCK_DEFAULT;
-    INVARIANT(max <= sizeof data);
+    char *data = malloc(max + BASE64_TEXT_BYTES(max));
+    if (data == NULL) {
+        return command_fail(call, ERROR_MEMORY, "out of memory");
+    }
+    char *text = data + max;
     const ssize_t bytes = pread(fd, data, max, offset);
     if (bytes < 0) {
+        free(data);
         return command_fail(call, ERROR_IO, "%s: %s", call->values[0].text, strerror(errno));
     }
     reply_number(call, "offset", (double)offset, 0, "bytes");
@@ -356,6 +359,7 @@ static int send_block(const struct command_call *call, int fd) {
     put_crc(call, crc_update(0, data, (size_t)bytes));
     base64_encode(data, (size_t)bytes, text);
     reply_text(call, "data", text);
+    free(data);
     return 0;
 }
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No program starts another process: a system without a memory management unit cannot copy one, and
-a confined daemon may not."""
+"""What a system without a memory management unit asks: no program starts another process, which it
+cannot copy, and threads need little memory, which it gives them at once."""
 import os
 import subprocess
 import tempfile
@@ -20,7 +20,15 @@ def needed_by(program):
     return {line.split()[-1].split("@")[0] for line in text.splitlines()}
 
 
-class ProcessSymbols(unittest.TestCase):
+def thread_local_bytes(program):
+    """Bytes of the variables that each thread has a copy of, at the top of its stack."""
+    text = subprocess.run(["readelf", "-lW", program], check=True, capture_output=True,
+                          text=True).stdout
+    sizes = [line.split()[5] for line in text.splitlines() if line.split()[:1] == ["TLS"]]
+    return sum(int(size, 16) for size in sizes)
+
+
+class NoMmu(unittest.TestCase):
     def test_no_program_starts_another(self):
         for name in ("daemon/vergenced", "daemon/vergence-board", "tools/vergence"):
             needed = needed_by(os.path.join(BUILD, name))
@@ -28,13 +36,19 @@ class ProcessSymbols(unittest.TestCase):
                 self.assertIn("read", needed)
                 self.assertEqual(needed & FORBIDDEN, set())
 
-    def test_the_check_can_fail(self):
+    def test_threads_have_few_variables_of_their_own(self):
+        for name in ("daemon/vergenced", "daemon/vergence-board"):
+            self.assertLess(thread_local_bytes(os.path.join(BUILD, name)), 1024, name)
+
+    def test_the_checks_can_fail(self):
         with tempfile.TemporaryDirectory() as folder:
             source, program = os.path.join(folder, "bad.c"), os.path.join(folder, "bad")
             with open(source, "w", encoding="ascii") as file:
-                file.write("#include <stdlib.h>\nint main(void) { return system(\"true\"); }\n")
+                file.write("#include <stdlib.h>\n_Thread_local char buffer[2000];\n"
+                           "int main(void) { return system(buffer); }\n")
             subprocess.run(["gcc", source, "-o", program], check=True)
             self.assertIn("system", needed_by(program) & FORBIDDEN)
+            self.assertGreater(thread_local_bytes(program), 1024)
 
 
 if __name__ == "__main__":
