@@ -480,6 +480,7 @@ static int run(int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+    memory_return_freed();
     return client_occupy_standard_streams() ? client_finish_output("vergenced", run(argc, argv))
                                             : CLIENT_FAILED;
 }

@@ -2,6 +2,9 @@
 #include "daemon/base/memory.h"
 
 #include <inttypes.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,6 +41,12 @@ uint64_t memory_available_as_in(const char *meminfo) {
 uint64_t memory_available_bytes(void) {
     const char *other = getenv("VERGENCE_MEMINFO");
     return memory_available_as_in(other != NULL ? other : "/proc/meminfo");
+}
+
+void memory_return_freed(void) {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 18);
+#endif
 }
 
 struct memory_used memory_used_now(void) {

@@ -26,6 +26,10 @@ struct memory_used {
 };
 struct memory_used memory_used_now(void);
 
+/// From here on a freed block of 256 KiB or more, such as a frame, goes back to the system at once.
+/// The GNU C library would keep all of them for later ones, once one was freed.
+void memory_return_freed(void);
+
 #ifdef __cplusplus
 }
 #endif
