@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/signalfd.h>
@@ -46,10 +47,15 @@ static bool open_signals(struct server *self) {
 }
 
 static bool open_clients(struct server *self) {
-    self->client_count = self->daemon->config.clients + 1;
-    INVARIANT(self->client_count <= CONFIG_CLIENTS_MAX + 1);
-    for (size_t i = 0; i < self->client_count; i++) {
-        if (!connection_init(&self->clients[i], &self->dispatch, self->wake_fd)) {
+    const size_t count = self->daemon->config.clients + 1;
+    INVARIANT(count <= CONFIG_CLIENTS_MAX + 1);
+    while (self->client_count < count) {
+        struct connection *client = calloc(1, sizeof *client);
+        if (client == NULL) {
+            return false;
+        }
+        self->clients[self->client_count++] = client;
+        if (!connection_init(client, &self->dispatch, self->wake_fd)) {
             return false;
         }
     }
@@ -73,7 +79,7 @@ int server_open(struct server *self, struct daemon *daemon, struct message *mess
     }
     const int error = listener_open(config, self->listeners, self->token, message);
     return error != 0 ? error
-                      : console_open(&self->console, config, &self->clients[CONSOLE], message);
+                      : console_open(&self->console, config, self->clients[CONSOLE], message);
 }
 
 int server_start(struct server *self, struct message *message) {
@@ -125,7 +131,7 @@ static void close_client(struct server *self, struct connection *client) {
 static struct connection *free_slot(struct server *self) {
     struct connection *silent = NULL;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
-        struct connection *client = &self->clients[i];
+        struct connection *client = self->clients[i];
         if (!client->used) {
             return client;
         }
@@ -144,7 +150,7 @@ static struct connection *free_slot(struct server *self) {
 static bool slot_is_due(const struct server *self) {
     bool due = false;
     for (size_t i = CONSOLE + 1; i < self->client_count; i++) {
-        const struct connection *client = &self->clients[i];
+        const struct connection *client = self->clients[i];
         if (!client->used || !client->greeted) {
             return false;
         }
@@ -253,7 +259,7 @@ static nfds_t gather(struct server *self, struct pollfd *fds, int at[][2]) {
         fds[count++] = (struct pollfd){.fd = self->listeners[i], .events = accepting};
     }
     for (size_t i = 0; i < self->client_count; i++) {
-        struct connection *client = &self->clients[i];
+        struct connection *client = self->clients[i];
         at[i][0] = -1;
         at[i][1] = -1;
         if (!client->used || client->gone) {
@@ -281,7 +287,7 @@ static int timeout_ms(const struct server *self, uint64_t now_us) {
     const uint64_t notify_us = self->notified_us + self->notify_us;
     due_us = notify_us > now_us && notify_us < due_us ? notify_us : due_us;
     for (size_t i = 0; i < self->client_count; i++) {
-        const uint64_t client_us = connection_due_us(&self->clients[i]);
+        const uint64_t client_us = connection_due_us(self->clients[i]);
         due_us = client_us < due_us ? client_us : due_us;
     }
     return due_us <= now_us ? 0 : (int)((due_us - now_us + 999) / 1000);
@@ -338,7 +344,7 @@ static void turn(struct server *self) {
     for (size_t i = 0; i < self->client_count; i++) {
         const short input = at[i][0] >= 0 ? fds[at[i][0]].revents : 0;
         const short output = at[i][1] >= 0 ? fds[at[i][1]].revents : 0;
-        serve(self, &self->clients[i], input, output, now_us);
+        serve(self, self->clients[i], input, output, now_us);
     }
     for (int i = 0; i < LISTENERS; i++) {
         if ((fds[2 + i].revents & POLLIN) != 0) {
@@ -366,7 +372,7 @@ int server_run(struct server *self) {
 /// Sends finished answers as far as they are accepted at once.
 static void close_clients(struct server *self) {
     for (size_t i = 0; i < self->client_count; i++) {
-        struct connection *client = &self->clients[i];
+        struct connection *client = self->clients[i];
         if (client->used) {
             connection_send(client, monotonic_now_us());
             hang_up(self, client);
@@ -374,6 +380,7 @@ static void close_clients(struct server *self) {
         if (client->dispatch != NULL) {
             output_close(&client->output);
         }
+        free(client);
     }
 }
 

@@ -16,7 +16,7 @@
 struct server {
     struct daemon *daemon;  ///< NULL: not open
     struct dispatch dispatch;
-    struct connection clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
+    struct connection *clients[CONFIG_CLIENTS_MAX + 1];  ///< the first one is the console
     size_t client_count;
     int listeners[LISTENERS];  ///< -1: none
     char token[TOKEN_BYTES];   ///< required of TCP clients

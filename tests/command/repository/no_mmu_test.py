@@ -28,6 +28,13 @@ def thread_local_bytes(program):
     return sum(int(size, 16) for size in sizes)
 
 
+def static_bytes(program):
+    """Bytes of the program's variables, which take one block."""
+    line = subprocess.run(["size", program], check=True, capture_output=True,
+                          text=True).stdout.splitlines()[1]
+    return sum(map(int, line.split()[1:3]))
+
+
 class NoMmu(unittest.TestCase):
     def test_no_program_starts_another(self):
         for name in ("daemon/vergenced", "daemon/vergence-board", "tools/vergence"):
@@ -39,6 +46,10 @@ class NoMmu(unittest.TestCase):
     def test_threads_have_few_variables_of_their_own(self):
         for name in ("daemon/vergenced", "daemon/vergence-board"):
             self.assertLess(thread_local_bytes(os.path.join(BUILD, name)), 1024, name)
+
+    def test_variables_fit_a_block(self):
+        for name in ("daemon/vergenced", "daemon/vergence-board"):
+            self.assertLess(static_bytes(os.path.join(BUILD, name)), 1 << 20, name)
 
     def test_the_checks_can_fail(self):
         with tempfile.TemporaryDirectory() as folder:
