@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The daemon on Linux's own interfaces: i2c-dev, GPIO, a 16550, V4L2 and the watchdog of the image's kernel
+in QEMU, all of one simulated rig. The same commands through `backend=sim`, here at another rig of the
+same seed, must give the same: this rig is one without noise, so every pixel of a pair at rest."""
+import json
+import os
+import pathlib
+import subprocess
+import time
+import unittest
+
+from board_process import COMMAND_LIMIT_S, VERGENCE, BoardTest
+
+SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
+RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
+PARTS = {"FPGA bridge", "left sensor", "right sensor", "left camera", "right camera", "left servo",
+         "right servo", "left lens", "right lens", "bridge's reset line", "bridge's interrupt line"}
+
+
+class LinuxTest(BoardTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.place = cls.new_folder()
+        for name in ("board", "host"):
+            cls.launch(SIMRIG, *RIG, "--listen", f"unix:{cls.place}/{name}.sock")
+        cls.files = cls.place / "files"
+        cls.launch(VERGENCED, "profile=rig", "store=none", f"backend=sim unix:{cls.place}/host.sock",
+                   f"socket={cls.place}/vergence.sock", f"files={cls.files}", f"log={cls.place}/log")
+        while not (cls.place / "vergence.sock").exists():
+            time.sleep(0.05)
+        cls.begin("--linux", "--rig", f"unix:{cls.place}/board.sock")
+        cls.addClassCleanup(cls.board.close)
+        cls.board.wait_prompt()
+
+    @classmethod
+    def launch(cls, *words):
+        child = subprocess.Popen(words, stdout=subprocess.PIPE)
+        cls.addClassCleanup(child.stdout.close)
+        cls.addClassCleanup(child.wait)
+        cls.addClassCleanup(child.kill)
+        if words[0] == SIMRIG:
+            assert child.stdout.readline().startswith(b"listening")
+
+    def result(self, text, command):
+        answer = json.loads(text.splitlines()[-1])
+        self.assertTrue(answer["ok"], f"{command}: {answer}")
+        return answer["result"]
+
+    def on_board(self, command):
+        return self.result(self.board.shell(
+            f"vergence --connect unix:/run/vergence/vergenced.sock --json {command}"), command)
+
+    def on_host(self, command):
+        done = subprocess.run([VERGENCE, "--connect", f"unix:{self.place}/vergence.sock", "--json",
+                               *command.split()], capture_output=True, text=True,
+                              timeout=COMMAND_LIMIT_S)
+        return self.result(done.stdout, command)
+
+    def both(self, command):
+        """The result, which must be the same on both."""
+        board, host = self.on_board(command), self.on_host(command)
+        self.assertEqual(board, host, command)
+        return board
+
+
+def pairs(index):
+    """The pairs of a session: the CRC of each frame, how it was taken, and where the axes were."""
+    keys = [f"{side}_{key}" for side in ("left", "right")
+            for key in ("frame", "size", "layout", "exposure_us", "gain_q3", "window", "after")]
+    found = [dict(word.split("=", 1) for word in line.split()[1:-1])
+             for line in index.splitlines() if line.startswith("pair ")]
+    return [{key: pair[key] for key in keys} for pair in found]
+
+
+class Linux(LinuxTest):
+    def test_the_same_commands_give_the_same_pairs(self):
+        parts = self.both("bringup")["parts"]
+        self.assertEqual({part["part"]: part["state"] for part in parts},
+                         dict.fromkeys(PARTS, "works"))
+        self.both("record start r1")
+        for command in ("bringup", "window 96 64", "exposure 6000", "gain 2 side=right",
+                        "pan 3 right=-3", "zoom 320", "focus 540", "registers bridge id",
+                        "registers right 0"):
+            self.both(command)
+        for run in (self.on_board, self.on_host):
+            run("capture static=yes")
+            run("pan 0")
+            run("capture")
+        self.both("record stop")
+        board = pairs(self.board.shell("cat /var/lib/vergence/files/r1/session.index"))
+        self.assertEqual(len(board), 2)
+        self.assertEqual(board, pairs((self.files / "r1/session.index").read_text()))
+        self.assertEqual(self.on_board("selftest")["picture"], "arrives bit for bit")
+        self.assertEqual({part["state"] for part in self.on_board("health")["parts"]}, {"works"})
+        self.assertNotRegex(self.board.shell("dmesg | grep vergenced"), "warning|error")
+
+    def test_autofocus_finds_the_same_focus(self):
+        for run in (self.on_board, self.on_host):
+            run("bringup")
+            run("window 96 64")
+            run("exposure 6000")
+            run("focus 560")
+        board, host = (run("autofocus side=left")["left"] for run in (self.on_board, self.on_host))
+        self.assertEqual((board["verdict"], host["verdict"]), ("focused", "focused"))
+        self.assertAlmostEqual(board["position"], host["position"], delta=3)
+
+    def test_a_missing_device_is_reported_as_missing(self):
+        self.assertIn("0x5b 0x1d", self.board.shell("i2ctransfer -y 0 w1@0x2c 0 r2"))
+        # No device answers at the left sensor's address.
+        self.board.shell("sed -i '$a rig.sensor_address_left = 0x50' /etc/vergence/vergenced.conf; "
+                         "kill $(pidof vergenced)")
+        self.board.wait_prompt()
+        answer = json.loads(self.board.shell("vergence --connect unix:/run/vergence/vergenced.sock "
+                                             "--json bringup").splitlines()[-1])
+        self.assertFalse(answer["ok"])
+        self.assertRegex(answer["message"], "left sensor.*(answer|acknowledge)")
+        self.board.shell("sed -i '/sensor_address_left/d' /etc/vergence/vergenced.conf; "
+                         "kill $(pidof vergenced)")
+        self.board.wait_prompt()
+
+
+if __name__ == "__main__":
+    unittest.main()
