@@ -41,8 +41,6 @@ class Board:
         self.master, slave = pty.openpty()
         self.text, self.seen = "", 0
         self.final = ""  # all that it said, once it is closed
-        self.arrived = []  # (time, length of the text so far)
-        self.begin_s = time.monotonic()
         self.errors = open(self.folder / "errors", "w+b")
         tty.setraw(slave)
         self.process = subprocess.Popen(
@@ -65,7 +63,6 @@ class Board:
         except OSError:
             return False
         self.text += data.decode(errors="replace")
-        self.arrived.append((time.monotonic(), len(self.text)))
         return data != b""
 
     def wait(self, pattern, limit_s):
@@ -79,11 +76,6 @@ class Board:
         text = self.text[self.seen:self.seen + found.end()]
         self.seen += found.end()
         return text
-
-    def time_of(self, text):
-        """When the last character of this text was shown, s."""
-        place = self.text.index(text) + len(text)
-        return next(at for at, length in self.arrived if length >= place)
 
     def wait_prompt(self, limit_s=BOOT_LIMIT_S):
         return self.wait(f"^{PROMPT}$", limit_s)
@@ -142,6 +134,12 @@ class Board:
         self.final = self.console()
         self.errors.close()
         os.close(self.master)
+
+
+def processor_s(number):
+    """Processor time that a process has used, s."""
+    fields = pathlib.Path(f"/proc/{number}/stat").read_text(encoding="utf-8").rsplit(") ", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def child_of(process, name):
