@@ -106,11 +106,11 @@ void exposure_setting_for(const struct exposure_limits *limits, double product_u
     const bool can_avoid_flicker =
         wanted_us / gain_of(limits->gain_min_q3) >= limits->mains_half_us * (1 - mains_slack);
     const unsigned first_q3 = least_gain(limits, wanted_us);
+    // Up to twice the gain that is needed, if it is known what a gain does.
+    const unsigned last_q3 = limits->linear ? 2 * first_q3 : first_q3;
     double least = -1;
     bool good = false;
-    // Up to twice the gain that is needed.
-    for (unsigned gain_q3 = first_q3;
-         !good && gain_q3 <= limits->gain_max_q3 && gain_q3 <= 2 * first_q3;
+    for (unsigned gain_q3 = first_q3; !good && gain_q3 <= limits->gain_max_q3 && gain_q3 <= last_q3;
          gain_q3 = next_gain(gain_q3)) {
         const double gain = gain_of((uint16_t)gain_q3);
         double off = 0;
@@ -137,7 +137,8 @@ void exposure_setting_like(const struct exposure_limits *limits, double product_
         setting->exposure_us =
             (uint32_t)(exposure_at(limits, wanted_us, gain_of(like->gain_q3), &least) + 0.5);
     }
-    const unsigned last_q3 = 2 * (like->gain_q3 > first_q3 ? like->gain_q3 : first_q3);
+    const unsigned factor = limits->linear ? 2 : (least < 0 ? 1 : 0);
+    const unsigned last_q3 = factor * (like->gain_q3 > first_q3 ? like->gain_q3 : first_q3);
     for (unsigned gain_q3 = first_q3; (least < 0 || least > equal_enough) &&
                                       gain_q3 <= limits->gain_max_q3 && gain_q3 <= last_q3;
          gain_q3 = next_gain(gain_q3)) {
@@ -208,6 +209,11 @@ void exposure_search_adapt(struct exposure_search *self, uint32_t nearest_us, bo
         self->limits.max_us = nearest_us > self->limits.max_us ? nearest_us : self->limits.max_us;
     }
     now->exposure_us = nearest_us;
+}
+
+void exposure_search_adapt_gain(struct exposure_search *self, uint16_t nearest_q3) {
+    INVARIANT(nearest_q3 > 0);
+    self->tried[self->steps].gain_q3 = nearest_q3;
 }
 
 static bool is_saturated(const struct exposure_search *self) {
@@ -381,9 +387,11 @@ static bool is_found(const struct exposure_search *self, const struct exposure_s
     return off <= up && off >= -down;
 }
 
-// Whether the best measurement so far can be the result.
+// Whether the best measurement so far can be the result. Where it is not known what a gain does,
+// light may be steady although the search did not settle.
 static bool is_usable(const struct exposure_search *self) {
-    const bool steady = self->dark_us > 0 && self->saturated_us > self->dark_us;
+    const bool steady =
+        !self->limits.linear || (self->dark_us > 0 && self->saturated_us > self->dark_us);
     return self->best.off >= 0 && self->best.off <= (steady ? usable_if_steady : usable);
 }
 

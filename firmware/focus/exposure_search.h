@@ -101,7 +101,8 @@ struct exposure_search {
 };
 
 /// The setting for an exposure x gain in us: exact within the steps of exposure and gain, with the
-/// smallest gain that allows it. Beyond the limits the nearest. `iris` is unchanged.
+/// smallest gain that allows it. Beyond the limits the nearest. `iris` is unchanged. A camera that
+/// is not linear has gains of a scale of its own: it gets only as much as is needed.
 void exposure_setting_for(const struct exposure_limits *limits, double product_us,
                           struct exposure_setting *setting);
 
@@ -118,6 +119,8 @@ void exposure_search_begin(struct exposure_search *self, const struct exposure_l
 /// The camera has accepted only this exposure in place of that of the last setting: nearest is a
 /// limit of its range if `is_limit`, else a step of its own.
 void exposure_search_adapt(struct exposure_search *self, uint32_t nearest_us, bool is_limit);
+/// The same for its gain.
+void exposure_search_adapt_gain(struct exposure_search *self, uint16_t nearest_q3);
 
 /// Takes what was measured with the last setting. `real_us`: the exposure that the frames had,
 /// which may differ a little from the setting. EXPOSURE_GOING: `setting` is to be measured next,

@@ -9,6 +9,7 @@ import time
 import unittest
 
 import cv2
+import numpy
 
 from daemon_process import TIMEOUT_S, VERGENCED
 from fake_devices import FRAME_US, DeviceTest, LensController, show, texture
@@ -233,6 +234,55 @@ class TwoCameras(DeviceTest):
         self.asked("bringup")
         answer = self.first.ask("capture")[-1]
         self.assertRegex(answer, r"^ERR MOVED right camera: .* 1[45]\d ms .*50 ms.*skew_limit")
+
+
+class TwoCamerasInLight(DeviceTest):
+    """Pictures as bright as their files at an exposure of so many 100 us and the least gain."""
+    settings_before = ("exposure 1000", "gain 2")
+
+    def serve_in_light(self, *bright_at):
+        lights = "".join(f"set /dev/video{side} bright_at {value}\n"
+                         for side, value in enumerate(bright_at))
+        self.serve(self.cameras() + lights, "profile=two-cameras")
+        for command in ("bringup", *self.settings_before):
+            self.asked(command)
+
+    def test_exposure_and_gain_are_found(self):
+        # The right camera has half the light.
+        self.serve_in_light(200, 400)
+        found = self.asked("autoexpose")
+        for side in ("left", "right"):
+            self.assertAlmostEqual(found[side]["mean"], 50, delta=2.5)
+            self.assertLessEqual(found[side]["steps"], 8)
+            self.assertEqual(found[side]["limit"], "target")
+        self.assertLess(abs(found["difference"]), 2)
+        light = [found[side]["exposure"] * found[side]["gain"] for side in ("left", "right")]
+        self.assertGreater(light[1], 1.3 * light[0])
+        self.assertEqual(self.asked("exposure"),
+                         {side: found[side]["exposure"] for side in ("left", "right")})
+        gains = self.asked("gain")
+        self.assertEqual(gains, {side: found[side]["gain"] for side in ("left", "right")})
+        # In a part of the picture of one camera; the other one stays.
+        after = self.asked("autoexpose side=left target=30 region=64,64,64,64")
+        self.assertAlmostEqual(after["left"]["mean"], 30, delta=2)
+        self.assertEqual(self.asked("gain")["right"], gains["right"])
+        self.captured()
+
+    def assert_refused(self, *words):
+        before = self.asked("exposure"), self.asked("gain")
+        self.refused("autoexpose", "ERR RANGE left camera: ", *words)
+        self.assertEqual((self.asked("exposure"), self.asked("gain")), before)
+        self.assertEqual(self.asked("status")["state"], "ready")
+        self.captured()
+
+    def test_too_dark(self):
+        self.serve_in_light(10000000, 10000000)
+        self.assert_refused("too dark at the longest exposure", "add light")
+
+    def test_too_bright(self):
+        show(self.pictures[0], numpy.full_like(texture(0), 255))
+        self.serve_in_light(1, 1)
+        self.assert_refused("too bright at the shortest exposure", "use less light")
 
 
 class TwoCamerasAndLenses(DeviceTest):

@@ -2,6 +2,7 @@
 #include "fake_picture.h"
 
 #include <linux/videodev2.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,4 +105,16 @@ void fake_picture_paint(const char *path, uint32_t fourcc, uint32_t width_px, ui
         stop(path, "does not go with the camera's format");
     }
     free(picture.data);
+}
+
+void fake_picture_expose(uint32_t fourcc, double light, uint8_t *data, size_t bytes) {
+    // As webcams do, for a screen's curve.
+    const double factor = sqrt(light);
+    const int black = fourcc == V4L2_PIX_FMT_YUYV ? 16 : 0;
+    const int white = fourcc == V4L2_PIX_FMT_YUYV ? 235 : 255;
+    for (size_t i = 0; i < bytes; i++) {
+        const int zero = fourcc == V4L2_PIX_FMT_YUYV && i % 2 == 1 ? 128 : black;
+        const double value = zero + (data[i] - zero) * factor;
+        data[i] = (uint8_t)(value < black ? black : value > white ? white : value + 0.5);
+    }
 }

@@ -13,6 +13,9 @@
 void fake_picture_paint(const char *path, uint32_t fourcc, uint32_t width_px, uint32_t height_px,
                         uint8_t *data, size_t *bytes);
 
+/// Makes a frame of GREY or YUYV so many times as bright in light; its values have a gamma of 2.
+void fake_picture_expose(uint32_t fourcc, double light, uint8_t *data, size_t bytes);
+
 /// The size of a PGM or PPM file; ends the program with a message if it is not one.
 void fake_picture_size(const char *path, uint32_t *width_px, uint32_t *height_px);
 

@@ -163,6 +163,8 @@ static void set_video(const char *line, const char *rest) {
         video->lose_every = value;
     } else if (strcmp(key, "readout_us") == 0) {
         video->readout_us = value;
+    } else if (strcmp(key, "bright_at") == 0) {
+        video->bright_at = value;
     } else {
         stop(line);
     }

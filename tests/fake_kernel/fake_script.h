@@ -6,7 +6,7 @@
 ///                          a camera that shows PICTURE (fake_picture.h); FORMAT: GREY, YUYV,
 ///                          SGRBG10 or MJPEG, the last with a size
 ///     set PATH KEY VALUE   of a camera: first_us, phase_us, damage_every, lose_every,
-///                          readout_us, as in fake_video.h
+///                          readout_us, bright_at, as in fake_video.h
 ///     trigger PATH [LINE]  the camera takes a frame only when that line of the chip goes high;
 ///                          without LINE its input is not connected
 ///     plug PATH FILE       the device is connected while FILE exists; files that are open when

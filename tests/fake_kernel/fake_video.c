@@ -37,11 +37,32 @@ static size_t offset_of(const struct fake_video *self, unsigned index) {
     return index * self->buffer_bytes;
 }
 
+static struct fake_video_control *control_of(struct fake_video *self, uint32_t id) {
+    for (int i = 0; i < FAKE_VIDEO_CONTROLS; i++) {
+        if (id != 0 && self->controls[i].id == id) {
+            return &self->controls[i];
+        }
+    }
+    return NULL;
+}
+
+/// Makes a picture as bright as exposure and gain, of at most 8, ask for.
+static void expose(struct fake_video *self, uint8_t *data, size_t bytes) {
+    const struct fake_video_control *exposure = control_of(self, V4L2_CID_EXPOSURE_ABSOLUTE);
+    const struct fake_video_control *gain = control_of(self, V4L2_CID_GAIN);
+    const double factor = 1 + 7.0 * gain->value / gain->maximum;
+    fake_picture_expose(self->format.fourcc, factor * exposure->value / self->bright_at, data,
+                        bytes);
+}
+
 static void paint(struct fake_video *self, uint32_t sequence, uint8_t *data, size_t *bytes) {
     const struct fake_video_format *format = &self->format;
     if (self->picture != NULL) {
         fake_picture_paint(self->picture, format->fourcc, format->width_px, format->height_px, data,
                            bytes);
+        if (self->bright_at != 0) {
+            expose(self, data, *bytes);
+        }
     } else if (self->paint != NULL) {
         self->paint(self, sequence, data, bytes);
     } else {
@@ -255,15 +276,6 @@ static int stream(struct fake_video *self, bool on) {
     }
     self->on = on;
     return 0;
-}
-
-static struct fake_video_control *control_of(struct fake_video *self, uint32_t id) {
-    for (int i = 0; i < FAKE_VIDEO_CONTROLS; i++) {
-        if (id != 0 && self->controls[i].id == id) {
-            return &self->controls[i];
-        }
-    }
-    return NULL;
 }
 
 static int use_control(struct fake_video *self, unsigned long request, void *argument) {

@@ -6,6 +6,7 @@
 #include "rig/base/poll.h"
 #include "rig/base/rig_clock.h"
 #include "rig/lens_move.h"
+#include "rig/rig_camera.h"
 
 enum {
     NS_PER_US = 1000,
@@ -51,6 +52,11 @@ static uint32_t longest_us(const struct rig *rig, const struct mt9t001_timing *f
     return half_us != 0 && us >= half_us ? us / half_us * half_us : us;
 }
 
+// A camera with its own port may have no gain control, or one that cannot be read.
+static bool has_gain(const struct rig *rig, unsigned side) {
+    return rig->profile.bridge || rig_camera_gain_q3(rig, side) != 0;
+}
+
 // Exposures are those of the present window, in which pairs are taken.
 struct exposure_limits exposure_camera_limits(const struct rig *rig, unsigned side) {
     const struct rig_profile *profile = &rig->profile;
@@ -63,6 +69,9 @@ struct exposure_limits exposure_camera_limits(const struct rig *rig, unsigned si
         .mains_half_us = rig_mains_half_us(profile),
         .linear = profile->bridge,
     };
+    if (!has_gain(rig, side)) {
+        limits.gain_max_q3 = limits.gain_min_q3;
+    }
     if (profile->bridge) {
         const struct mt9t001 *sensor = &rig->camera[side].sensor;
         const int error = mt9t001_timing_of(&sensor->window, 1, sensor->clock_hz, &full);
@@ -123,16 +132,41 @@ static int set_exposure(struct exposure_job *job, struct rig_region *region,
     return ERROR_OK;
 }
 
+// Sets the nearest gain that is not smaller, as gains of a camera with its own port have steps of
+// its own, and shortens the exposure by as much.
+static int set_gain(struct exposure_job *job, struct rig_region *region,
+                    struct exposure_setting *setting, struct exposure_search *search) {
+    const uint16_t wanted_q3 = setting->gain_q3;
+    uint16_t applied_q3 = 0;
+    int error = rig_region_gain(job->rig, region, wanted_q3, &applied_q3);
+    for (unsigned more = 1;
+         error == ERROR_OK && applied_q3 < wanted_q3 && wanted_q3 + more <= MT9T001_GAIN_Q3_MAX;
+         more *= 2) {
+        error = rig_region_gain(job->rig, region, (uint16_t)(wanted_q3 + more), &applied_q3);
+    }
+    if (error != ERROR_OK || applied_q3 == wanted_q3 || applied_q3 == 0) {
+        return error;
+    }
+    setting->gain_q3 = applied_q3;
+    setting->exposure_us = (uint32_t)((uint64_t)setting->exposure_us * wanted_q3 / applied_q3);
+    setting->exposure_us += setting->exposure_us == 0;
+    if (search != NULL) {
+        exposure_search_adapt_gain(search, applied_q3);
+        exposure_search_adapt(search, setting->exposure_us, false);
+    }
+    return ERROR_OK;
+}
+
 int exposure_region_set(struct exposure_job *job, struct rig_region *region,
                         struct exposure_setting *setting, struct exposure_search *search) {
     const struct rig_camera *camera = &job->rig->camera[region->side];
     int error = set_iris(job, setting->iris);
+    if (error == ERROR_OK && has_gain(job->rig, region->side) &&
+        camera->gain_q3 != setting->gain_q3) {
+        error = set_gain(job, region, setting, search);
+    }
     if (error == ERROR_OK && camera->exposure_us != setting->exposure_us) {
         error = set_exposure(job, region, setting, search);
-    }
-    if (error == ERROR_OK && camera->gain_q3 != setting->gain_q3) {
-        uint16_t applied_q3 = 0;
-        error = rig_region_gain(job->rig, region, setting->gain_q3, &applied_q3);
     }
     return error;
 }
@@ -146,7 +180,8 @@ int exposure_camera_set(struct exposure_job *job, unsigned side,
     if (setting->exposure_us != 0 && camera->exposure_us != setting->exposure_us) {
         error = rig_exposure(job->rig, 1u << side, setting->exposure_us, &applied_us);
     }
-    if (error == ERROR_OK && setting->gain_q3 != 0 && camera->gain_q3 != setting->gain_q3) {
+    if (error == ERROR_OK && setting->gain_q3 != 0 && has_gain(job->rig, side) &&
+        camera->gain_q3 != setting->gain_q3) {
         error = rig_gain(job->rig, 1u << side, setting->gain_q3, &applied_q3);
     }
     return error;

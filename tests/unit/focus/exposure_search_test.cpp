@@ -443,6 +443,37 @@ TEST_CASE("a camera whose response is not linear is learned") {
     }
 }
 
+TEST_CASE("a camera whose gain has a scale of its own") {
+    const exposure_limits limits = {100000, 0, 100, 50000, 10000, 8, 1024, 0, 0, 0, false};
+    for (double needed_us = 300; needed_us < 200000; needed_us *= 1.11) {
+        exposure_search search;
+        exposure_setting setting;
+        const exposure_setting start = {1000, 8, 0};
+        exposure_search_begin(&search, &limits, &kHalf, &start, &setting);
+        exposure_verdict verdict = EXPOSURE_GOING;
+        double mean = 0;
+        while (verdict == EXPOSURE_GOING) {
+            // 128 is 8 times as bright as 1, in steps of 1/2, and the picture has a gamma.
+            const auto gain_q3 = uint16_t((setting.gain_q3 + 3) / 4 * 4);
+            setting.exposure_us = setting.exposure_us * setting.gain_q3 / gain_q3;
+            exposure_search_adapt_gain(&search, gain_q3);
+            exposure_search_adapt(&search, setting.exposure_us, false);
+            const double gain = 1 + 7 * (gain_q3 / 8.0 - 1) / 127;
+            mean = std::min(1.0, 0.5 * std::sqrt(setting.exposure_us * gain / needed_us));
+            const bool full = mean >= 1;
+            const exposure_measure measure = {mean, full ? 1.0 : 0, mean, mean, full ? 256.0 : 1};
+            verdict = exposure_search_next(&search, &measure, setting.exposure_us, &setting);
+        }
+        INFO(needed_us << " us: " << setting.exposure_us << " us, gain " << setting.gain_q3
+                       << ", mean " << search.measure.mean << " after " << search.steps);
+        CHECK(verdict == EXPOSURE_FOUND);
+        // Exposures are known, gains are tried.
+        const bool by_exposure = needed_us < limits.max_us;
+        CHECK(search.measure.mean == doctest::Approx(0.5).epsilon(by_exposure ? 0.03 : 0.2));
+        CHECK((setting.gain_q3 == 8 || !by_exposure));
+    }
+}
+
 TEST_CASE("brightness is measured in all patterns and depths") {
     struct Form {
         exposure_pattern pattern;
