@@ -8,28 +8,50 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/sysinfo.h>
 
 enum { LINE_BYTES = 128, KIB = 1024 };
 
-uint64_t memory_available_as_in(const char *meminfo) {
+/// Whether the file of vm.overcommit_memory says that no more memory is promised than there is.
+static bool is_strict(const char *overcommit) {
+    FILE *file = fopen(overcommit, "re");
+    const bool strict = file != NULL && fgetc(file) == '2';
+    if (file != NULL) {
+        fclose(file);
+    }
+    return strict;
+}
+
+static uint64_t smaller(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
+
+uint64_t memory_available_as_in(const char *meminfo, const char *overcommit) {
+    enum { AVAILABLE, SWAP_FREE, COMMIT_LIMIT, COMMITTED, FIGURES };
+    static const char *const names[FIGURES] = {
+        "MemAvailable:", "SwapFree:", "CommitLimit:", "Committed_AS:"};
     char line[LINE_BYTES];
-    uint64_t available_kib = 0;
-    uint64_t swap_kib = 0;
-    uint64_t free_kib = 0;
-    bool known = false;
+    uint64_t kib[FIGURES] = {0};
+    bool known[FIGURES] = {false};
     FILE *file = fopen(meminfo, "re");
     while (file != NULL && fgets(line, sizeof line, file) != NULL) {
-        known = sscanf(line, "MemAvailable: %" SCNu64, &available_kib) == 1 || known;
-        if (sscanf(line, "SwapFree: %" SCNu64, &free_kib) == 1) {
-            swap_kib = free_kib;
+        for (int i = 0; i < FIGURES; i++) {
+            const size_t length = strlen(names[i]);
+            if (strncmp(line, names[i], length) == 0) {
+                known[i] = sscanf(line + length, "%" SCNu64, &kib[i]) == 1;
+            }
         }
     }
     if (file != NULL) {
         fclose(file);
     }
-    if (known) {
-        return (available_kib + swap_kib) * KIB;
+    if (known[AVAILABLE]) {
+        const uint64_t available = kib[AVAILABLE] + kib[SWAP_FREE];
+        const uint64_t left =
+            kib[COMMIT_LIMIT] > kib[COMMITTED] ? kib[COMMIT_LIMIT] - kib[COMMITTED] : 0;
+        const bool limited = known[COMMIT_LIMIT] && known[COMMITTED] && is_strict(overcommit);
+        return (limited ? smaller(left, available) : available) * KIB;
     }
     struct sysinfo all;
     if (sysinfo(&all) != 0) {
@@ -40,7 +62,8 @@ uint64_t memory_available_as_in(const char *meminfo) {
 
 uint64_t memory_available_bytes(void) {
     const char *other = getenv("VERGENCE_MEMINFO");
-    return memory_available_as_in(other != NULL ? other : "/proc/meminfo");
+    return memory_available_as_in(other != NULL ? other : "/proc/meminfo",
+                                  "/proc/sys/vm/overcommit_memory");
 }
 
 void memory_return_freed(void) {

@@ -10,14 +10,16 @@ extern "C" {
 #endif
 
 /// Memory that the system can provide without killing a process for it, in bytes: MemAvailable of
-/// /proc/meminfo plus free swap; for tests, of the file that VERGENCE_MEMINFO names. Sources:
-/// proc(5), sysinfo(2).
+/// /proc/meminfo plus free swap, and no more than what is left of CommitLimit if the system
+/// promises no more memory than it has (vm.overcommit_memory = 2). VERGENCE_MEMINFO names another
+/// file, for tests. Sources: proc(5), sysinfo(2).
 uint64_t memory_available_bytes(void);
 
-/// The same from a file in the format of /proc/meminfo. If it cannot be read or has no such line
+/// The same from files in the formats of /proc/meminfo and /proc/sys/vm/overcommit_memory. If it
+/// cannot be read or has no such line
 /// (/proc with processes only, kernels before 3.14): free memory and swap without the page cache,
 /// which is an underestimate.
-uint64_t memory_available_as_in(const char *meminfo);
+uint64_t memory_available_as_in(const char *meminfo, const char *overcommit);
 
 /// Resident memory of this process, and its peak, in bytes: VmRSS and VmHWM of /proc/self/status.
 /// 0: not known.

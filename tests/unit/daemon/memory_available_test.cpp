@@ -18,7 +18,20 @@ TEST_CASE("available memory is what the kernel states") {
         folder.write("meminfo",
                      "MemTotal: 4000 kB\nMemFree: 10 kB\nMemAvailable:   3000 kB\n"
                      "SwapTotal: 900 kB\nSwapFree:      500 kB\n");
-    CHECK(memory_available_as_in(file.c_str()) == 3500 * 1024);
+    CHECK(memory_available_as_in(file.c_str(), "") == 3500 * 1024);
+}
+
+TEST_CASE("a system that promises no more than it has limits what is available") {
+    const scratch folder;
+    const std::string file = folder.write("meminfo",
+                                          "MemAvailable: 3000 kB\nSwapFree: 500 kB\n"
+                                          "CommitLimit: 4000 kB\nCommitted_AS: 2800 kB\n");
+    const std::string full = folder.write(
+        "full", "MemAvailable: 3000 kB\nCommitLimit: 4000 kB\nCommitted_AS: 4100 kB\n");
+    const std::string strict = folder.write("strict", "2\n"), usual = folder.write("usual", "0\n");
+    CHECK(memory_available_as_in(file.c_str(), strict.c_str()) == 1200 * 1024);
+    CHECK(memory_available_as_in(file.c_str(), usual.c_str()) == 3500 * 1024);
+    CHECK(memory_available_as_in(full.c_str(), strict.c_str()) == 0);
 }
 
 TEST_CASE("if the kernel does not state it, free memory counts, not all memory") {
@@ -28,7 +41,7 @@ TEST_CASE("if the kernel does not state it, free memory counts, not all memory")
         // Other processes allocate and free meanwhile: the value is between two readings, or near.
         struct sysinfo before = {}, after = {};
         REQUIRE(sysinfo(&before) == 0);
-        const std::uint64_t bytes = memory_available_as_in(file.c_str());
+        const std::uint64_t bytes = memory_available_as_in(file.c_str(), "");
         REQUIRE(sysinfo(&after) == 0);
         const auto unused = [](const struct sysinfo &all) {
             return (std::uint64_t{all.freeram} + all.bufferram + all.freeswap) * all.mem_unit;
