@@ -9,9 +9,9 @@
 #include "stereo/surface.h"
 
 enum {
-    DIGIT_BITS = 16,
+    DIGIT_BITS = 11,
     DIGIT_VALUES = 1 << DIGIT_BITS,
-    HISTOGRAMS = 1 + RESULT_FIGURES_QUANTILES,
+    FIRST_SHIFT = 2 * DIGIT_BITS,  // three digits are all bits of a value
 };
 
 static void extend(void *cookie, const struct surface_part *part) {
@@ -62,52 +62,47 @@ static uint32_t find_rank(const uint32_t *counts, uint32_t *rank) {
     return value;
 }
 
-/// Histograms of one value of all points: of the upper half of its bits, then, for each quantile,
-/// of the lower half among the points that share the upper.
-struct histograms {
+/// Quantiles of one value of all points, digit by digit from the highest.
+struct quantiles {
     point_value *value_of;
-    const int *percent;
-    uint32_t *upper_counts;
-    uint32_t *lower_counts[RESULT_FIGURES_QUANTILES];
-    uint32_t upper[RESULT_FIGURES_QUANTILES];
-    uint32_t rank[RESULT_FIGURES_QUANTILES];
+    uint32_t found[RESULT_FIGURES_QUANTILES];  ///< the digits so far
+    uint32_t rank[RESULT_FIGURES_QUANTILES];   ///< among the points that share them
+    /// Histograms of the next digit of these points.
+    uint32_t counts[RESULT_FIGURES_QUANTILES][DIGIT_VALUES];
 };
 
 enum { DEPTH, SIGMA, VALUES };
 
-static void count_upper(void *cookie, const struct surface_part *part) {
-    const struct histograms *of = cookie;
-    for (uint32_t i = 0; i < part->vertex_count; i++) {
-        for (int value = 0; value < VALUES; value++) {
-            of[value].upper_counts[of[value].value_of(&part->points[i]) >> DIGIT_BITS]++;
-        }
-    }
-}
+struct spread {
+    struct quantiles of[VALUES];
+    int shift;  ///< of the digit to be counted
+};
 
-static void count_lower(void *cookie, const struct surface_part *part) {
-    const struct histograms *of = cookie;
+static void count_digits(void *cookie, const struct surface_part *part) {
+    struct spread *self = cookie;
     for (uint32_t i = 0; i < VALUES * part->vertex_count; i++) {
-        const struct histograms *self = &of[i % VALUES];
-        const uint32_t value = self->value_of(&part->points[i / VALUES]);
+        struct quantiles *of = &self->of[i % VALUES];
+        const uint32_t digits = of->value_of(&part->points[i / VALUES]) >> self->shift;
         for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-            self->lower_counts[k][value & (DIGIT_VALUES - 1)] +=
-                value >> DIGIT_BITS == self->upper[k];
+            of->counts[k][digits % DIGIT_VALUES] += digits >> DIGIT_BITS == of->found[k];
         }
     }
 }
 
-static void find_upper(struct histograms *self, uint32_t points) {
+static void find_digits(struct quantiles *self) {
     for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-        self->rank[k] = (uint32_t)((uint64_t)(points - 1) * (uint32_t)self->percent[k] / 100);
-        self->upper[k] = find_rank(self->upper_counts, &self->rank[k]);
+        const uint32_t digit = find_rank(self->counts[k], &self->rank[k]);
+        self->found[k] = self->found[k] << DIGIT_BITS | digit;
     }
+    memset(self->counts, 0, sizeof self->counts);
 }
 
-/// The values that `percent` of the points do not exceed.
-static void find_quantiles(struct histograms *self, double *mm) {
+/// Looks for the values that `percent` of the points do not exceed.
+static void start(struct quantiles *self, point_value *value_of, const int *percent,
+                  uint32_t points) {
+    self->value_of = value_of;
     for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-        const uint32_t lower = find_rank(self->lower_counts[k], &self->rank[k]);
-        mm[k] = (self->upper[k] << DIGIT_BITS | lower) / 1000.0;
+        self->rank[k] = (uint32_t)((uint64_t)(points - 1) * (uint32_t)percent[k] / 100);
     }
 }
 
@@ -116,25 +111,22 @@ bool result_figures_spread(const struct reconstruct_result *result,
     static const int depth_percent[RESULT_FIGURES_QUANTILES] = {1, 50, 99};
     static const int sigma_percent[RESULT_FIGURES_QUANTILES] = {5, 50, 95};
     INVARIANT(result->vertex_count > 0);
-    struct histograms of[VALUES] = {[DEPTH] = {.value_of = depth_of, .percent = depth_percent},
-                                    [SIGMA] = {.value_of = sigma_of, .percent = sigma_percent}};
-    uint32_t *counts = calloc(VALUES * HISTOGRAMS, DIGIT_VALUES * sizeof *counts);
-    if (counts == NULL) {
+    struct spread *self = calloc(1, sizeof *self);
+    if (self == NULL) {
         return false;
     }
-    for (size_t value = 0; value < VALUES; value++) {
-        of[value].upper_counts = counts + value * HISTOGRAMS * DIGIT_VALUES;
-        for (size_t k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
-            of[value].lower_counts[k] = of[value].upper_counts + (k + 1) * DIGIT_VALUES;
-        }
+    start(&self->of[DEPTH], depth_of, depth_percent, result->vertex_count);
+    start(&self->of[SIGMA], sigma_of, sigma_percent, result->vertex_count);
+    for (self->shift = FIRST_SHIFT; self->shift >= 0; self->shift -= DIGIT_BITS) {
+        surface_walk(result, SURFACE_POINTS, count_digits, self);
+        find_digits(&self->of[DEPTH]);
+        find_digits(&self->of[SIGMA]);
     }
-    surface_walk(result, SURFACE_POINTS, count_upper, of);
-    find_upper(&of[DEPTH], result->vertex_count);
-    find_upper(&of[SIGMA], result->vertex_count);
-    surface_walk(result, SURFACE_POINTS, count_lower, of);
-    find_quantiles(&of[DEPTH], spread->depth_mm);
-    find_quantiles(&of[SIGMA], spread->sigma_mm);
-    free(counts);
+    for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
+        spread->depth_mm[k] = self->of[DEPTH].found[k] / 1000.0;
+        spread->sigma_mm[k] = self->of[SIGMA].found[k] / 1000.0;
+    }
+    free(self);
     return true;
 }
 
