@@ -86,7 +86,7 @@ class Board:
     def type(self, line, limit_s=COMMAND_LIMIT_S):
         """The answer to a line that is typed at the prompt."""
         self.send(line + "\r")
-        text = self.wait(rf"^(?:OK|ERR [^\r\n]*)[\r\n]+{PROMPT}$", limit_s).replace("\r", "")
+        text = self.wait(rf"[\r\n](?:OK|ERR [^\r\n]*)[\r\n]+{PROMPT}$", limit_s).replace("\r", "")
         return text.split("\n", 1)[1].rsplit("\n", 1)[0].strip()
 
     def shell(self, command, limit_s=COMMAND_LIMIT_S):

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The board itself: QEMU's virtual ARM machine with Debian's U-Boot and a flash with its environment."""
 import contextlib
+import errno
 import os
 import pathlib
 import shutil
 import socket
 import struct
 import subprocess
+import time
 
 from network import MAC
 from problem import Problem
@@ -16,17 +18,20 @@ MEMORY_MB = 64
 FLASH_BYTES = 64 << 20
 ENVIRONMENT_BYTES = 0x40000
 FIT_MAGIC = 0xD00DFEED
+CONNECT_LIMIT_S = 30
+# The partitions of the flash: U-Boot, its variables, two images, store.
+PARTITIONS = "mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(image2),-(store)"
+ENVIRONMENT = pathlib.Path(__file__).resolve().parents[2] / "firmware/image/environment.txt"
 # U-Boot has these words at the end of its own start if no system began. They are put together from
 # variables, so that a listing of the environment does not contain them.
 REFUSED = b"board: no system started"
 # A server that no longer answers is given up after some seconds, not minutes.
-ENVIRONMENT = """autoload=no
-bootdelay=0
+BENCH = """bootdelay=0
 netretry=no
 tftptimeout=1000
 tftptimeoutcountmax=6
 what=no system
-bootcmd=dhcp && tftpboot ${{scriptaddr}} boot.scr && source ${{scriptaddr}}; echo board: ${{what}} started
+bootcmd={bootcmd}; echo board: ${{what}} started
 board_args={words}
 """
 
@@ -55,13 +60,17 @@ def check_image(folder):
 
 
 def write_flash(path, words):
-    """The second flash bank, which begins with U-Boot's environment."""
-    done = subprocess.run(["mkenvimage", "-s", str(ENVIRONMENT_BYTES), "-o", path, "-"], text=True,
-                          input=ENVIRONMENT.format(words=" ".join(words)), capture_output=True,
-                          check=False)
+    """The second flash bank, which begins with U-Boot's environment. The rest is kept."""
+    variables = ENVIRONMENT.read_text(encoding="utf-8").rsplit("bootcmd=", 1)
+    text = variables[0] + BENCH.format(bootcmd=variables[1].strip(), words=" ".join([PARTITIONS, *words]))
+    done = subprocess.run(["mkenvimage", "-s", str(ENVIRONMENT_BYTES), "-"], input=text.encode(),
+                          capture_output=True, check=False)
     if done.returncode != 0:
-        raise Problem(f"mkenvimage: {done.stderr.strip()}")
-    os.truncate(path, FLASH_BYTES)
+        raise Problem(f"mkenvimage: {done.stderr.decode().strip()}")
+    if not path.exists() or path.stat().st_size != FLASH_BYTES:
+        path.write_bytes(b"\xff" * FLASH_BYTES)  # erased
+    with open(path, "r+b") as file:
+        file.write(done.stdout)
 
 
 def start(network, folder, words, devices, running):
@@ -93,9 +102,10 @@ def escaped(path):
 def serial_of(folder, process):
     """The serial line, as a socket; the machine starts when it is opened."""
     with socket.socket(socket.AF_UNIX) as line:
-        try:
-            line.connect(str(folder / "serial.sock"))
-        except OSError as error:
-            code = process.poll()
-            raise Problem(f"QEMU: {error.strerror.lower()} (exit code {code})") from error
+        end = time.monotonic() + CONNECT_LIMIT_S
+        while (number := line.connect_ex(str(folder / "serial.sock"))) != 0:
+            # The socket's file is there before QEMU listens.
+            if number != errno.ECONNREFUSED or process.poll() is not None or time.monotonic() > end:
+                raise Problem(f"QEMU: {os.strerror(number).lower()} (exit code {process.poll()})")
+            time.sleep(0.05)
         yield line
