@@ -50,7 +50,8 @@ class SerialLine(BoardTest):
             time.sleep(0.1)
         sent = bytes(range(256)) * 64
         (folder / "sent").write_bytes(sent)
-        for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched")):
+        for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched"),
+                      ("bugreport",)):
             done = subprocess.run([VERGENCE, "--connect", f"serial:{line}", *words], cwd=folder,
                                   capture_output=True, text=True, timeout=COMMAND_LIMIT_S, check=False)
             self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
