@@ -392,8 +392,8 @@ TEST_CASE("a driver gets as many buffers as leave room for the frames of a pair"
         return refused ? 0U : camera.camera.stream.count;
     };
     CHECK(buffers_with(1 << 20) == 4);
-    CHECK(buffers_with(9900) == 3);
-    CHECK(buffers_with(8800) == 2);
+    CHECK(buffers_with(16000) == 3);
+    CHECK(buffers_with(15000) == 2);
     CHECK(buffers_with(3000) == 2);
     CHECK(buffers_with(2450) == 0);
     unsetenv("VERGENCE_MEMINFO");

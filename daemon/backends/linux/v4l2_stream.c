@@ -19,6 +19,9 @@
 // After this many `ready` results of poll without a buffer the driver is considered faulty.
 enum { EMPTY_ANSWERS_MAX = 8 };
 
+// Frames that should have room beside the driver's buffers.
+enum { FRAMES_BESIDE = 6 };
+
 static const double bytes_per_mb = 1e6;
 
 /// Records what failed and returns the error for errno.
@@ -198,15 +201,17 @@ int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
     return ERROR_OK;
 }
 
-/// As many buffers as leave room for a pair and a third frame, which are copies. Fewer than 2: not
-/// even two fit, without which the driver has no room for the next frame.
+/// As many buffers as leave room for what is made from them: the last pair, one being taken, and
+/// files in memory or a surface. Fewer than 2: not even two fit, without which the driver has no
+/// room for the next frame.
 static unsigned count_buffers(const struct v4l2_stream *self, uint64_t free_bytes) {
     const uint64_t buffer_bytes = self->buffer_bytes;
     const uint64_t frame_bytes = v4l2_pixels_row_values(self->format, self->layout.width_px) *
                                  self->layout.height_px * sizeof(uint16_t);
     unsigned count = V4L2_STREAM_BUFFERS;
     while (count > 2 &&
-           count * buffer_bytes + 3 * frame_bytes + RAW_MEMORY_RESERVE_BYTES > free_bytes) {
+           count * buffer_bytes + FRAMES_BESIDE * frame_bytes + RAW_MEMORY_RESERVE_BYTES >
+               free_bytes) {
         count--;
     }
     return count * buffer_bytes + RAW_MEMORY_RESERVE_BYTES <= free_bytes ? count : 1;

@@ -15,8 +15,8 @@
 extern "C" {
 #endif
 
-/// Buffers requested: so many that a pair and a third frame have room beside them, at least 2 and
-/// at most V4L2_STREAM_BUFFERS. A driver may give a different number, up to the maximum.
+/// Buffers requested: so many that three pairs have room beside them, at least 2 and at most
+/// V4L2_STREAM_BUFFERS. A driver may give a different number, up to the maximum.
 enum { V4L2_STREAM_BUFFERS = 4, V4L2_STREAM_BUFFERS_MAX = 8 };
 
 struct v4l2_stream_buffer {
