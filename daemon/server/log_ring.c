@@ -153,12 +153,17 @@ static bool send_line(struct log_ring *self, const struct log_ring_line *line, u
                       : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
                                  log_ring_level_name(line->level), gap, line->text);
     INVARIANT(length > 0 && (size_t)length < sizeof text);
-    // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once.
+    // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once. The
+    // daemon's own file does not block; /dev/kmsg, which may be one, never says that it is
+    // writable.
     struct pollfd room = {.fd = self->fd, .events = POLLOUT};
-    if (poll(&room, 1, 0) <= 0) {
+    if (self->path[0] == '\0' && poll(&room, 1, 0) <= 0) {
         return false;
     }
     const ssize_t sent = write(self->fd, text, (size_t)length);
+    if (sent < 0 && errno == EAGAIN) {
+        return false;
+    }
     self->failed_number = sent == length ? 0 : sent < 0 ? errno : ENOSPC;
     // A partly written line is ended here and sent again as a whole.
     if (sent > 0 && sent < length && write(self->fd, "\n", 1) < 0) {
