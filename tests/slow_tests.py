@@ -31,6 +31,7 @@ GUARDS = {
                           "tools/simrig/devices"),
     "hdl/symbols_test_[1-9]": ("fpga/rtl", "tests/hdl"),
     "hdl/synthesis_test": ("fpga/rtl", "fpga/generated", "fpga/boards", "fpga/tools"),
+    "rig/search_fault_test": ("firmware/console", "firmware/rig"),
     "simrig/true_calibration_test": ("calib", "tools/simrig"),
     "simrig/world_(blur|files)_test": ("tools/simrig",),
 }

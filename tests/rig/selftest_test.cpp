@@ -10,7 +10,6 @@
 #include <string>
 
 #include "bench/rig_bench.hpp"
-#include "console/command.h"
 #include "synthetic/seed.hpp"
 
 using rig_bench::Fault;
@@ -18,26 +17,6 @@ using rig_bench::Port;
 using rig_bench::RigBench;
 
 namespace {
-
-/// Runs the command as typed by a user; its message is in `message`.
-int selftest(RigBench &bench, std::string &message) {
-    std::size_t count = 0;
-    const command *table = command_rig_table(&count);
-    std::array<char, COMMAND_LINE_MAX + 1> storage{};
-    std::array<char, 512> text{};
-    std::array<command_value, COMMAND_ARGUMENTS_MAX> values{};
-    const command *found = nullptr;
-    REQUIRE(command_parse("selftest", table, count, storage.data(), values.data(), &found,
-                          text.data(), text.size()) == 0);
-    command_call call{};
-    call.rig = &bench.rig;
-    call.values = values.data();
-    call.message = text.data();
-    call.message_bytes = text.size();
-    const int error = command_run(found, &call);
-    message = text.data();
-    return error;
-}
 
 /// The source selected in the bridge.
 uint16_t selected(RigBench &bench) {
@@ -63,7 +42,7 @@ void try_fault(RigBench &bench, const Fault &fault) {
     const rig rig_before = bench.rig;
     std::string message;
     bench.faulty.fail(fault);
-    const int error = selftest(bench, message);
+    const int error = bench.run("selftest", message);
     bench.faulty.fail({});
     CAPTURE(message);
     INFO(std::string(error_text(error)));
@@ -109,7 +88,7 @@ TEST_CASE("a self test that fails leaves the rig as it was, or safe, and names t
     bring_up(bench);
     const uint16_t before = selected(bench);
     bench.faulty.fail({});
-    REQUIRE(selftest(bench, message) == ERROR_OK);
+    REQUIRE(bench.run("selftest", message) == ERROR_OK);
     CHECK(selected(bench) == before);
     const uint64_t seed = synthetic::test_seed();
     std::mt19937_64 random(seed);

@@ -3,9 +3,11 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 
+#include "console/command.h"
 #include "core/invariant.h"
 
 void invariant_failed(const char *file, int line, const char *condition) {
@@ -107,6 +109,26 @@ double RigBench::mean(const pair_frame &frame) const {
         }
     }
     return sum / image.width_px / image.height_px;
+}
+
+int RigBench::run(const std::string &line, std::string &message) {
+    std::size_t count = 0;
+    const command *table = command_rig_table(&count);
+    std::array<char, COMMAND_LINE_MAX + 1> storage{};
+    std::array<char, 512> text{};
+    std::array<command_value, COMMAND_ARGUMENTS_MAX> values{};
+    const command *found = nullptr;
+    REQUIRE(command_parse(line.c_str(), table, count, storage.data(), values.data(), &found,
+                          text.data(), text.size()) == 0);
+    REQUIRE(found != nullptr);
+    command_call call{};
+    call.rig = &rig;
+    call.values = values.data();
+    call.message = text.data();
+    call.message_bytes = text.size();
+    const int error = command_run(found, &call);
+    message = text.data();
+    return error;
 }
 
 }  // namespace rig_bench

@@ -36,6 +36,8 @@ class RigBench {
     /// A pair of the present window, whose images exist until the next one.
     int capture(::pair &pair, bool check_static = false);
     double mean(const pair_frame &frame) const;
+    /// Runs a command as typed by a user; `message` is what is shown of an error.
+    int run(const std::string &line, std::string &message);
 
     SimrigProcess process;
     sim_backend backend{};
