@@ -174,11 +174,16 @@ TEST_CASE("both cameras end equally bright, whatever the light and the start") {
     std::sort(differences.begin(), differences.end());
     std::sort(steps.begin(), steps.end());
     std::sort(seconds.begin(), seconds.end());
+    // Rows of the table of tools/campaign focus.
     std::printf(
-        "exposure on the simulated rig: %d levels of light, measurements a camera p50 %u, "
-        "max %u; seconds for both p50 %.1f, max %.1f; brightness difference on pairs p50 "
-        "%.2f %%, max %.2f %%\n",
-        runs, steps[steps.size() / 2], steps.back(), seconds[seconds.size() / 2], seconds.back(),
+        "| %d levels of light on the simulated rig: measurements a camera, p50 / max | %u / %u | "
+        "3 / 8 |\n",
+        runs, steps[steps.size() / 2], steps.back());
+    std::printf("| seconds for both cameras, p50 / max | %.1f / %.1f | |\n",
+                seconds[seconds.size() / 2], seconds.back());
+    std::printf(
+        "| brightness difference of the cameras on pairs, p50 / max | %.2f / %.2f %% | - / 2 %% "
+        "|\n",
         100 * differences[differences.size() / 2], 100 * differences.back());
 }
 

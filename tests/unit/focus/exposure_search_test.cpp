@@ -276,20 +276,22 @@ TEST_CASE("from any start over six decades the light is right within 3 % after a
         errors.push_back(std::abs(real_us / by_mean_us - 1));
         off += errors.back() > 0.03;
     }
+    // Rows of the table of tools/campaign focus.
+    std::printf("| %zu searches: measurements, p50 / p99 / max | %u / %u / %u | 3 / - / 8 |\n",
+                count, quantile(steps, 0.5), quantile(steps, 0.99), quantile(steps, 1.0));
+    std::printf("| a setting measured twice | %zu | 0 |\n", oscillating);
+    std::printf("| wrong verdicts, and `unsteady` in steady light | %zu | 0 |\n", wrong + unsteady);
     std::printf(
-        "exposure: %zu searches of up to %u measurements, p50 %u, p99 %u; oscillations %zu; "
-        "unsteady %zu; wrong verdicts %zu; at a limit %zu\n",
-        count, quantile(steps, 1.0), quantile(steps, 0.5), quantile(steps, 0.99), oscillating,
-        unsteady, wrong, limited);
-    std::printf(
-        "exposure: %zu by their mean, off by p50 %.2f %%, p99 %.2f %%, max %.2f %% (over "
-        "3 %%: %zu); %zu more with coarse steps\n",
+        "| off by, of %zu that end by their mean, p50 / p99 / max | %.2f / %.2f / %.2f %% | "
+        "- / - / 3 %% |\n",
         errors.size(), 100 * quantile(errors, 0.5), 100 * quantile(errors, 0.99),
-        100 * quantile(errors, 1.0), off, coarse);
+        100 * quantile(errors, 1.0));
     std::printf(
-        "exposure: %zu by their highlights, below the brightest possible by p50 %.2f %%, "
-        "p99 %.2f %%; saturated %zu\n",
-        below.size(), 100 * quantile(below, 0.5), 100 * quantile(below, 0.99), saturated);
+        "| below the brightest possible, of %zu that end by their highlights, p50 / p99 | "
+        "%.1f / %.1f %% | |\n",
+        below.size(), 100 * quantile(below, 0.5), 100 * quantile(below, 0.99));
+    std::printf("| ends at coarse steps; at a limit; saturated | %zu; %zu; %zu | |\n", coarse,
+                limited, saturated);
     CHECK(quantile(steps, 0.5) <= 3);
     CHECK(quantile(steps, 1.0) <= 8);
     CHECK(oscillating == 0);
