@@ -2,6 +2,7 @@
 """The daemon on Linux's own interfaces: i2c-dev, GPIO, a 16550, V4L2 and the watchdog of the image's kernel
 in QEMU, all of one simulated rig. The same commands through `backend=sim`, here at another rig of the
 same seed, must give the same: this rig is one without noise, so every pixel of a pair at rest."""
+import contextlib
 import json
 import os
 import pathlib
@@ -9,7 +10,7 @@ import subprocess
 import time
 import unittest
 
-from board_process import COMMAND_LIMIT_S, VERGENCE, BoardTest
+from board_process import BOOT_LIMIT_S, COMMAND_LIMIT_S, VERGENCE, BoardTest
 
 SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
 RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
@@ -93,6 +94,31 @@ class Linux(LinuxTest):
         self.assertEqual(self.on_board("selftest")["picture"], "arrives bit for bit")
         self.assertEqual({part["state"] for part in self.on_board("health")["parts"]}, {"works"})
         self.assertNotRegex(self.board.shell("dmesg | grep vergenced"), "warning|error")
+
+    def test_a_full_size_pair_while_the_guests_time_stops(self):
+        self.on_board("bringup")
+        self.on_board("window 2048 1536")
+        times = []
+        for _ in range(2):
+            times.append((float(self.board.shell("cat /proc/uptime").split()[0]), time.monotonic()))
+            if len(times) == 1:
+                pair = self.on_board("capture")
+        self.assertEqual((pair["left"]["width"], pair["right"]["height"]), (2048, 1536))
+        (guest_s, host_s), (guest_end_s, host_end_s) = times
+        self.assertLess(guest_end_s - guest_s, (host_end_s - host_s) / 2)
+        self.assertNotRegex(self.board.shell("dmesg | grep vergenced"), "warning|error")
+
+    def test_a_board_that_is_reset_in_the_middle_of_a_frame(self):
+        self.on_board("bringup")
+        self.on_board("window 1024 768")
+        self.board.send("capture\r")
+        with contextlib.suppress(TimeoutError):
+            self.board.shell("reboot -f", limit_s=5)
+        self.board.wait("Starting kernel", BOOT_LIMIT_S)
+        self.board.wait_prompt()
+        self.on_board("bringup")
+        self.on_board("window 96 64")
+        self.assertEqual(self.on_board("capture")["left"]["width"], 96)
 
     def test_autofocus_finds_the_same_focus(self):
         for run in (self.on_board, self.on_host):

@@ -32,9 +32,10 @@ BUS_SPEED_HZ = 400000
 IDLE_MS, BUSY_MS = 20, 2
 LENS_BUSY_US = 5_000_000  # after the last byte to the lens controller
 FRAME_STEP_US = 100_000   # the rig is ahead of the guest by at most this while a frame is awaited
-# The rig's time passes in steps, to notice soon that it is slower than time itself (a test picture of
-# the bridge is simulated clock by clock). It then gets ahead of the guest while that is stopped.
-STEP_US, AHEAD_US = 2_000, 20_000
+# The rig's time passes in steps that grow, to notice soon that it is slower than time itself (a test
+# picture of the bridge is simulated clock by clock): if it needs longer than this to reach the guest's
+# time, it gets ahead of the guest while that is stopped.
+STEP_US, PATIENCE_US, AHEAD_US = 2_000, 10_000, 20_000
 
 
 def qemu_options(folder):
@@ -235,16 +236,17 @@ class Bus:
         return written
 
     def transfer(self, chain):
-        begin_us, rig_us = now_us(), self.bench.follow()
+        begin_us = now_us()
+        self.bench.follow()
         whole, data = self.bench.rig.transfer([part[:2] for part in chain], BUS_SPEED_HZ)
-        written = []
+        written, wire_us = [], 0
         for index, (_, what, write) in enumerate(chain):
-            size = what if isinstance(what, int) else 0
+            size, sent = (what, 0) if isinstance(what, int) else (0, len(what))
+            wire_us += 9_000_000 * (1 + size + sent) // BUS_SPEED_HZ
             scatter(write, data[:size] + bytes([index >= whole]))
             data = data[size:]
             written.append(size + 1)
         # The bus is as slow as the real one, so that the rig gets no further ahead.
-        wire_us = self.bench.rig.time_us() - rig_us
         time.sleep(max(0, begin_us + wire_us - now_us()) / 1e6)
         return written
 
@@ -376,15 +378,16 @@ class Bench:
         self.qmp = Qmp(place(QMP_SOCKET), self.poll, self.qemu_ended)
 
     def follow(self):
-        """Brings the rig to the guest's time, if it is not ahead and not slow; returns its time."""
-        until_us = self.clock.rig_us()
+        """Brings the rig to the guest's time, if it is not ahead and not slow."""
+        begin_us, until_us, step_us = now_us(), self.clock.rig_us(), STEP_US
         while self.rig.now_us < until_us and not self.slow:
-            self.pass_time(min(until_us, self.rig.now_us + STEP_US))
-        return self.rig.now_us
+            self.rig.advance(min(until_us, self.rig.now_us + step_us))
+            step_us *= 2
+            self.slow = now_us() - begin_us > PATIENCE_US
 
-    def pass_time(self, until_us):
+    def get_ahead(self):
         begin_us, rig_us = now_us(), self.rig.now_us
-        self.rig.advance(until_us)
+        self.rig.advance(self.clock.rig_us() + AHEAD_US)
         self.slow = now_us() - begin_us > self.rig.now_us - rig_us
 
     def lens_received(self, data):
@@ -400,7 +403,7 @@ class Bench:
     def stopped(self):
         message = self.camera.render() if self.camera.is_due() else b""
         if self.slow:
-            self.pass_time(self.clock.rig_us() + AHEAD_US)
+            self.get_ahead()
         self.qmp.run("cont", self.clock.resume)
         if message:
             self.camera.socket.send(message)

@@ -270,9 +270,6 @@ class FakeRig:
         return whole, b"".join(bytes(range(1, what + 1)) for _, what in messages
                                if isinstance(what, int))
 
-    def time_us(self):
-        return self.now_us
-
 
 class FakeBench:
     def __init__(self):
