@@ -76,6 +76,16 @@ class Programs(unittest.TestCase):
             self.assertRegex(done.stdout, r"Machine: +ARM\n")
             self.assertNotRegex(done.stdout, r"INTERP|\.symtab")
 
+    def test_the_daemon_confines_itself(self):
+        """Built with libseccomp, whose filter the emulator refuses."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                ["qemu-arm", os.path.join(PROGRAMS, "vergenced"),
+                 f"backend=replay {ROOT}/tests/sessions/small", f"socket={folder}/s", "files=none",
+                 "store=none"], capture_output=True, text=True, timeout=TIMEOUT_S)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("confinement: refused by the system", done.stderr)
+
     def test_the_client_s_surface_is_the_host_s(self):
         session = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
         with tempfile.TemporaryDirectory() as folder:
