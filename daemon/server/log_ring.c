@@ -139,20 +139,29 @@ void log_ring_time_text(int64_t time_us, char *text) {
     snprintf(text + length, 32 - length, ".%03d", (int)(time_us / 1000 % 1000));
 }
 
-/// Sends one line. False: try again later.
-static bool send_line(struct log_ring *self, const struct log_ring_line *line, uint64_t lost) {
+enum { SENT_BYTES = LOG_RING_LINE_BYTES + 128 };
+
+/// Writes the line as it is sent. Returns its length.
+static int format_line(const struct log_ring *self, const struct log_ring_line *line, uint64_t lost,
+                       char text[SENT_BYTES]) {
     char when[32];
-    char text[LOG_RING_LINE_BYTES + 128];
     char gap[64] = "";
     if (lost > 0) {
         snprintf(gap, sizeof gap, "(%llu lines lost) ", (unsigned long long)lost);
     }
     log_ring_time_text(line->time_us, when);
     const int length =
-        self->systemd ? snprintf(text, sizeof text, "<%d>%s%s\n", (int)line->level, gap, line->text)
-                      : snprintf(text, sizeof text, "%s %s: %s%s\n", when,
+        self->systemd ? snprintf(text, SENT_BYTES, "<%d>%s%s\n", (int)line->level, gap, line->text)
+                      : snprintf(text, SENT_BYTES, "%s %s: %s%s\n", when,
                                  log_ring_level_name(line->level), gap, line->text);
-    INVARIANT(length > 0 && (size_t)length < sizeof text);
+    INVARIANT(length > 0 && length < SENT_BYTES);
+    return length;
+}
+
+/// Sends one line. False: try again later.
+static bool send_line(struct log_ring *self, const struct log_ring_line *line, uint64_t lost) {
+    char text[SENT_BYTES];
+    const int length = format_line(self, line, lost, text);
     // A line is shorter than PIPE_BUF: if a pipe is writable, it takes the whole line at once. The
     // daemon's own file does not block; /dev/kmsg, which may be one, never says that it is
     // writable.

@@ -54,8 +54,8 @@ struct fake_video {
     /// May change what DQBUF returns. NULL: nothing.
     void (*corrupt)(struct fake_video *self, struct v4l2_buffer *buffer);
     const char *picture;  ///< an image file (fake_picture.h), read again when it changes; or NULL
-    uint32_t bright_at;   ///< exposure, in 100 us, at which the picture is as bright as its file; 0:
-                          ///< at any exposure
+    uint32_t bright_at;  ///< exposure, in 100 us, at which the picture is as bright as its file; 0:
+                         ///< at any exposure
     void *user;
     // ---
     struct fake_video_format format;
