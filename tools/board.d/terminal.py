@@ -14,7 +14,9 @@ from machine import REFUSED
 from problem import Problem
 
 LEAVE = b"\x1d"  # Ctrl-]
-PROMPT = b"vergence> "
+# The editor may show the prompt more than once.
+FIRST_PROMPT = re.compile(rb"(vergence> )$")
+ANSWER = re.compile(rb"[\r\n](OK|ERR)(?: [^\r\n]*)?[\r\n]+(?:\r?vergence> )+$")
 BOOT_LIMIT_S = 120
 BLOCK_BYTES = 1 << 16
 RECENT_BYTES = 1 << 14
@@ -73,33 +75,33 @@ def reason(text):
 
 
 class Typist:
-    """Types lines, each at a prompt."""
+    """Types lines, the first at the prompt and each other one when the last is answered."""
 
     def __init__(self, line, lines):
         self.line, self.lines = line, list(lines)
         self.shown = b""
         self.failed = False
-        self.prompt_seen = False
+        self.awaited = FIRST_PROMPT
+        self.ready = False  # at a prompt, with nothing unanswered
 
     def heard(self, data):
-        self.shown = (self.shown + data)[-BLOCK_BYTES:]
-        if not self.shown.endswith(PROMPT):
-            return
-        self.prompt_seen = True
-        self.failed = self.failed or re.search(rb"^ERR ", self.shown, re.M) is not None
-        self.shown = b""
-        if self.lines:
-            self.line.send(self.lines.pop(0).encode() + b"\r")
-            # The editor may show the prompt again while it echoes.
-            self.prompt_seen = False
+        self.shown = (self.shown + data)[-RECENT_BYTES:]
+        if found := self.awaited.search(self.shown):
+            self.ready = True
+            self.failed = self.failed or found[1] == b"ERR"
+            self.type_next()
 
     def add(self, line):
         self.lines.append(line)
-        if self.prompt_seen:
-            self.heard(PROMPT)
+        self.type_next()
+
+    def type_next(self):
+        if self.ready and self.lines:
+            self.ready, self.shown, self.awaited = False, b"", ANSWER
+            self.line.send(self.lines.pop(0).encode() + b"\r")
 
     def done(self):
-        return self.prompt_seen and not self.lines
+        return self.ready and not self.lines
 
 
 @contextlib.contextmanager
@@ -153,15 +155,15 @@ def attend_script(line, lines):
             data = os.read(0, BLOCK_BYTES)
             more = data != b""
             *whole, left = (left + data).split(b"\n") if more else (left, b"")
-            for text in whole:
-                if text.strip():
-                    typist.add(text.decode(errors="replace").strip())
+            for text in (part.decode(errors="replace").strip() for part in whole):
+                if text and not text.startswith("#"):  # these have no answer
+                    typist.add(text)
         if line in ready:
             data = line.read()
             if not data:
                 raise Problem("the board switched itself off")
             typist.heard(data)
-            prompted = prompted or PROMPT in line.recent
+            prompted = prompted or typist.awaited is ANSWER or typist.ready
         if not prompted and time.monotonic() > end:
             raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
     sys.stdout.write("\n")
