@@ -475,36 +475,3 @@ TEST_CASE("a camera whose gain has a scale of its own") {
         CHECK((setting.gain_q3 == 8 || !by_exposure));
     }
 }
-
-TEST_CASE("brightness is measured in all patterns and depths") {
-    struct Form {
-        exposure_pattern pattern;
-        int bits, values, first_green, step;
-    };
-    for (const Form form : {Form{EXPOSURE_GREY, 8, 1, 0, 1}, Form{EXPOSURE_RGB, 8, 3, 1, 3},
-                            Form{EXPOSURE_GRBG, 10, 1, 0, 2}, Form{EXPOSURE_GREY, 16, 1, 0, 1}}) {
-        INFO("bits " << form.bits << " pattern " << form.pattern);
-        const int full = (1 << form.bits) - 1, black = full / 20, width = 2000;
-        const auto part_of = [&](double value) { return (value - black) / (full - black); };
-        std::vector<uint16_t> row(size_t(width) * size_t(form.values), uint16_t(full / 10));
-        const size_t count = row.size();
-        double sum = 0;
-        int greens = 0;
-        for (size_t i = size_t(form.first_green); i < count; i += size_t(form.step), greens++) {
-            // 0.5 % white, 2 % bright, the others dark.
-            row[i] = uint16_t(i < count / 200 * size_t(form.step)  ? full
-                              : i < count / 40 * size_t(form.step) ? full / 2
-                                                                   : full / 8);
-            sum += row[i];
-        }
-        exposure_histogram histogram;
-        exposure_histogram_begin(&histogram, form.pattern, form.bits, uint16_t(black));
-        exposure_histogram_row(&histogram, row.data(), width, 0);
-        const exposure_measure measure = exposure_histogram_end(&histogram);
-        CHECK(measure.mean == doctest::Approx(part_of(sum / greens)).epsilon(1e-9));
-        CHECK(measure.saturated == doctest::Approx(0.005));
-        CHECK(measure.high == doctest::Approx(1).epsilon(0.002));
-        CHECK(measure.white == doctest::Approx(part_of(full / 2)).epsilon(0.002));
-        CHECK(measure.excess > 1);
-    }
-}
