@@ -13,7 +13,7 @@ from serial_line import SerialLine
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 BOOT = """setenv autoload no; dhcp
-setenv board_args shell=ttyS0
+setenv board_args shell=ttyS0 mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(image2),-(rest)
 tftpboot ${scriptaddr} boot.scr && source ${scriptaddr}
 """
 
@@ -57,8 +57,15 @@ class System(unittest.TestCase):
     def test_the_daemon_has_its_devices_and_no_others(self):
         listed = [line.split() for line in self.run_on_board("ls -l /dev").splitlines()]
         owned = {words[-1] for words in listed if "vergence" in words}
-        self.assertLessEqual({"ttyAMA0", "watchdog", "kmsg", "mtd0"}, owned)
-        self.assertEqual({"ttyS0", "mem", "console", "null"} & owned, set())
+        self.assertLessEqual({"ttyAMA0", "watchdog", "kmsg", "mtd2", "mtd3"}, owned)
+        self.assertEqual({"ttyS0", "mem", "console", "null", "mtd0", "mtd1", "mtd4"} & owned, set())
+
+    def test_the_kernel_has_what_the_daemon_checks(self):
+        report = self.run_on_board("vergenced --config /etc/vergence/vergenced.conf --check-board")
+        rows = [line.split() for line in report.splitlines()]
+        kernel = [row[0] for row in rows if row[1:2] == ["kernel"]]
+        self.assertGreater(len(kernel), 10)
+        self.assertEqual(set(kernel), {"there"}, report)
 
     def test_the_clock_is_right(self):
         self.assertAlmostEqual(int(self.run_on_board("date +%s")), time.time(), delta=120)
