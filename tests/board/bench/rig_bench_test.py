@@ -35,11 +35,11 @@ class Qemu(threading.Thread):
     def run(self):
         connection, _ = self.listener.accept()
         try:
-            with connection, connection.makefile("rw") as stream:
-                print('{"QMP": {}}', file=stream, flush=True)
-                for line in stream:
+            with connection, connection.makefile("r") as commands:
+                connection.sendall(b'{"QMP": {}}\n')
+                for line in commands:
                     self.commands.append(json.loads(line)["execute"])
-                    print('{"event": "ANY"}\n{"return": {}}', file=stream, flush=True)
+                    connection.sendall(b'{"event": "ANY"}\n{"return": {}}\n')
         except OSError:
             pass  # the bench was ended in the middle
 
