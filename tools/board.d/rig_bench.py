@@ -115,30 +115,20 @@ class Clock:
         self.guest_us, self.at_us = guest_us, now_us()
 
 
-class Socket:
-    """A listening socket of a device of QEMU's, for one connection at a time."""
+class Socket(vhost.Server):
+    """A device of QEMU's whose bytes go both ways. `lost` is called when its connection ends."""
 
     def __init__(self, path, poll, received, lost=lambda: None):
-        self.poll, self.received, self.lost = poll, received, lost
-        self.connection, self.output = None, b""
-        self.listener = socket.socket(socket.AF_UNIX)
-        self.listener.bind(path)
-        self.listener.listen(1)
-        poll.add(self.listener, self.accept)
+        self.received, self.cancel, self.output = received, lost, b""
+        super().__init__(path, poll)
 
-    def accept(self):
-        connection, _ = self.listener.accept()
-        self.disconnect()
-        self.connection = connection
-        connection.setblocking(False)
-        self.poll.add(connection, self.receive, self.flush)
+    def connected(self):
+        self.connection.setblocking(False)
+        self.poll.add(self.connection, self.receive, self.flush)
 
-    def disconnect(self):
-        if self.connection is not None:
-            self.poll.remove(self.connection)
-            self.connection.close()
-            self.connection, self.output = None, b""
-            self.lost()
+    def lost(self):
+        self.output = b""
+        self.cancel()
 
     def receive(self):
         try:

@@ -132,19 +132,13 @@ class Queue:
             self.indices_used[2 + 4 * self.size] = self.taken
 
 
-class Device:
-    """A device for one QEMU at a time. `poll.add(file, function)` and `poll.remove(file)` watch its
-    descriptors. `handle(requests, all_there)` carries out requests of the first queue, a list of
-    (parts to read, parts to write), and returns the bytes written of each; of fewer if the last ones
-    belong to a request that the guest is still adding, which is possible unless `all_there`."""
+class Server:
+    """A listening socket for one QEMU at a time: a new connection replaces the one before.
+    `poll.add(file, function)` and `poll.remove(file)` watch its descriptors. Derived classes watch the
+    connection in connected(), and forget what belonged to it in lost()."""
 
-    def __init__(self, path, poll, handle, features=0, config=b"", queues=1):
-        self.poll, self.handle, self.config = poll, handle, config
-        self.features = features | VERSION_1 | RING_INDIRECT | RING_EVENT | PROTOCOL_FEATURES
-        self.memory = Memory()
-        self.queues = [Queue(self.memory) for _ in range(queues)]
-        self.kicks, self.calls = [None] * queues, [None] * queues
-        self.connection = None
+    def __init__(self, path, poll):
+        self.poll, self.connection = poll, None
         self.listener = socket.socket(socket.AF_UNIX)
         self.listener.bind(path)
         self.listener.listen(1)
@@ -154,23 +148,43 @@ class Device:
         connection, _ = self.listener.accept()
         self.disconnect()
         self.connection = connection
-        self.poll.add(connection, self.receive)
+        self.connected()
 
     def disconnect(self):
         if self.connection is not None:
             self.poll.remove(self.connection)
             self.connection.close()
             self.connection = None
-        for index in range(len(self.queues)):
-            self.set_kick(index, None)
-            self.set_call(index, None)
-            self.queues[index] = Queue(self.memory)
-        self.memory.clear()
+            self.lost()
 
     def close(self):
         self.disconnect()
         self.poll.remove(self.listener)
         self.listener.close()
+
+
+class Device(Server):
+    """A device of vhost-user. `handle(requests, all_there)` carries out requests of the first queue, a list of
+    (parts to read, parts to write), and returns the bytes written of each; of fewer if the last ones
+    belong to a request that the guest is still adding, which is possible unless `all_there`."""
+
+    def __init__(self, path, poll, handle, features=0, config=b"", queues=1):
+        self.handle, self.config = handle, config
+        self.features = features | VERSION_1 | RING_INDIRECT | RING_EVENT | PROTOCOL_FEATURES
+        self.memory = Memory()
+        self.queues = [Queue(self.memory) for _ in range(queues)]
+        self.kicks, self.calls = [None] * queues, [None] * queues
+        super().__init__(path, poll)
+
+    def connected(self):
+        self.poll.add(self.connection, self.receive)
+
+    def lost(self):
+        for index in range(len(self.queues)):
+            self.set_kick(index, None)
+            self.set_call(index, None)
+            self.queues[index] = Queue(self.memory)
+        self.memory.clear()
 
     # ---- the queue
 
