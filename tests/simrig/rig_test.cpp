@@ -243,3 +243,13 @@ TEST_CASE("the first pulse of another width is as exact as the others") {
         CHECK(std::abs(bench.rig.state(0).pan_deg - (width_us - 1500) / 10.3) < 0.01);
     }
 }
+
+TEST_CASE("a servo is driven until the bridge's watchdog ends the pulses") {
+    Bench bench;
+    CHECK_FALSE(bench.rig.servo(0).driven(bench.rig.now_us()));
+    CHECK(bench.write(kBridge, 0x08, 0x0001) == I2cStatus::kOk);
+    bench.rig.advance(bench.rig.now_us() + 900 * kMs, 0);
+    CHECK(bench.rig.servo(0).driven(bench.rig.now_us()));
+    bench.rig.advance(bench.rig.now_us() + 300 * kMs, 0);
+    CHECK_FALSE(bench.rig.servo(0).driven(bench.rig.now_us()));
+}

@@ -52,8 +52,7 @@ double Servo::angle_deg(double time_us) {
 
 bool Servo::moving(double time_us) {
     advance(time_us);
-    return !jammed_ && angle_deg_ != target_deg_ &&
-           time_us < last_pulse_at_us_ + settings_.limp_ms * 1000;
+    return !jammed_ && angle_deg_ != target_deg_ && driven(time_us);
 }
 
 void Servo::jam(double time_us, bool jammed) {

@@ -38,6 +38,10 @@ class Servo {
     /// Angle that the last pulse commands, without imperfections.
     double asked_deg() const { return asked_deg_; }
     double last_pulse_us() const { return pulse_us_; }
+    /// Whether it gets pulses; without, it is limp.
+    bool driven(double time_us) const {
+        return time_us < last_pulse_at_us_ + settings_.limp_ms * 1000;
+    }
 
   private:
     void advance(double time_us);

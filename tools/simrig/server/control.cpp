@@ -109,7 +109,7 @@ ControlServer::ControlServer(Rig &rig, Stage &stage, const std::string &scene, s
     : rig_(rig), stage_(stage), staging_(scene), files_(std::move(files)) {}
 
 std::string ControlServer::help() {
-    return "status                              time, pan angles, lens positions\n"
+    return "status                              time, pan angles and pulses, lens positions\n"
            "scene NAME|FILE                     another scene from the next frame on\n"
            "move OBJECT X Y Z [RX RY RZ]        moves an object of the scene: mm and degrees, as\n"
            "                                    position_mm and turn_deg in the scene's file\n"
@@ -295,9 +295,9 @@ std::string ControlServer::status() {
                            lenses.motor(size_t(side), kFocus).moving(now_us) ||
                            lenses.motor(size_t(side), kIris).moving(now_us);
         std::snprintf(line, sizeof line,
-                      "%s: {pan_deg: %.4f, pan_moves: %s, zoom: %.2f, focus: %.2f, iris: %.2f, "
-                      "lens_moves: %s}\n",
-                      names[side], state.pan_deg,
+                      "%s: {pan_deg: %.4f, pan_driven: %s, pan_moves: %s, zoom: %.2f, "
+                      "focus: %.2f, iris: %.2f, lens_moves: %s}\n",
+                      names[side], state.pan_deg, rig_.servo(side).driven(now_us) ? "true" : "false",
                       rig_.servo(side).moving(now_us) ? "true" : "false", state.zoom, state.focus,
                       state.iris, moves ? "true" : "false");
         text << line;
