@@ -14,6 +14,9 @@ static const double noise_part = 0.9, relative_contrast = 0.01;
 // the region mislead the variance more than gradients.
 static const double significant[FOCUS_CHANNELS] = {
     [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
+// What is not focus, as a camera's own processing and light that drifts, changes the sharpness by
+// up to this part of it, as smoothly as a peak.
+static const double drift_part = 0.1;
 // Of that width, as the positions are known with errors.
 static const double narrowest_part = 0.4;
 // A peak that is wider, in sizes of the region, comes from bright objects beside it.
@@ -42,12 +45,18 @@ static double contrast_min(const struct focus_search *self) {
                 relative_contrast * relative_contrast);
 }
 
+// Whether a peak stands out from its surroundings by more than a drift.
+static bool stands_out(const struct focus_peak *peak) {
+    return peak->height - peak->floor >= drift_part * peak->height;
+}
+
 static bool has_contrast(const struct focus_search *self, enum focus_channel channel,
                          const struct focus_peak *peak, double part) {
     const double least = part * contrast_min(self) * unit_of(self, channel);
     // A short sweep hardly shows the floor.
     const double noise = (self->near_only ? 0.5 : 1) * self->noises[channel];
-    return peak->height - peak->floor >= fmax(least, significant[channel] * noise);
+    return (self->near_only || stands_out(peak)) &&
+           peak->height - peak->floor >= fmax(least, significant[channel] * noise);
 }
 
 // Bright objects beside the region blur into it, and show a wide peak where nothing is sharp.
@@ -133,7 +142,7 @@ bool focus_find_hump(struct focus_search *self, double least, struct focus_peak 
                                                           self->options.min, self->options.max);
         struct focus_peak hump;
         if (focus_curve_hump(&self->curve, &range, least, &hump) &&
-            hump.height >= contrast_min(self) * unit_of(self, finest[i]) &&
+            hump.height >= contrast_min(self) * unit_of(self, finest[i]) && stands_out(&hump) &&
             !is_too_wide(self, &hump) && (!found || hump.deviation < peak->deviation)) {
             found = true;
             self->channel = finest[i];

@@ -135,7 +135,7 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
     self->begin = position;
     self->passes = self->stops = 0;
-    self->wide = false;
+    self->wide = self->guessed = false;
     self->off_sum = 0;
     self->channel = self->finder = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
@@ -189,6 +189,9 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
     const struct focus_result *result = &self->result;
     const double way =
         fmax(result->peak.position - options->min, options->max - result->peak.position);
+    if (self->guessed) {
+        return FOCUS_SHARP_EVERYWHERE;  // no peak was seen
+    }
     if (result->peak.at_edge && is_at_end(self, result->peak.position)) {
         return FOCUS_PEAK_AT_END;
     }
@@ -338,7 +341,7 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     }
     // Texture everywhere, and no lens position that blurs it much: the best guess.
     if (!self->wide && textured && blur_px < 4 * sharp_px) {
-        self->wide = true;
+        self->wide = self->guessed = true;
         if (!focus_find_hump(self, guessed_curvature, hump)) {
             hump->position = (options->min + options->max) / 2;
             hump->deviation = (options->max - options->min) / 4;

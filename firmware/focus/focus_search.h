@@ -142,6 +142,7 @@ struct focus_search {
     struct focus_rest rests[FOCUS_TRIES];
     double off_sum;  ///< of the tries' distances from their targets
     bool wide;       ///< a picture at rest does not show how far it is
+    bool guessed;    ///< it is wide, and was not seen in the sweep
 };
 
 /// What was found, in words; of a curve only, "one peak" instead of "focused". Static storage.

@@ -219,3 +219,33 @@ TEST_CASE("verdicts") {
         CHECK(result.search.curve.count <= 80);
     }
 }
+
+TEST_CASE("a picture that does not depend on the focus is never focused") {
+    const uint64_t seed = synthetic::test_seed();
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> part(0, 1);
+    for (unsigned i = 0; i < 600; i++) {
+        Lens lens;
+        // It drifts by +-3 %, as of a camera that processes its pictures.
+        const double level = 1e-4 * std::pow(1000, part(random)), phase = 6.3 * part(random);
+        unsigned frame = 0;
+        lens.sharpness = [&](double) {
+            return level * (1 + 0.03 * std::sin(phase + frame++ / 20.0));
+        };
+        lens.noise = i % 3 == 0 ? 0 : i % 3 == 1 ? 0.002 : 0.01;
+        lens.reading = lens.rest = 0;
+        focus_search_options options = usual();
+        options.min = 0;
+        options.max = i % 2 == 0 ? 50 : 250;
+        options.from_above = false;
+        options.run_up = 0;
+        options.tolerance = options.counts_per_frame = 1;
+        options.blur_per_count_px = i % 5 == 0 ? 0 : 0.01 * std::pow(300, part(random));
+        lens.ring = std::round(options.max * part(random));
+        const Run result = run(lens, options, random);
+        const focus_verdict verdict = result.search.result.verdict;
+        INFO("VERGENCE_SEED=" << seed << " draw " << i << ": "
+                              << std::string(focus_verdict_text(verdict)));
+        CHECK((verdict == FOCUS_NO_CONTRAST || verdict == FOCUS_SHARP_EVERYWHERE));
+    }
+}
