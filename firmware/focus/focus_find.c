@@ -45,7 +45,7 @@ static double contrast_min(const struct focus_search *self) {
                 relative_contrast * relative_contrast);
 }
 
-// Whether a peak stands out from its surroundings by more than a drift.
+// Whether a peak stands out from its floor by more than a drift.
 static bool stands_out(const struct focus_peak *peak) {
     return peak->height - peak->floor >= drift_part * peak->height;
 }
