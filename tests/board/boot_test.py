@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The image on the emulated board: boots over TFTP to the instrument's prompt, measures what the PC
 measures to the byte, and comes back when the daemon is killed or stuck."""
+import contextlib
 import datetime
 import re
 import subprocess
@@ -17,6 +18,10 @@ DEPTH = ("near=1600", "far=2300")
 SURFACE = ("mesh.ply", "points.pcd", "disparity.pfm")
 # The board's programs and the PC's may be of different commits while one works on them.
 BUILD_ID = re.compile(rb"^(comment|#) vergence [^\n]*\n", re.M)
+# A store that is soon full.
+SMALL_STORE = "mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(image2),2m(store)"
+STORE = "/var/lib/vergence/store"
+FILL_LIMIT_S = 60
 ANSWER_LIMIT_S = 5
 WATCHDOG_LIMIT_S = 60
 
@@ -26,7 +31,7 @@ class Instrument(BoardTest):
 
     @classmethod
     def setUpClass(cls):
-        cls.begin("--scene", "cylinder", "--seed", "3")
+        cls.begin("--scene", "cylinder", "--seed", "3", "--args", SMALL_STORE)
         cls.addClassCleanup(cls.board.close)
         # Processor time, as the machine does much else: of U-Boot with TFTP, and from there to the prompt.
         cls.board.wait("Starting kernel", BOOT_LIMIT_S)
@@ -65,16 +70,45 @@ class Instrument(BoardTest):
         now = int(self.board.shell("date +%s"))
         self.assertLess(abs(now - time.time()), 5)
 
-    def test_the_surface_is_the_pc_s_to_the_byte(self):
-        board, folder = self.board, self.board.folder
-        board.type("token")
+    def send_calibration(self):
+        """The simulated rig knows its own."""
+        self.board.type("token")
         for line in (*AIM, "capture first"):
-            self.assertRegex(board.type(line), r"OK$", line)
-        # The simulated rig knows its calibration.
-        self.on_host(ROOT / "tools/simrig/control", f"unix:{folder}/rig.sock", "truth left left",
-                     "truth right right")
+            self.assertRegex(self.board.type(line), r"OK$", line)
+        self.on_host(ROOT / "tools/simrig/control", f"unix:{self.board.folder}/rig.sock",
+                     "truth left left", "truth right right")
+        (self.board.folder / "rig.calibration").unlink(missing_ok=True)  # of an earlier test
         self.on_host(VERGENCE, "info", ".", "--convert", "rig.calibration")
         self.vergence("send", "rig.calibration")
+
+    def test_a_full_store_keeps_what_it_has(self):
+        board = self.board
+        self.send_calibration()
+        for line in ("settings save", "calibration set rig.calibration", "exposure 5000"):
+            self.assertRegex(board.type(line), r"OK$", line)
+        kept = f"ls -A {STORE} | grep -v fill; cat {STORE}/calibration {STORE}/settings"
+        before = board.shell(kept)
+        self.assertEqual(before.count("vergence record"), 2, before)
+        full = board.shell(f"dd if=/dev/urandom of={STORE}/fill bs=65536", FILL_LIMIT_S)
+        self.assertIn("No space left", full)
+        for line in ("settings save", "calibration set rig.calibration"):
+            self.assertRegex(board.type(line), r"^ERR FULL [^\n]*no space left[^\n]*$", line)
+        self.assertEqual(board.shell(kept), before)
+        # The board starts with it.
+        with contextlib.suppress(TimeoutError):
+            board.shell("reboot -f", limit_s=2)
+        board.wait("Starting kernel", BOOT_LIMIT_S)
+        board.wait_prompt()
+        self.assertEqual(board.shell(kept), before)
+        self.assertRegex(board.type("bringup"), r"OK$")
+        self.assertRegex(board.type("settings save"), r"^ERR FULL [^\n]*$")
+        board.shell(f"rm {STORE}/fill")
+        for line in ("settings save", "settings forget", "calibration forget"):
+            self.assertRegex(board.type(line), r"OK$", line)
+
+    def test_the_surface_is_the_pc_s_to_the_byte(self):
+        board, folder = self.board, self.board.folder
+        self.send_calibration()
         board.type("calibration set rig.calibration")
         self.assertRegex(board.type("capture scene"), r"OK$")
         self.assertRegex(board.type(" ".join(("reconstruct", "scene", *DEPTH))), r"OK$")
