@@ -362,7 +362,7 @@ int remote_open_default(struct remote_line *line, struct message *message) {
     const size_t count = standard_paths_sockets(sockets);
     for (size_t i = 0; i < count; i++) {
         char address[sizeof "unix:" + STANDARD_PATH_BYTES];
-        snprintf(address, sizeof address, "unix:%s", sockets[i]);
+        snprintf(address, sizeof address, "unix:%.*s", STANDARD_PATH_BYTES - 1, sockets[i]);
         const int error = remote_line_open(line, address, message);
         if (error == 0 || error == ERROR_MEMORY) {
             return error;
@@ -370,8 +370,9 @@ int remote_open_default(struct remote_line *line, struct message *message) {
         const bool is_missing = error == ERROR_IO && errno == ENOENT;
         const char *cause = is_missing ? "" : error == ERROR_IO ? strerror(errno) : "path too long";
         const size_t used = strlen(tried);
-        snprintf(tried + used, sizeof tried - used, "%s%s%s%s%s", i == 0 ? "" : ", ", sockets[i],
-                 is_missing ? "" : " (", cause, is_missing ? "" : ")");
+        snprintf(tried + used, sizeof tried - used, "%s%.*s%s%s%s", i == 0 ? "" : ", ",
+                 STANDARD_PATH_BYTES - 1, sockets[i], is_missing ? "" : " (", cause,
+                 is_missing ? "" : ")");
     }
     return message_set(
         message, ERROR_IO,
