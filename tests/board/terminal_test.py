@@ -31,7 +31,7 @@ class Terminal(BoardTest):
 
     def test_rescue_is_a_shell(self):
         board = self.start("--rescue")
-        board.wait(r"# $", BOOT_LIMIT_S)
+        board.wait(r"\(ash\)\s+# $", BOOT_LIMIT_S)
         board.send("ps | grep -c '[v]ergenced'; echo ready''now\r")
         self.assertRegex(board.wait(r"^readynow", COMMAND_LIMIT_S), r"\n0\r?\n")
         board.send("poweroff -f\r")

@@ -34,7 +34,7 @@ NEAR_MM, FAR_MM = 1600, 2300
 FOLDERS = ("dev", "proc", "run", "tmp", "var/lib/vergence/files", "var/lib/vergence/store")
 DAEMON = ("profile=rig", "store=/var/lib/vergence/store", "socket=/run/vergenced.sock",
           "files=/var/lib/vergence/files", "files_limit=24MB", "tcp_port=7878",
-          "tcp_network=10.0.2.0/24", "tcp_token=/etc/token")
+          "tcp_network=192.0.2.0/24", "tcp_token=/etc/token")
 
 
 def run(*words, folder):
@@ -81,14 +81,14 @@ class Machine:
                        f"tcp:{rig}", "--files", folder], log)
         running.wait(lambda: b"listening" in log.read_bytes(), "the simulated rig")
         # QEMU describes the processor in the old way, which an option has the kernel read: has it an FPU?
-        words = ("console=ttyS0 quiet riscv_isa_fallback ip=10.0.2.15::10.0.2.2:255.255.255.0::eth0:off -- "
-                 f"backend=\"sim tcp:10.0.2.2:{rig}\" " + " ".join(DAEMON))
+        words = ("console=ttyS0 quiet riscv_isa_fallback ip=192.0.2.15::192.0.2.2:255.255.255.0::eth0:off -- "
+                 f"backend=\"sim tcp:192.0.2.2:{rig}\" " + " ".join(DAEMON))
         self.log = folder / "console.log"
         self.process = running.start([
             "qemu-system-riscv64", "-M", "virt", "-cpu", "rv64", "-m", MEMORY_MB, "-bios", "none",
             "-display", "none", "-nodefaults", "-serial", "stdio", "-no-reboot", "-kernel", arguments.kernel,
             "-initrd", folder / "root", "-append", words, "-netdev",
-            f"user,id=net,hostfwd=tcp:127.0.0.1:{self.port}-:7878", "-device",
+            f"user,id=net,net=192.0.2.0/24,hostfwd=tcp:127.0.0.1:{self.port}-:7878", "-device",
             "virtio-net-device,netdev=net"], self.log)
 
     def console(self):

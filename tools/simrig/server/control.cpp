@@ -297,7 +297,8 @@ std::string ControlServer::status() {
         std::snprintf(line, sizeof line,
                       "%s: {pan_deg: %.4f, pan_driven: %s, pan_moves: %s, zoom: %.2f, "
                       "focus: %.2f, iris: %.2f, lens_moves: %s}\n",
-                      names[side], state.pan_deg, rig_.servo(side).driven(now_us) ? "true" : "false",
+                      names[side], state.pan_deg,
+                      rig_.servo(side).driven(now_us) ? "true" : "false",
                       rig_.servo(side).moving(now_us) ? "true" : "false", state.zoom, state.focus,
                       state.iris, moves ? "true" : "false");
         text << line;
