@@ -15,10 +15,9 @@ extern "C" {
 /// file, for tests. Sources: proc(5), sysinfo(2).
 uint64_t memory_available_bytes(void);
 
-/// The same from files in the formats of /proc/meminfo and /proc/sys/vm/overcommit_memory. If it
-/// cannot be read or has no such line
-/// (/proc with processes only, kernels before 3.14): free memory and swap without the page cache,
-/// which is an underestimate.
+/// The same from files in the formats of /proc/meminfo and /proc/sys/vm/overcommit_memory. If the
+/// first cannot be read or has no such line (/proc with processes only, kernels before 3.14): free
+/// memory and swap without the page cache, which is an underestimate.
 uint64_t memory_available_as_in(const char *meminfo, const char *overcommit);
 
 /// Resident memory of this process, and its peak, in bytes: VmRSS and VmHWM of /proc/self/status.
