@@ -158,14 +158,7 @@ int files_open_below(int root, const char *name) {
 }
 
 DIR *files_list_below(int root, const char *name) {
-    const int fd = files_open_below(root, name);
-    DIR *directory = fd >= 0 ? fdopendir(fd) : NULL;
-    if (directory == NULL && fd >= 0) {
-        const int number = errno;
-        close(fd);
-        errno = number;
-    }
-    return directory;
+    return directory_stream(files_open_below(root, name));
 }
 
 int files_open_directory(const struct command_call *call, const char *name) {

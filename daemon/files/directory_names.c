@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/files/directory_names.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdbool.h>
@@ -27,20 +26,19 @@ static bool add_name(char ***names, size_t count, const char *name) {
     return (*names)[count] != NULL;
 }
 
-/// The directory from its begin, whatever was read of `directory` before. NULL with errno.
-static DIR *open_again(int directory) {
-    const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *list = fd >= 0 ? fdopendir(fd) : NULL;
-    if (list == NULL && fd >= 0) {
+DIR *directory_stream(int fd) {
+    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
+    if (stream == NULL && fd >= 0) {
         const int number = errno;
         close(fd);
         errno = number;
     }
-    return list;
+    return stream;
 }
 
 int directory_names(int directory, char ***names) {
-    DIR *list = open_again(directory);
+    // From its begin, whatever was read of `directory` before.
+    DIR *list = directory_stream(openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (list == NULL) {
         return -1;
     }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/files/room.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <linux/magic.h>
 #include <string.h>
@@ -11,16 +10,14 @@
 
 #include "daemon/base/memory.h"
 #include "daemon/base/raw_memory.h"
+#include "daemon/files/directory_names.h"
 
 uint64_t room_used_bytes(int directory) {
     enum { PAGE_BYTES = 4096 };
     const int fd = openat(directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
+    DIR *stream = directory_stream(fd);
     uint64_t bytes = 0;
     if (stream == NULL) {
-        if (fd >= 0) {
-            close(fd);
-        }
         return 0;
     }
     for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session/session_write.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -14,6 +13,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
 
 #define PART_NAME ".part"
@@ -357,12 +357,9 @@ void session_writer_leave(struct session_writer *self) {
 static void remove_files(const struct session_writer *self) {
     INVARIANT(self->made && self->directory >= 0);
     static const char *const own[] = {"frame-", "calibration-", PART_NAME};
-    const int fd = openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
+    DIR *stream =
+        directory_stream(openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (stream == NULL) {
-        if (fd >= 0) {
-            close(fd);
-        }
         return;
     }
     for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {

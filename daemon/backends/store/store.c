@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/backends/store/store.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdbool.h>
@@ -16,6 +15,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
 
 // Records begin with a letter, so no record's file has such a name.
@@ -190,12 +190,8 @@ static int remove_record(void *opaque, const char *name) {
 
 /// Removes leftovers of interrupted saves. A failure does no harm.
 static void remove_temporaries(const struct store *self) {
-    const int fd = open_file(self, ".", O_RDONLY | O_DIRECTORY);
-    DIR *stream = fd < 0 ? NULL : fdopendir(fd);
+    DIR *stream = directory_stream(open_file(self, ".", O_RDONLY | O_DIRECTORY));
     if (stream == NULL) {
-        if (fd >= 0) {
-            close_fd(fd);
-        }
         return;
     }
     for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
