@@ -47,7 +47,7 @@ class FlashTest(BoardTest):
         """Where U-Boot has the image from, once the prompt is there."""
         self.board = Board(self.folder, *words, image_folder=self.images)
         self.addCleanup(self.board.close)
-        text = self.board.wait(r"Loading kernel from FIT Image at [0-9a-f]+", BOOT_LIMIT_S)
+        text = self.board.wait(r"Loading kernel from FIT Image at [0-9a-f]+(?= )", BOOT_LIMIT_S)
         self.board.wait(rf"{PROMPT}$", BOOT_LIMIT_S)
         return int(text.rsplit(" ", 1)[1], 16)
 
