@@ -19,6 +19,11 @@ struct ServoSettings {
     double dead_band_us = 3;             ///< a smaller change causes no motion
     double repeatability_degrees = 0.3;  ///< sigma of the resting position
     double offset_degrees = 0;           ///< of the horn on its spline
+    double play_degrees = 0;             ///< of the gears: the horn lags by up to half of it
+    /// At rest the horn creeps: by a random angle with this sigma, of which 1 - exp(-t / creep_s)
+    /// is there a time t after the stop, in slips a second apart.
+    double creep_degrees = 0;
+    double creep_s = 30;
     /// Pulses outside this range are ignored; without pulses for so long it goes limp (stays).
     double shortest_us = 400, longest_us = 2700, limp_ms = 100;
 };
@@ -45,12 +50,17 @@ class Servo {
 
   private:
     void advance(double time_us);
+    double crept_deg(double time_us) const;
+    void take_up_creep(double time_us);
 
     ServoSettings settings_;
-    Noise noise_;
+    Noise noise_, creep_noise_;
     bool level_ = false, jammed_ = false;
     double rise_us_ = -1e18, pulse_us_ = 0, followed_us_ = 0, last_pulse_at_us_ = -1e18;
-    double asked_deg_ = 0, target_deg_ = 0, angle_deg_ = 0, at_us_ = 0;
+    double asked_deg_ = 0, target_deg_ = 0, at_us_ = 0;
+    double motor_deg_ = 0, horn_deg_ = 0;
+    double creep_deg_ = 0;  ///< where the creep after the last stop will end
+    double stopped_us_ = 0;
 };
 
 }  // namespace simrig

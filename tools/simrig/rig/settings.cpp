@@ -18,8 +18,11 @@ ServoSettings read_servo(const Entry &entry) {
                 {"repeatability_deg", &servo.repeatability_degrees, 0, 10},
                 {"offset_deg", &servo.offset_degrees, -45, 45},
                 {"limp_ms", &servo.limp_ms, 20, 10000}},
-               {"max_us"});
+               {"max_us", "play_deg", "creep_deg", "creep_s"});
     servo.max_us = entry.number("max_us", servo.min_us, 2700);
+    servo.play_degrees = entry.number("play_deg", 0, 10, servo.play_degrees);
+    servo.creep_degrees = entry.number("creep_deg", 0, 10, servo.creep_degrees);
+    servo.creep_s = entry.number("creep_s", 0.1, 100000, servo.creep_s);
     return servo;
 }
 
