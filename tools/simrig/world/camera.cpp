@@ -36,6 +36,32 @@ double f_number_of(const Lens &lens, double z, double iris) {
     return open * std::pow(lens.f_number_closed / open, part_closed);
 }
 
+// Parts of the irregular image centre over the zoom: shares of 1, periods over the travel, phases.
+struct Wave {
+    double share, periods, phase_x, phase_y;
+};
+constexpr Wave kIrregular[] = {
+    {0.55, 1.618, 0.7, 2.9}, {0.28, 4.236, 4.1, 0.4}, {0.17, 7.391, 1.9, 5.2}};
+
+Vec2 irregular(double z) {
+    Vec2 sum;
+    for (const Wave &wave : kIrregular) {
+        const double turn = 2 * kPi * wave.periods * z;
+        sum.x += wave.share * std::sin(turn + wave.phase_x);
+        sum.y += wave.share * std::sin(turn + wave.phase_y);
+    }
+    return sum;
+}
+
+double focal_length(const Lens &lens, double z) {
+    const double line = blend(lens.focal_length_wide_mm, lens.focal_length_tele_mm, z);
+    const double power = lens.focal_length_wide_mm *
+                         std::pow(lens.focal_length_tele_mm / lens.focal_length_wide_mm, z);
+    return (lens.exponential == 0 ? line : blend(line, power, lens.exponential)) +
+           lens.bow_mm * 4 * z * (1 - z) +
+           lens.ripple_mm * std::sin(2 * kPi * lens.ripple_periods * z + lens.ripple_phase_rad);
+}
+
 // Derivatives of the distorted slopes along x and y.
 struct Jacobian {
     double xx, xy, yx, yy;
@@ -70,10 +96,7 @@ bool operator==(const Mechanics &a, const Mechanics &b) {
 Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) {
     const double z = zoom_part(mechanics.zoom);
     Optics o;
-    o.focal_length_mm =
-        blend(lens.focal_length_wide_mm, lens.focal_length_tele_mm, z) +
-        lens.bow_mm * 4 * z * (1 - z) +
-        lens.ripple_mm * std::sin(2 * kPi * lens.ripple_periods * z + lens.ripple_phase_rad);
+    o.focal_length_mm = focal_length(lens, z);
     const double f = o.focal_length_mm;
     o.f_number = f_number_of(lens, z, mechanics.iris);
     o.pupil_diameter_mm = f / o.f_number;
@@ -88,6 +111,9 @@ Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) 
                        lens.centre_wander_px.x * std::sin(turn),
                    (kArrayRows - 1) / 2.0 + lens.centre_offset_px.y +
                        lens.centre_wander_px.y * (1 - std::cos(turn))};
+    const Vec2 aside = irregular(z);
+    o.centre_px.x += lens.centre_irregular_px.x * aside.x;
+    o.centre_px.y += lens.centre_irregular_px.y * aside.y;
     o.corner_slope = kCornerMm / seen_mm;
     double power = 1;
     for (std::size_t i = 0; i < 3; i++) {

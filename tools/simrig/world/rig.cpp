@@ -39,11 +39,16 @@ Lens read_lens(const Entry &entry) {
                 {"mount_falloff", &lens.mount_falloff, 0, 0.9},
                 {"spot_rms_um", &lens.spot_rms_um, 0, 20},
                 {"diffraction", &lens.diffraction, 0, 10}},
-               {"ripple_phase_deg", "centre_offset_px", "centre_wander_px", "distortion_wide",
-                "distortion_tele", "decentring_wide_px", "decentring_tele_px"});
+               {"exponential", "centre_irregular_px", "ripple_phase_deg", "centre_offset_px",
+                "centre_wander_px", "distortion_wide", "distortion_tele", "decentring_wide_px",
+                "decentring_tele_px"});
     lens.ripple_phase_rad = radians(entry.number("ripple_phase_deg", -360, 360));
     lens.centre_offset_px = pair_of(entry, "centre_offset_px");
     lens.centre_wander_px = pair_of(entry, "centre_wander_px");
+    lens.exponential = entry.number("exponential", 0, 1, lens.exponential);
+    if (entry.has("centre_irregular_px")) {
+        lens.centre_irregular_px = pair_of(entry, "centre_irregular_px");
+    }
     lens.distortion_wide = triple_of(entry, "distortion_wide");
     lens.distortion_tele = triple_of(entry, "distortion_tele");
     lens.decentring_wide_px = pair_of(entry, "decentring_wide_px");

@@ -16,17 +16,22 @@ constexpr int kArrayRows = 1536;
 
 /// A motorized zoom lens over motor positions 300..850. "Zoom z" runs from 0 at 300 to 1 at 850.
 struct Lens {
-    /// Focal length: a straight line between the ends, plus bow * 4 z (1 - z), plus
+    /// Focal length: a straight line between the ends, of which `exponential` is the share that is
+    /// wide * (tele / wide)^z instead, plus bow * 4 z (1 - z), plus
     /// ripple * sin(2 pi periods z + phase).
     double focal_length_wide_mm = 8.5;
     double focal_length_tele_mm = 85;
+    double exponential = 0;
     double bow_mm = 0;
     double ripple_mm = 0;
     double ripple_periods = 6.3;
     double ripple_phase_rad = 0;
-    /// Image centre from the array's centre: offset + wander * (sin and cos of a slow turn over z).
+    /// Image centre from the array's centre: offset + wander * (sin and cos of a slow turn over z),
+    /// + irregular * three sines whose periods have no common multiple, which is never beyond
+    /// `irregular`.
     Vec2 centre_offset_px;
     Vec2 centre_wander_px;
+    Vec2 centre_irregular_px;
     /// How far the entrance pupil moves along the axis (positive: towards the scene) from z = 0
     /// to 1.
     double pupil_travel_mm = 0;
