@@ -9,6 +9,7 @@
 #include "core/invariant.h"
 #include "core/math.h"
 #include "stereo/geometry/calibration_grammar.h"
+#include "stereo/geometry/calibration_text.h"
 #include "stereo/geometry/geometry.h"
 
 static const double baseline_min_mm = 1e-3;
@@ -37,7 +38,7 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-static bool id_is_legal(const char *id) {
+bool calibration_id_is_legal(const char *id) {
     const size_t length = text_length(id, CALIBRATION_ID_BYTES);
     if (length == 0 || length == CALIBRATION_ID_BYTES) {
         return false;
@@ -62,7 +63,7 @@ static bool has_date_form(const char *date) {
     return true;
 }
 
-static bool date_is_legal(const char *date, size_t size) {
+bool calibration_date_is_legal(const char *date, size_t size) {
     const size_t length = text_length(date, size);
     if (length == 0) {
         return true;
@@ -83,7 +84,7 @@ static bool date_is_legal(const char *date, size_t size) {
 }
 
 // Printable ASCII without blanks at the ends, shorter than `bytes`; may be empty.
-static bool line_is_legal(const char *note, size_t bytes) {
+bool calibration_line_is_legal(const char *note, size_t bytes) {
     const size_t length = text_length(note, bytes);
     if (length == bytes) {
         return false;
@@ -98,14 +99,14 @@ static bool line_is_legal(const char *note, size_t bytes) {
 }
 
 static int validate_texts(const struct calibration *calibration, struct calibration_fault *fault) {
-    if (!id_is_legal(calibration->id)) {
+    if (!calibration_id_is_legal(calibration->id)) {
         return refuse(fault, ERROR_SYNTAX, "id",
                       "must be 1 to 47 letters, digits, dots, underlines or hyphens");
     }
-    if (!date_is_legal(calibration->date, sizeof calibration->date)) {
+    if (!calibration_date_is_legal(calibration->date, sizeof calibration->date)) {
         return refuse(fault, ERROR_SYNTAX, "date", "must be a date YYYY-MM-DD, or unknown");
     }
-    if (!line_is_legal(calibration->note, CALIBRATION_NOTE_BYTES)) {
+    if (!calibration_line_is_legal(calibration->note, CALIBRATION_NOTE_BYTES)) {
         return refuse(fault, ERROR_SYNTAX, "note",
                       "must be at most 239 printable ASCII characters without blanks at the ends");
     }
@@ -131,7 +132,8 @@ static int validate_origin(const struct calibration *calibration, struct calibra
     for (int i = 0; i < count; i++) {
         const struct calibration_field *field = &fields[i];
         if (field->kind == CALIBRATION_FIELD_NAME &&
-            !line_is_legal(calibration_grammar_name(field, &copy), CALIBRATION_NAME_BYTES)) {
+            !calibration_line_is_legal(calibration_grammar_name(field, &copy),
+                                       CALIBRATION_NAME_BYTES)) {
             return refuse(fault, ERROR_SYNTAX, field->name,
                           "must be at most 63 printable ASCII characters without blanks at the "
                           "ends");
