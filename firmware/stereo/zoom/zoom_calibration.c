@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/zoom/zoom_calibration.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/error.h"
+#include "core/invariant.h"
+#include "core/math.h"
+#include "stereo/geometry/geometry.h"
+
+int zoom_parameter_list(struct zoom_camera camera[2], double *parameter[ZOOM_PARAMETERS_MAX]) {
+    int count = 0;
+    for (int side = 0; side < 2; side++) {
+        for (int name = 0; name < ZOOM_FUNCTIONS; name++) {
+            struct zoom_function *function = &camera[side].function[name];
+            INVARIANT(function->terms >= 0 && function->terms <= ZOOM_TERMS_MAX);
+            for (int i = 0; i < function->terms; i++) {
+                parameter[count++] = &function->term[i];
+            }
+        }
+        for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
+            parameter[count++] = &camera[side].focus_vergence[i];
+        }
+        const int mount = side == 0 ? ZOOM_ROTATION_X : ZOOM_MOUNT_PARAMETERS;
+        for (int i = 0; i < mount; i++) {
+            parameter[count++] = &camera[side].mount[i];
+        }
+    }
+    INVARIANT(count <= ZOOM_PARAMETERS_MAX);
+    return count;
+}
+
+static double within(const struct zoom_range *range, double value) {
+    return (2 * value - range->min - range->max) / (range->max - range->min);
+}
+
+double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_name name,
+                           double argument) {
+    const struct zoom_function *function = &camera->function[name];
+    const double u = within(name == ZOOM_FOCAL ? &camera->zoom : &camera->log_focal, argument);
+    double polynomial = 1, next = u, sum = 0;  // Chebyshev's, by their recurrence
+    for (int i = 0; i < function->terms; i++) {
+        sum += function->term[i] * polynomial;
+        const double after = 2 * u * next - polynomial;
+        polynomial = next;
+        next = after;
+    }
+    return sum;
+}
+
+// Lens of the whole sensor from the values of its functions.
+static void lens_at(const struct zoom_camera *camera, const double value[ZOOM_FUNCTIONS],
+                    struct lens *lens) {
+    const double f_px = value[ZOOM_FOCAL];
+    const double F_px = f_px / (1 - f_px * camera->pixel_mm * value[ZOOM_VERGENCE] / 1000);
+    const double R = camera->radius_px, slope = F_px / R, square = slope * slope;
+    *lens = (struct lens){.width_px = camera->width_px,
+                          .height_px = camera->height_px,
+                          .fx_px = F_px,
+                          .fy_px = F_px,
+                          .cx_px = value[ZOOM_CENTRE_X],
+                          .cy_px = value[ZOOM_CENTRE_Y],
+                          .k1 = value[ZOOM_RADIAL_2] / R * square,
+                          .k2 = value[ZOOM_RADIAL_4] / R * square * square,
+                          .k3 = value[ZOOM_RADIAL_6] / R * square * square * square,
+                          .p1 = value[ZOOM_TANGENTIAL_1] / R * slope,
+                          .p2 = value[ZOOM_TANGENTIAL_2] / R * slope};
+}
+
+static void pose_at(const struct zoom_camera *camera, double pan_rad, double pupil_mm, double R[9],
+                    double position_mm[3]) {
+    const double *mount = camera->mount;
+    const double axis[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
+    const double angle_rad = pan_rad * (1 + mount[ZOOM_PAN_SCALE]) / geometry_norm(axis);
+    double turn[3], pan[9], at_zero[9], arm_mm[3], turned_mm[3];
+    for (int i = 0; i < 3; i++) {
+        turn[i] = axis[i] * angle_rad;
+    }
+    geometry_rotation_from_vector(turn, pan);
+    geometry_rotation_from_vector(&mount[ZOOM_ROTATION_X], at_zero);
+    geometry_multiply(pan, at_zero, R);
+    const double point_mm[3] = {mount[ZOOM_AXIS_POINT_X], 0, mount[ZOOM_AXIS_POINT_Z]};
+    for (int i = 0; i < 3; i++) {
+        arm_mm[i] = mount[ZOOM_POSITION_X + i] + at_zero[3 * i + 2] * pupil_mm - point_mm[i];
+    }
+    geometry_rotate(pan, arm_mm, turned_mm);
+    for (int i = 0; i < 3; i++) {
+        position_mm[i] = point_mm[i] + turned_mm[i];
+    }
+}
+
+void zoom_pair_at(const struct zoom_camera camera[2], const struct zoom_state *state,
+                  struct zoom_pair *pair) {
+    for (int side = 0; side < 2; side++) {
+        const struct zoom_camera *at = &camera[side];
+        const double *deviation = state->side[side].deviation;
+        double value[ZOOM_FUNCTIONS];
+        value[ZOOM_FOCAL] = zoom_function_value(at, ZOOM_FOCAL, state->side[side].zoom_counts) +
+                            deviation[ZOOM_FOCAL];
+        const double log_focal = math_log(value[ZOOM_FOCAL]);
+        for (int name = ZOOM_FOCAL + 1; name < ZOOM_FUNCTIONS; name++) {
+            value[name] =
+                zoom_function_value(at, (enum zoom_function_name)name, log_focal) + deviation[name];
+        }
+        const double u = within(&at->focus, state->side[side].focus_counts);
+        value[ZOOM_VERGENCE] += at->focus_vergence[0] * u + at->focus_vergence[1] * (2 * u * u - 1);
+        pair->side[side].f_px = value[ZOOM_FOCAL];
+        pair->side[side].vergence = value[ZOOM_VERGENCE];
+        lens_at(at, value, &pair->side[side].lens);
+        pose_at(at, state->side[side].pan_rad, value[ZOOM_PUPIL],
+                pair->side[side].R_instrument_camera, pair->side[side].position_mm);
+    }
+}
+
+int zoom_pair_calibration(const struct zoom_pair *pair, struct calibration *result) {
+    double R_right_left[9], shift_mm[3];
+    const double *R_left = pair->side[0].R_instrument_camera;
+    const double *R_right = pair->side[1].R_instrument_camera;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            R_right_left[3 * i + j] = R_right[i] * R_left[j] + R_right[3 + i] * R_left[3 + j] +
+                                      R_right[6 + i] * R_left[6 + j];
+        }
+        shift_mm[i] = pair->side[0].position_mm[i] - pair->side[1].position_mm[i];
+    }
+    result->left = pair->side[0].lens;
+    result->right = pair->side[1].lens;
+    geometry_rotate_back(R_right, shift_mm, result->translation_right_left_mm);
+    return geometry_vector_from_rotation(R_right_left, result->rotation_right_left_rad);
+}

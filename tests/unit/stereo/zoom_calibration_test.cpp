@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/zoom/zoom_calibration.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "stereo/geometry/geometry.h"
+#include "stereo/zoom/zoom_sigma.h"
+#include "synthetic/zoom_rig.hpp"
+
+namespace {
+
+std::string print(const zoom_calibration &calibration) {
+    std::vector<char> text(ZOOM_TEXT_MAX_BYTES);
+    const int length = zoom_calibration_print(&calibration, text.data(), text.size());
+    REQUIRE(length > 0);
+    return std::string(text.data(), static_cast<size_t>(length));
+}
+
+int parse(const std::string &text, zoom_calibration &result, calibration_fault *fault = nullptr) {
+    return zoom_calibration_parse(text.data(), text.size(), &result, fault);
+}
+
+// The pixel of a point of the world by the formulas of the simulated rig.
+void project(const zoom_rig::camera_truth &camera, const double point_mm[3], double pixel_px[2]) {
+    double in_camera[3] = {};
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            in_camera[i] +=
+                camera.R_world_camera[3 * j + i] * (point_mm[j] - camera.position_mm[j]);
+        }
+    }
+    const double x = in_camera[0] / in_camera[2], y = in_camera[1] / in_camera[2];
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (camera.k[0] + r2 * (camera.k[1] + r2 * camera.k[2]));
+    const double p1 = camera.p[0], p2 = camera.p[1];
+    pixel_px[0] = camera.centre_px[0] +
+                  camera.image_distance_px * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x));
+    pixel_px[1] = camera.centre_px[1] +
+                  camera.image_distance_px * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y);
+}
+
+}  // namespace
+
+TEST_CASE("a zoom calibration projects as the rig that it describes") {
+    const auto calibration = zoom_rig::calibration();
+    for (const double zoom : {300.0, 337.0, 421.6, 575.0, 850.0}) {
+        const zoom_state state = zoom_rig::state(zoom, 1800);
+        zoom_pair pair;
+        zoom_pair_at(calibration->camera, &state, &pair);
+        double worst_px = 0;
+        for (int side = 0; side < 2; side++) {
+            const auto &at = state.side[side];
+            const auto truth =
+                zoom_rig::truth_at(side, at.zoom_counts, at.focus_counts, at.pan_rad, false);
+            const double scale = 1800 * 300 / truth.f_px;  // the points fill the image
+            for (int i = 0; i < 9; i++) {
+                const double point_mm[3] = {125 + (i % 3 - 1) * scale, (i / 3 - 1) * scale,
+                                            1700.0 + 20 * i};
+                double expected_px[2], arm_mm[3], in_camera[3], pixel_px[2];
+                project(truth, point_mm, expected_px);
+                for (int j = 0; j < 3; j++) {
+                    arm_mm[j] = point_mm[j] - pair.side[side].position_mm[j];
+                }
+                geometry_rotate_back(pair.side[side].R_instrument_camera, arm_mm, in_camera);
+                REQUIRE(lens_project(&pair.side[side].lens, in_camera, pixel_px));
+                worst_px = std::max(worst_px, std::hypot(pixel_px[0] - expected_px[0],
+                                                         pixel_px[1] - expected_px[1]));
+            }
+        }
+        INFO("zoom ", zoom, ": ", worst_px, " px");
+        CHECK(worst_px < 0.1);  // what eight terms leave of the arc that the image centre makes
+    }
+}
+
+TEST_CASE("any state of a zoom calibration is a calibration of one state") {
+    const auto zoomed = zoom_rig::calibration();
+    const zoom_state state = zoom_rig::state(421.6, 1800);
+    calibration at;
+    calibration_fault fault{};
+    REQUIRE(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_OK);
+    char text[CALIBRATION_TEXT_MAX_BYTES];
+    CHECK(calibration_print(&at, text, sizeof text) > 0);
+    CHECK(at.left.width_px == 2048);
+    CHECK(calibration_vergence_depth_mm(&at) == doctest::Approx(1800).epsilon(0.05));
+    CHECK(at.origin.side[1].axis[CALIBRATION_ZOOM].mean == 421.6);
+    // 0.3 degrees of both servos.
+    CHECK(at.yaw_sigma_rad == doctest::Approx(std::sqrt(2.0) * 0.3 * 0.017453).epsilon(0.1));
+    CHECK(at.scale_sigma < 0.01);
+}
+
+TEST_CASE("nothing is extrapolated, and the axis is named") {
+    const auto zoomed = zoom_rig::calibration();
+    calibration at;
+    calibration_fault fault{};
+    zoom_state state = zoom_rig::state(852, 1800);  // within the motor's drift
+    CHECK(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_OK);
+    state = zoom_rig::state(860, 1800);
+    CHECK(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_RANGE);
+    CHECK(std::string(fault.field) == "left_zoom_counts");
+    state = zoom_rig::state(500, 1800);
+    state.side[1].focus_counts = 280;
+    CHECK(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_RANGE);
+    CHECK(std::string(fault.field) == "right_focus_counts");
+    state = zoom_rig::state(500, 1800);
+    state.side[0].pan_rad = std::nan("");
+    CHECK(zoom_calibration_at(zoomed.get(), &state, &at, nullptr) == ERROR_RANGE);
+}
+
+TEST_CASE("the text of a zoom calibration is exact") {
+    auto zoomed = zoom_rig::calibration();
+    // Correlated parameters, too.
+    for (int i = 1; i < zoomed->parameters; i++) {
+        const double *covariance = zoomed->covariance;
+        zoomed->covariance[i * (i + 1) / 2 + i - 1] =
+            0.3 * std::sqrt(covariance[i * (i + 1) / 2 + i] * covariance[(i - 1) * (i + 2) / 2]);
+    }
+    const std::string text = print(*zoomed);
+    CHECK(text.find("vergence-zoom-calibration 1\nid default-rig\n") == 0);
+    auto parsed = std::make_unique<zoom_calibration>();
+    calibration_fault fault{};
+    REQUIRE(parse(text, *parsed, &fault) == ERROR_OK);
+    CHECK(print(*parsed) == text);
+    const zoom_state state = zoom_rig::state(700, 1800);
+    calibration from_parsed, from_original;
+    REQUIRE(zoom_calibration_at(parsed.get(), &state, &from_parsed, nullptr) == ERROR_OK);
+    REQUIRE(zoom_calibration_at(zoomed.get(), &state, &from_original, nullptr) == ERROR_OK);
+    CHECK(std::fabs(from_parsed.left.fx_px - from_original.left.fx_px) < 1e-6);
+    CHECK(from_parsed.yaw_sigma_rad == doctest::Approx(from_original.yaw_sigma_rad).epsilon(1e-6));
+}
+
+TEST_CASE("a damaged text is refused with its line") {
+    const std::string text = print(*zoom_rig::calibration());
+    auto parsed = std::make_unique<zoom_calibration>();
+    calibration_fault fault{};
+    std::string changed = text;
+    changed[text.find("left_focal") + 20] ^= 1;
+    CHECK(parse(changed, *parsed, &fault) != ERROR_OK);
+    CHECK(parse(text.substr(0, text.size() / 2), *parsed, &fault) != ERROR_OK);
+    CHECK(parse("vergence-zoom-calibration 2\n", *parsed, &fault) == ERROR_VERSION);
+    CHECK(parse("vergence-calibration 2\n", *parsed, &fault) == ERROR_SYNTAX);
+    changed = text;
+    changed.erase(text.find("left_focal "), text.find("left_vergence ") - text.find("left_focal "));
+    CHECK(parse(changed, *parsed, &fault) == ERROR_MISSING);
+    CHECK(std::string(fault.field) == "left_focal");
+    CHECK(fault.line == 14);
+    changed = text;
+    changed.replace(text.find("\nparameters ") + 12, 1, "9");
+    CHECK(parse(changed, *parsed, &fault) != ERROR_OK);
+    CHECK(std::string(fault.field) == "parameters");
+}
+
+TEST_CASE("a model that is not defined over its ranges is refused") {
+    auto zoomed = zoom_rig::calibration();
+    calibration_fault fault{};
+    zoomed->camera[1].function[ZOOM_FOCAL].term[1] *= 2;  // negative at the wide end
+    CHECK(zoom_calibration_validate(zoomed.get(), &fault) != ERROR_OK);
+    CHECK(std::string(fault.field) == "right_focal");
+    zoomed = zoom_rig::calibration();
+    zoomed->camera[0].zoom.max = zoomed->camera[0].zoom.min;
+    CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
+    zoomed = zoom_rig::calibration();
+    zoomed->covariance[1] = 1;  // larger than the variances allow
+    CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
+    zoomed->covariance[0] = std::nan("");
+    CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
+}
+
+TEST_CASE("the uncertainty of depth has its parts") {
+    const auto zoomed = zoom_rig::calibration();
+    const zoom_state state = zoom_rig::state(300, 1800);
+    const double middle_px[2] = {1024, 768};
+    const zoom_variance variance = zoom_depth_variance(zoomed.get(), &state, middle_px, 1800);
+    // dz = z^2 / baseline * angle, of two servos.
+    const double expected_mm = 1800.0 * 1800 / 250 * std::sqrt(2.0) * 0.3 * 0.0174533;
+    CHECK(std::sqrt(variance.pan) == doctest::Approx(expected_mm).epsilon(0.05));
+    CHECK(variance.lens > 0);
+    CHECK(variance.motor > 0);
+    CHECK(variance.mount > 0);
+    CHECK(zoom_variance_sum(&variance) > variance.pan);
+}
