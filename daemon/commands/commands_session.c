@@ -169,6 +169,10 @@ static void write_command(const struct command_call *call, char text[COMMAND_TEX
         snprintf(text + length, COMMAND_TEXT_BYTES - (size_t)length, " %s=%u",
                  options.average != 0 ? "average" : "bracket", frames);
     }
+    if (options.readings != 0) {
+        const size_t used = strlen(text);
+        snprintf(text + used, COMMAND_TEXT_BYTES - used, " readings=%u", options.readings);
+    }
 }
 
 /// Writes a pair into its session; in a recording, after all calls that led to it.

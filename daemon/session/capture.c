@@ -31,6 +31,12 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
          .max = PAIR_BRACKET_MAX,
          .help = "merge this many exposures of each camera, from one for the bright parts to one "
                  "for the dark parts"},
+    [CAPTURE_READINGS] = {.name = "readings",
+                          .kind = COMMAND_INTEGER,
+                          .min = 1,
+                          .max = RIG_LENS_READINGS_MAX,
+                          .help = "of each lens position before the frames, for their mean; "
+                                  "default: 4. 16 take a second for each lens"},
 };
 
 const struct command_argument view_arguments[VIEW_ARGUMENTS] = {
@@ -47,6 +53,7 @@ struct pair_options capture_options(const struct command_value *values) {
         .check_static = command_is_set(&values[CAPTURE_CHECK]),
         .average = average->given && !bracket->given ? (uint8_t)average->integer : 0,
         .bracket = bracket->given ? (uint8_t)bracket->integer : 0,
+        .readings = values[CAPTURE_READINGS].given ? (uint8_t)values[CAPTURE_READINGS].integer : 0,
         .memory = &memory,
     };
 }

@@ -12,6 +12,16 @@
 
 // ---- as events
 
+static void read_board_position(const char *text, uint32_t *position) {
+    enum { DIGITS_MAX = 6 };
+    const size_t lead = sizeof SESSION_BOARD_POSITION - 1;
+    const size_t digits =
+        strncmp(text, SESSION_BOARD_POSITION, lead) == 0 ? strspn(text + lead, "0123456789") : 0;
+    if (digits > 0 && digits <= DIGITS_MAX && text[lead + digits] == '\0') {
+        *position = (uint32_t)strtoul(text + lead, NULL, 10);
+    }
+}
+
 int session_pairs_next(struct session_pairs *self, struct session_reader *reader,
                        struct message *message) {
     struct session_event *event = &self->event;
@@ -23,6 +33,8 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
         } else if (event->kind == SESSION_INSTRUMENT) {
             self->has_instrument = true;
             self->instrument = event->instrument;
+        } else if (event->kind == SESSION_COMMAND) {
+            read_board_position(event->text, &self->board_position);
         } else if (event->kind == SESSION_PAIR) {
             self->pair = *event;
             self->has_calibration = self->next_has_calibration;
@@ -71,7 +83,7 @@ bool session_pairs_here(const char *path) {
 
 /// Names the frames' files, which must be what was recorded.
 static int look_at_files(const struct session_reader *reader, const struct session_event *event,
-                         struct session_pair_files *files, struct message *message) {
+                         bool may_miss, struct session_pair_files *files, struct message *message) {
     for (int side = 0; side < RIG_SIDES; side++) {
         char name[SESSION_NAME_MAX + 1];
         session_frame_name(event->frame_crc[side], name);
@@ -80,7 +92,8 @@ static int look_at_files(const struct session_reader *reader, const struct sessi
         }
         const int error = session_reader_check(reader, &event->pair.frame[side].image,
                                                event->frame_crc[side], message);
-        if (error != ERROR_OK) {
+        files->missing[side] = error == ERROR_MISSING && may_miss;
+        if (error != ERROR_OK && !files->missing[side]) {
             return error;
         }
     }
@@ -94,9 +107,27 @@ struct reading {
     struct session_pairs pairs;
     struct session_pair_files files;
     char profile[SESSION_NAME_MAX + 1];
+    uint16_t pan_q4[RIG_SIDES];  // of the last pair
 };
 
-int session_pairs_read(const char *path,
+/// What is known of a pair besides its files.
+static void describe(struct reading *reading) {
+    const struct session_pairs *pairs = &reading->pairs;
+    struct session_pair_files *files = &reading->files;
+    calibration_match_pair(reading->profile, pairs->has_instrument ? &pairs->instrument : NULL,
+                           &pairs->pair.pair, &files->state);
+    files->pair = &pairs->pair.pair;
+    files->board_position = pairs->board_position;
+    bool turned = pairs->count == 1;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const uint16_t pan_q4 = files->pair->frame[side].before.pan_q4;
+        turned = turned || pan_q4 != reading->pan_q4[side];
+        reading->pan_q4[side] = pan_q4;
+    }
+    files->pan_visit += turned;
+}
+
+int session_pairs_read(const char *path, bool frames_may_miss,
                        void (*each)(void *self, const struct session_pair_files *files), void *self,
                        struct message *message) {
     struct reading *reading = calloc(1, sizeof *reading);
@@ -108,13 +139,12 @@ int session_pairs_read(const char *path,
     if (code == ERROR_OK) {
         memcpy(reading->profile, pairs->event.profile, sizeof reading->profile);
         while ((code = session_pairs_next(pairs, &reading->reader, message)) == 1) {
-            code = look_at_files(&reading->reader, &pairs->pair, &reading->files, message);
+            code = look_at_files(&reading->reader, &pairs->pair, frames_may_miss, &reading->files,
+                                 message);
             if (code != ERROR_OK) {
                 break;
             }
-            calibration_match_pair(reading->profile,
-                                   pairs->has_instrument ? &pairs->instrument : NULL,
-                                   &pairs->pair.pair, &reading->files.state);
+            describe(reading);
             each(self, &reading->files);
         }
         session_reader_close(&reading->reader);

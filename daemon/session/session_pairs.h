@@ -18,13 +18,18 @@ extern "C" {
 
 enum { SESSION_PAIRS_PATH_BYTES = 4096 };
 
+/// Begins the text of a command event, followed by a number: from here on the calibration board
+/// stands at its position of this number. To the console it is a comment.
+#define SESSION_BOARD_POSITION "# board position "
+
 /// Iterates over a session's pairs. Large: static or allocated; zeroed at the beginning.
 struct session_pairs {
     uint32_t count;             // pairs found so far, which is the number of the last one
     struct session_event pair;  // the last pair; its frames are not checked
     bool has_calibration;       // whether one was in force at that pair
     uint32_t calibration_crc;
-    bool has_instrument;  // the session records the instrument
+    uint32_t board_position;  // of a calibration board, see SESSION_BOARD_POSITION; 0: none
+    bool has_instrument;      // the session records the instrument
     struct session_instrument instrument;
 
     // Work space.
@@ -43,20 +48,26 @@ int session_pairs_next(struct session_pairs *self, struct session_reader *reader
 int session_pairs_find(struct session_pairs *self, struct session_reader *reader, uint32_t number,
                        struct message *message);
 
-/// A pair's files, the left camera's first. Both exist and are what was recorded.
+/// A pair's files, the left camera's first. Unless frames may be missing, both exist and are what
+/// was recorded.
 struct session_pair_files {
     char path[2][SESSION_PAIRS_PATH_BYTES];
+    bool missing[2];                       // there is no such file
     bool mosaic;                           // the frames are raw mosaics: rows of G R and of B G
     struct calibration_match_state state;  // what they were taken with
+    const struct pair *pair;               // its images have no pixels
+    uint32_t board_position;               // 0: none was recorded
+    uint32_t pan_visit;  // from 1: grows whenever a camera was turned since the last pair
 };
 
 /// Whether `path` is a directory with a session in it, intact or damaged.
 bool session_pairs_here(const char *path);
 
 /// Calls `each` for every pair of the session in `path`, in the order in which they were taken.
+/// `frames_may_miss`: a frame without a file is not an error, for callers that know what it shows.
 /// Returns their number, or ERROR_MISSING (no pairs, or a frame's file is missing), ERROR_CRC, and
 /// errors of session_reader_open and session_reader_next; `message` names the session then.
-int session_pairs_read(const char *path,
+int session_pairs_read(const char *path, bool frames_may_miss,
                        void (*each)(void *self, const struct session_pair_files *files), void *self,
                        struct message *message);
 

@@ -15,6 +15,7 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
+#include "daemon/session/session_read.h"
 
 #define PART_NAME ".part"
 #define DIRECTORY_MODE 0750
@@ -151,6 +152,55 @@ int session_writer_instrument(struct session_writer *self,
     self->event.kind = SESSION_INSTRUMENT;
     self->event.instrument = *instrument;
     return append_event(self, message);
+}
+
+// ---- more events of an existing session
+
+/// Where the events end that stay, and the CRC of all before.
+static int find_end(struct session_writer *self, int parent, const char *path,
+                    struct message *message) {
+    struct session_reader reader;
+    struct session_event *event = &self->event;
+    int got = session_reader_open(&reader, parent, path, event, message);
+    if (got != 0) {
+        return got;
+    }
+    do {
+        self->good_bytes = (int64_t)reader.at;
+        self->crc = reader.crc;
+        got = session_reader_next(&reader, event, message);
+        self->pairs += got == 1 && event->kind == SESSION_PAIR;
+    } while (got == 1 && event->kind != SESSION_END);
+    session_reader_close(&reader);
+    return got < 0 ? got : 0;
+}
+
+int session_writer_resume(struct session_writer *self, int parent, const char *path,
+                          struct message *message) {
+    memset(self, 0, sizeof *self);
+    self->directory = self->index = -1;
+    self->room_bytes = UINT64_MAX;
+    if (strlen(path) >= sizeof self->path) {
+        return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
+    }
+    copy_text(self->path, sizeof self->path, path);
+    const int code = find_end(self, parent, path, message);
+    if (code != 0) {
+        return code;
+    }
+    self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    self->index = self->directory < 0 ? -1
+                                      : openat(self->directory, SESSION_INDEX_NAME,
+                                               O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (self->index < 0) {
+        const int failed = fail(self, SESSION_INDEX_NAME, message);
+        if (self->directory >= 0) {
+            close(self->directory);
+            self->directory = -1;
+        }
+        return failed;
+    }
+    return 0;
 }
 
 // ---- files named by their contents

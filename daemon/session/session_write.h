@@ -48,6 +48,12 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
                          const char *build, const char *profile, const char *date,
                          struct message *message);
 
+/// Opens an existing session to write more events behind its last one; an END and an incomplete line
+/// are taken off. Errors of session_reader_open and session_reader_next; the session is as before
+/// then.
+int session_writer_resume(struct session_writer *self, int parent, const char *path,
+                          struct message *message);
+
 /// Checks that `session_writer_begin` would accept the name now, for callers with long work before
 /// it. 0 or ERROR_ARGUMENT.
 int session_writer_check(int parent, const char *path, struct message *message);

@@ -228,7 +228,7 @@ static int read_servo(struct rig *rig, unsigned side, uint16_t *pan_q4, bool *tu
     return ERROR_OK;
 }
 
-static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
+static int read_axes(struct rig *rig, unsigned side, unsigned readings, struct pair_axes *axes) {
     bool turning = false;
     int error = ERROR_OK;
     axes->pan_q4 = 0;
@@ -246,13 +246,13 @@ static int read_axes(struct rig *rig, unsigned side, struct pair_axes *axes) {
     if (error != ERROR_OK || !rig_has_lens(&rig->profile, side)) {
         return error;
     }
-    return rig_lens_read_mean(rig, side, RIG_LENS_READINGS, axes->lens);
+    return rig_lens_read_mean(rig, side, readings, axes->lens);
 }
 
-static int read_all_axes(struct rig *rig, struct pair_axes all_axes[RIG_SIDES]) {
+static int read_all_axes(struct rig *rig, unsigned readings, struct pair_axes all_axes[RIG_SIDES]) {
     int error = ERROR_OK;
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
-        error = read_axes(rig, side, &all_axes[side]);
+        error = read_axes(rig, side, readings, &all_axes[side]);
     }
     return error;
 }
@@ -370,7 +370,8 @@ static int capture(struct rig *rig, const struct pair_options *options, struct p
                    bool *compared) {
     struct pair_axes before[RIG_SIDES], after[RIG_SIDES];
     int error = wait_for_rest(rig);
-    error = error == ERROR_OK ? read_all_axes(rig, before) : error;
+    const unsigned readings = options->readings != 0 ? options->readings : RIG_LENS_READINGS;
+    error = error == ERROR_OK ? read_all_axes(rig, readings, before) : error;
     if (error != ERROR_OK) {
         return error;
     }
@@ -379,7 +380,7 @@ static int capture(struct rig *rig, const struct pair_options *options, struct p
         return checked;
     }
     const struct rig_error last_error = rig->last_error;
-    error = read_all_axes(rig, after);
+    error = read_all_axes(rig, RIG_LENS_READINGS, after);
     if (error != ERROR_OK) {
         return error;
     }

@@ -21,7 +21,7 @@ extern "C" {
 /// Pan and lens positions of a camera.
 struct pair_axes {
     uint16_t pan_q4;                   ///< pulse being sent, 1/16 us; 0: no servo
-    struct lens_mean lens[LENS_AXES];  ///< means of RIG_LENS_READINGS readings
+    struct lens_mean lens[LENS_AXES];  ///< means of RIG_LENS_READINGS readings, if not of others
 };
 
 /// The part of a sensor behind the bridge that a frame shows, see struct mt9t001_window.
@@ -85,6 +85,8 @@ struct pair_options {
     bool check_static;  ///< take a second left frame, and compare
     uint8_t average;    ///< frames of the same exposure, 2 .. PAIR_AVERAGE_MAX; 0: one
     uint8_t bracket;    ///< frames of different exposures, 2 .. PAIR_BRACKET_MAX; 0: one
+    uint8_t readings;  ///< of the lens positions before the frames, 1 .. RIG_LENS_READINGS_MAX; 0:
+                       ///< RIG_LENS_READINGS
     const struct pair_memory *memory;  ///< not NULL if frames are merged
 };
 

@@ -46,7 +46,7 @@ class Merge(DaemonTest):
         return json.loads(done.stdout)
 
     def test_an_average_is_recorded_with_what_it_is_made_of(self):
-        pair = self.asked("capture avg average=4")
+        pair = self.asked("capture avg average=4 readings=16")
         exposure = self.exposures["left"]
         for side in ("left", "right"):
             self.assertEqual(pair[side]["merged"],
@@ -57,7 +57,7 @@ class Merge(DaemonTest):
         self.assertIn(f" left_merged={exposure}:8:4 ", line)
         self.assertIn(f" right_merged={exposure}:8:4 ", line)
         self.assertIn(" left_bits=16 left_layout=grbg ", line)
-        self.assertIn("command text=capture%20average=4", self.index("avg"))
+        self.assertIn("command text=capture%20average=4%20readings=16", self.index("avg"))
         left = self.reported("avg")[0]["pairs"][0]["left"]
         self.assertEqual(left["merged"], [{"exposure_us": exposure, "gain": 1, "frames": 4}])
         self.assert_as_before()

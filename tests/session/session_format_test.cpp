@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "daemon/session/session_pairs.h"
 #include "scratch.hpp"
 #include "session_harness.hpp"
 #include "synthetic/seed.hpp"
@@ -112,6 +113,66 @@ TEST_CASE("all kinds of events are read back as written") {
     CHECK(session_reader_next(&reader, event.get(), &last_error) == 0);
     CHECK(!reader.cut);
     session_reader_close(&reader);
+}
+
+TEST_CASE("a session that ended, or was cut off, goes on where it was") {
+    const scratch folder;
+    const std::string path = folder / "session";
+    Random random(synthetic::test_seed());
+    auto writer = new_writer();
+    begin(*writer, path);
+    message last_error{};
+    const char *const ends[] = {"proper", "cut", "incomplete line"};
+    std::uint32_t position = 0;
+    for (const char *const end : ends) {
+        INFO(end);
+        const std::string text = SESSION_BOARD_POSITION + std::to_string(++position);
+        CHECK(session_writer_command(writer.get(), text.c_str(), &last_error) == 0);
+        owned_pair made;
+        random_pair(random, made);
+        for (auto &frame : made.value.frame) {
+            frame.before.pan_q4 = static_cast<std::uint16_t>(24000 + position / 3);
+        }
+        REQUIRE(session_writer_pair(writer.get(), &made.value, &last_error) == 0);
+        CHECK(writer->pairs == position);
+        if (end == ends[0]) {
+            CHECK(session_writer_end(writer.get(), &last_error) == 0);
+        } else {
+            session_writer_leave(writer.get());
+        }
+        if (end == ends[2]) {
+            std::ofstream(path + "/session.index", std::ios::app) << "pair number=7 skew";
+        }
+        REQUIRE(session_writer_resume(writer.get(), AT_FDCWD, path.c_str(), &last_error) == 0);
+    }
+    CHECK(session_writer_end(writer.get(), &last_error) == 0);
+
+    std::vector<std::vector<std::uint32_t>> seen;
+    const auto each = [](void *list, const session_pair_files *files) {
+        static_cast<decltype(seen) *>(list)->push_back(
+            {files->pair->number, files->board_position, files->pan_visit,
+             files->missing[0] || files->missing[1]});
+    };
+    CHECK(session_pairs_read(path.c_str(), false, each, &seen, &last_error) == 3);
+    CHECK(seen == decltype(seen){{1, 1, 1, 0}, {2, 2, 1, 0}, {3, 3, 2, 0}});
+    for (const auto &entry : std::filesystem::directory_iterator(path)) {
+        if (entry.path().extension() == ".pnm") {
+            std::filesystem::remove(entry);
+        }
+    }
+    seen.clear();
+    CHECK(session_pairs_read(path.c_str(), false, each, &seen, &last_error) == ERROR_MISSING);
+    CHECK(session_pairs_read(path.c_str(), true, each, &seen, &last_error) == 3);
+    CHECK(seen == decltype(seen){{1, 1, 1, 1}, {2, 2, 1, 1}, {3, 3, 2, 1}});
+
+    // A damaged session is left alone.
+    std::string index = read_text(path + "/session.index");
+    index[index.size() / 2] ^= 1;
+    std::ofstream(path + "/session.index", std::ios::binary) << index;
+    CHECK(session_writer_resume(writer.get(), AT_FDCWD, path.c_str(), &last_error) == ERROR_CRC);
+    CHECK(read_text(path + "/session.index") == index);
+    CHECK(session_writer_resume(writer.get(), AT_FDCWD, (folder / "none").c_str(), &last_error) ==
+          ERROR_MISSING);
 }
 
 TEST_CASE("equal frames are one file, and a session is never begun twice") {

@@ -127,6 +127,7 @@ enum {
     /// Readings of a position at rest: their mean has a standard error of half a count, and a lens
     /// takes 0.23 s.
     RIG_LENS_READINGS = 4,
+    RIG_LENS_READINGS_MAX = 32,
 };
 
 /// Mean of readings of an axis.

@@ -82,7 +82,8 @@ std::vector<std::string> names_in(const std::string &folder) {
 
 class expander {
   public:
-    expander(calibrate_names *names, std::string *error) : names_(names), error_(error) {}
+    expander(bool frames_may_miss, calibrate_names *names, std::string *error)
+        : frames_may_miss_(frames_may_miss), names_(names), error_(error) {}
 
     bool operand(const std::string &path) {
         struct stat status;
@@ -140,9 +141,11 @@ class expander {
             static_cast<calibrate_names *>(names)->shots.push_back(
                 {{files->path[0], files->path[1]},
                  files->mosaic,
-                 std::make_shared<calibration_match_state>(files->state)});
+                 std::make_shared<calibration_match_state>(files->state),
+                 {files->missing[0], files->missing[1]}});
         };
-        return session_pairs_read(path.c_str(), add_shot, names_, &last_error) > 0 ||
+        return session_pairs_read(path.c_str(), frames_may_miss_, add_shot, names_, &last_error) >
+                   0 ||
                fail(last_error.text);
     }
 
@@ -295,6 +298,7 @@ class expander {
         }
     }
 
+    bool frames_may_miss_;
     calibrate_names *names_;
     std::string *error_;
     std::string folder_;                // of the list
@@ -304,9 +308,9 @@ class expander {
 
 }  // namespace
 
-bool calibrate_names_expand(const std::vector<std::string> &operands, calibrate_names *names,
-                            std::string *error) {
-    expander expand(names, error);
+bool calibrate_names_expand(const std::vector<std::string> &operands, bool frames_may_miss,
+                            calibrate_names *names, std::string *error) {
+    expander expand(frames_may_miss, names, error);
     return std::all_of(operands.begin(), operands.end(),
                        [&](const std::string &one) { return expand.operand(one); });
 }

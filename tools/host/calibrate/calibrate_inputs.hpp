@@ -18,6 +18,7 @@ struct calibrate_shot {
     bool mosaic = false;  // raw, as in a session of a rig with raw sensors
     /// The capture data; null for pictures that do not belong to a session.
     std::shared_ptr<const calibration_match_state> state = nullptr;
+    std::array<bool, 2> missing = {false, false};  // the session has no such frame any more
 };
 
 struct calibrate_inputs {
@@ -41,10 +42,10 @@ struct calibrate_names {
 
 /// Expands folders (with `left/` and `right/` in them, or not), recorded sessions and folders of
 /// them, patterns, and lists (text with one or two names per line, or OpenCV's image lists in XML
-/// or YAML). Returns false with one sentence in `*error` when an operand matches nothing or a
-/// session is damaged.
-bool calibrate_names_expand(const std::vector<std::string> &operands, calibrate_names *names,
-                            std::string *error);
+/// or YAML). `frames_may_miss`: corners are known, so that sessions need no frames. Returns false
+/// with one sentence in `*error` when an operand matches nothing or a session is damaged.
+bool calibrate_names_expand(const std::vector<std::string> &operands, bool frames_may_miss,
+                            calibrate_names *names, std::string *error);
 
 /// Pairs pictures with the same number or name. `single`: there is only one camera. Returns false
 /// with one sentence in `*error` when nothing can be paired.

@@ -127,7 +127,9 @@ class finder {
         const size_t i = named_[index];
         looked_at *picture = &pictures_[i];
         calibrate_image image;
-        if (!calibrate_image_read(path(i), shots_[i / 2].mosaic, &image, &picture->reason)) {
+        if (shots_[i / 2].missing[i % 2]) {
+            look_at_cache(i, picture);
+        } else if (!calibrate_image_read(path(i), shots_[i / 2].mosaic, &image, &picture->reason)) {
             picture->reason = without_name(picture->reason, path(i));
         } else {
             picture->read = true;
@@ -142,6 +144,23 @@ class finder {
         if (request_.progress) {
             request_.progress(done_, static_cast<int>(named_.size()));
         }
+    }
+
+    /// A frame without a file, of a session: its corners may be known.
+    void look_at_cache(size_t i, looked_at *picture) const {
+        const calib::board_view *cached = cached_view(path(i));
+        if (cached == nullptr) {
+            picture->reason = "missing, and its corners are not known";
+            return;
+        }
+        picture->read = true;
+        picture->width_px = shots_[i / 2].state->width_px[i % 2];
+        picture->height_px = shots_[i / 2].state->height_px[i % 2];
+        picture->orientation = 1;
+        const std::string &name = path(i);  // states the CRC of the contents
+        picture->fingerprint = fingerprint_of({name.begin(), name.end()});
+        picture->view = *cached;
+        picture->reason = cached->rejection;
     }
 
     void find_corners(const std::string &name, calibrate_image *image, looked_at *picture) const {

@@ -225,7 +225,7 @@ int command_calibrate(int argc, char **argv) {
     }
     calibrate_names names;
     const std::vector<std::string> paths(operands.begin(), operands.begin() + count);
-    if (!calibrate_names_expand(paths, &names, &error) ||
+    if (!calibrate_names_expand(paths, asked.corner_cache != nullptr, &names, &error) ||
         !calibrate_names_pair(names, asked.single, &job.inputs, &error)) {
         return refuse(CLIENT_BAD_INPUT, error);
     }
