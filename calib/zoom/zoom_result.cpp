@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_result.hpp"
+
+#include <cmath>
+
+#include "core/invariant.h"
+
+namespace calib {
+
+namespace {
+
+// One parameter of the calibration as a sum of shared parameters.
+using combination = std::vector<std::pair<int, double>>;
+
+combination term_of(const zoom_layout &layout, int camera, int function, int term) {
+    const int first = layout.terms_at(camera, function);
+    if (function != ZOOM_PUPIL) {
+        return {{first + term, 1}};
+    }
+    if (term > 0) {
+        return {{first + term - 1, 1}};
+    }
+    combination sum;  // so that the function is 0 at u = -1
+    for (int i = 0; i < layout.estimated_terms(function); i++) {
+        sum.emplace_back(first + i, i % 2 == 0 ? 1 : -1);
+    }
+    return sum;
+}
+
+double value_of(const combination &sum, const std::vector<double> &shared) {
+    double value = 0;
+    for (const auto &[place, factor] : sum) {
+        value += factor * shared[size_t(place)];
+    }
+    return value;
+}
+
+// All parameters of the text in the order of `zoom_parameter_list`.
+std::vector<combination> parameters_of(const zoom_layout &layout) {
+    std::vector<combination> result;
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+            for (int term = 0; term < layout.orders()[size_t(function)]; term++) {
+                result.push_back(term_of(layout, camera, function, term));
+            }
+        }
+        for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
+            result.push_back({{layout.focus_at(camera) + i, 1}});
+        }
+        for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
+            if (layout.mount_at(camera, i) >= 0) {
+                result.push_back({{layout.mount_at(camera, i), 1}});
+            }
+        }
+    }
+    return result;
+}
+
+void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out) {
+    const zoom_layout &layout = solution.layout;
+    const zoom_side &side = solution.problem.side[size_t(camera)];
+    out->width_px = side.frame.width_px;
+    out->height_px = side.frame.height_px;
+    out->radius_px = side.frame.radius_px;
+    out->pixel_mm = side.pixel_mm;
+    out->zoom = side.zoom;
+    out->focus = side.focus;
+    out->log_focal = side.log_focal;
+    for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+        zoom_function &of = out->function[function];
+        of.terms = layout.orders()[size_t(function)];
+        for (int term = 0; term < of.terms; term++) {
+            of.term[term] =
+                value_of(term_of(layout, camera, function, term), solution.estimate.shared);
+        }
+        const int effect = layout.settings(camera) > 0 ? layout.effect_at(camera, function, 0) : -1;
+        of.irregularity = effect >= 0 ? solution.prior.sigma[size_t(effect)] : 0;
+    }
+    out->function[ZOOM_CENTRE_X].term[0] += side.frame.middle_x_px;
+    out->function[ZOOM_CENTRE_Y].term[0] += side.frame.middle_y_px;
+    for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
+        out->focus_vergence[i] = solution.estimate.shared[size_t(layout.focus_at(camera) + i)];
+    }
+    for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
+        const int place = layout.mount_at(camera, i);
+        out->mount[i] = place < 0 ? 0 : solution.estimate.shared[size_t(place)];
+    }
+    std::vector<double> pans;
+    out->pan_rad = {INFINITY, -INFINITY};
+    for (const zoom_problem::capture &capture : solution.problem.captures) {
+        const double pan = capture.axes[size_t(camera)].pan_rad;
+        out->pan_rad = {std::fmin(out->pan_rad.min, pan), std::fmax(out->pan_rad.max, pan)};
+    }
+    out->reading_sigma_counts = solution.prior.reading_sigma[size_t(camera)];
+    out->pan_sigma_rad = solution.problem.pan_sigma_rad;
+}
+
+}  // namespace
+
+void describe_zoom(zoom_solution *solution) {
+    solution->rig = std::make_shared<zoom_calibration>();
+    zoom_calibration &rig = *solution->rig;
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        describe_camera(*solution, camera, &rig.camera[camera]);
+    }
+    const std::vector<combination> list = parameters_of(solution->layout);
+    INVARIANT(list.size() <= ZOOM_PARAMETERS_MAX);
+    rig.parameters = int(list.size());
+    const matrix &C = solution->covariance.shared;
+    double *out = rig.covariance;
+    for (const combination &row : list) {
+        for (const combination *column = list.data(); column <= &row; column++) {
+            double sum = 0;
+            for (const auto &[i, a] : row) {
+                for (const auto &[k, b] : *column) {
+                    sum += a * b * C(i, k);
+                }
+            }
+            *out++ = sum;
+        }
+    }
+}
+
+}  // namespace calib

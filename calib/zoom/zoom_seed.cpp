@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calib/solve/seed.hpp"
+#include "calib/solve/solve_parallel.hpp"
+#include "core/invariant.h"
+#include "stereo/geometry/geometry.h"
+
+namespace calib {
+
+namespace {
+
+const double SAME_SETTING_COUNTS = 5;  // a lens returns to a position within this
+const double DEFAULT_SIGMA_PX = 0.1;
+
+// Clusters of positions; `of[i]` is the cluster of capture i.
+std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> *of) {
+    std::vector<size_t> order(counts.size());
+    for (size_t i = 0; i < order.size(); i++) {
+        order[i] = i;
+    }
+    std::sort(order.begin(), order.end(),
+              [&](size_t a, size_t b) { return counts[a] < counts[b]; });
+    of->assign(counts.size(), 0);
+    std::vector<double> sums;
+    std::vector<int> sizes;
+    for (size_t i = 0; i < order.size(); i++) {
+        if (i == 0 || counts[order[i]] - counts[order[i - 1]] > SAME_SETTING_COUNTS) {
+            sums.push_back(0);
+            sizes.push_back(0);
+        }
+        sums.back() += counts[order[i]];
+        sizes.back()++;
+        (*of)[order[i]] = int(sums.size()) - 1;
+    }
+    for (size_t i = 0; i < sums.size(); i++) {
+        sums[i] /= sizes[i];
+    }
+    return sums;
+}
+
+zoom_range range_of(const std::vector<double> &values) {
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    // A motor that was never moved still needs a scale.
+    return *high > *low ? zoom_range{*low, *high} : zoom_range{*low - 1, *high + 1};
+}
+
+bundle_view view_of(const board_view &seen) {
+    bundle_view view;
+    for (const corner &one : seen.corners) {
+        view.corners.push_back({one.index, one.x_px, one.y_px,
+                                one.sigma_px > 0 ? one.sigma_px : DEFAULT_SIGMA_PX, true});
+    }
+    view.overexposed = seen.overexposed();
+    view.used = !view.corners.empty();
+    return view;
+}
+
+void add_boards(const zoom_observations &seen, zoom_problem *problem) {
+    for (const board &one : seen.boards) {
+        std::array<bundle, CAMERAS> of;
+        for (size_t camera = 0; camera < CAMERAS; camera++) {
+            of[camera].points = make_board_points(one, of[camera].half_mm);
+            of[camera].frame[LEFT] = of[camera].frame[RIGHT] = problem->side[camera].frame;
+        }
+        problem->boards.push_back(of);
+    }
+}
+
+}  // namespace
+
+std::string make_problem(const zoom_observations &seen, zoom_problem *problem) {
+    *problem = zoom_problem{};
+    problem->pan_sigma_rad = seen.pan_sigma_rad;
+    problem->reading_noise = seen.reading_noise;
+    if (seen.captures.empty() || seen.boards.empty()) {
+        return "no pairs with corners";
+    }
+    std::vector<int> setting[CAMERAS];
+    for (size_t camera = 0; camera < CAMERAS; camera++) {
+        std::vector<double> zoom, focus;
+        for (const zoom_capture &capture : seen.captures) {
+            zoom.push_back(capture.axes[camera].zoom_counts);
+            focus.push_back(capture.axes[camera].focus_counts);
+        }
+        zoom_side &side = problem->side[camera];
+        side.settings = cluster(zoom, &setting[camera]);
+        side.zoom = range_of(zoom);
+        side.focus = range_of(focus);
+        side.frame = make_lens_frame(seen.width_px[camera], seen.height_px[camera]);
+        side.pixel_mm = seen.pixel_mm[camera];
+    }
+    add_boards(seen, problem);
+    std::map<std::pair<int, size_t>, size_t> places;
+    std::map<int, int> visits;
+    for (size_t i = 0; i < seen.captures.size(); i++) {
+        const zoom_capture &one = seen.captures[i];
+        INVARIANT(one.board < seen.boards.size());
+        const auto place =
+            places.emplace(std::make_pair(one.position, one.board), problem->places.size());
+        if (place.second) {
+            problem->places.push_back({one.board, {}});
+        }
+        const int visit = visits.emplace(one.visit, int(visits.size())).first->second;
+        problem->places[place.first->second].captures.push_back(i);
+        problem->captures.push_back({one.board,
+                                     place.first->second,
+                                     visit,
+                                     {setting[LEFT][i], setting[RIGHT][i]},
+                                     one.axes,
+                                     {view_of(one.view[0]), view_of(one.view[1])}});
+    }
+    problem->visits = int(visits.size());
+    return "";
+}
+
+std::vector<zoom_setting> solve_each(const zoom_observations &seen, const zoom_problem &problem,
+                                     int threads, const std::function<void(int, int)> &progress) {
+    std::map<std::array<int, CAMERAS>, std::map<size_t, std::vector<size_t>>> groups;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        groups[problem.captures[i].setting][problem.captures[i].board].push_back(i);
+    }
+    std::vector<zoom_setting> result;
+    for (const auto &[setting, boards] : groups) {
+        zoom_setting one;
+        one.setting = setting;
+        for (const auto &board : boards) {
+            if (board.second.size() > one.captures.size()) {
+                one.captures = board.second;
+            }
+        }
+        result.push_back(one);
+    }
+    int done = 0;
+    const auto solve_one = [&](int index) {
+        zoom_setting &one = result[size_t(index)];
+        observations alone;
+        alone.target = seen.boards[problem.captures[one.captures[0]].board];
+        alone.width_px = seen.width_px;
+        alone.height_px = seen.height_px;
+        for (const size_t capture : one.captures) {
+            alone.captures.push_back({seen.captures[capture].name, seen.captures[capture].view});
+        }
+        solve_options options;
+        options.choose_model = false;
+        options.second_start = false;
+        options.model.distortion = lens_model::K1_K2_P1_P2;
+        one.alone = solve(alone, options);
+        std::vector<double> distances;
+        for (size_t i = 0; i < one.alone.T_left_board.size(); i++) {
+            if (one.alone.board_known[i]) {
+                distances.push_back(one.alone.T_left_board[i].t_mm[2]);
+            }
+        }
+        if (!distances.empty()) {
+            const auto middle = distances.begin() + long(distances.size() / 2);
+            std::nth_element(distances.begin(), middle, distances.end());
+            one.focused_mm = *middle;
+        }
+    };
+    parallel_pieces(threads, int(result.size()), solve_one, [&] {
+        if (progress) {
+            progress(done++, int(result.size()));
+        }
+    });
+    return result;
+}
+
+double focal_at_infinity(double focal_px, double pixel_mm, double distance_mm) {
+    return distance_mm > 0 ? focal_px / (1 + focal_px * pixel_mm / distance_mm) : focal_px;
+}
+
+std::vector<double> fit_series(const std::vector<double> &u, const std::vector<double> &value,
+                               const std::vector<double> &sigma, int terms) {
+    INVARIANT(u.size() == value.size() && u.size() == sigma.size() && terms > 0);
+    vector solved = vector::Zero(terms);
+    std::vector<double> weight(u.size(), 1);
+    for (int round = 0; round < 12; round++) {
+        matrix A = matrix::Zero(terms, terms);
+        vector b = vector::Zero(terms);
+        double size = 0;
+        for (size_t k = 0; k < u.size(); k++) {
+            double basis[ZOOM_TERMS_MAX];
+            chebyshev(u[k], terms, basis);
+            const Eigen::Map<vector> row(basis, terms);
+            const double w = weight[k] / (sigma[k] * sigma[k]);
+            A += w * row * row.transpose();
+            b += w * value[k] * row;
+            size += w;
+        }
+        for (int i = 2; i < terms; i++) {
+            A(i, i) += 1e-4 * size / double(u.size()) * i * i;
+        }
+        A.diagonal().array() += 1e-12 * size;
+        solved = solve_symmetric(A, b);
+        for (size_t k = 0; k < u.size(); k++) {
+            double basis[ZOOM_TERMS_MAX];
+            chebyshev(u[k], terms, basis);
+            const double off = (value[k] - Eigen::Map<vector>(basis, terms).dot(solved)) / sigma[k];
+            weight[k] = 1 / (1 + off * off / 9);
+        }
+    }
+    return {solved.data(), solved.data() + terms};
+}
+
+namespace {
+
+// One camera's focal lengths at the settings that could be calibrated alone.
+struct seen_focals {
+    std::vector<const zoom_setting *> solved;
+    std::vector<double> at, px, sigma_px;  // position within the range, at infinity
+};
+
+seen_focals focals_of(const std::vector<zoom_setting> &settings, const zoom_side &side,
+                      int camera) {
+    seen_focals result;
+    for (const zoom_setting &one : settings) {
+        if (one.alone.solved) {
+            const double seen_px = one.alone.camera[camera].fx_px;
+            const double counts = side.settings[size_t(one.setting[size_t(camera)])];
+            result.solved.push_back(&one);
+            result.at.push_back(zoom_unit(side.zoom, counts));
+            result.px.push_back(focal_at_infinity(seen_px, side.pixel_mm, one.focused_mm));
+            result.sigma_px.push_back(one.alone.sigma.focal_px[size_t(camera)] + 2e-3 * seen_px);
+        }
+    }
+    return result;
+}
+
+double value_of_series(const std::vector<double> &terms, double u) {
+    double basis[ZOOM_TERMS_MAX], sum = 0;
+    chebyshev(u, int(terms.size()), basis);
+    for (size_t i = 0; i < terms.size(); i++) {
+        sum += terms[i] * basis[i];
+    }
+    return sum;
+}
+
+// The scale of log f; false where the focal lengths make no sense.
+bool seed_focal(const seen_focals &seen, int order, zoom_side *side, std::vector<double> *terms) {
+    if (seen.solved.size() < 2) {
+        return false;
+    }
+    *terms = fit_series(seen.at, seen.px, seen.sigma_px,
+                        std::min(order, int(seen.solved.size()) / 2 + 1));
+    const double low = value_of_series(*terms, -1), high = value_of_series(*terms, 1);
+    if (!(low > 1 && high > 1)) {
+        return false;
+    }
+    side->log_focal = {std::log(std::min(low, high)), std::log(std::max(low, high))};
+    return side->log_focal.max - side->log_focal.min > 1e-3;
+}
+
+// The lens functions of one camera drawn through the settings' own results.
+bool seed_lens(const std::vector<zoom_setting> &settings, int camera, zoom_problem *problem,
+               const zoom_orders &orders, std::vector<double> terms[ZOOM_FUNCTIONS]) {
+    zoom_side &side = problem->side[size_t(camera)];
+    const seen_focals seen = focals_of(settings, side, camera);
+    if (!seed_focal(seen, orders[ZOOM_FOCAL], &side, &terms[ZOOM_FOCAL])) {
+        return false;
+    }
+    for (int function = ZOOM_CENTRE_X; function < ZOOM_FUNCTIONS; function++) {
+        const int parameter = zoom_lens_parameter(function);
+        if (parameter < 0 || orders[size_t(function)] == 0) {
+            continue;
+        }
+        std::vector<double> u, value, sigma;
+        for (size_t i = 0; i < seen.solved.size(); i++) {
+            const solution &alone = seen.solved[i]->alone;
+            const lens_state own = state_from_lens(side.frame, alone.camera[camera]);
+            u.push_back(zoom_unit(side.log_focal, std::log(seen.px[i])));
+            value.push_back(own.value[size_t(parameter)]);
+            sigma.push_back(1 + alone.sigma.centre_x_px[size_t(camera)]);
+        }
+        terms[function] = fit_series(u, value, sigma, std::min(orders[size_t(function)], 2));
+    }
+    return true;
+}
+
+rigid average(const std::vector<rigid> &poses, const std::vector<double> &weight) {
+    matrix3 sum = matrix3::Zero();
+    rigid result;
+    double total = 0, t[3] = {0, 0, 0};
+    for (size_t k = 0; k < poses.size(); k++) {
+        for (int i = 0; i < 9; i++) {
+            sum(i / 3, i % 3) += weight[k] * poses[k].R[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            t[i] += weight[k] * poses[k].t_mm[i];
+        }
+        total += weight[k];
+    }
+    const matrix3 R = nearest_rotation(sum);
+    for (int i = 0; i < 9; i++) {
+        result.R[i] = R(i / 3, i % 3);
+    }
+    for (int i = 0; i < 3; i++) {
+        result.t_mm[i] = t[i] / total;
+    }
+    return result;
+}
+
+// T_instrument_left of a capture, and where the right camera is in the instrument's frame.
+void seed_mounts(const std::vector<zoom_setting> &settings, const zoom_problem &problem,
+                 const zoom_layout &layout, std::vector<double> *shared) {
+    const double behind_mm = -40;
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        (*shared)[size_t(layout.mount_at(camera, ZOOM_AXIS_POINT_Z))] = behind_mm;
+    }
+    std::vector<rigid> mounts;
+    std::vector<double> weights;
+    for (const zoom_setting &one : settings) {
+        if (!one.alone.solved) {
+            continue;
+        }
+        const zoom_problem::capture &capture = problem.captures[one.captures[0]];
+        const zoom_eye left = eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), 0);
+        const rigid T_instrument_right =
+            inverse(left.T_camera_instrument) * inverse(one.alone.T_right_left);
+        // Turned back to pan 0 about the vertical through a point behind the pupil.
+        const double angle = -capture.axes[RIGHT].pan_rad, back[3] = {0, angle, 0};
+        rigid mount = turned(T_instrument_right, back);
+        const double *z = T_instrument_right.R;
+        const double arm[3] = {z[2] * behind_mm, z[5] * behind_mm, z[8] * behind_mm};
+        double turned_arm[3], turn[9];
+        geometry_rotation_from_vector(back, turn);
+        geometry_rotate(turn, arm, turned_arm);
+        for (int i = 0; i < 3; i++) {
+            mount.t_mm[i] = T_instrument_right.t_mm[i] + arm[i] - turned_arm[i];
+        }
+        mounts.push_back(mount);
+        const double sigma = std::max(1e-6, one.alone.sigma.rotation_rad[1]);
+        weights.push_back(1 / (sigma * sigma));
+    }
+    const rigid mount = average(mounts, weights);
+    double rotation[3];
+    if (geometry_vector_from_rotation(mount.R, rotation) != 0) {
+        return;
+    }
+    for (int i = 0; i < 3; i++) {
+        (*shared)[size_t(layout.mount_at(RIGHT, ZOOM_ROTATION_X + i))] = rotation[i];
+        (*shared)[size_t(layout.mount_at(RIGHT, ZOOM_POSITION_X + i))] = mount.t_mm[i];
+    }
+    (*shared)[size_t(layout.mount_at(RIGHT, ZOOM_AXIS_POINT_X))] = mount.t_mm[0];
+    (*shared)[size_t(layout.mount_at(RIGHT, ZOOM_AXIS_POINT_Z))] = mount.t_mm[2] + behind_mm;
+}
+
+// Poses of the boards from the settings that were calibrated alone.
+void seed_places(const zoom_observations &seen, const std::vector<zoom_setting> &settings,
+                 const zoom_layout &layout, zoom_problem *problem, zoom_estimate *estimate) {
+    std::vector<size_t> best(problem->places.size(), 0);
+    for (const zoom_setting &one : settings) {
+        for (size_t i = 0; one.alone.solved && i < one.captures.size(); i++) {
+            const zoom_problem::capture &capture = problem->captures[one.captures[i]];
+            const size_t corners = capture.view[LEFT].corners.size();
+            if (!one.alone.board_known[i] || corners <= best[capture.place]) {
+                continue;
+            }
+            best[capture.place] = corners;
+            const board &target = seen.boards[capture.board];
+            rigid middle;
+            middle.t_mm[0] = 0.5 * (target.columns - 1) * target.square_mm;
+            middle.t_mm[1] = 0.5 * (target.rows - 1) * target.square_mm;
+            const zoom_eye left =
+                eye_at(*problem, layout, estimate->shared.data(), moment_of(capture, LEFT), 0);
+            estimate->T_instrument_board[capture.place] =
+                inverse(left.T_camera_instrument) * (one.alone.T_left_board[i] * middle);
+        }
+    }
+    for (zoom_problem::capture &capture : problem->captures) {
+        if (best[capture.place] == 0) {
+            capture.view[LEFT].used = capture.view[RIGHT].used = false;
+        }
+    }
+}
+
+}  // namespace
+
+std::string seed_zoom(const zoom_observations &seen, const std::vector<zoom_setting> &settings,
+                      zoom_problem *problem, const zoom_orders &orders, zoom_estimate *estimate) {
+    std::vector<double> terms[CAMERAS][ZOOM_FUNCTIONS];
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        if (!seed_lens(settings, camera, problem, orders, terms[camera])) {
+            return std::string("fewer than two zooms of the ") +
+                   (camera == LEFT ? "left" : "right") + " camera could be calibrated";
+        }
+    }
+    const zoom_layout layout(*problem, orders);
+    *estimate = zoom_estimate{};
+    estimate->shared.assign(size_t(layout.size()), 0);
+    estimate->T_instrument_board.assign(problem->places.size(), {});
+    estimate->reading.assign(problem->captures.size(), {0, 0});
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+            std::copy(terms[camera][function].begin(), terms[camera][function].end(),
+                      estimate->shared.begin() + layout.terms_at(camera, function));
+        }
+        // The lens is focused on the boards.
+        double closeness = 0;
+        int count = 0;
+        for (const zoom_setting &one : settings) {
+            if (one.alone.solved && one.focused_mm > 0) {
+                closeness += 1e3 / one.focused_mm;
+                count++;
+            }
+        }
+        estimate->shared[size_t(layout.terms_at(camera, ZOOM_VERGENCE))] =
+            count > 0 ? closeness / count : 0;
+    }
+    seed_mounts(settings, *problem, layout, &estimate->shared);
+    seed_places(seen, settings, layout, problem, estimate);
+    return "";
+}
+
+namespace {
+
+class prior_maker {
+  public:
+    prior_maker(const zoom_problem &problem, const zoom_layout &layout, const zoom_estimate &start)
+        : problem_(problem), layout_(layout), start_(start) {
+        prior_.mean.assign(size_t(layout.size()), 0);
+        prior_.sigma.assign(size_t(layout.size()), 1);
+    }
+
+    zoom_prior run() {
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            add_lens(camera);
+            add_mount(camera);
+            prior_.reading_sigma[size_t(camera)] = problem_.reading_noise ? 0.5 : 0;
+        }
+        for (size_t board = 0; board < problem_.boards.size(); board++) {
+            const double half_mm = problem_.boards[board][LEFT].half_mm[0];
+            for (int i = 0; i < WARP_PARAMETERS; i++) {
+                set(layout_.warp_at(board) + i, 0,
+                    i == board_model::STRETCH ? 5e-4 * half_mm : 2e-3 * half_mm);
+            }
+        }
+        return prior_;
+    }
+
+  private:
+    void set(int at, double mean, double sigma) {
+        prior_.mean[size_t(at)] = mean;
+        prior_.sigma[size_t(at)] = sigma;
+    }
+
+    void keep(int at, double sigma) { set(at, start_.shared[size_t(at)], sigma); }
+
+    void add_lens(int camera) {
+        // px, 1/m, px, px, px, px, px, px, px, mm
+        static const double of_term[ZOOM_FUNCTIONS] = {1e5, 0.02, 100, 100, 100, 50, 20, 5, 5, 50};
+        static const double of_effect[ZOOM_FUNCTIONS] = {10, 0, 2, 2, 1, 1, 0, 0, 0, 1};
+        for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+            for (int i = 0; i < layout_.estimated_terms(function); i++) {
+                set(layout_.terms_at(camera, function) + i, 0, of_term[function]);
+            }
+            for (int k = 0; k < layout_.settings(camera); k++) {
+                const int effect = layout_.effect_at(camera, function, k);
+                if (effect >= 0) {
+                    set(effect, 0, of_effect[function]);
+                }
+            }
+        }
+        // How far the lens is focused at the middle of its range, and over half of the range.
+        keep(layout_.terms_at(camera, ZOOM_VERGENCE), 1);
+        set(layout_.focus_at(camera), 0, 1);
+        set(layout_.focus_at(camera) + 1, 0, 0.1);
+    }
+
+    void add_mount(int camera) {
+        static const double sigma[ZOOM_MOUNT_PARAMETERS] = {0.02, 0.02, 30,  60,  0.03, 1,
+                                                            1,    1,    1e4, 1e4, 1e4};
+        for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {
+            const int place = layout_.mount_at(camera, i);
+            if (place >= 0) {
+                keep(place, sigma[i]);
+            }
+        }
+        for (int visit = 0; visit < problem_.visits; visit++) {
+            set(layout_.pan_at(camera, visit), 0, problem_.pan_sigma_rad);
+        }
+    }
+
+    const zoom_problem &problem_;
+    const zoom_layout &layout_;
+    const zoom_estimate &start_;
+    zoom_prior prior_;
+};
+
+}  // namespace
+
+zoom_prior wide_prior(const zoom_problem &problem, const zoom_layout &layout,
+                      const zoom_estimate &start) {
+    return prior_maker(problem, layout, start).run();
+}
+
+}  // namespace calib

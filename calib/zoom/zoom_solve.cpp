@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_solve.hpp"
+
+#include "core/invariant.h"
+
+namespace calib {
+
+namespace {
+
+const double LOSS = 3;
+const int VARIANCE_ROUNDS = 12;
+
+class zoom_solver {
+  public:
+    zoom_solver(const zoom_observations &seen, const zoom_options &options)
+        : seen_(seen), options_(options) {}
+
+    zoom_solution run() {
+        result_.failure = make_problem(seen_, &result_.problem);
+        if (!result_.failure.empty()) {
+            return result_;
+        }
+        result_.settings = solve_each(seen_, result_.problem, options_.threads, [this](int, int) {
+            show_stage("calibrating each zoom alone");
+        });
+        const zoom_orders orders = {6, 2, 5, 5, 5, 4, 0, 2, 2, 4};
+        result_.failure =
+            seed_zoom(seen_, result_.settings, &result_.problem, orders, &result_.estimate);
+        if (!result_.failure.empty()) {
+            return result_;
+        }
+        result_.layout = zoom_layout(result_.problem, orders);
+        result_.prior = wide_prior(result_.problem, result_.layout, result_.estimate);
+        fit(LOSS, 60);
+        estimate_variances();
+        describe_zoom(&result_);
+        return result_;
+    }
+
+  private:
+    void show_stage(const char *what) const {
+        if (options_.progress) {
+            options_.progress(what);
+        }
+    }
+
+    zoom_weights weights(double loss) const { return {loss, options_.threads}; }
+
+    void fit(double loss, int iterations) {
+        fit_zoom(
+            result_.problem, result_.layout, result_.prior, weights(loss), iterations,
+            [this] { show_stage("solving all zooms together"); }, &result_.estimate);
+    }
+
+    void estimate_variances() {
+        for (int round = 0; round < VARIANCE_ROUNDS; round++) {
+            fit(0, 20);
+            result_.covariance = covariance_of(result_.problem, result_.layout, result_.prior,
+                                               weights(0), result_.estimate);
+            const double change =
+                update_variances(result_.problem, result_.layout, result_.estimate,
+                                 result_.covariance, &result_.prior);
+            if (change < 0.1) {
+                break;
+            }
+        }
+        fit(0, 20);
+        result_.covariance = covariance_of(result_.problem, result_.layout, result_.prior,
+                                           weights(0), result_.estimate);
+        result_.noise_ratio = corner_noise_ratio(result_.problem, result_.layout, result_.prior,
+                                                 result_.estimate, result_.covariance);
+    }
+
+    const zoom_observations &seen_;
+    const zoom_options &options_;
+    zoom_solution result_;
+};
+
+}  // namespace
+
+zoom_solution solve_zoom(const zoom_observations &seen, const zoom_options &options) {
+    return zoom_solver(seen, options).run();
+}
+
+}  // namespace calib

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_variance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/invariant.h"
+
+namespace calib {
+
+namespace {
+
+// Sum of squares and of posterior variances of deviations that have one common variance.
+struct spread {
+    double squares = 0, posterior = 0;
+    int count = 0;
+
+    void add(double value, double variance) {
+        squares += value * value;
+        posterior += variance;
+        count++;
+    }
+
+    // The next standard deviation after `sigma`, at most a factor of 4 from it.
+    double next(double sigma, double min) const {
+        if (count == 0) {
+            return sigma;
+        }
+        const double determined = count - posterior / (sigma * sigma);
+        const double likely =
+            determined > 0.2 * count ? squares / determined : (squares + posterior) / count;
+        return std::max(min, std::clamp(std::sqrt(likely), sigma / 4, sigma * 4));
+    }
+};
+
+// Deviations smaller than these do not matter.
+const double MIN_EFFECT[ZOOM_FUNCTIONS] = {0.1, 0.02, 0.02, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01};
+const double MIN_READING = 0.002;
+
+}  // namespace
+
+zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &layout,
+                              const zoom_prior &prior, const zoom_weights &weights,
+                              const zoom_estimate &estimate) {
+    const std::vector<place_equations> places =
+        all_equations(problem, layout, prior, weights, estimate);
+    zoom_covariance result;
+    result.shared = scaled_inverse(reduced(places, layout, prior, estimate.shared, 0).normal);
+    result.reading_variance.assign(problem.captures.size(), {0, 0});
+    for (size_t k = 0; k < places.size(); k++) {
+        const place_equations &place = places[k];
+        if (place.empty()) {
+            continue;
+        }
+        const long count = place.shared_count(), own_count = place.own_count();
+        const matrix inverse = scaled_inverse(place.normal.bottomRightCorner(own_count, own_count));
+        matrix here(count, count);
+        for (long i = 0; i < count; i++) {
+            for (long j = 0; j < count; j++) {
+                here(i, j) = result.shared(place.columns[size_t(i)], place.columns[size_t(j)]);
+            }
+        }
+        const matrix by_shared = product(inverse, place.normal.bottomLeftCorner(own_count, count));
+        const matrix own = inverse + carried(by_shared, here);
+        result.own_freedom += POSE_PARAMETERS;
+        for (long i = POSE_PARAMETERS; i < own.rows(); i++) {
+            const size_t order = size_t(i - POSE_PARAMETERS) / CAMERAS;
+            const size_t camera = size_t(i - POSE_PARAMETERS) % CAMERAS;
+            result.reading_variance[problem.places[k].captures[order]][camera] = own(i, i);
+            const double sigma = prior.reading_sigma[camera];
+            result.own_freedom += sigma > 0 ? 1 - own(i, i) / (sigma * sigma) : 0;
+        }
+    }
+    return result;
+}
+
+double update_variances(const zoom_problem &problem, const zoom_layout &layout,
+                        const zoom_estimate &estimate, const zoom_covariance &covariance,
+                        zoom_prior *prior) {
+    double change = 0;
+    for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+        // Both lenses are of one kind.
+        spread all;
+        double sigma = 0;
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            for (int k = 0; k < layout.settings(camera); k++) {
+                const int at = layout.effect_at(camera, function, k);
+                if (at >= 0) {
+                    all.add(estimate.shared[size_t(at)], covariance.shared(at, at));
+                    sigma = prior->sigma[size_t(at)];
+                }
+            }
+        }
+        if (all.count == 0) {
+            continue;
+        }
+        const double next = all.next(sigma, MIN_EFFECT[function]);
+        change = std::max(change, std::fabs(std::log(next / sigma)));
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            for (int k = 0; k < layout.settings(camera); k++) {
+                prior->sigma[size_t(layout.effect_at(camera, function, k))] = next;
+            }
+        }
+    }
+    for (size_t camera = 0; camera < CAMERAS; camera++) {
+        double &sigma = prior->reading_sigma[camera];
+        if (!(sigma > 0)) {
+            continue;
+        }
+        spread all;
+        for (size_t i = 0; i < problem.captures.size(); i++) {
+            if (problem.captures[i].view[camera].used) {
+                all.add(estimate.reading[i][camera], covariance.reading_variance[i][camera]);
+            }
+        }
+        const double next = all.next(sigma, MIN_READING);
+        change = std::max(change, std::fabs(std::log(next / sigma)));
+        sigma = next;
+    }
+    return change;
+}
+
+double corner_noise_ratio(const zoom_problem &problem, const zoom_layout &layout,
+                          const zoom_prior &prior, const zoom_estimate &estimate,
+                          const zoom_covariance &covariance) {
+    double squares = 0, freedom = covariance.own_freedom;
+    long residuals = 0;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            const bundle_view &view = problem.captures[i].view[size_t(camera)];
+            if (!view.used) {
+                continue;
+            }
+            const zoom_eye eye = eye_of(problem, layout, estimate, i, camera);
+            for (const bundle_corner &corner : view.corners) {
+                double r[2];
+                if (corner.used &&
+                    zoom_residual(problem, layout, estimate, eye, i, camera, corner, r)) {
+                    squares += (r[0] * r[0] + r[1] * r[1]) / (corner.sigma_px * corner.sigma_px);
+                    residuals += 2;
+                }
+            }
+        }
+    }
+    for (size_t i = 0; i < prior.sigma.size(); i++) {
+        freedom += std::max(
+            0.0, 1 - covariance.shared(long(i), long(i)) / (prior.sigma[i] * prior.sigma[i]));
+    }
+    INVARIANT(residuals > 0);
+    return std::sqrt(squares / std::max(1.0, double(residuals) - freedom));
+}
+
+}  // namespace calib

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_view.hpp"
+
+#include <cmath>
+
+#include "core/invariant.h"
+#include "stereo/geometry/geometry.h"
+
+namespace calib {
+
+namespace {
+
+const double READING_STEP = 1e-3;
+
+void difference(const zoom_eye &above, const zoom_eye &below, double step, double *column) {
+    for (int i = 0; i < LENS_PARAMETERS; i++) {
+        column[i] = (above.lens.value[size_t(i)] - below.lens.value[size_t(i)]) / (2 * step);
+    }
+    const double *a = above.T_camera_instrument.R, *b = below.T_camera_instrument.R;
+    double turn[9];  // above below^T
+    for (int row = 0; row < 3; row++) {
+        for (int k = 0; k < 3; k++) {
+            turn[3 * row + k] = geometry_dot(a + 3 * row, b + 3 * k);
+        }
+    }
+    column[VIEW_POSE_AT] = (turn[7] - turn[5]) / (4 * step);
+    column[VIEW_POSE_AT + 1] = (turn[2] - turn[6]) / (4 * step);
+    column[VIEW_POSE_AT + 2] = (turn[3] - turn[1]) / (4 * step);
+    for (int i = 0; i < 3; i++) {
+        column[VIEW_POSE_AT + 3 + i] =
+            (above.T_camera_instrument.t_mm[i] - below.T_camera_instrument.t_mm[i]) / (2 * step);
+    }
+}
+
+matrix derivatives(const zoom_problem &problem, const zoom_layout &layout,
+                   const zoom_estimate &estimate, size_t capture, int camera,
+                   const std::vector<int> &columns) {
+    const zoom_moment moment = moment_of(problem.captures[capture], camera);
+    const double reading = estimate.reading[capture][size_t(camera)];
+    std::vector<double> shared = estimate.shared;
+    matrix result(VIEW_BOARD_AT, long(columns.size()) + 1);
+    for (size_t i = 0; i < columns.size(); i++) {
+        double &value = shared[size_t(columns[i])];
+        const double middle = value;
+        const double step = layout.step(columns[i]);
+        value = middle + step;
+        const zoom_eye above = eye_at(problem, layout, shared.data(), moment, reading);
+        value = middle - step;
+        const zoom_eye below = eye_at(problem, layout, shared.data(), moment, reading);
+        value = middle;
+        difference(above, below, step, result.col(long(i)).data());
+    }
+    difference(eye_at(problem, layout, shared.data(), moment, reading + READING_STEP),
+               eye_at(problem, layout, shared.data(), moment, reading - READING_STEP), READING_STEP,
+               result.col(long(columns.size())).data());
+    return result;
+}
+
+void add_corner(const corner_rows &rows, double weight, view_block *sum) {
+    Eigen::Matrix<double, 2, VIEW_PARAMETERS> J;
+    for (int axis = 0; axis < 2; axis++) {
+        double *out = &J(axis, 0);
+        const auto put = [&out](const double *values, int count) {
+            for (int i = 0; i < count; i++, out += 2) {
+                *out = values[i];
+            }
+        };
+        put(rows.by_lens[axis], LENS_PARAMETERS);
+        put(rows.by_rig[axis], POSE_PARAMETERS);
+        put(rows.by_board[axis], POSE_PARAMETERS);
+        put(rows.by_warp[axis], WARP_PARAMETERS);
+    }
+    const Eigen::Vector2d r(rows.residual_px[0], rows.residual_px[1]);
+    sum->normal.noalias() += weight * (J.transpose() * J);
+    sum->gradient.noalias() += weight * (J.transpose() * r);
+}
+
+}  // namespace
+
+zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
+                const zoom_estimate &estimate, size_t capture, int camera) {
+    return eye_at(problem, layout, estimate.shared.data(),
+                  moment_of(problem.captures[capture], camera),
+                  estimate.reading[capture][size_t(camera)]);
+}
+
+bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
+                   const zoom_estimate &estimate, const zoom_eye &eye, size_t capture, int camera,
+                   const bundle_corner &corner, double residual_px[2]) {
+    const zoom_problem::capture &of = problem.captures[capture];
+    const bundle &board = problem.boards[of.board][size_t(camera)];
+    double on_board[3], in_instrument[3], in_camera[3], pixel[2];
+    warped(board.points[size_t(corner.index)], estimate.shared.data() + layout.warp_at(of.board),
+           on_board);
+    apply(estimate.T_instrument_board[of.place], on_board, in_instrument);
+    apply(eye.T_camera_instrument, in_instrument, in_camera);
+    if (!project(board.frame[RIGHT], eye.lens, in_camera, pixel)) {
+        return false;
+    }
+    residual_px[0] = pixel[0] - corner.x_px;
+    residual_px[1] = pixel[1] - corner.y_px;
+    return true;
+}
+
+view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout, double loss_scale,
+                         const zoom_estimate &estimate, size_t capture, int camera) {
+    const zoom_problem::capture &of = problem.captures[capture];
+    const bundle &board = problem.boards[of.board][size_t(camera)];
+    view_block block;
+    block.eye = eye_of(problem, layout, estimate, capture, camera);
+    block.columns = layout.columns(camera, of.setting[size_t(camera)], of.visit);
+    block.by_column = derivatives(problem, layout, estimate, capture, camera, block.columns);
+    block.normal = matrix::Zero(VIEW_PARAMETERS, VIEW_PARAMETERS);
+    block.gradient = vector::Zero(VIEW_PARAMETERS);
+    const double *warp = estimate.shared.data() + layout.warp_at(of.board);
+    for (const bundle_corner &corner : of.view[size_t(camera)].corners) {
+        corner_rows rows;
+        if (!corner.used || !make_corner_rows(board, RIGHT, corner, block.eye.lens,
+                                              estimate.T_instrument_board[of.place],
+                                              block.eye.T_camera_instrument, warp, &rows)) {
+            continue;
+        }
+        const double inverse = 1 / (corner.sigma_px * corner.sigma_px);
+        const double *r = rows.residual_px;
+        const double square = inverse * (r[0] * r[0] + r[1] * r[1]);
+        const double scale2 = loss_scale * loss_scale;
+        add_corner(rows, inverse / (scale2 > 0 ? 1 + square / scale2 : 1), &block);
+        block.squares += scale2 > 0 ? scale2 * std::log1p(square / scale2) : square;
+        block.residuals += 2;
+    }
+    return block;
+}
+
+focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
+                       int camera, const zoom_eye &eye, const rigid &T_instrument_board) {
+    const zoom_side &side = problem.side[size_t(camera)];
+    const zoom_axes &axes = problem.captures[capture].axes[size_t(camera)];
+    double middle[3];
+    apply(eye.T_camera_instrument, T_instrument_board.t_mm, middle);
+    focus_row row;
+    row.residual = eye.vergence - 1e3 / std::fmax(1, middle[2]);
+    double basis[ZOOM_TERMS_MAX];
+    chebyshev(zoom_unit(side.log_focal, std::log(eye.focal_px)), ZOOM_TERMS_MAX, basis);
+    for (int i = 0; i < layout.estimated_terms(ZOOM_VERGENCE); i++) {
+        row.columns.push_back(layout.terms_at(camera, ZOOM_VERGENCE) + i);
+        row.derivatives.push_back(basis[i]);
+    }
+    chebyshev(zoom_unit(side.focus, axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
+    for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
+        row.columns.push_back(layout.focus_at(camera) + i);
+        row.derivatives.push_back(basis[i + 1]);
+    }
+    return row;
+}
+
+double squares_of(const zoom_problem &problem, const zoom_layout &layout, const zoom_prior &prior,
+                  double loss_scale, const zoom_estimate &estimate, size_t place) {
+    double sum = 0;
+    const double scale2 = loss_scale * loss_scale;
+    for (const size_t index : problem.places[place].captures) {
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            const bundle_view &view = problem.captures[index].view[size_t(camera)];
+            const double sigma = prior.reading_sigma[size_t(camera)];
+            if (sigma > 0) {
+                const double off = estimate.reading[index][size_t(camera)] / sigma;
+                sum += off * off;
+            }
+            if (!view.used) {
+                continue;
+            }
+            const zoom_eye eye = eye_of(problem, layout, estimate, index, camera);
+            const double focus = focus_row_of(problem, layout, index, camera, eye,
+                                              estimate.T_instrument_board[place])
+                                     .residual /
+                                 prior.focused_sigma;
+            sum += focus * focus;
+            for (const bundle_corner &corner : view.corners) {
+                double r[2];
+                if (!corner.used) {
+                    continue;
+                }
+                if (!zoom_residual(problem, layout, estimate, eye, index, camera, corner, r)) {
+                    return INFINITY;
+                }
+                const double square =
+                    (r[0] * r[0] + r[1] * r[1]) / (corner.sigma_px * corner.sigma_px);
+                sum += scale2 > 0 ? scale2 * std::log1p(square / scale2) : square;
+            }
+        }
+    }
+    return sum;
+}
+
+}  // namespace calib

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The corners of one view as equations.
+#ifndef VERGENCE_CALIB_ZOOM_ZOOM_VIEW_HPP
+#define VERGENCE_CALIB_ZOOM_ZOOM_VIEW_HPP
+
+#include <vector>
+
+#include "calib/base/linear.hpp"
+#include "calib/zoom/zoom_model.hpp"
+
+namespace calib {
+
+zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
+                const zoom_estimate &estimate, size_t capture, int camera);
+
+/// Residual of one corner (predicted minus seen, px); false behind the camera.
+bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
+                   const zoom_estimate &estimate, const zoom_eye &eye, size_t capture, int camera,
+                   const bundle_corner &corner, double residual_px[2]);
+
+/// What a view's corners depend on: lens and pose of the camera, pose of the board, warp.
+enum {
+    VIEW_POSE_AT = LENS_PARAMETERS,
+    VIEW_BOARD_AT = VIEW_POSE_AT + POSE_PARAMETERS,
+    VIEW_WARP_AT = VIEW_BOARD_AT + POSE_PARAMETERS,
+    VIEW_PARAMETERS = VIEW_WARP_AT + WARP_PARAMETERS,
+};
+
+/// A view's corners as a quadratic form in the changes of those.
+struct view_block {
+    zoom_eye eye;
+    std::vector<int> columns;  // shared parameters that the camera depends on
+    /// Lens and pose of the camera by each of them, and by the reading (last column).
+    matrix by_column;
+    matrix normal;  // VIEW_PARAMETERS each way
+    vector gradient;
+    double squares = 0;
+    long residuals = 0;
+};
+
+view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout, double loss_scale,
+                         const zoom_estimate &estimate, size_t capture, int camera);
+
+/// The lens was focused on the board: the sharp plane's vergence minus the board's, 1/m.
+struct focus_row {
+    double residual;
+    std::vector<int> columns;
+    std::vector<double> derivatives;
+};
+focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
+                       int camera, const zoom_eye &eye, const rigid &T_instrument_board);
+
+/// Squares of one place's residuals, in standard deviations, and of what is known of its readings.
+double squares_of(const zoom_problem &problem, const zoom_layout &layout, const zoom_prior &prior,
+                  double loss_scale, const zoom_estimate &estimate, size_t place);
+
+}  // namespace calib
+
+#endif

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/zoom/zoom_solve.hpp"
+#include "stereo/geometry/geometry.h"
+#include "synthetic/rig_views.hpp"
+#include "synthetic/seed.hpp"
+#include "synthetic/zoom_views.hpp"
+
+namespace {
+
+using synthetic::Camera;
+using synthetic::Vector;
+using synthetic::ZoomMoment;
+
+// Sums of squares; `rms` divides.
+struct figures {
+    double focal = 0, epipolar_px = 0, depth_mm = 0;
+    int states = 0, points = 0;
+
+    void add(const figures &other) {
+        focal += other.focal;
+        epipolar_px += other.epipolar_px;
+        depth_mm += other.depth_mm;
+        states += other.states;
+        points += other.points;
+    }
+    figures rms() const {
+        return {std::sqrt(focal / states), std::sqrt(epipolar_px / points),
+                std::sqrt(depth_mm / points), 1, 1};
+    }
+};
+
+// Both cameras at a zoom, as they are and as they were found, focused at 1.8 m.
+struct both {
+    Camera truth[2];
+    zoom_pair found;
+};
+
+both cameras_at(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &views,
+                const calib::zoom_solution &solution, double zoom) {
+    both result;
+    zoom_state state{};
+    for (int side = 0; side < 2; side++) {
+        const synthetic::ZoomCamera &of = views.rig.camera[side];
+        ZoomMoment moment{zoom, synthetic::focus_of(of.lens, zoom, 1800),
+                          synthetic::toe_in_rad(plan, side)};
+        state.side[side].zoom_counts = moment.zoom;
+        state.side[side].focus_counts = moment.focus;
+        state.side[side].pan_rad = moment.pan_rad;
+        moment.pan_rad += views.pan_off_rad[side];
+        result.truth[side] = synthetic::camera_at(of, moment);
+    }
+    zoom_pair_at(solution.rig->camera, &state, &result.found);
+    return result;
+}
+
+// The ray of a pixel in the instrument's frame.
+void direction_of(const zoom_pair &pair, int side, const double pixel[2], double direction[3]) {
+    double ray[3];
+    REQUIRE(lens_ray(&pair.side[side].lens, pixel, ray));
+    geometry_rotate(pair.side[side].R_instrument_camera, ray, direction);
+}
+
+// Points at 1.8 m that both cameras see, by the rays of the found cameras.
+figures compare_points(const both &cameras, int count) {
+    synthetic::Random random(7);
+    figures sum;
+    for (int attempt = 0; attempt < 10 * count && sum.points < count; attempt++) {
+        const double left[2] = {random.uniform(5, 2042), random.uniform(5, 1530)};
+        const Vector ray = cameras.truth[0].direction({left[0], left[1]});
+        const Vector point = cameras.truth[0].centre_mm + (1800 / ray.z) * ray;
+        const auto other = cameras.truth[1].project(point);
+        if (!other || other->x < 5 || other->y < 5 || other->x > 2042 || other->y > 1530) {
+            continue;
+        }
+        const double right[2] = {other->x, other->y};
+        double a[3], b[3];
+        direction_of(cameras.found, 0, left, a);
+        direction_of(cameras.found, 1, right, b);
+        geometry_midpoint met;
+        REQUIRE(geometry_rays_midpoint(cameras.found.side[0].position_mm, a,
+                                       cameras.found.side[1].position_mm, b, &met));
+        // The miss as the right camera sees it.
+        const double off_px = met.miss_mm / (met.t * geometry_norm(b)) * cameras.truth[1].fx;
+        const double off_mm = met.point_mm[2] - point.z;
+        sum.epipolar_px += off_px * off_px;
+        sum.depth_mm += off_mm * off_mm;
+        sum.points++;
+    }
+    return sum;
+}
+
+// Errors at zooms half way between those of the plan.
+figures compare(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &views,
+                const calib::zoom_solution &solution) {
+    figures sum;
+    const std::vector<double> &settings = solution.problem.side[0].settings;
+    for (size_t k = 0; k + 1 < settings.size(); k++) {
+        const both cameras =
+            cameras_at(plan, views, solution, 0.5 * (settings[k] + settings[k + 1]));
+        sum.add(compare_points(cameras, 400));
+        double worse = 0;
+        for (int side = 0; side < 2; side++) {
+            worse = std::max(
+                worse, std::fabs(cameras.found.side[side].lens.fx_px / cameras.truth[side].fx - 1));
+        }
+        sum.focal += worse * worse;
+        sum.states++;
+    }
+    return sum;
+}
+
+void print(const char *what, const figures &error) {
+    std::printf("%s: f %.4f %%, epipolar %.4f px, depth %.3f mm\n", what, 100 * error.focal,
+                error.epipolar_px, error.depth_mm);
+}
+
+}  // namespace
+
+TEST_CASE("a joint solution is right at zooms between those of the boards") {
+    const uint64_t seed = synthetic::test_seed();
+    figures all;
+    for (int draw = 0; draw < synthetic::draws(1); draw++) {
+        synthetic::ZoomPlan plan;
+        plan.boards = 6;
+        const uint64_t scene = seed + uint64_t(draw);
+        INFO("scene seed " << scene << ", noise seed " << scene + 1000);
+        const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, scene, scene + 1000);
+        const calib::zoom_solution solution = calib::solve_zoom(views.seen, {});
+        REQUIRE(solution.failure == "");
+        CHECK(solution.noise_ratio > 0.95);
+        CHECK(solution.noise_ratio < 1.05);
+        const figures error = compare(plan, views, solution);
+        print(("scene " + std::to_string(scene)).c_str(), error.rms());
+        all.add(error);
+    }
+    const figures error = all.rms();
+    print("all", error);
+    CHECK(error.focal < 1e-3);
+    CHECK(error.epipolar_px < 0.2);
+    CHECK(error.depth_mm < 1.5);
+}
+
+TEST_CASE("the solver's cameras are those of the calibration that it writes") {
+    synthetic::ZoomPlan plan;
+    plan.zooms = 4;
+    plan.boards = 5;
+    const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
+    const calib::zoom_solution solution = calib::solve_zoom(views.seen, {});
+    REQUIRE(solution.failure == "");
+    zoom_state state{};
+    const ZoomMoment moment[2] = {{431, 590, 0.05}, {577, 620, -0.09}};
+    for (int side = 0; side < 2; side++) {
+        state.side[side].zoom_counts = moment[side].zoom;
+        state.side[side].focus_counts = moment[side].focus;
+        state.side[side].pan_rad = moment[side].pan_rad;
+    }
+    zoom_pair pair;
+    zoom_pair_at(solution.rig->camera, &state, &pair);
+    for (int side = 0; side < 2; side++) {
+        const calib::zoom_eye eye = calib::eye_at(
+            solution.problem, solution.layout, solution.estimate.shared.data(),
+            {side, -1, -1, {moment[side].zoom, moment[side].focus, moment[side].pan_rad}}, 0);
+        const lens lens =
+            calib::lens_from_state(solution.problem.side[size_t(side)].frame, eye.lens);
+        const calib::rigid back = calib::inverse(eye.T_camera_instrument);
+        CHECK(pair.side[side].lens.fx_px == doctest::Approx(lens.fx_px).epsilon(1e-9));
+        CHECK(pair.side[side].lens.cx_px == doctest::Approx(lens.cx_px).epsilon(1e-9));
+        CHECK(pair.side[side].lens.cy_px == doctest::Approx(lens.cy_px).epsilon(1e-9));
+        CHECK(pair.side[side].lens.k1 == doctest::Approx(lens.k1).epsilon(1e-9));
+        CHECK(pair.side[side].lens.k2 == doctest::Approx(lens.k2).epsilon(1e-9));
+        CHECK(pair.side[side].lens.p1 == doctest::Approx(lens.p1).epsilon(1e-9));
+        CHECK(pair.side[side].lens.p2 == doctest::Approx(lens.p2).epsilon(1e-9));
+        for (int i = 0; i < 9; i++) {
+            CHECK(pair.side[side].R_instrument_camera[i] ==
+                  doctest::Approx(back.R[i]).epsilon(1e-9));
+        }
+        for (int i = 0; i < 3; i++) {
+            CHECK(std::fabs(pair.side[side].position_mm[i] - back.t_mm[i]) < 1e-7);
+        }
+    }
+}
