@@ -24,6 +24,11 @@ IMAGE = os.environ.get("VERGENCE_IMAGE", "")
 VERGENCE = os.environ.get("VERGENCE", "vergence")
 # Limits for a machine that does much else; the figures are in firmware/image/README.md.
 BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
+ANSWER_LIMIT_S = 5  # of the console, whatever became of the daemon
+# Ways to end or to stop what runs on the board. The last one leaves the system's watchdog alone.
+KILL, STOP = "kill -9 $(pidof vergenced)", "kill -STOP $(pidof vergenced)"
+WATCHDOG_LIMIT_S = 60
+STOP_ALL = "kill -STOP $(pidof supervise) $(pidof vergenced)"
 PROMPT = r"(?:\r?vergence> )+"  # the editor may show it twice
 
 
@@ -172,6 +177,28 @@ class BoardTest(unittest.TestCase):
         folder = tempfile.mkdtemp(prefix="board-test-")
         cls.addClassCleanup(shutil.rmtree, folder)
         return pathlib.Path(folder)
+
+    def servos_are_driven(self, rig):
+        """Left and right: whether there are pulses at the pins of the simulated rig's bridge."""
+        done = subprocess.run([ROOT / "tools/simrig/control", f"unix:{rig}", "status"],
+                              capture_output=True, text=True, check=True)
+        return [word == "true" for word in re.findall(r"pan_driven: (\w+)", done.stdout)]
+
+    def assert_answers_again(self, begin_s):
+        """The console, within its time since then."""
+        self.board.wait_prompt(60)
+        self.assertRegex(self.board.type("status"), r"OK$")
+        needed_s = time.monotonic() - begin_s
+        print(f"{self.id()}: the console answers after {needed_s:.1f} s")
+        self.assertLess(needed_s, ANSWER_LIMIT_S)
+
+    def assert_board_starts_again(self):
+        """By the system's watchdog."""
+        self.board.wait("^U-Boot 20", WATCHDOG_LIMIT_S)
+        begin_s = time.monotonic()
+        self.board.wait_prompt()
+        self.assertRegex(self.board.type("status"), r"OK$")
+        print(f"{self.id()}: the console answers {time.monotonic() - begin_s:.1f} s after the reset")
 
     @classmethod
     def begin(cls, *words, **options):

@@ -11,11 +11,12 @@ import subprocess
 import time
 import unittest
 
-from board_process import BOOT_LIMIT_S, COMMAND_LIMIT_S, ROOT, VERGENCE, BoardTest
+from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, STOP, STOP_ALL, VERGENCE,
+                           BoardTest)
 
 SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
 RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
-SAFE_LIMIT_S = 5
+SAFE_LIMIT_S = 3
 PARTS = {"FPGA bridge", "left sensor", "right sensor", "left camera", "right camera", "left servo",
          "right servo", "left lens", "right lens", "bridge's reset line", "bridge's interrupt line"}
 
@@ -121,35 +122,38 @@ class Linux(LinuxTest):
         self.assertLess(guest_end_s - guest_s, (host_end_s - host_s) / 2)
         self.assertEqual(self.complaints(), "")
 
-    def servos_are_driven(self):
-        """Left and right: whether there are pulses at the bridge's pins."""
-        done = subprocess.run([ROOT / "tools/simrig/control", f"unix:{self.place}/board.sock",
-                               "status"], capture_output=True, text=True, check=True)
-        return [word == "true" for word in re.findall(r"pan_driven: (\w+)", done.stdout)]
-
     def assert_safe_after(self, command):
         """The servos rest within the period of the bridge's own watchdog, whatever becomes of the
-        daemon."""
+        daemon. Returns the time of the command."""
+        rig = self.place / "board.sock"
         self.on_board("bringup")
         self.on_board("pan 3 right=-3")
-        self.assertEqual(self.servos_are_driven(), [True, True])
+        self.assertEqual(self.servos_are_driven(rig), [True, True])
+        begin_s = time.monotonic()
         self.board.shell(command)
-        end = time.monotonic() + SAFE_LIMIT_S
-        while any(self.servos_are_driven()):
-            self.assertLess(time.monotonic(), end, "the servos still get pulses")
+        while any(self.servos_are_driven(rig)):
+            self.assertLess(time.monotonic() - begin_s, SAFE_LIMIT_S, "the servos still get pulses")
             time.sleep(0.05)
+        print(f"{self.id()}: the servos rest after {time.monotonic() - begin_s:.1f} s")
+        return begin_s
+
+    def assert_servos_rest(self):
+        self.assertEqual(self.servos_are_driven(self.place / "board.sock"), [False, False])
 
     def test_the_servos_are_safe_when_the_daemon_is_killed(self):
-        self.assert_safe_after("kill -9 $(pidof vergenced)")
-        self.board.wait_prompt()
-        self.assertEqual(self.servos_are_driven(), [False, False])
+        self.assert_answers_again(self.assert_safe_after(KILL))
+        self.assert_servos_rest()
 
     def test_the_servos_are_safe_while_the_daemon_is_stuck(self):
-        # The board's watchdog would start it again much later: tests/board/boot_test.py.
-        self.assert_safe_after("kill -STOP $(pidof vergenced)")
-        self.board.shell("kill -9 $(pidof vergenced)")
-        self.board.wait_prompt()
-        self.assertEqual(self.servos_are_driven(), [False, False])
+        self.assert_answers_again(self.assert_safe_after(STOP))
+        self.assert_servos_rest()
+        self.on_board("bringup")
+
+    def test_the_servos_are_safe_while_all_is_stuck(self):
+        self.assert_safe_after(STOP_ALL)
+        self.assert_board_starts_again()
+        self.assert_servos_rest()
+        self.on_board("bringup")
 
     def test_a_board_that_is_reset_in_the_middle_of_a_frame(self):
         self.on_board("bringup")

@@ -16,10 +16,10 @@ ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 RESULTS = ["boot.scr", "kernel.uimage", "root.uimage", "vergence.fit"]
 FIELDS = ("ino", "mode", "uid", "gid", "links", "time", "size", "major", "minor", "rmajor", "rminor",
           "namesize", "check")
-SCRIPTS = ("init", "etc/vergence/serve", "etc/udhcpc.script")
+SCRIPTS = ("init", "etc/vergence/serve", "etc/vergence/supervise", "etc/udhcpc.script")
 # What the scripts call; what is part of the shell is not in BusyBox's list.
-CALLED = {"cat", "chmod", "chown", "grep", "hostname", "init", "insmod", "ip", "mkdir", "mount", "sed",
-          "sh", "start-stop-daemon", "sysctl", "tail", "tr", "udhcpc", "umount", "usleep"}
+CALLED = {"cat", "chmod", "chown", "grep", "hostname", "init", "insmod", "ip", "mkdir", "mount", "rm",
+          "sed", "sh", "start-stop-daemon", "sysctl", "tail", "tr", "udhcpc", "umount", "usleep"}
 
 
 def run(*words, code=0, **options):

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A client of the simulated rig, as its board (tools/simrig/protocol/simrig_protocol.h)."""
+"""A client of the simulated rig, as its board or for control (tools/simrig/protocol/simrig_protocol.h)."""
 import socket
 import struct
 
-MAGIC, VERSION, BOARD, REPLY = 0x47495256, 1, 0, 0x8000
+MAGIC, VERSION, REPLY = 0x47495256, 1, 0x8000
+BOARD, CONTROL = range(2)
 HELLO, TIME, ADVANCE = 1, 2, 3
 I2C, GPIO_SET, GPIO_GET = 16, 17, 18
 FRAME_ARM, FRAME_WAIT, FRAME_CANCEL, SERIAL_WRITE, SERIAL_READ = range(19, 24)
@@ -18,7 +19,7 @@ class Refused(Exception):
 
 
 class Rig:
-    def __init__(self, where):
+    def __init__(self, where, role=BOARD):
         kind, _, place = where.partition(":")
         try:
             if kind == "unix":
@@ -32,7 +33,7 @@ class Rig:
             raise Refused(f"no rig at {where}: {error} (expected unix:PATH or tcp:HOST:PORT of a "
                           "running simrig)") from error
         self.tag = 0
-        greeting = self.ask(HELLO, struct.pack("<IHH", MAGIC, VERSION, BOARD) + b"board in QEMU")
+        greeting = self.ask(HELLO, struct.pack("<IHH", MAGIC, VERSION, role) + b"board in QEMU")
         if struct.unpack_from("<HH", greeting)[1]:
             raise Refused(f"the rig at {where} runs in wall time: start it without --wall")
         self.now_us = self.time_us()
