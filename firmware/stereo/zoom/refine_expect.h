@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where a point of the left picture of a pair may be in the right one, as uncertain as the views
+/// are.
+#ifndef VERGENCE_STEREO_ZOOM_REFINE_EXPECT_H
+#define VERGENCE_STEREO_ZOOM_REFINE_EXPECT_H
+
+#include "stereo/image/image.h"
+#include "stereo/zoom/self_calibration.h"
+#include "stereo/zoom/sparse_match.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { REFINE_TERMS = 2 * VIEW_TERMS };
+
+/// A pair of grey pictures, the part of the sensor that they show, and where the motors were.
+struct refine_picture {
+    struct image_u8 grey[2];
+    struct calibration_window window[2];
+    struct zoom_state state;
+    double depth_near_mm, depth_far_mm;  // that scenes may have; far may be INFINITY
+};
+
+/// Between pixels of a picture and of the sensor.
+void refine_to_sensor(const struct calibration_window *window, double px[2]);
+void refine_from_sensor(const struct calibration_window *window, double px[2]);
+
+struct refine_expectation {
+    const struct refine_picture *picture;
+    const struct self_calibration *self;
+    double across_px;  // added to what the uncertainty asks for
+};
+
+/// `expectation` is a struct refine_expectation.
+bool refine_expect(void *expectation, const double left_px[2], struct sparse_region *region);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

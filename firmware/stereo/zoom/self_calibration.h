@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What pictures show about the cameras that took them. The unknowns are small corrections of each
+/// camera at each state of the motors (a view); their prior follows from the calibration: the
+/// covariance of its parameters, the irregularity of its functions, and the motors' deviations, of
+/// which drift and pan are common to all states. Observations of the same points in several views
+/// then give the most probable corrections and the covariance that remains: what no picture shows
+/// keeps the sigma of the prior.
+#ifndef VERGENCE_STEREO_ZOOM_SELF_CALIBRATION_H
+#define VERGENCE_STEREO_ZOOM_SELF_CALIBRATION_H
+
+#include "core/arena.h"
+#include "stereo/zoom/self_prior.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct self_calibration {
+    int views, terms;
+    struct camera_view nominal[SELF_VIEWS_MAX], view[SELF_VIEWS_MAX];  // before, corrected
+    double correction[SELF_TERMS_MAX];
+    double *prior;      // terms x terms: covariance = prior prior^T, lower triangle
+    double *posterior;  // the same, of what remains
+    double *work;       // three of that size
+};
+
+/// A point that several views see.
+struct self_track {
+    int count;
+    int view[SELF_SEEN_MAX];
+    double pixel_px[SELF_SEEN_MAX][2];
+    struct far_point point;
+    double residual;  // rms in px of the last fit, of what the point cannot absorb
+    bool rejected;
+};
+
+/// Views and prior of `states` <= SELF_STATES_MAX states. Pan is untouched between states. Takes
+/// its memory from the arena. ERROR_MEMORY.
+int self_calibration_begin(const struct zoom_calibration *calibration,
+                           const struct zoom_state *state, int states, struct arena *arena,
+                           struct self_calibration *self);
+size_t self_calibration_need_bytes(int states);
+
+/// Places a point where its first two observations meet, then fits all of them. False if the point
+/// is behind a camera, or a lens does not see it.
+bool self_track_place(const struct self_calibration *self, struct self_track *track);
+
+/// The residual of a track of two observations in px, signed, and its derivatives with respect to
+/// the corrections of the two views, so that only what the point cannot absorb remains. False if
+/// the point cannot be placed.
+bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
+                         double *residual_px, double derivative[2 * VIEW_TERMS]);
+
+/// The corrections that fit the tracks, from the present ones on, with Cauchy weights:
+/// `sigma_px` is the standard deviation of one coordinate of an observation. Tracks with
+/// `rejected` set are not used. Returns the number of tracks used.
+int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count,
+                           double sigma_px);
+
+/// Standard deviation of `gradient` times the corrections, before and after.
+double self_prior_sigma(const struct self_calibration *self, const double *gradient);
+double self_posterior_sigma(const struct self_calibration *self, const double *gradient);
+
+/// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
+/// in the left view at `left_px`, at `depth_mm`.
+bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],
+                         double depth_mm, double gradient[SELF_TERMS_MAX]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/zoom/refine_pair.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "core/error.h"
+#include "synthetic/zoom_rig.hpp"
+
+namespace {
+
+constexpr int kSkip = 2, kWidth = 1024, kHeight = 768;
+
+double hash(int x, int y) {
+    uint32_t h = static_cast<uint32_t>(x) * 374761393U + static_cast<uint32_t>(y) * 668265263U;
+    h = (h ^ (h >> 13)) * 1274126177U;
+    return static_cast<double>((h ^ (h >> 16)) & 0xffffU) / 65535.0;
+}
+
+// Smooth noise with a grain of 1.
+double grain(double x, double y) {
+    const int ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
+    double tx = x - ix, ty = y - iy;
+    tx = tx * tx * (3 - 2 * tx);
+    ty = ty * ty * (3 - 2 * ty);
+    const double above = hash(ix, iy) + tx * (hash(ix + 1, iy) - hash(ix, iy));
+    const double below = hash(ix, iy + 1) + tx * (hash(ix + 1, iy + 1) - hash(ix, iy + 1));
+    return above + ty * (below - above);
+}
+
+double relief_mm(double x, double y) {
+    return 1800 + 40 * std::sin(x / 170 + 0.5) * std::cos(y / 130);
+}
+
+// What a camera sees of the relief, every second pixel of the sensor both ways.
+std::vector<uint8_t> picture(const zoom_rig::camera_truth &camera, double texture_mm) {
+    std::vector<uint8_t> grey(static_cast<size_t>(kWidth) * kHeight);
+    for (int v = 0; v < kHeight; v++) {
+        for (int u = 0; u < kWidth; u++) {
+            const double xd = (kSkip * u - 0.5 - camera.centre_px[0]) / camera.image_distance_px;
+            const double yd = (kSkip * v - 0.5 - camera.centre_px[1]) / camera.image_distance_px;
+            double x = xd, y = yd;
+            for (int step = 0; step < 8; step++) {
+                const double r2 = x * x + y * y;
+                const double radial =
+                    1 + r2 * (camera.k[0] + r2 * (camera.k[1] + r2 * camera.k[2]));
+                const double *p = camera.p;
+                const double dx = 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x);
+                const double dy = p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y;
+                x = (xd - dx) / radial;
+                y = (yd - dy) / radial;
+            }
+            const double *R = camera.R_world_camera;
+            const double d[3] = {R[0] * x + R[1] * y + R[2], R[3] * x + R[4] * y + R[5],
+                                 R[6] * x + R[7] * y + R[8]};
+            double z = 1800, at_x = 0, at_y = 0;
+            for (int step = 0; step < 5; step++) {
+                at_x = camera.position_mm[0] + d[0] / d[2] * (z - camera.position_mm[2]);
+                at_y = camera.position_mm[1] + d[1] / d[2] * (z - camera.position_mm[2]);
+                z = relief_mm(at_x, at_y);
+            }
+            const double value = 0.6 * grain(at_x / texture_mm, at_y / texture_mm) +
+                                 0.4 * grain(at_x / (3 * texture_mm) + 40, at_y / (3 * texture_mm));
+            grey[static_cast<size_t>(v) * kWidth + static_cast<size_t>(u)] =
+                static_cast<uint8_t>(30 + 190 * value);
+        }
+    }
+    return grey;
+}
+
+struct Scene {
+    std::vector<uint8_t> pixels[2];
+    zoom_rig::camera_truth truth[2];
+    refine_picture picture;
+};
+
+// Motors off by `counts` and `pan_rad`, in opposite ways.
+Scene scene(double zoom, double counts, double pan_rad) {
+    Scene scene = {};
+    scene.picture.state = zoom_rig::state(zoom, 1800);
+    scene.picture.depth_near_mm = 500;
+    scene.picture.depth_far_mm = INFINITY;
+    for (int side = 0; side < 2; side++) {
+        const auto &at = scene.picture.state.side[side];
+        const double sign = side == 0 ? 1 : -1;
+        scene.truth[side] = zoom_rig::truth_at(side, at.zoom_counts + sign * counts,
+                                               at.focus_counts, at.pan_rad + sign * pan_rad, true);
+        scene.pixels[side] =
+            ::picture(scene.truth[side], 6 * 1800 / scene.truth[0].image_distance_px);
+        scene.picture.grey[side] = {scene.pixels[side].data(), kWidth, kHeight, kWidth};
+        scene.picture.window[side] = {0, 0, kSkip};
+    }
+    return scene;
+}
+
+struct Memory {
+    std::vector<unsigned char> bytes;
+    arena pool = {};
+    explicit Memory(size_t size) : bytes(size) { arena_init(&pool, bytes.data(), size); }
+};
+
+size_t need() {
+    return refine_calibration_need_bytes(kWidth, kHeight);
+}
+
+TEST_CASE("a refined pair has its rows together and its focal lengths in the right ratio") {
+    const auto rig = zoom_rig::calibration();
+    for (const double zoom : {310.0, 840.0}) {
+        CAPTURE(zoom);
+        Scene at = scene(zoom, 2, 0.3 * M_PI / 180);
+        Memory memory(need());
+        calibration result;
+        refine_report report;
+        calibration_fault fault = {};
+        REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report,
+                                   &fault) == ERROR_OK);
+        CHECK(memory.pool.peak_bytes <= need());
+        CHECK(memory.pool.used_bytes == 0);
+        CHECK(report.used > 300);
+        CHECK(report.rows_before_px > 0.5);
+        CHECK(report.rows_px < 0.2);
+        CHECK(report.depth.after < 0.7 * report.depth.before);
+        const double ratio = at.truth[1].image_distance_px / at.truth[0].image_distance_px;
+        CHECK(std::abs(result.right.fx_px / result.left.fx_px / ratio - 1) <
+              4 * report.ratio.after);
+        CHECK(result.left.width_px == kWidth);
+        CHECK(std::abs(result.left.fx_px * kSkip / at.truth[0].image_distance_px - 1) <
+              4 * report.focal.before);
+        CHECK(calibration_depth_sigma_mm(&result, report.depth_mm) >= report.depth.after * 0.999);
+    }
+}
+
+TEST_CASE("without texture the prior stays, and its sigma is reported") {
+    const auto rig = zoom_rig::calibration();
+    Scene at = {};
+    at.picture.state = zoom_rig::state(500, 1800);
+    at.picture.depth_near_mm = 900;
+    at.picture.depth_far_mm = INFINITY;
+    for (int side = 0; side < 2; side++) {
+        at.pixels[side].assign(static_cast<size_t>(kWidth) * kHeight, 128);
+        at.picture.grey[side] = {at.pixels[side].data(), kWidth, kHeight, kWidth};
+        at.picture.window[side] = {0, 0, kSkip};
+    }
+    Memory memory(need());
+    calibration result, plain;
+    refine_report report;
+    REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+            ERROR_OK);
+    REQUIRE(zoom_calibration_at(rig.get(), &at.picture.state, &plain, nullptr) == ERROR_OK);
+    CHECK(report.used == 0);
+    CHECK(report.depth.after == report.depth.before);
+    CHECK(report.depth.after > 50);
+    CHECK(report.health == REFINE_TOUCH_UP);
+    CHECK(result.left.fx_px == doctest::Approx(plain.left.fx_px / kSkip));
+}
+
+TEST_CASE("pictures of different things are not matched") {
+    const auto rig = zoom_rig::calibration();
+    Scene at = scene(500, 0, 0);
+    std::reverse(at.pixels[1].begin(), at.pixels[1].end());
+    Memory memory(need());
+    calibration result;
+    refine_report report;
+    REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+            ERROR_OK);
+    CHECK(report.used == 0);
+}
+
+TEST_CASE("too little memory is reported") {
+    const auto rig = zoom_rig::calibration();
+    Scene at = scene(500, 0, 0);
+    Memory memory(need() / 2);
+    calibration result;
+    refine_report report;
+    CHECK(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
+          ERROR_MEMORY);
+}
+
+}  // namespace

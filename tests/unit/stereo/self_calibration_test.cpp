@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stereo/zoom/self_calibration.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "random_rig.hpp"
+#include "synthetic/seed.hpp"
+#include "synthetic/zoom_rig.hpp"
+
+namespace {
+
+using random_rig::Random;
+using random_rig::uniform;
+
+double normal(Random &random) {
+    return std::sqrt(-2 * std::log(uniform(random, 1e-12, 1))) *
+           std::cos(2 * M_PI * uniform(random, 0, 1));
+}
+
+// A camera by the simulated rig's formulas, and the equations of Brown and Conrady, written here
+// once more.
+bool see(const zoom_rig::camera_truth &camera, const double point[3], double px[2]) {
+    double d[3], c[3];
+    for (int i = 0; i < 3; i++) {
+        d[i] = point[i] - camera.position_mm[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        c[i] = camera.R_world_camera[i] * d[0] + camera.R_world_camera[3 + i] * d[1] +
+               camera.R_world_camera[6 + i] * d[2];
+    }
+    const double x = c[0] / c[2], y = c[1] / c[2], r2 = x * x + y * y;
+    const double radial = 1 + r2 * (camera.k[0] + r2 * (camera.k[1] + r2 * camera.k[2]));
+    const double *p = camera.p;
+    px[0] = camera.centre_px[0] +
+            camera.image_distance_px * (x * radial + 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x));
+    px[1] = camera.centre_px[1] +
+            camera.image_distance_px * (y * radial + p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y);
+    return px[0] > 0 && px[0] < 2047 && px[1] > 0 && px[1] < 1535;
+}
+
+struct Memory {
+    std::vector<unsigned char> bytes;
+    arena pool = {};
+    explicit Memory(size_t size) : bytes(size) { arena_init(&pool, bytes.data(), size); }
+};
+
+struct Truth {
+    zoom_rig::camera_truth camera[2];
+};
+
+// Where the cameras are in truth, if the motors are off by random amounts.
+Truth off(const zoom_calibration &calibration, const zoom_state &claimed, Random &random) {
+    Truth truth = {};
+    for (int side = 0; side < 2; side++) {
+        const zoom_camera &camera = calibration.camera[side];
+        const auto &at = claimed.side[side];
+        const double counts = std::hypot(camera.reading_sigma_counts, camera.drift_sigma_counts);
+        truth.camera[side] =
+            zoom_rig::truth_at(side, at.zoom_counts + counts * normal(random),
+                               at.focus_counts + counts * normal(random),
+                               at.pan_rad + camera.pan_sigma_rad * normal(random), true);
+    }
+    return truth;
+}
+
+// Tracks of points with relief in front of both cameras, with noise.
+std::vector<self_track> observe(const Truth &truth, double noise_px, int count, Random &random) {
+    std::vector<self_track> tracks;
+    const double half_mm = 900 * 1024 / truth.camera[0].image_distance_px;
+    while (static_cast<int>(tracks.size()) < count) {
+        const double point[3] = {125 + uniform(random, -2, 2) * half_mm,
+                                 uniform(random, -1.5, 1.5) * half_mm, uniform(random, 1650, 1950)};
+        self_track track = {};
+        track.count = 2;
+        track.view[1] = 1;
+        if (see(truth.camera[0], point, track.pixel_px[0]) &&
+            see(truth.camera[1], point, track.pixel_px[1])) {
+            for (int i = 0; i < 4; i++) {
+                track.pixel_px[i / 2][i % 2] += noise_px * normal(random);
+            }
+            tracks.push_back(track);
+        }
+    }
+    return tracks;
+}
+
+// Depth error in mm of views at the point 1800 mm in front of the left camera.
+double depth_error(const Truth &truth, const camera_view view[2]) {
+    const zoom_rig::camera_truth &left = truth.camera[0];
+    double point[3], px[2][2];
+    for (int i = 0; i < 3; i++) {
+        point[i] = left.position_mm[i] + 1800 * left.R_world_camera[3 * i + 2];
+    }
+    (void)see(left, point, px[0]);
+    (void)see(truth.camera[1], point, px[1]);
+    double ray[2][3], seen[3], offset[3];
+    geometry_midpoint middle;
+    REQUIRE(camera_view_ray(&view[0], px[0], ray[0]));
+    REQUIRE(camera_view_ray(&view[1], px[1], ray[1]));
+    REQUIRE(
+        geometry_rays_midpoint(view[0].position_mm, ray[0], view[1].position_mm, ray[1], &middle));
+    for (int i = 0; i < 3; i++) {
+        offset[i] = middle.point_mm[i] - view[0].position_mm[i];
+    }
+    geometry_rotate_back(view[0].R_instrument_camera, offset, seen);
+    return seen[2] - 1800;
+}
+
+TEST_CASE("a view without correction is the calibration's, and sees what the equations say") {
+    Random random(synthetic::test_seed());
+    const auto calibration = zoom_rig::calibration();
+    Memory memory(self_calibration_need_bytes(1));
+    for (const double zoom : {300.0, 500.0, 850.0}) {
+        const zoom_state state = zoom_rig::state(zoom, 1800);
+        memory.pool.used_bytes = 0;
+        self_calibration self;
+        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+        for (int side = 0; side < 2; side++) {
+            const auto truth = zoom_rig::truth_at(side, zoom, state.side[side].focus_counts,
+                                                  state.side[side].pan_rad, false);
+            far_point point = {{10, -5, 3}, 0.02, -0.01, 1 / 1700.0};
+            const double world[3] = {10 + 0.02 * 1700, -5 - 0.01 * 1700, 3 + 1700};
+            double expected[2], px[2];
+            (void)see(truth, world, expected);
+            REQUIRE(camera_view_project(&self.view[side], &point, px, nullptr, nullptr));
+            // The fitted curves differ from the formulas by less than this.
+            CHECK(std::abs(px[0] - expected[0]) < 0.15);
+            CHECK(std::abs(px[1] - expected[1]) < 0.15);
+        }
+    }
+}
+
+TEST_CASE("the derivatives of a projection are those of small corrections") {
+    const auto calibration = zoom_rig::calibration();
+    for (const double zoom : {300.0, 850.0}) {
+        const zoom_state state = zoom_rig::state(zoom, 1800);
+        Memory memory(self_calibration_need_bytes(1));
+        self_calibration self;
+        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+        const camera_view &view = self.view[0];
+        const double corner[2] = {1800, 1300};
+        double ray[3], px[2], of_view[2][VIEW_TERMS], of_point[2][3];
+        REQUIRE(camera_view_ray(&view, corner, ray));
+        const far_point point = {{1, 2, 3}, ray[0] / ray[2], ray[1] / ray[2], 1 / 1500.0};
+        REQUIRE(camera_view_project(&view, &point, px, of_view, of_point));
+        for (int term = 0; term < VIEW_TERMS; term++) {
+            const double step =
+                term == VIEW_FOCAL || (term >= VIEW_ROTATION_X && term <= VIEW_ROTATION_Z) ? 1e-6
+                                                                                           : 1e-3;
+            double moved[2][2];
+            for (int sign = 0; sign < 2; sign++) {
+                double correction[VIEW_TERMS] = {};
+                correction[term] = sign == 0 ? -step : step;
+                camera_view corrected;
+                camera_view_correct(&view, correction, &corrected);
+                REQUIRE(camera_view_project(&corrected, &point, moved[sign], nullptr, nullptr));
+                double back[VIEW_TERMS];
+                camera_view_difference(&corrected, &view, back);
+                CHECK(back[term] == doctest::Approx(correction[term]).epsilon(1e-6));
+            }
+            for (int i = 0; i < 2; i++) {
+                const double slope = (moved[1][i] - moved[0][i]) / (2 * step);
+                CAPTURE(term);
+                CHECK(of_view[i][term] == doctest::Approx(slope).epsilon(1e-3).scale(1));
+            }
+        }
+    }
+}
+
+TEST_CASE("a pair brings rows together, and its error agrees with the predicted sigma") {
+    Random random(synthetic::test_seed());
+    const auto calibration = zoom_rig::calibration();
+    const int draws = synthetic::rounds(60, 3);
+    for (const double zoom : {300.0, 422.0, 850.0}) {
+        const zoom_state state = zoom_rig::state(zoom, 1800);
+        double square = 0, before = 0, after = 0;
+        for (int draw = 0; draw < draws; draw++) {
+            Memory memory(self_calibration_need_bytes(1));
+            self_calibration self;
+            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            const Truth truth = off(*calibration, state, random);
+            std::vector<self_track> tracks = observe(truth, 0.1, 300, random);
+            const double error_before = depth_error(truth, self.view);
+            CHECK(self_calibration_solve(&self, tracks.data(), 300, 0.1) == 300);
+            double rows = 0;
+            for (const self_track &track : tracks) {
+                rows += track.residual * track.residual / 300;
+            }
+            CHECK(std::sqrt(rows) < 0.115);
+            const double centre[2] = {1030, 766};
+            double gradient[SELF_TERMS_MAX];
+            REQUIRE(self_depth_gradient(&self, 0, centre, 1800, gradient));
+            const double sigma = self_posterior_sigma(&self, gradient);
+            CHECK(sigma <= self_prior_sigma(&self, gradient) * 1.0001);
+            const double error = depth_error(truth, self.view);
+            square += error * error / (sigma * sigma) / draws;
+            before += error_before * error_before / draws;
+            after += error * error / draws;
+        }
+        CAPTURE(zoom);
+        if (draws >= 60) {
+            CHECK(after < 0.6 * before);
+            // The mount and lens of this draw are the calibration's own: less error than predicted.
+            CHECK(std::sqrt(square) < 1.25);
+        }
+    }
+}
+
+TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in common") {
+    const auto calibration = zoom_rig::calibration();
+    Random random(synthetic::test_seed());
+    const zoom_state state = zoom_rig::state(600, 1800);
+    Memory memory(self_calibration_need_bytes(1));
+    self_calibration self;
+    REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+    std::vector<self_track> tracks = observe(off(*calibration, state, random), 0.1, 400, random);
+    (void)self_calibration_solve(&self, tracks.data(), 400, 0.1);
+    double gradient[SELF_TERMS_MAX] = {};
+    gradient[VIEW_FOCAL] = gradient[VIEW_TERMS + VIEW_FOCAL] = 0.5;
+    CHECK(self_posterior_sigma(&self, gradient) > 0.8 * self_prior_sigma(&self, gradient));
+    gradient[VIEW_FOCAL] = -1;
+    gradient[VIEW_TERMS + VIEW_FOCAL] = 1;
+    CHECK(self_posterior_sigma(&self, gradient) < 0.3 * self_prior_sigma(&self, gradient));
+}
+
+TEST_CASE("too little memory is reported") {
+    const auto calibration = zoom_rig::calibration();
+    const zoom_state state = zoom_rig::state(600, 1800);
+    Memory memory(self_calibration_need_bytes(1) - 1000);
+    self_calibration self;
+    CHECK(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) < 0);
+}
+
+}  // namespace
