@@ -253,3 +253,17 @@ TEST_CASE("a servo is driven until the bridge's watchdog ends the pulses") {
     bench.rig.advance(bench.rig.now_us() + 300 * kMs, 0);
     CHECK_FALSE(bench.rig.servo(0).driven(bench.rig.now_us()));
 }
+
+TEST_CASE("a rig warms up exponentially, and one without the number never does") {
+    simrig::RigSettings settings;
+    settings.warm_up_h = 0.05;
+    settings.begin_s = 5000;
+    Bench bench(settings);
+    CHECK(bench.rig.state(0).warm == 0);
+    bench.rig.advance(5000e6 + 180e6 + 1, 0);
+    CHECK(bench.rig.state(0).warm == doctest::Approx(1 - std::exp(-1.0)).epsilon(1e-6));
+    CHECK(bench.rig.state(1).warm == bench.rig.state(0).warm);
+    Bench cold;
+    cold.rig.advance(180e6, 0);
+    CHECK(cold.rig.state(0).warm == 0);
+}

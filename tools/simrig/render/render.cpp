@@ -16,6 +16,38 @@ namespace {
 constexpr int kTile = 8;
 constexpr int kMoments = 16;
 
+// The lens's spot over the field, in steps of the squared radius.
+class Spots {
+  public:
+    struct Spot {
+        Aperture aperture;
+        double rms_px;
+    };
+    explicit Spots(const Optics &optics) : optics_(optics) {
+        const int steps = optics.spot_corner_px == 0 ? 1 : kSteps;
+        for (int i = 0; i < steps; i++) {
+            const double part2 = (i + 0.5) / kPerCorner;
+            const double px = steps == 1
+                                  ? optics.spot_rms_px
+                                  : std::hypot(optics.spot_rms_px, optics.spot_corner_px * part2);
+            spots_.push_back({Aperture(px), px});
+        }
+    }
+    const Spot &at(Vec2 pixel) const {
+        if (spots_.size() == 1) {
+            return spots_[0];
+        }
+        const auto step = static_cast<std::size_t>(kPerCorner * optics_.corner_part2(pixel));
+        return spots_[std::min(step, spots_.size() - 1)];
+    }
+
+  private:
+    // The image centre may lie off the array's, so the radius may exceed the corner's.
+    static constexpr int kPerCorner = 32, kSteps = 48;
+    const Optics optics_;
+    std::vector<Spot> spots_;
+};
+
 // What all tiles of a frame share.
 struct Job {
     const Scene &scene;
@@ -23,11 +55,16 @@ struct Job {
     const Mains &mains;
     const FrameRequest &request;
     Aperture pixel_alone;
-    Aperture with_spot;
-    double spot_px;
+    Spots spots;
+    double texture;
     PixelReader reader;
     std::uint64_t key;
     Frame &frame;
+
+    View view_at(Vec2 pixel) const {
+        const Spots::Spot &spot = spots.at(pixel);
+        return {&scene, &pixel_alone, &spot.aperture, spot.rms_px, texture};
+    }
 };
 
 double row_start_us(const FrameRequest &request, int row) {
@@ -62,6 +99,7 @@ std::vector<Pose> poses_in(const Scene &scene, const Camera &camera) {
 // A camera state with what follows from it.
 struct State {
     Camera camera;
+    Camera colour[3];  // the same in red, green and blue
     std::vector<Pose> object_camera;
     std::vector<Candidate> candidates;
 };
@@ -69,6 +107,9 @@ struct State {
 State state_at(const Job &job, double time_us) {
     State state;
     state.camera = camera_at(job.rig_camera, job.request.mechanics(time_us));
+    for (int channel = 0; channel < 3; channel++) {
+        state.colour[channel] = state.camera.of_colour(channel);
+    }
     state.object_camera = poses_in(job.scene, state.camera);
     return state;
 }
@@ -81,6 +122,10 @@ double lux_per_luminance(const Camera &camera, Vec2 slopes) {
 
 struct Block {
     int column_begin, column_end, row_begin, row_end;  // of the output
+
+    Vec2 middle(const Window &w) const {
+        return 0.5 * (w.centre(column_begin, row_begin) + w.centre(column_end - 1, row_end - 1));
+    }
 };
 
 void find_block(const Job &job, const Block &b, State &state) {
@@ -89,8 +134,11 @@ void find_block(const Job &job, const Block &b, State &state) {
                       static_cast<double>(w.array_row(b.row_begin, 0))};
     const Vec2 high = {static_cast<double>(w.array_column(b.column_end - 1, w.bin_x - 1)),
                        static_cast<double>(w.array_row(b.row_end - 1, w.bin_y - 1))};
-    // Pairs of columns overlap when pixels are binned: the last but one may reach further.
-    const double margin = job.with_spot.reach() - 0.5 + 2 * std::max(w.bin_x, w.bin_y) - 2;
+    // Pairs of columns overlap when pixels are binned: the last but one may reach further. What red
+    // or blue shows at a pixel green shows elsewhere.
+    const double margin = job.spots.at(b.middle(w)).aperture.reach() - 0.5 +
+                          2 * std::max(w.bin_x, w.bin_y) - 2 +
+                          state.camera.optics.colour_shift_px(b.middle(w));
     find_candidates(job.scene, state.object_camera, beam_of(state.camera, low, high, margin),
                     state.candidates);
 }
@@ -105,18 +153,20 @@ class Smoothness {
         if (all_ || state.candidates.empty()) {
             return;
         }
-        columns_ = b.column_end - b.column_begin + 1;
+        const double shift_px = state.camera.optics.colour_shift_px(b.middle(w));
+        margin_ = static_cast<int>(std::ceil(shift_px / std::min(w.skip_x, w.skip_y)));
+        columns_ = b.column_end - b.column_begin + 1 + 2 * margin_;
         const Vec2 first = {static_cast<double>(w.array_column(b.column_begin, 0)),
                             static_cast<double>(w.array_row(b.row_begin, 0))};
         const PixelView view = pixel_view(state.camera, first, state.camera.slopes_of(first));
-        for (int y = 0; y <= b.row_end - b.row_begin; y++) {
+        for (int y = 0; y <= b.row_end - b.row_begin + 2 * margin_; y++) {
             for (int x = 0; x < columns_; x++) {
                 // Eight directions of the pupil's rim, where a cut through it begins.
                 const double turn = kPi / 4 * ((3 * x + 5 * y + (y / 2) % 2) % 8);
                 const Vec2 pupil = {0.98 * std::cos(turn), 0.98 * std::sin(turn)};
                 // Between output pixels, which are some array pixels apart when skipping.
-                const Vec2 at = {w.array_column(b.column_begin + x, 0) - first.x - 0.5,
-                                 w.array_row(b.row_begin + y, 0) - first.y - 0.5};
+                const Vec2 at = {w.array_column(b.column_begin + x - margin_, 0) - first.x - 0.5,
+                                 w.array_row(b.row_begin + y - margin_, 0) - first.y - 0.5};
                 corners_.push_back(corner_at(view, at, pupil, state.candidates));
             }
         }
@@ -134,15 +184,17 @@ class Smoothness {
         if (corners_.empty()) {
             return all_;
         }
-        // The pixel's corners and those around them.
+        // The pixel's corners and those around them, as far as its colours are shifted.
         const int rows = static_cast<int>(corners_.size()) / columns_;
-        const int x0 = column - block_.column_begin;
-        const int y0 = row - block_.row_begin;
+        const int x0 = column - block_.column_begin + margin_;
+        const int y0 = row - block_.row_begin + margin_;
+        const int around = 1 + margin_;
         const int first = y0 * columns_ + x0;
         double low = 1e30;
         double high = 0;
-        for (int y = std::max(y0 - 1, 0); y <= std::min(y0 + 2, rows - 1); y++) {
-            for (int x = std::max(x0 - 1, 0); x <= std::min(x0 + 2, columns_ - 1); x++) {
+        for (int y = std::max(y0 - around, 0); y <= std::min(y0 + 1 + around, rows - 1); y++) {
+            for (int x = std::max(x0 - around, 0); x <= std::min(x0 + 1 + around, columns_ - 1);
+                 x++) {
                 const Corner &corner = corners_[static_cast<std::size_t>(y * columns_ + x)];
                 const Corner &own = corners_[static_cast<std::size_t>(first)];
                 const Vec3 bend = corner.normal - own.normal;
@@ -159,13 +211,15 @@ class Smoothness {
             return true;  // a plane has no step, however far its depth reaches
         }
         z_from = low - (high - low) - 1;
-        return high - low < 3 * step_ * low + 5 * blur_mm_ * std::fabs(1 - low / focus_mm_);
+        return high - low <
+               (1 + 2 * around) * step_ * low + 5 * blur_mm_ * std::fabs(1 - low / focus_mm_);
     }
 
   private:
     Block block_;
     bool all_ = false;
     int columns_ = 0;
+    int margin_ = 0;  // of the corners around the block
     double step_ = 0;
     double blur_mm_ = 0;
     double focus_mm_ = 1;
@@ -173,9 +227,8 @@ class Smoothness {
 };
 
 // Of the light at the corners of a block that one flat sheet covers.
-BlockLight light_of_block(const Job &job, const Block &b, const State &state) {
+BlockLight light_of_block(const Job &job, const Block &b, const View &view, const State &state) {
     const Window &w = job.request.window;
-    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
     BlockLight light;
     for (int i = 0; i < 4; i++) {
         const int column = i % 2 == 0 ? b.column_begin : b.column_end;
@@ -190,9 +243,8 @@ BlockLight light_of_block(const Job &job, const Block &b, const State &state) {
 }
 
 // Of one body that fills a block: its pixels' middles at the corners, and the middle's.
-Patch patch_of_block(const Job &job, const Block &b, const State &state) {
+Patch patch_of_block(const Job &job, const Block &b, const View &view, const State &state) {
     const Window &w = job.request.window;
-    const View view = {&job.scene, &job.pixel_alone, &job.with_spot, job.spot_px};
     PixelView views[5];
     for (int i = 0; i < 5; i++) {
         const Vec2 part = i == 4 ? Vec2{0.5, 0.5} : Vec2{double(i % 2), double(i / 2)};
@@ -210,7 +262,11 @@ Patch patch_of_block(const Job &job, const Block &b, const State &state) {
 class BlockOfPixels {
   public:
     BlockOfPixels(const Job &job, const Block &b, std::vector<State> &states)
-        : job_(job), block_(b), states_(states), views_(states.size()) {
+        : job_(job),
+          block_(b),
+          view_(job.view_at(b.middle(job.request.window))),
+          states_(states),
+          views_(states.size()) {
         for (State &state : states) {
             find_block(job, b, state);
             candidates_.push_back(&state.candidates);
@@ -218,7 +274,7 @@ class BlockOfPixels {
         smoothness_.emplace(job, b, states[0]);
         lit_together_ = smoothness_->all() && states.size() == 1;
         if (lit_together_) {
-            light_ = light_of_block(job, b, states[0]);
+            light_ = light_of_block(job, b, view_, states[0]);
         }
     }
 
@@ -228,7 +284,7 @@ class BlockOfPixels {
         z_from_ = 0;
         smooth_ = smoothness_->at(column, row, z_from_) && states_.size() == 1;
         if (smooth_ && !lit_together_ && !patch_) {
-            patch_ = patch_of_block(job_, block_, states_[0]);
+            patch_ = patch_of_block(job_, block_, view_, states_[0]);
         }
         for (int j = 0; j < w.bin_y; j++) {
             for (int i = 0; i < w.bin_x; i++) {
@@ -250,6 +306,7 @@ class BlockOfPixels {
 
     const Job &job_;
     const Block &block_;
+    const View view_;
     std::vector<State> &states_;
     std::vector<PixelView> views_;
     std::vector<const std::vector<Candidate> *> candidates_;
@@ -272,16 +329,17 @@ double BlockOfPixels::electrons(int x, int y, double lit_us) {
     } else if (smooth_ && patch_->candidate != nullptr) {
         task.patch = &*patch_;
     }
+    const Vec2 pixel = {static_cast<double>(x), static_cast<double>(y)};
     if (lit_together_ || task.patch != nullptr) {
         const int column = w.array_column(block_.column_begin, 0);
         const int row = w.array_row(block_.row_begin, 0);
-        task.block_place = {
-            static_cast<double>(x - column) / (w.array_column(block_.column_end, 0) - column),
-            static_cast<double>(y - row) / (w.array_row(block_.row_end, 0) - row)};
+        const Vec2 seen = pixel + states_[0].camera.optics.colour_shift(pixel, task.channel);
+        task.block_place = {(seen.x - column) / (w.array_column(block_.column_end, 0) - column),
+                            (seen.y - row) / (w.array_row(block_.row_end, 0) - row)};
     }
     task.view_count = static_cast<int>(states_.size());
     for (std::size_t i = 0; i < states_.size(); i++) {
-        views_[i] = pixel_view(states_[i].camera, {static_cast<double>(x), static_cast<double>(y)},
+        views_[i] = pixel_view(states_[i].colour[task.channel], pixel,
                                views_[i].slopes + Vec2{views_[i].step[0], views_[i].step[2]});
     }
     task.views = views_.data();
@@ -290,8 +348,7 @@ double BlockOfPixels::electrons(int x, int y, double lit_us) {
     task.key = mixed(job_.key, static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x));
     task.electrons_per_luminance = lux_per_luminance(states_[0].camera, views_[0].slopes) *
                                    electrons_per_lux(job_.rig_camera.sensor, task.channel, lit_us);
-    const View view = {&job_.scene, &job_.pixel_alone, &job_.with_spot, job_.spot_px};
-    return pixel_luminance(view, task) * task.electrons_per_luminance;
+    return pixel_luminance(view_, task) * task.electrons_per_luminance;
 }
 
 // How long a row is lit by the scene's full light.
@@ -382,12 +439,11 @@ Frame render(const Scene &scene, const Rig &rig, Side side, const FrameRequest &
     const std::uint64_t key =
         mixed(mixed(request.seed, static_cast<std::uint64_t>(side)), request.frame);
     // An iris that moves meanwhile has the spot of the frame's middle.
-    const double spot_px =
-        camera_at(rig_camera, request.mechanics(middle_us(request))).optics.spot_rms_px;
+    const Optics optics = camera_at(rig_camera, request.mechanics(middle_us(request))).optics;
     const Job job = {scene,       rig_camera,
                      rig.mains,   request,
-                     Aperture(0), Aperture(spot_px),
-                     spot_px,     PixelReader(rig_camera.sensor, request.gains, mixed(key)),
+                     Aperture(0), Spots(optics),
+                     rig.texture, PixelReader(rig_camera.sensor, request.gains, mixed(key)),
                      key,         frame};
     std::atomic<int> next{0};
     const int first = first_of_blocks(request.window.row, request.window.skip_y);

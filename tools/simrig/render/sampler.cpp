@@ -58,6 +58,7 @@ double shaded(const View &view, const Course &course, const Found &found, int ch
     place.n = memory.normal;
     place.tone = memory.tone;
     place.slant = memory.light.slant;
+    place.texture = view.texture;
     if (object.solid == nullptr) {
         place.on_sheet = true;
         place.sheet = object.sheet.place(place.p);

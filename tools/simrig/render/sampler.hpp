@@ -41,6 +41,7 @@ struct View {
     const Aperture *pixel_alone = nullptr;
     const Aperture *with_spot = nullptr;
     double spot_px = 0;  ///< rms radius of the lens's spot
+    double texture = 1;  ///< see SurfacePlace
 };
 
 /// One pixel's rays through one camera state.

@@ -32,6 +32,7 @@ struct Spread {
     double slant;    // sine of the angle between ray and surface
     double filter2;  // mm^2, square to the ray: of pixel and pupil
     double spot_mm;
+    double texture;
     double blur_mm;
     double pixel_mm;
     LocalLight light;
@@ -48,6 +49,7 @@ SurfacePlace place_of(const Spread &s, const Vec3 &p) {
     place.n = s.normal;
     place.tone = s.tone;
     place.spot_mm = s.spot_mm;
+    place.texture = s.texture;
     place.slant = s.light.slant;
     if (s.object->solid == nullptr) {
         place.on_sheet = true;
@@ -197,6 +199,7 @@ bool meet_middle(const View &view, const PixelTask &task, Remembered &memory, Sp
     s.filter2 = view.pixel_alone->variance(kWhole) * s.pixel_mm * s.pixel_mm +
                 disk_variance(kWhole) * s.blur_mm * s.blur_mm;
     s.spot_mm = view.spot_px * s.pixel_mm;
+    s.texture = view.texture;
     s.object_camera = &found.candidate->object_camera;
     s.z = found.z;
     return true;

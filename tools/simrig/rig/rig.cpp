@@ -273,11 +273,16 @@ void Rig::release_board() {
 CameraState Rig::state_at(int camera, double time_us) {
     const auto at = std::max(time_us, now_us());
     Servo servo = servos_[size_t(camera)];
+    // In steps of ten seconds, so that most frames are of a camera at rest.
+    constexpr double kStepUs = 10e6, kUsPerH = 3600e6;
+    const double since_us = std::floor((at - settings_.begin_s * 1e6) / kStepUs) * kStepUs;
+    const double warm =
+        settings_.warm_up_h == 0 ? 0 : -std::expm1(-since_us / kUsPerH / settings_.warm_up_h);
     const auto ring = [this, camera, at](LensAxis axis) {
         LensMotor motor = lenses_->motor(size_t(camera), axis);
         return motor.ring(at);
     };
-    return {servo.angle_deg(at), ring(kZoom), ring(kFocus), ring(kIris)};
+    return {servo.angle_deg(at), ring(kZoom), ring(kFocus), ring(kIris), warm};
 }
 
 std::vector<uint16_t> Rig::picture(int camera, const SensorFrame &frame, double begin_us) {

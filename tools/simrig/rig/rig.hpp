@@ -32,6 +32,8 @@ struct RigSettings {
     /// for each second. Otherwise only frames that the armed port could get do, and the bridge's
     /// counts and times of frames and its measured pixel clock are of those alone.
     bool every_clock = false;
+    /// Time constant in which the rig warms up after its start; 0: it never does.
+    double warm_up_h = 0;
     std::array<ServoSettings, BRIDGE_SERVOS> servo;
     std::array<SensorSettings, BRIDGE_CAMERAS> sensor;
     LensControllerSettings lens_controller;
@@ -42,6 +44,7 @@ struct RigSettings {
 struct CameraState {
     double pan_deg = 0;                    ///< of the servo's horn, positive for longer pulses
     double zoom = 0, focus = 0, iris = 0;  ///< of the rings, counts
+    double warm = 0;                       ///< share of the warming up, 0 to 1
 };
 
 /// What a camera sees: rows * columns numbers for a frame. state: at any time of the frame.

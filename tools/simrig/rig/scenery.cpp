@@ -64,6 +64,7 @@ world::Mechanics Stage::mechanics(const CameraState &state) {
     mechanics.zoom = std::clamp(state.zoom, 300.0, 850.0);
     mechanics.focus = std::clamp(state.focus, 300.0, 850.0);
     mechanics.iris = std::clamp(state.iris, 300.0, 850.0);
+    mechanics.warm = state.warm;
     return mechanics;
 }
 

@@ -82,6 +82,7 @@ RigSettings load_settings(const std::string &path) {
         }
     }
     settings.lens_controller = read_controller(file.at("lens_controller"));
+    settings.warm_up_h = file.number("warm_up_h", 0, 1000, settings.warm_up_h);
     return settings;
 }
 

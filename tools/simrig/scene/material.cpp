@@ -51,10 +51,11 @@ double plaster(const Material &m, const SurfacePlace &s, int channel) {
     const double sand = m.layer[2].at(su, sv, s.rms_mm);
     const double grit = m.layer[3].at(su + sand, sv, s.rms_mm);
     const double pits = std::max(0.0, -grit - 1.1 + 0.5 * broad);
-    const double factor = 1 + m.contrast * (0.045 * broad + 0.35 * (lit - marks) + 0.02 * marks +
-                                            0.055 * sand + 0.036 * grit - 0.12 * pits);
+    const double contrast = s.texture * m.contrast;
+    const double factor = 1 + contrast * (0.045 * broad + 0.35 * (lit - marks) + 0.02 * marks +
+                                          0.055 * sand + 0.036 * grit - 0.12 * pits);
     // Broad tones are a little warmer or colder as well.
-    const double warm = m.contrast * 0.018 * broad * (channel == 0 ? 1 : channel == 2 ? -1 : 0);
+    const double warm = contrast * 0.018 * broad * (channel == 0 ? 1 : channel == 2 ? -1 : 0);
     return m.tones[0].channel[channel] * (factor + warm);
 }
 
@@ -76,7 +77,8 @@ double one_plank(const Material &m, const SurfacePlace &s, int channel, double n
     const double dark = std::max(0.0, -pores - 0.5);
     const double factor =
         1 + 0.30 * (own - 0.5) +
-        m.contrast * (0.11 * ring + 0.05 * broad + 0.07 * grain + 0.035 * pores - 0.20 * dark);
+        s.texture * m.contrast *
+            (0.11 * ring + 0.05 * broad + 0.07 * grain + 0.035 * pores - 0.20 * dark);
     const double hue = (channel == 0 ? -0.35 : channel == 2 ? 0.55 : 0.0);
     const double tinted = factor + hue * (factor - 1) * 0.6;
     return m.tones[0].channel[channel] * std::max(tinted, 0.15);
@@ -111,11 +113,11 @@ double on_wall(const Material &m, const SurfacePlace &s) {
 }
 
 // The ornament's own reflectance and the ground's, joined, with the surface's texture.
-double glazed(const Material &m, double ornament, double wall, double tone, double fine,
-              int channel) {
+double glazed(const Material &m, const SurfacePlace &s, double ornament, double wall, double tone,
+              double fine, int channel) {
     const double ground = m.tones[0].channel[channel];
-    const double base = ground + wall * (ornament - ground);
-    return base * (1 + m.contrast * (0.02 * tone + 0.022 * fine));
+    const double base = ground + s.texture * wall * (ornament - ground);
+    return base * (1 + s.texture * m.contrast * (0.02 * tone + 0.022 * fine));
 }
 
 // Where the ornament is looked up. The brush's edge is not straight in the small.
@@ -130,7 +132,7 @@ Vec2 on_print(const Material &m, const SurfacePlace &s) {
 }
 
 double printed(const Material &m, double print, const SurfacePlace &s, int channel) {
-    return glazed(m, print, 1, m.layer[0].at(s.sheet.x, s.sheet.y, s.rms_mm),
+    return glazed(m, s, print, 1, m.layer[0].at(s.sheet.x, s.sheet.y, s.rms_mm),
                   m.layer[2].at(s.sheet.x, s.sheet.y, s.rms_mm), channel);
 }
 
@@ -143,14 +145,14 @@ double painted(const Material &m, const SurfacePlace &s, int channel) {
     const double tone = around(m.layer[0], s);
     const double fine = around(m.layer[2], s);
     const Vec2 at = on_ornament(m, s.p, tone, fine);
-    return glazed(m, m.raster.at(channel, at.x, at.y, s.rms_mm), wall, tone, fine, channel);
+    return glazed(m, s, m.raster.at(channel, at.x, at.y, s.rms_mm), wall, tone, fine, channel);
 }
 
 double plain(const Material &m, const SurfacePlace &s, int channel, double broad, double fine) {
     const double tone = around(m.layer[0], s);
     const double grit = around(m.layer[2], s);
     return m.tones[static_cast<std::size_t>(s.tone)].channel[channel] *
-           (1 + m.contrast * (broad * tone + fine * grit));
+           (1 + s.texture * m.contrast * (broad * tone + fine * grit));
 }
 
 double paper(const Material &m, const SurfacePlace &s, int channel) {
@@ -162,7 +164,7 @@ double paper(const Material &m, const SurfacePlace &s, int channel) {
         const double ink = m.tones[1].channel[channel];
         base = ink + white * (base - ink);
     }
-    return base * (1 + m.contrast * (0.008 * tone + 0.02 * fibre));
+    return base * (1 + s.texture * m.contrast * (0.008 * tone + 0.02 * fibre));
 }
 
 }  // namespace
@@ -241,7 +243,7 @@ bool painted_under_disk(const Material &material, const SurfacePlace &place, con
         flat[i] = {wound * (p.x * axes[i].z - p.z * axes[i].x), axes[i].y};
     }
     const double ornament = m.raster.under_disk(channel, on_ornament(m, p, tone, fine), flat);
-    reflectance = std::max(glazed(m, ornament, 1, tone, fine, channel), 0.0);
+    reflectance = std::max(glazed(m, place, ornament, 1, tone, fine, channel), 0.0);
     return true;
 }
 

@@ -41,7 +41,8 @@ struct SurfacePlace {
     /// The same in two parts, not stretched by slant, for boards: a box and the lens's round spot.
     double edge_mm = 0;
     double spot_mm = 0;
-    Vec2 slant;  ///< on a sheet: sideways part of the light over its upright part
+    double texture = 1;  ///< share of the contrast of textures and ornaments
+    Vec2 slant;          ///< on a sheet: sideways part of the light over its upright part
 };
 
 /// Sets the layers of noise that this kind needs; `number` makes two surfaces of a kind differ.

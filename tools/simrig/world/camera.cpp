@@ -90,7 +90,8 @@ Mat3 mount_turn(const Vec3 &turn_rad) {
 }  // namespace
 
 bool operator==(const Mechanics &a, const Mechanics &b) {
-    return a.pan_rad == b.pan_rad && a.zoom == b.zoom && a.focus == b.focus && a.iris == b.iris;
+    return a.pan_rad == b.pan_rad && a.zoom == b.zoom && a.focus == b.focus && a.iris == b.iris &&
+           a.warm == b.warm;
 }
 
 Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) {
@@ -131,6 +132,10 @@ Optics optics_of(const Lens &lens, double pixel_um, const Mechanics &mechanics) 
     o.transmission = lens.transmission;
     o.spot_rms_px =
         std::hypot(lens.spot_rms_um, lens.diffraction * diffraction_rms_um(o.f_number)) / pixel_um;
+    o.spot_corner_px = lens.spot_corner_um / pixel_um;
+    o.corner_px = kCornerMm * 1000 / pixel_um;
+    o.colour_scale[0] += lens.lateral_colour_px.x / o.corner_px;
+    o.colour_scale[2] += lens.lateral_colour_px.y / o.corner_px;
     return o;
 }
 
@@ -185,6 +190,12 @@ Vec2 Camera::slopes_of(Vec2 pixel) const {
     return slopes_of(pixel, (1 / optics.focal_px) * (pixel - optics.centre_px));
 }
 
+Camera Camera::of_colour(int channel) const {
+    Camera camera = *this;
+    camera.optics.focal_px *= optics.colour_scale[channel];
+    return camera;
+}
+
 double Camera::falloff(Vec2 slopes) const {
     const double r2 = dot(slopes, slopes);
     const double cos2 = 1 / (1 + r2);
@@ -198,7 +209,10 @@ Camera camera_at(const RigCamera &rig_camera, const Mechanics &mechanics) {
     camera.pixel_um = rig_camera.sensor.pixel_um;
     camera.optics = optics_of(rig_camera.lens, camera.pixel_um, mechanics);
     const Mount &mount = rig_camera.mount;
-    const Mat3 turn = mount_turn(mount.turn_rad);
+    const Drift &drift = rig_camera.drift;
+    camera.optics.focal_px *= 1 + mechanics.warm * drift.focal_part;
+    camera.optics.centre_px = camera.optics.centre_px + mechanics.warm * drift.centre_px;
+    const Mat3 turn = mount_turn(mount.turn_rad + mechanics.warm * drift.turn_rad);
     const Vec3 pupil = mount.pupil_mm + turn * Vec3{0, 0, camera.optics.pupil_shift_mm};
     // The servo turns the whole camera about its axis.
     const Mat3 pan = rotation_about(mount.axis_direction, mechanics.pan_rad);

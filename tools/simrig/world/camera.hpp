@@ -3,6 +3,7 @@
 #ifndef VERGENCE_SIMRIG_WORLD_CAMERA_HPP
 #define VERGENCE_SIMRIG_WORLD_CAMERA_HPP
 
+#include <algorithm>
 #include <array>
 
 #include "tools/simrig/world/rig.hpp"
@@ -16,6 +17,7 @@ struct Mechanics {
     double zoom = 300;
     double focus = 300;
     double iris = 850;
+    double warm = 0;  ///< share of the rig's warming up: see Drift
 };
 
 bool operator==(const Mechanics &a, const Mechanics &b);
@@ -35,7 +37,24 @@ struct Optics {
     double natural_falloff = 0;
     double mount_falloff = 0;  ///< at the corner, at this iris
     double transmission = 0;
-    double spot_rms_px = 0;
+    double spot_rms_px = 0;     ///< on the axis
+    double spot_corner_px = 0;  ///< added in squares at the corner, less with the radius squared
+    double colour_scale[3] = {1, 1, 1};  ///< of the image in red, green and blue
+    double corner_px = 1280;             ///< radius at which distortion, falloff and spot are given
+
+    /// Radius of a pixel's place, squared, as a part of the corner's.
+    double corner_part2(Vec2 pixel) const {
+        const Vec2 off = pixel - centre_px;
+        return dot(off, off) / (corner_px * corner_px);
+    }
+    /// From a pixel to the one where green shows what this colour shows at the pixel.
+    Vec2 colour_shift(Vec2 pixel, int channel) const {
+        return (1 / colour_scale[channel] - 1) * (pixel - centre_px);
+    }
+    /// The longest of these.
+    double colour_shift_px(Vec2 pixel) const {
+        return std::max(length(colour_shift(pixel, 0)), length(colour_shift(pixel, 2)));
+    }
 };
 
 /// Distances to the sharp plane at and beyond this count as infinity.
@@ -61,6 +80,10 @@ struct Camera {
     Vec2 slopes_of(Vec2 pixel) const;
     /// The same from a good guess, with the change of slopes with the pixel (x/x, x/y, y/x, y/y).
     Vec2 slopes_of(Vec2 pixel, Vec2 start, double (&step)[4]) const;
+
+    /// The same camera for light of this colour (0 red, 1 green, 2 blue), if the lens has lateral
+    /// colour; this one and truth are those of green.
+    Camera of_colour(int channel) const;
 
     /// Part of the axis's light that reaches a pixel with these slopes.
     double falloff(Vec2 slopes) const;

@@ -39,15 +39,19 @@ Lens read_lens(const Entry &entry) {
                 {"mount_falloff", &lens.mount_falloff, 0, 0.9},
                 {"spot_rms_um", &lens.spot_rms_um, 0, 20},
                 {"diffraction", &lens.diffraction, 0, 10}},
-               {"exponential", "centre_irregular_px", "ripple_phase_deg", "centre_offset_px",
-                "centre_wander_px", "distortion_wide", "distortion_tele", "decentring_wide_px",
-                "decentring_tele_px"});
+               {"exponential", "centre_irregular_px", "spot_corner_um", "lateral_colour_px",
+                "ripple_phase_deg", "centre_offset_px", "centre_wander_px", "distortion_wide",
+                "distortion_tele", "decentring_wide_px", "decentring_tele_px"});
     lens.ripple_phase_rad = radians(entry.number("ripple_phase_deg", -360, 360));
     lens.centre_offset_px = pair_of(entry, "centre_offset_px");
     lens.centre_wander_px = pair_of(entry, "centre_wander_px");
     lens.exponential = entry.number("exponential", 0, 1, lens.exponential);
+    lens.spot_corner_um = entry.number("spot_corner_um", 0, 20, lens.spot_corner_um);
     if (entry.has("centre_irregular_px")) {
         lens.centre_irregular_px = pair_of(entry, "centre_irregular_px");
+    }
+    if (entry.has("lateral_colour_px")) {
+        lens.lateral_colour_px = pair_of(entry, "lateral_colour_px");
     }
     lens.distortion_wide = triple_of(entry, "distortion_wide");
     lens.distortion_tele = triple_of(entry, "distortion_tele");
@@ -86,14 +90,25 @@ Mount read_mount(const Entry &entry) {
     return mount;
 }
 
+Drift read_drift(const Entry &entry) {
+    Drift drift;
+    entry.read({{"focal_part", &drift.focal_part, -0.1, 0.1}}, {"centre_px", "turn_deg"});
+    drift.centre_px = pair_of(entry, "centre_px");
+    drift.turn_rad = turn_of(entry, "turn_deg");
+    return drift;
+}
+
 RigCamera read_camera(const Entry &entry) {
     // rig/settings.cpp reads the last three.
-    entry.allow({"pan_deg", "mount", "lens", "sensor", "servo", "motors", "link"});
+    entry.allow({"pan_deg", "mount", "lens", "sensor", "servo", "motors", "link", "drift"});
     RigCamera camera;
     camera.pan_rad = radians(entry.number("pan_deg", -180, 180));
     camera.mount = read_mount(entry.at("mount"));
     camera.lens = read_lens(entry.at("lens"));
     camera.sensor = read_sensor(entry.at("sensor"));
+    if (entry.has("drift")) {
+        camera.drift = read_drift(entry.at("drift"));
+    }
     return camera;
 }
 
@@ -101,7 +116,7 @@ RigCamera read_camera(const Entry &entry) {
 
 Rig load_rig(const std::string &path) {
     const Entry file = Entry::of_file(path);
-    file.allow({"left", "right", "mains", "lens_controller"});
+    file.allow({"left", "right", "mains", "lens_controller", "texture", "warm_up_h"});
     Rig rig;
     rig.camera[0] = read_camera(file.at("left"));
     rig.camera[1] = read_camera(file.at("right"));
@@ -110,6 +125,7 @@ Rig load_rig(const std::string &path) {
     rig.mains.frequency_hz = mains.number("frequency_hz", 0.1, 10000);
     rig.mains.modulation = mains.number("modulation", 0, 1);
     rig.mains.phase_rad = radians(mains.number("phase_deg", -360, 360));
+    rig.texture = file.number("texture", 0, 1, rig.texture);
     return rig;
 }
 

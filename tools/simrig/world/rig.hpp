@@ -60,6 +60,12 @@ struct Lens {
     double mount_falloff = 0;
     /// Spot of the lens in focus: rms radius a dimension, on the sensor.
     double spot_rms_um = 0;
+    /// By how much it grows over the field: rms radius at the corner, less with the square of the
+    /// distance from the image centre, added in squares.
+    double spot_corner_um = 0;
+    /// Lateral colour: how far red and blue lie farther out than green at the corner; less in
+    /// proportion to the radius.
+    Vec2 lateral_colour_px;
     /// How much of diffraction at the pupil is there: 1 physical, 0 none.
     double diffraction = 0;
 };
@@ -89,10 +95,18 @@ struct Mount {
     Vec3 axis_direction{0, 1, 0};
 };
 
+/// What a camera that has warmed up differs by from a cold one; in proportion between.
+struct Drift {
+    double focal_part = 0;  ///< of the image distance
+    Vec2 centre_px;         ///< of the image centre
+    Vec3 turn_rad;          ///< added to the mount's turn
+};
+
 struct RigCamera {
     Lens lens;
     Sensor sensor;
     Mount mount;
+    Drift drift;
     /// The servo angle that `simrig-render` and tests use by default.
     double pan_rad = 0;
 };
@@ -109,6 +123,8 @@ enum class Side { kLeft = 0, kRight = 1 };
 struct Rig {
     RigCamera camera[2];
     Mains mains;
+    /// Share of the contrast that textures and ornaments of every scene have: 1 as in its file.
+    double texture = 1;
 
     const RigCamera &of(Side side) const { return camera[static_cast<int>(side)]; }
 };
