@@ -19,9 +19,10 @@
 COMMAND_MODULES(COMMANDS_DECLARE)
 #undef COMMANDS_DECLARE
 
-/// Name of the calibration's record in the store, and maximum length of its canonical text.
+/// Name of the calibration's record in the store, and maximum length of its canonical text, of one
+/// state or of all zooms.
 #define STORE_CALIBRATION "calibration"
-enum { STORE_CALIBRATION_BYTES = 4096 };
+enum { STORE_CALIBRATION_BYTES = 384 * 1024 };
 
 /// The rig's commands and those of all modules, by name. Static storage.
 const struct command *commands_all(size_t *count);
@@ -71,12 +72,13 @@ struct session_instrument;
 void commands_calibration_instrument(const struct command_call *call,
                                      struct session_instrument *instrument);
 
-/// Compares a pair that was just taken with the saved calibration: 0 if none is saved, it matches,
-/// or the mismatch is `accepted`, which the answer then says; ERROR_MISMATCH or an error of the
-/// store, with the call's message. The rig's thread only.
-struct pair;
-int commands_calibration_check(const struct command_call *call, const struct pair *pair,
-                               bool accepted);
+/// Gives a pair that was just taken its calibration: the saved one, or that of the pair's own axes
+/// if a zoom calibration is saved; none (`calibration_length` 0) if none is saved or the zoom
+/// calibration does not reach the axes. Returns 0 if none is saved, it matches, or the mismatch is
+/// `accepted`, which the answer then says; ERROR_MISMATCH or an error of the store, with the call's
+/// message. `captured` has its profile and instrument. The rig's thread only.
+int commands_calibration_of_pair(const struct command_call *call, struct captured_pair *captured,
+                                 bool accepted);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.

@@ -2,12 +2,13 @@
 // The saved calibration of the instrument: show, set from a file, forget.
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
-#include "daemon/session/calibration_match.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/session/capture.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration.h"
@@ -15,7 +16,7 @@
 enum { SHOW, SET, FORGET };
 enum { WHAT, FILE_NAME, ACCEPT, UNIT, ARGUMENTS };
 
-_Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_TEXT_MAX_BYTES,
+_Static_assert((int)STORE_CALIBRATION_BYTES == (int)CALIBRATION_AT_TEXT_BYTES,
                "the buffers fit the longest calibration");
 
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
@@ -60,24 +61,70 @@ static void show(const struct command_call *call, const struct calibration *cali
     }
 }
 
+/// Reports the ranges of a zoom calibration and how well it was checked.
+static void show_zoom(const struct command_call *call, const struct zoom_calibration *zoom) {
+    static const double degree_per_rad = 180.0 / 3.14159265358979323846;
+    reply_text(call, "id", zoom->id);
+    if (zoom->date[0] != '\0') {
+        reply_text(call, "date", zoom->date);
+    }
+    if (zoom->instrument[0] != '\0') {
+        reply_text(call, "instrument", zoom->instrument);
+    }
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct zoom_camera *camera = &zoom->camera[side];
+        reply_group_begin(call, rig_side_names[side], false);
+        if (camera->name[0] != '\0') {
+            reply_text(call, "camera", camera->name);
+        }
+        reply_number(call, "zoom_min", camera->zoom.min, 1, "counts");
+        reply_number(call, "zoom_max", camera->zoom.max, 1, "counts");
+        reply_number(call, "focus_min", camera->focus.min, 1, "counts");
+        reply_number(call, "focus_max", camera->focus.max, 1, "counts");
+        reply_number(call, "pan_min", camera->pan_rad.min * degree_per_rad, 3, "deg");
+        reply_number(call, "pan_max", camera->pan_rad.max * degree_per_rad, 3, "deg");
+        reply_group_end(call);
+    }
+    reply_number(call, "settings", zoom->validation.settings, 0, NULL);
+    reply_number(call, "rms", zoom->validation.rms_px, 3, "px");
+    if (zoom->validation.held_out_px > 0) {
+        reply_number(call, "held_out", zoom->validation.held_out_px, 3, "px");
+    }
+}
+
 // ---- the record
 
-/// The text of a calibration; one more byte detects a longer file.
+/// The text of a calibration; one more byte detects a longer file. Allocated, as it may be large.
 struct calibration_text {
-    char data[CALIBRATION_TEXT_MAX_BYTES + 1];
+    char data[STORE_CALIBRATION_BYTES + 1];
     size_t length;
 };
 
 static int load_text(const struct command_call *call, struct calibration_text *text) {
-    return commands_store_load(call, STORE_CALIBRATION, text->data, CALIBRATION_TEXT_MAX_BYTES,
+    return commands_store_load(call, STORE_CALIBRATION, text->data, STORE_CALIBRATION_BYTES,
                                &text->length);
+}
+
+/// The saved text, to be freed; NULL with ERROR_MISSING: none is saved, or with another error.
+static struct calibration_text *load_saved(const struct command_call *call, int *error) {
+    struct calibration_text *text = NULL;
+    *error = daemon_of(call)->store == NULL ? ERROR_MISSING : ERROR_OK;
+    if (*error == ERROR_OK) {
+        text = malloc(sizeof *text);
+        *error = text == NULL ? ERROR_MEMORY : load_text(call, text);
+    }
+    if (*error != ERROR_OK) {
+        free(text);
+        text = NULL;
+    }
+    return text;
 }
 
 /// A read of a file as a job for the disk writer.
 struct reading {
     const struct command_call *call;
     const char *name;
-    struct calibration_text text;
+    struct calibration_text *text;
     int error;
 };
 
@@ -86,31 +133,19 @@ static int read_text(struct reading *self) {
     if (fd < 0) {
         return fd;
     }
-    const ssize_t length = read(fd, self->text.data, sizeof self->text.data);
+    const ssize_t length = read(fd, self->text->data, sizeof self->text->data);
     close(fd);
-    if (length < 0 || length > CALIBRATION_TEXT_MAX_BYTES) {
+    if (length < 0 || length > STORE_CALIBRATION_BYTES) {
         return command_fail(self->call, ERROR_SYNTAX, "%s: not a calibration file of Vergence",
                             self->name);
     }
-    self->text.length = (size_t)length;
+    self->text->length = (size_t)length;
     return 0;
 }
 
 static void read_job(void *cookie) {
     struct reading *self = cookie;
     self->error = read_text(self);
-}
-
-static int parse(const struct command_call *call, const char *name,
-                 const struct calibration_text *text, struct calibration *calibration) {
-    struct calibration_fault fault = {.field = "", .reason = ""};
-    const int error = calibration_parse(text->data, text->length, calibration, &fault);
-    if (error == 0) {
-        return 0;
-    }
-    return command_fail(call, error, "%s:%d: %s%s%s%s%s", name, fault.line, fault.field,
-                        fault.field[0] != '\0' ? ": " : "", error_text(error),
-                        fault.reason[0] != '\0' ? ": " : "", fault.reason);
 }
 
 // ---- match with the instrument
@@ -129,36 +164,40 @@ void commands_calibration_instrument(const struct command_call *call,
     }
 }
 
-static int compare_with_saved(const struct command_call *call,
-                              const struct calibration_match_state *state, const char *accept,
-                              struct message *message) {
-    struct calibration_text text;
+/// Sets the calibration of a pair from the saved text and compares it with the pair's axes.
+static int use_saved(const struct calibration_text *text,
+                     const struct calibration_match_state *state, const char *accept,
+                     struct captured_pair *captured, struct message *message) {
     struct calibration calibration;
-    message->text[0] = '\0';
-    if (daemon_of(call)->store == NULL) {
-        return 0;
+    const int error = calibration_at_pair("the saved calibration", text->data, text->length, state,
+                                          &calibration, message);
+    if (error != 0) {
+        return error;
     }
-    int error = load_text(call, &text);
-    if (error == ERROR_MISSING) {
-        return 0;
-    }
-    if (error == 0) {
-        error = calibration_parse(text.data, text.length, &calibration, NULL);
-    }
-    return error != 0 ? message_set(message, error, "the saved calibration cannot be read: %s",
-                                    error_text(error))
-                      : calibration_match(&calibration, state, accept, message);
+    const int length =
+        calibration_print(&calibration, captured->calibration, sizeof captured->calibration);
+    INVARIANT(length > 0);
+    captured->calibration_length = (size_t)length;
+    captured->calibration_own = zoom_calibration_is_text(text->data, text->length);
+    return calibration_match(&calibration, state, accept, message);
 }
 
-int commands_calibration_check(const struct command_call *call, const struct pair *pair,
-                               bool accepted) {
+int commands_calibration_of_pair(const struct command_call *call, struct captured_pair *captured,
+                                 bool accepted) {
     struct calibration_match_state state;
-    struct session_instrument instrument;
     struct message message;
-    commands_calibration_instrument(call, &instrument);
-    calibration_match_pair(call->rig->profile.name, &instrument, pair, &state);
-    const int error =
-        compare_with_saved(call, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    int error;
+    captured->calibration_length = 0;
+    struct calibration_text *text = load_saved(call, &error);
+    if (text == NULL) {
+        return error == ERROR_MISSING
+                   ? 0
+                   : command_fail(call, error, "the saved calibration cannot be read: %s",
+                                  error_text(error));
+    }
+    calibration_match_pair(call->rig->profile.name, &captured->instrument, &captured->pair, &state);
+    error = use_saved(text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured, &message);
+    free(text);
     if (error == ERROR_MISMATCH && accepted) {
         reply_text(call, "accepted_mismatch", message.text);
         return 0;
@@ -202,47 +241,93 @@ static int read_lenses(const struct command_call *call) {
     return error;
 }
 
-int commands_calibration_put_state(const struct command_call *call) {
+/// The identifier of a text, which need not be valid otherwise.
+static bool find_id(const struct calibration_text *text, char id[CALIBRATION_ID_BYTES]) {
+    static const char word[] = "\nid ";
+    for (size_t i = 0; i + sizeof word < text->length && i < CALIBRATION_ID_BYTES; i++) {
+        if (memcmp(&text->data[i], word, sizeof word - 1) == 0) {
+            const char *begin = &text->data[i + sizeof word - 1];
+            const char *end = memchr(begin, '\n', text->length - (size_t)(begin - text->data));
+            if (end == NULL || end - begin >= CALIBRATION_ID_BYTES) {
+                return false;
+            }
+            snprintf(id, CALIBRATION_ID_BYTES, "%.*s", (int)(end - begin), begin);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Adds whether the saved calibration matches the instrument as it stands.
+static int put_match(const struct command_call *call, const struct calibration_text *text) {
     struct calibration_match_state state;
-    struct calibration_text text;
     struct calibration calibration;
     struct message message;
-    if (daemon_of(call)->store == NULL || load_text(call, &text) != 0 ||
-        calibration_parse(text.data, text.length, &calibration, NULL) != 0) {
+    state_now(call, &state);
+    int error = calibration_at_pair(STORE_CALIBRATION, text->data, text->length, &state,
+                                    &calibration, &message);
+    if (error == 0) {
+        error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
+    }
+    reply_text(call, "match",
+               error != 0                                                  ? "no"
+               : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
+                                                                           : "yes");
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+}
+
+int commands_calibration_put_state(const struct command_call *call) {
+    char id[CALIBRATION_ID_BYTES];
+    int error;
+    struct calibration_text *text = load_saved(call, &error);
+    if (text == NULL || !find_id(text, id)) {
+        free(text);
         return 0;  // the command "calibration" reports it
     }
     reply_group_begin(call, "calibration", false);
-    reply_text(call, "id", calibration.id);
-    int error = 0;
-    if (call->rig->state == RIG_READY) {
-        state_now(call, &state);
-        error = calibration_match(&calibration, &state, CAPTURE_ACCEPT_WORD, &message);
-        reply_text(call, "match",
-                   error != 0                                                  ? "no"
-                   : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
-                                                                               : "yes");
-    }
+    reply_text(call, "id", id);
+    error = call->rig->state == RIG_READY ? put_match(call, text) : 0;
     reply_group_end(call);
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    free(text);
+    return error;
 }
 
 // ---- the command
 
-static int run_show(const struct command_call *call) {
-    struct calibration_text text;
+/// Parses and shows a text, of one state or of all zooms.
+static int show_text(const struct command_call *call, const char *name,
+                     const struct calibration_text *text) {
     struct calibration calibration;
-    int error = load_text(call, &text);
+    struct zoom_calibration *zoom;
+    struct message message;
+    int error;
+    if (zoom_calibration_is_text(text->data, text->length)) {
+        error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
+        if (error == 0) {
+            show_zoom(call, zoom);
+            free(zoom);
+        }
+    } else {
+        error = calibration_at(name, text->data, text->length, NULL, &calibration, &message);
+        if (error == 0) {
+            show(call, &calibration);
+        }
+    }
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+}
+
+static int run_show(const struct command_call *call) {
+    int error;
+    struct calibration_text *text = load_saved(call, &error);
     if (error == ERROR_MISSING) {
         return command_fail(call, error,
                             "calibration: none saved (\"calibration set FILE\" first)");
     }
-    if (error != 0) {
+    if (text == NULL) {
         return command_fail_store(call, error, "calibration", "read from");
     }
-    error = parse(call, STORE_CALIBRATION, &text, &calibration);
-    if (error == 0) {
-        show(call, &calibration);
-    }
+    error = show_text(call, STORE_CALIBRATION, text);
+    free(text);
     return error;
 }
 
@@ -267,28 +352,68 @@ static int check_match(const struct command_call *call, const struct calibration
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
-static int run_set(const struct command_call *call) {
-    struct reading file = {.call = call, .name = call->values[FILE_NAME].text};
+/// Checks a calibration of one state.
+static int check_one(const struct command_call *call, const char *name,
+                     const struct calibration_text *text) {
     struct calibration calibration;
-    disk_writer_run(&daemon_of(call)->disk_writer, read_job, &file);
-    int error = file.error;
-    error = error != 0 ? error : parse(call, file.name, &file.text, &calibration);
-    error = error != 0 ? error : check_match(call, &calibration);
-    if (error != 0) {
-        return error;
-    }
     struct message message;
-    if (!call->values[UNIT].given &&
-        length_check_baseline(calibration_baseline_mm(&calibration), file.name,
+    int error = calibration_at(name, text->data, text->length, NULL, &calibration, &message);
+    if (error != 0) {
+        return command_fail(call, error, "%s", message.text);
+    }
+    error = check_match(call, &calibration);
+    if (error == 0 && !call->values[UNIT].given &&
+        length_check_baseline(calibration_baseline_mm(&calibration), name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
-    error = commands_store_save(call, STORE_CALIBRATION, file.text.data, file.text.length);
+    return error;
+}
+
+/// Checks a zoom calibration: that it is of this instrument and its cameras. Its axes may stand
+/// anywhere.
+static int check_zoom(const struct command_call *call, const char *name,
+                      const struct calibration_text *text) {
+    struct calibration of_rig;
+    struct zoom_calibration *zoom;
+    struct message message;
+    int error = calibration_at_read_zoom(name, text->data, text->length, &zoom, &message);
     if (error != 0) {
-        return command_fail_store(call, error, "calibration", "save to");
+        return command_fail(call, error, "%s", message.text);
     }
-    show(call, &calibration);
-    return 0;
+    memset(&of_rig, 0, sizeof of_rig);
+    of_rig.has_origin = true;
+    memcpy(of_rig.origin.instrument, zoom->instrument, sizeof zoom->instrument);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        memcpy(of_rig.origin.side[side].camera, zoom->camera[side].name,
+               sizeof zoom->camera[side].name);
+    }
+    free(zoom);
+    return check_match(call, &of_rig);
+}
+
+static int set_text(const struct command_call *call, const char *name,
+                    const struct calibration_text *text) {
+    int error = zoom_calibration_is_text(text->data, text->length) ? check_zoom(call, name, text)
+                                                                   : check_one(call, name, text);
+    if (error != 0) {
+        return error;
+    }
+    error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
+    return error != 0 ? command_fail_store(call, error, "calibration", "save to")
+                      : show_text(call, name, text);
+}
+
+static int run_set(const struct command_call *call) {
+    struct reading file = {.call = call, .name = call->values[FILE_NAME].text};
+    file.text = malloc(sizeof *file.text);
+    if (file.text == NULL) {
+        return command_fail(call, ERROR_MEMORY, "calibration: out of memory");
+    }
+    disk_writer_run(&daemon_of(call)->disk_writer, read_job, &file);
+    const int error = file.error != 0 ? file.error : set_text(call, file.name, file.text);
+    free(file.text);
+    return error;
 }
 
 static int run_forget(const struct command_call *call) {
@@ -344,7 +469,8 @@ static const struct command commands[] = {
     {.name = "calibration",
      .summary = "show, set or forget the saved calibration",
      .help = "It is saved across restarts. \"set\" rejects an invalid calibration, and, after a "
-             "bring-up, one made with other axes, cameras or windows.",
+             "bring-up, one made with other axes, cameras or windows. A calibration of all zooms "
+             "gives each pair the calibration of its own zoom, focus and pan.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
      .flags = COMMAND_UNRECORDED,

@@ -35,7 +35,7 @@ struct surface {
     char session[FILES_NAME_MAX + 1];
     char result[FILES_NAME_MAX + 64];
     char out_path[ATOMIC_DIR_PATH_BYTES];
-    char stored[STORE_CALIBRATION_BYTES];
+    char *stored;                    // the saved calibration; NULL: none, or not read
     struct session_pairs pairs;      // work space
     struct captured_pair *captured;  // in memory; NULL: the pair is in a session
     struct reconstruct_session source;
@@ -126,10 +126,13 @@ static void load_saved(struct surface *self) {
     if (store == NULL) {
         return;
     }
-    const int error = store->operations->load(store->self, STORE_CALIBRATION, self->stored,
-                                              sizeof self->stored, &length);
+    self->stored = malloc(STORE_CALIBRATION_BYTES);
+    const int error = self->stored == NULL
+                          ? ERROR_MEMORY
+                          : store->operations->load(store->self, STORE_CALIBRATION, self->stored,
+                                                    STORE_CALIBRATION_BYTES, &length);
     if (error == 0) {
-        INVARIANT(length <= sizeof self->stored);
+        INVARIANT(length <= STORE_CALIBRATION_BYTES);
         self->source.stored_text = self->stored;
         self->source.stored_length = length;
     } else if (error != ERROR_MISSING) {
@@ -302,6 +305,7 @@ static int run_reconstruct(const struct command_call *call) {
         error = compute(self);
     }
     last_pair_give_back(self->captured);
+    free(self->stored);
     free(self);
     return error;
 }

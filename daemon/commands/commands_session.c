@@ -10,7 +10,7 @@
 #include "daemon/commands/commands.h"
 #include "daemon/commands/files.h"
 #include "daemon/commands/room_check.h"
-#include "daemon/session/calibration_match.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/session/capture.h"
 #include "daemon/session/session_write.h"
 #include "daemon/settings/saved_lens.h"
@@ -18,29 +18,31 @@
 
 enum { START, STOP, COMMAND_TEXT_BYTES = 128 };
 
-/// Loads the saved calibration, if there is one: it is part of every pair and session. `text` has
-/// STORE_CALIBRATION_BYTES.
-static int load_calibration(const struct command_call *call, char *text, size_t *length,
-                            struct message *message) {
-    const struct hal_store *store = daemon_of(call)->store;
-    const int error = store == NULL ? ERROR_MISSING
-                                    : store->operations->load(store->self, STORE_CALIBRATION, text,
-                                                              STORE_CALIBRATION_BYTES, length);
-    INVARIANT(error != 0 || *length <= STORE_CALIBRATION_BYTES);
-    *length = error == 0 ? *length : 0;
-    return error == 0 || error == ERROR_MISSING
-               ? 0
-               : message_set(message, error, "the saved calibration cannot be read: %s",
-                             error_text(error));
-}
-
+/// Writes the saved calibration, if there is one, to a session. One of all zooms is not: each pair
+/// gets its own.
 static int write_calibration(const struct command_call *call, struct message *message) {
-    char text[STORE_CALIBRATION_BYTES];
+    const struct hal_store *store = daemon_of(call)->store;
+    char *text = store == NULL ? NULL : malloc(STORE_CALIBRATION_BYTES);
     size_t length = 0;
-    const int error = load_calibration(call, text, &length, message);
-    return error != 0 || length == 0 ? error
-                                     : session_writer_calibration(&daemon_of(call)->session.writer,
-                                                                  text, length, message);
+    if (text == NULL) {
+        return store == NULL ? 0 : message_set(message, ERROR_MEMORY, "out of memory");
+    }
+    int error = store->operations->load(store->self, STORE_CALIBRATION, text,
+                                        STORE_CALIBRATION_BYTES, &length);
+    if (error == 0) {
+        INVARIANT(length <= STORE_CALIBRATION_BYTES);
+        error = zoom_calibration_is_text(text, length)
+                    ? 0
+                    : session_writer_calibration(&daemon_of(call)->session.writer, text, length,
+                                                 message);
+    } else {
+        error = error == ERROR_MISSING
+                    ? 0
+                    : message_set(message, error, "the saved calibration cannot be read: %s",
+                                  error_text(error));
+    }
+    free(text);
+    return error;
 }
 
 /// Start of a session or of a pair, as a job for the disk writer.
@@ -116,7 +118,7 @@ static int begin_session(const struct command_call *call, const struct command_v
 /// A write to the session, as a job for the disk writer, and its outcome.
 struct writing {
     struct session *session;
-    const struct pair *pair;
+    const struct captured_pair *captured;
     const struct registers_all *registers;
     const char *command;
     int files_fd;
@@ -124,7 +126,7 @@ struct writing {
     struct message message;
 };
 
-/// Writes a pair with its register values.
+/// Writes a pair with its register values, and its calibration if it has one of its own.
 static int write_with_registers(struct writing *self) {
     struct session *session = self->session;
     int error = 0;
@@ -133,7 +135,13 @@ static int write_with_registers(struct writing *self) {
         error = session_writer_registers(&session->writer, rig_part_text(run->part), run->at_us,
                                          run->first, run->values, run->count, &self->message);
     }
-    return error != 0 ? error : session_writer_pair(&session->writer, self->pair, &self->message);
+    if (error == 0 && self->captured->calibration_own) {
+        error = session_writer_calibration(&session->writer, self->captured->calibration,
+                                           self->captured->calibration_length, &self->message);
+    }
+    return error != 0
+               ? error
+               : session_writer_pair(&session->writer, &self->captured->pair, &self->message);
 }
 
 /// Writes and ends a session of one pair; discards it on failure.
@@ -176,14 +184,14 @@ static void write_command(const struct command_call *call, char text[COMMAND_TEX
 }
 
 /// Writes a pair into its session; in a recording, after all calls that led to it.
-static int save_pair(const struct command_call *call, const struct pair *pair,
+static int save_pair(const struct command_call *call, const struct captured_pair *captured,
                      const struct registers_all *registers) {
     struct session *session = &daemon_of(call)->session;
     struct daemon *daemon = daemon_of(call);
     char command[COMMAND_TEXT_BYTES];
     write_command(call, command);
     struct writing writing = {.session = session,
-                              .pair = pair,
+                              .captured = captured,
                               .registers = registers,
                               .command = command,
                               .files_fd = daemon->files_fd};
@@ -197,26 +205,19 @@ static int save_pair(const struct command_call *call, const struct pair *pair,
     return writing.error == 0 ? 0 : command_fail(call, writing.error, "%s", writing.message.text);
 }
 
-static void load_what_belongs(void *cookie) {
+static void set_name(void *cookie) {
     struct beginning *self = cookie;
-    struct captured_pair *captured = self->captured;
-    struct message message;
-    files_name_now(self->call, self->kind, "", captured->name);
-    const int error = load_calibration(self->call, captured->calibration,
-                                       &captured->calibration_length, &message);
-    self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
+    files_name_now(self->call, self->kind, "", self->captured->name);
 }
 
-/// Fills in what a reconstruction needs besides the images.
-static int describe(const struct command_call *call, struct captured_pair *captured) {
+/// Fills in what a reconstruction needs besides images and calibration.
+static void describe(const struct command_call *call, struct captured_pair *captured) {
     _Static_assert(sizeof captured->name > FILES_NAME_MAX, "a session's name fits");
-    _Static_assert(sizeof captured->calibration >= STORE_CALIBRATION_BYTES, "a calibration fits");
     struct beginning beginning = {.call = call, .kind = "capture", .captured = captured};
     snprintf(captured->profile, sizeof captured->profile, "%s", call->rig->profile.name);
     captured->has_instrument = true;
     commands_calibration_instrument(call, &captured->instrument);
-    disk_writer_run(&daemon_of(call)->disk_writer, load_what_belongs, &beginning);
-    return beginning.error;
+    disk_writer_run(&daemon_of(call)->disk_writer, set_name, &beginning);
 }
 
 /// Writes the pair to disk if a session was asked for.
@@ -228,7 +229,7 @@ static int write_session(const struct command_call *call, struct captured_pair *
     }
     int error =
         session->recording ? 0 : begin_session(call, &call->values[CAPTURE_NAME], "capture");
-    error = error != 0 ? error : save_pair(call, &captured->pair, registers);
+    error = error != 0 ? error : save_pair(call, captured, registers);
     if (error == 0) {
         captured->in_session = true;
         snprintf(captured->name, sizeof captured->name, "%s", session->name);
@@ -247,10 +248,10 @@ static int take_pair(const struct command_call *call, const struct pair_options 
     if (error != 0) {
         return error;
     }
-    const int mismatch = commands_calibration_check(call, &captured->pair,
-                                                    command_is_set(&call->values[CAPTURE_ACCEPT]));
+    describe(call, captured);
+    const int mismatch =
+        commands_calibration_of_pair(call, captured, command_is_set(&call->values[CAPTURE_ACCEPT]));
     error = session->recording ? 0 : mismatch;
-    error = error != 0 ? error : describe(call, captured);
     error = error != 0 ? error : write_session(call, captured, &registers);
     if (error != 0) {
         pair_release(captured->pair.frame);

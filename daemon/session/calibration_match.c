@@ -296,7 +296,7 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
                               share_per_ppm / RIG_SIDES;
     const double own_mm = calibration_depth_sigma_mm(calibration, depth_mm);
     double sum_mm2 = own_mm * own_mm;
-    for (int side = 0; side < RIG_SIDES; side++) {
+    for (int side = 0; side < RIG_SIDES && !calibration->axes_in_sigma; side++) {
         // A servo that was not set during calibration had an unknown position.
         const bool has_pan =
             calibration->origin.side[side].axis[CALIBRATION_PAN].kind != CALIBRATION_AXIS_NONE;

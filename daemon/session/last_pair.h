@@ -27,7 +27,8 @@ struct captured_pair {
     struct session_instrument instrument;
     char calibration[CALIBRATION_TEXT_MAX_BYTES];  ///< in force, in its canonical text
     size_t calibration_length;                     ///< 0: none
-    unsigned users;                                ///< used by last_pair.c
+    bool calibration_own;  ///< made for this pair by a zoom calibration: its session gets it
+    unsigned users;        ///< used by last_pair.c
 };
 
 /// Zeroed at the beginning. All functions may be called by any thread.

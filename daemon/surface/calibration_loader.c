@@ -2,68 +2,61 @@
 #include "daemon/surface/calibration_loader.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/error.h"
 #include "daemon/files/input_file.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/surface/length_check.h"
 
-static int describe_fault(const char *path, int error, const struct calibration_fault *fault,
-                          struct message *message) {
-    char place[96] = "";
-    if (fault->line > 0) {
-        snprintf(place, sizeof place, " line %d", fault->line);
-    }
-    if (error == ERROR_CRC) {
-        return message_set(
-            message, error,
-            "%s:%s checksum mismatch: the text was edited or damaged (expected %08x for this text)",
-            path, place, fault->crc);
-    }
-    const char *reason =
-        fault->reason != NULL && fault->reason[0] != '\0' ? fault->reason : error_text(error);
-    const char *field = fault->field != NULL ? fault->field : "";
-    return message_set(message, error, "%s:%s%s%s: %s", path, place, field[0] != '\0' ? " " : "",
-                       field, reason);
-}
-
-int calibration_loader_own(const struct calibration_request *request,
-                           struct calibration *calibration,
-                           char format[CALIBRATION_LOADER_FORMAT_BYTES], struct message *message) {
-    const char *path = request->path;
-    char text[CALIBRATION_TEXT_MAX_BYTES + 1];
+/// Reads a file of at most CALIBRATION_AT_TEXT_BYTES into `text`, which has one byte more.
+static int read_text(const char *path, char *text, size_t *length, struct message *message) {
     FILE *stream = input_file_open(path, message);
     if (stream == NULL) {
         return ERROR_ARGUMENT;
     }
-    const size_t length = fread(text, 1, sizeof text, stream);
+    *length = fread(text, 1, CALIBRATION_AT_TEXT_BYTES + 1, stream);
     const bool failed = ferror(stream) != 0;
     fclose(stream);
     if (failed) {
         return message_set(message, ERROR_ARGUMENT, "%s: cannot be read", path);
     }
-    if (length == 0) {
-        return message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
-    }
-    struct calibration_fault fault = {.line = 0, .field = ""};
-    struct calibration parsed;
-    const int error = calibration_parse(text, length, &parsed, &fault);
-    if (error != ERROR_OK) {
-        return describe_fault(path, error, &fault, message);
-    }
-    if (request->rectified && !parsed.rectified) {
+    return *length > 0 ? ERROR_OK
+                       : message_set(message, ERROR_SYNTAX, "%s: the file is empty", path);
+}
+
+static int check(const struct calibration_request *request, const struct calibration *parsed,
+                 struct message *message) {
+    if (request->rectified && !parsed->rectified) {
         return message_set(message, ERROR_ARGUMENT,
-                           "%s: not a rectified calibration (leave out --rectified)", path);
+                           "%s: not a rectified calibration (leave out --rectified)",
+                           request->path);
     }
     const bool short_is_meant = request->unit != NULL && strcmp(request->unit, "mm") == 0;
-    const int length_error = short_is_meant
-                                 ? ERROR_OK
-                                 : length_check_baseline(calibration_baseline_mm(&parsed), path,
-                                                         length_unit_option, message);
-    if (length_error != ERROR_OK) {
-        return length_error;
+    return short_is_meant ? ERROR_OK
+                          : length_check_baseline(calibration_baseline_mm(parsed), request->path,
+                                                  length_unit_option, message);
+}
+
+int calibration_loader_own(const struct calibration_request *request,
+                           struct calibration *calibration,
+                           char format[CALIBRATION_LOADER_FORMAT_BYTES], struct message *message) {
+    struct calibration parsed;
+    size_t length = 0;
+    char *text = malloc(CALIBRATION_AT_TEXT_BYTES + 1);
+    if (text == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", request->path);
     }
-    *calibration = parsed;
-    snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "vergence");
-    return ERROR_OK;
+    int error = read_text(request->path, text, &length, message);
+    error = error != ERROR_OK
+                ? error
+                : calibration_at(request->path, text, length, request->at, &parsed, message);
+    free(text);
+    error = error != ERROR_OK ? error : check(request, &parsed, message);
+    if (error == ERROR_OK) {
+        *calibration = parsed;
+        snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "vergence");
+    }
+    return error;
 }

@@ -7,20 +7,25 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
-#include "daemon/session/calibration_match.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_read.h"
 #include "device/mt9t001.h"
 
-static int parse_calibration(const char *name, const char *text, size_t length,
-                             struct calibration *calibration, struct message *message) {
-    struct calibration_fault fault = {.field = "", .reason = ""};
-    const int error = calibration_parse(text, length, calibration, &fault);
-    return error == ERROR_OK
-               ? ERROR_OK
-               : message_set(message, error, "%s:%d: %s%s%s", name, fault.line, fault.field,
-                             fault.field[0] != '\0' ? ": " : "",
-                             fault.reason[0] != '\0' ? fault.reason : error_text(error));
+static void axes_of_pair(const struct reconstruct_session *self,
+                         struct calibration_match_state *axes) {
+    calibration_match_pair(self->pair.profile,
+                           self->pair.has_instrument ? &self->pair.instrument : NULL,
+                           &self->pair.pair, axes);
+}
+
+/// A text at the pair's axes.
+static int parse_calibration(const struct reconstruct_session *self, const char *text,
+                             size_t length, struct calibration *calibration,
+                             struct message *message) {
+    struct calibration_match_state state;
+    axes_of_pair(self, &state);
+    return calibration_at_pair(self->calibration_name, text, length, &state, calibration, message);
 }
 
 /// Reads the request's calibration, else the session's own, else the saved one.
@@ -32,18 +37,23 @@ static int read_calibration(struct reconstruct_session *self,
     if (request->calibration_path != NULL || request->rectified) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "%s",
                  request->calibration_path != NULL ? request->calibration_path : "");
-        return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
-                                            message);
+        struct calibration_match_state axes;
+        struct zoom_state state;
+        struct message unknown;
+        axes_of_pair(self, &axes);
+        const bool known = calibration_at_axes(&axes, &state, &unknown) == ERROR_OK;
+        return reconstruct_inputs_calibrate(request, self->load_calibration, known ? &state : NULL,
+                                            inputs, context, message);
     }
     self->own = self->pair.calibration_length > 0;
     int error = ERROR_OK;
     if (self->own) {
-        error = parse_calibration(self->calibration_name, self->pair.calibration,
-                                  self->pair.calibration_length, calibration, message);
+        error = parse_calibration(self, self->pair.calibration, self->pair.calibration_length,
+                                  calibration, message);
     } else if (self->stored_text != NULL) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "the saved calibration");
-        error = parse_calibration(self->calibration_name, self->stored_text, self->stored_length,
-                                  calibration, message);
+        error =
+            parse_calibration(self, self->stored_text, self->stored_length, calibration, message);
     } else if (self->stored_error != 0) {
         return message_set(
             message, self->stored_error,
@@ -147,9 +157,7 @@ static int match(struct reconstruct_session *self, const struct reconstruct_requ
                  struct message *message) {
     struct calibration *calibration = &inputs->calibration;
     struct calibration_match_state state;
-    calibration_match_pair(self->pair.profile,
-                           self->pair.has_instrument ? &self->pair.instrument : NULL,
-                           &self->pair.pair, &state);
+    axes_of_pair(self, &state);
     context->has_instrument = true;
     context->instrument = state.instrument;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);

@@ -73,13 +73,17 @@ struct calibration {
     double translation_right_left_mm[3];  // point_right = R_right_left point_left + t
     double depth_near_mm, depth_far_mm;   // working range of left z; 0 0 if not stated
     double rms_px;                        // reprojection rms per point; 0 if not stated
-    /// True: printed as version 2 of the text, which includes the fields below. False: version 1,
-    /// which does not have them; `origin` and the sigmas then count as not known.
+    /// True: printed as version 2 of the text (3 with `axes_in_sigma`), which includes the fields
+    /// below. False: version 1, which does not have them; `origin` and the sigmas then count as not
+    /// known.
     bool has_origin;
     struct calibration_origin origin;
     /// Uncertainty of the calibration itself, as one standard deviation: relative error common to
     /// all depths, and the angle between the cameras. 0: not stated.
     double scale_sigma, yaw_sigma_rad;
+    /// Whether these include how well the axes stand where `origin` says, as for the calibration of
+    /// one state of a zoom calibration. False: the axes' repeatability comes on top.
+    bool axes_in_sigma;
 };
 
 /// Where and why a text was rejected.

@@ -111,6 +111,16 @@ static const struct calibration_field fields[] = {
           scale_sigma),
     SIGMA("yaw_sigma_rad", 1, "rad",
           "standard deviation of the angle between the cameras; 0: not stated", yaw_sigma_rad),
+    {"axes_in_sigma",
+     CALIBRATION_FIELD_FLAG,
+     3,
+     1,
+     0,
+     0,
+     0,
+     "",
+     "yes: the two above include how well the axes stand where this text says; otherwise no",
+     {AT(axes_in_sigma), 0, 0}},
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof fields[0] };
@@ -125,7 +135,7 @@ int calibration_grammar_count(int version) {
     while (count < FIELD_COUNT && fields[count].version <= version) {
         count++;
     }
-    INVARIANT(count > 0 && (version < 2 || count == FIELD_COUNT));
+    INVARIANT(count > 0 && (version < 3 || count == FIELD_COUNT));
     return count;
 }
 
@@ -160,6 +170,12 @@ void calibration_grammar_set(const struct calibration_field *field, int i, doubl
     }
     INVARIANT(field->kind == CALIBRATION_FIELD_DECIMALS);
     memcpy(target, &value, sizeof value);
+}
+
+bool *calibration_grammar_flag(const struct calibration_field *field,
+                               struct calibration *calibration) {
+    INVARIANT(field->kind == CALIBRATION_FIELD_FLAG);
+    return (bool *)(void *)((char *)calibration + field->offset[0]);
 }
 
 char *calibration_grammar_name(const struct calibration_field *field,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The grammar of the calibration text as data: one entry per line, in the order of the text. A
 /// line has the field's name and its values, separated by single spaces and ended by a line feed.
-/// The fields follow the line CALIBRATION_GRAMMAR_FIRST_LINE, or that of version 2, which has more
-/// fields; after them comes the line `crc32 XXXXXXXX` (eight lower-case hexadecimal digits, over
-/// all bytes before it).
+/// The fields follow the line CALIBRATION_GRAMMAR_FIRST_LINE, or that of a later version, which has
+/// more fields; after them comes the line `crc32 XXXXXXXX` (eight lower-case hexadecimal digits,
+/// over all bytes before it).
 #ifndef VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
 #define VERGENCE_STEREO_GEOMETRY_CALIBRATION_GRAMMAR_H
 
@@ -19,6 +19,7 @@ extern "C" {
 #define CALIBRATION_GRAMMAR_MAGIC "vergence-calibration "
 #define CALIBRATION_GRAMMAR_FIRST_LINE CALIBRATION_GRAMMAR_MAGIC "1"
 #define CALIBRATION_GRAMMAR_FIRST_LINE_2 CALIBRATION_GRAMMAR_MAGIC "2"
+#define CALIBRATION_GRAMMAR_FIRST_LINE_3 CALIBRATION_GRAMMAR_MAGIC "3"
 #define CALIBRATION_GRAMMAR_CRC "crc32"
 #define CALIBRATION_GRAMMAR_UNKNOWN "unknown"
 #define CALIBRATION_GRAMMAR_NO_AXIS "none"
@@ -53,11 +54,13 @@ struct calibration_field {
 /// later versions follow those of earlier ones.
 const struct calibration_field *calibration_grammar_fields(int *count);
 
-/// Number of fields in a text of `version`, 1 or 2.
+/// Number of fields in a text of `version`, 1 to 3.
 int calibration_grammar_count(int version);
 
-/// Address of a field that is not a number: the text (CALIBRATION_NAME_BYTES), the window, or the
-/// axis.
+/// Address of a field that is not a number: the flag, the text (CALIBRATION_NAME_BYTES), the
+/// window, or the axis.
+bool *calibration_grammar_flag(const struct calibration_field *field,
+                               struct calibration *calibration);
 char *calibration_grammar_name(const struct calibration_field *field,
                                struct calibration *calibration);
 struct calibration_window *calibration_grammar_window(const struct calibration_field *field,

@@ -105,8 +105,9 @@ static struct calibration_span known(struct calibration_span value) {
 
 static int parse_flag(struct calibration_reader *reader, const struct calibration_field *field,
                       struct calibration_span value, struct calibration *result) {
-    result->rectified = calibration_span_is(value, "yes");
-    return result->rectified || calibration_span_is(value, "no")
+    bool *flag = calibration_grammar_flag(field, result);
+    *flag = calibration_span_is(value, "yes");
+    return *flag || calibration_span_is(value, "no")
                ? ERROR_OK
                : calibration_refuse(reader, ERROR_SYNTAX, field->name, "must be yes or no");
 }
@@ -170,7 +171,11 @@ static int parse_end(struct calibration_reader *reader) {
                : code;
 }
 
-static int parse_first_line(struct calibration_reader *reader, bool *has_origin) {
+// Returns the version, or a negative code.
+static int parse_first_line(struct calibration_reader *reader) {
+    static const char *const first_lines[] = {CALIBRATION_GRAMMAR_FIRST_LINE,
+                                              CALIBRATION_GRAMMAR_FIRST_LINE_2,
+                                              CALIBRATION_GRAMMAR_FIRST_LINE_3};
     static const size_t magic_length = sizeof CALIBRATION_GRAMMAR_MAGIC - 1;
     if (reader->length < magic_length ||
         memcmp(reader->text, CALIBRATION_GRAMMAR_MAGIC, magic_length) != 0) {
@@ -180,20 +185,25 @@ static int parse_first_line(struct calibration_reader *reader, bool *has_origin)
     }
     struct calibration_span line;
     const int code = calibration_next_line(reader, &line);
-    if (code != ERROR_OK) {
-        return code;
+    for (int i = 0; i < 3 && code == ERROR_OK; i++) {
+        if (calibration_span_is(line, first_lines[i])) {
+            return i + 1;
+        }
     }
-    *has_origin = calibration_span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE_2);
-    return *has_origin || calibration_span_is(line, CALIBRATION_GRAMMAR_FIRST_LINE)
-               ? ERROR_OK
-               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 or 2)");
+    return code != ERROR_OK
+               ? code
+               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 to 3)");
 }
 
 static int parse_all(struct calibration_reader *reader, struct calibration *result) {
-    int code = parse_first_line(reader, &result->has_origin);
-    int count;
+    const int version = parse_first_line(reader);
+    if (version < 0) {
+        return version;
+    }
+    result->has_origin = version >= 2;
+    int count, code = ERROR_OK;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
-    count = calibration_grammar_count(result->has_origin ? 2 : 1);
+    count = calibration_grammar_count(version);
     for (int i = 0; i < count && code == ERROR_OK; i++) {
         code = parse_field(reader, &fields[i], result);
     }

@@ -55,7 +55,8 @@ static void put_field(struct calibration_writer *writer, const struct calibratio
             }
             break;
         case CALIBRATION_FIELD_FLAG:
-            calibration_put_value(writer, calibration->rectified ? "yes" : "no");
+            calibration_put_value(writer,
+                                  *calibration_grammar_flag(field, calibration) ? "yes" : "no");
             break;
         case CALIBRATION_FIELD_INTEGERS:
         case CALIBRATION_FIELD_DECIMALS:
@@ -84,11 +85,13 @@ int calibration_print(const struct calibration *calibration, char *text, size_t 
         return code;
     }
     struct calibration_writer writer = {text, size_bytes, 0};
-    calibration_put(&writer, rounded.has_origin ? CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n"
-                                                : CALIBRATION_GRAMMAR_FIRST_LINE "\n");
+    const int version = !rounded.has_origin ? 1 : rounded.axes_in_sigma ? 3 : 2;
+    calibration_put(&writer, version == 1   ? CALIBRATION_GRAMMAR_FIRST_LINE "\n"
+                             : version == 2 ? CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n"
+                                            : CALIBRATION_GRAMMAR_FIRST_LINE_3 "\n");
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
-    count = calibration_grammar_count(rounded.has_origin ? 2 : 1);
+    count = calibration_grammar_count(version);
     for (int i = 0; i < count; i++) {
         put_field(&writer, &fields[i], &rounded);
     }

@@ -78,6 +78,7 @@ int zoom_calibration_at(const struct zoom_calibration *calibration, const struct
     code = zoom_pair_calibration(&pair, &at);
     if (code == ERROR_OK) {
         zoom_depth_sigma(calibration, state, &at.scale_sigma, &at.yaw_sigma_rad);
+        at.axes_in_sigma = true;
         code = calibration_validate(&at, fault);
     }
     if (code == ERROR_OK) {

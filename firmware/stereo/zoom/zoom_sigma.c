@@ -64,7 +64,7 @@ static bool is_mount(const struct zoom_camera camera[2], const double *number) {
     return false;
 }
 
-enum { TOGETHER = 4 };  // values whose derivatives are kept at a time: 6 KB of them
+enum { TOGETHER = 8 };  // values whose derivatives are kept at a time: 12 KB of them
 
 // Derivatives of values `first`.. by all parameters, taken over one standard deviation.
 static void derivatives(struct propagation *at, const struct zoom_calibration *calibration,
@@ -228,18 +228,19 @@ void zoom_depth_sigma(const struct zoom_calibration *calibration, const struct z
     const double met_mm = calibration_vergence_depth_mm(&at);
     const double baseline_mm = calibration_baseline_mm(&at);
     const double middle_mm = met_mm > 0 && met_mm < 100 * baseline_mm ? met_mm : 10 * baseline_mm;
-    static const double depth[3] = {0.7, 1, 1.5}, place[3] = {-0.25, 0, 0.25};
+    // Of the middle and halfway to the corners, where the axes meet; and of the middle off there.
+    static const double place[TOGETHER][3] = {{0, 0, 1},        {-0.25, -0.25, 1}, {0.25, -0.25, 1},
+                                              {-0.25, 0.25, 1}, {0.25, 0.25, 1},   {0, 0, 0.7},
+                                              {0, 0, 1.5},      {0, 0, 0.85}};
     const struct lens *lens = &pair.side[0].lens;
     struct seen_points points = {.count = 0};
     double point_mm[ZOOM_VALUES_MAX];
-    for (int d = 0; d < 3; d++) {
-        for (int i = 0; i < 9; i++) {
-            const double pixel_px[2] = {lens->width_px * (0.5 + place[i % 3]),
-                                        lens->height_px * (0.5 + place[i / 3])};
-            const int next = points.count;
-            if (add_point(&pair, pixel_px, middle_mm * depth[d], &points)) {
-                point_mm[next] = middle_mm * depth[d];
-            }
+    for (int i = 0; i < TOGETHER; i++) {
+        const double pixel_px[2] = {lens->width_px * (0.5 + place[i][0]),
+                                    lens->height_px * (0.5 + place[i][1])};
+        const int next = points.count;
+        if (add_point(&pair, pixel_px, middle_mm * place[i][2], &points)) {
+            point_mm[next] = middle_mm * place[i][2];
         }
     }
     if (points.count == 0) {

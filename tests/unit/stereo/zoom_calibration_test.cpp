@@ -84,7 +84,11 @@ TEST_CASE("any state of a zoom calibration is a calibration of one state") {
     calibration_fault fault{};
     REQUIRE(zoom_calibration_at(zoomed.get(), &state, &at, &fault) == ERROR_OK);
     char text[CALIBRATION_TEXT_MAX_BYTES];
-    CHECK(calibration_print(&at, text, sizeof text) > 0);
+    const int length = calibration_print(&at, text, sizeof text);
+    REQUIRE(length > 0);
+    calibration parsed;
+    REQUIRE(calibration_parse(text, static_cast<size_t>(length), &parsed, &fault) == ERROR_OK);
+    CHECK(parsed.axes_in_sigma);
     CHECK(at.left.width_px == 2048);
     CHECK(calibration_vergence_depth_mm(&at) == doctest::Approx(1800).epsilon(0.05));
     CHECK(at.origin.side[1].axis[CALIBRATION_ZOOM].mean == 421.6);

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/input_file.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration_grammar.h"
 #include "tools/host/formats/whole_file.hpp"
@@ -96,6 +97,7 @@ std::vector<std::string> files_in(std::string directory) {
     static const std::vector<std::vector<const char *>> default_names = {
         {"calibration.txt"},
         {"rig.calibration"},
+        {"instrument.zoom"},
         {"intrinsics.yml", "extrinsics.yml"},
         {"intrinsics.yaml", "extrinsics.yaml"},
         {"intrinsics.xml", "extrinsics.xml"},
@@ -132,6 +134,7 @@ std::vector<std::string> files_in(std::string directory) {
         fail(ERROR_ARGUMENT,
              directory +
                  ": no calibration under a known name (calibration.txt, rig.calibration, "
+                 "instrument.zoom, "
                  "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, camchain.yaml, "
                  "left.cameramodel and right.cameramodel, calib.txt, calib_cam_to_cam.txt): name "
                  "the file");
@@ -186,6 +189,18 @@ import_pair read_own(const import_file &file, const import_options &options) {
     }
     if (code != ERROR_OK) {
         fail(code, file.path + ": " + calibration_file_explain(code, fault));
+    }
+    return pair;
+}
+
+import_pair read_zoom(const import_file &file, const import_options &options) {
+    import_pair pair;
+    message why;
+    pair.format = "vergence";
+    const int code = calibration_at(file.path.c_str(), file.text.data(), file.text.size(),
+                                    options.at, &pair.value, &why);
+    if (code != ERROR_OK) {
+        fail(code, why.text);
     }
     return pair;
 }
@@ -294,6 +309,9 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     const bool single = files->size() == 1;
     if (single && first.text.compare(0, magic.size(), magic) == 0) {
         return read_own(first, options);
+    }
+    if (single && zoom_calibration_is_text(first.text.data(), first.text.size())) {
+        return read_zoom(first, options);
     }
     if (first.text.find('\0') != std::string::npos) {
         fail(ERROR_SYNTAX, first.path + ": not a calibration (not a text file)");
@@ -449,6 +467,7 @@ int calibration_file_loader(const calibration_request *request, calibration *val
         options.unit = request->unit != nullptr ? request->unit : "";
         options.rectified = request->rectified;
         options.first_camera = request->first_camera;
+        options.at = request->at;
         calibration_file_report report;
         std::string text;
         const int code = calibration_file_load(request->path, options, value, &report, &text);

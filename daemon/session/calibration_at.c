@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session/calibration_at.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/error.h"
+
+static const double rad_per_degree = 3.14159265358979323846 / 180.0;
+
+static int refuse_text(const char *name, int error, const struct calibration_fault *fault,
+                       struct message *message) {
+    if (error == ERROR_CRC) {
+        return message_set(
+            message, error,
+            "%s: checksum mismatch: the text was edited or damaged (expected %08x for this text)",
+            name, fault->crc);
+    }
+    char place[24] = "";
+    if (fault->line > 0) {
+        snprintf(place, sizeof place, ":%d", fault->line);
+    }
+    return message_set(message, error, "%s%s: %s%s%s", name, place, fault->field,
+                       fault->field[0] != '\0' ? ": " : "",
+                       fault->reason[0] != '\0' ? fault->reason : error_text(error));
+}
+
+int calibration_at_read_zoom(const char *name, const char *text, size_t length,
+                             struct zoom_calibration **zoom, struct message *message) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    *zoom = malloc(sizeof **zoom);
+    if (*zoom == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", name);
+    }
+    const int error = zoom_calibration_parse(text, length, *zoom, &fault);
+    if (error != ERROR_OK) {
+        free(*zoom);
+        *zoom = NULL;
+        return refuse_text(name, error, &fault, message);
+    }
+    return ERROR_OK;
+}
+
+int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_state *state,
+                        struct message *message) {
+    memset(state, 0, sizeof *state);
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct calibration_axis *axis = axes->origin.side[side].axis;
+        static const int needed[] = {CALIBRATION_PAN, CALIBRATION_ZOOM, CALIBRATION_FOCUS};
+        for (int i = 0; i < 3; i++) {
+            if (axis[needed[i]].kind != CALIBRATION_AXIS_KNOWN) {
+                return message_set(
+                    message, ERROR_MISMATCH,
+                    "%s %s is unknown%s: the calibration of all zooms cannot be used",
+                    rig_side_names[side], calibration_match_axis_name(needed[i]),
+                    needed[i] == CALIBRATION_PAN ? " (not set since bring-up: run \"pan\")" : "");
+            }
+        }
+        state->side[side].pan_rad = axis[CALIBRATION_PAN].mean * rad_per_degree;
+        state->side[side].zoom_counts = axis[CALIBRATION_ZOOM].mean;
+        state->side[side].focus_counts = axis[CALIBRATION_FOCUS].mean;
+    }
+    return ERROR_OK;
+}
+
+// The axis that is outside its range, with position and range in its unit.
+static int refuse_state(const struct zoom_calibration *zoom, const struct zoom_state *state,
+                        const struct calibration_fault *fault, const char *advice,
+                        struct message *message) {
+    const int side = strncmp(fault->field, "left", 4) == 0 ? RIG_LEFT : RIG_RIGHT;
+    const struct zoom_camera *camera = &zoom->camera[side];
+    const bool pan = strstr(fault->field, "pan") != NULL;
+    const bool focus = strstr(fault->field, "focus") != NULL;
+    const struct zoom_range *range = pan     ? &camera->pan_rad
+                                     : focus ? &camera->focus
+                                             : &camera->zoom;
+    const double at = pan     ? state->side[side].pan_rad
+                      : focus ? state->side[side].focus_counts
+                              : state->side[side].zoom_counts;
+    const double unit = pan ? rad_per_degree : 1;
+    const int axis = pan ? CALIBRATION_PAN : focus ? CALIBRATION_FOCUS : CALIBRATION_ZOOM;
+    return message_set(message, ERROR_MISMATCH,
+                       "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",
+                       rig_side_names[side], calibration_match_axis_name(axis), pan ? 3 : 1,
+                       at / unit, calibration_match_axis_unit(axis), pan ? 3 : 1, range->min / unit,
+                       pan ? 3 : 1, range->max / unit, calibration_match_axis_unit(axis), advice);
+}
+
+int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_state *state,
+                         const char *advice, struct calibration *calibration,
+                         struct message *message) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    const int error = zoom_state_check(zoom, state, &fault);
+    if (error != ERROR_OK) {
+        return refuse_state(zoom, state, &fault, advice, message);
+    }
+    const int code = zoom_calibration_at(zoom, state, calibration, &fault);
+    return code == ERROR_OK
+               ? ERROR_OK
+               : message_set(message, code, "the calibration of this state: %s%s%s", fault.field,
+                             fault.field[0] != '\0' ? ": " : "",
+                             fault.reason[0] != '\0' ? fault.reason : error_text(code));
+}
+
+static int zoom_text_at(const char *name, const char *text, size_t length,
+                        const struct zoom_state *state, struct calibration *calibration,
+                        struct message *message) {
+    struct zoom_calibration *zoom;
+    int error = calibration_at_read_zoom(name, text, length, &zoom, message);
+    if (error == ERROR_OK) {
+        error = calibration_at_state(zoom, state, ": move it there, or calibrate more", calibration,
+                                     message);
+        free(zoom);
+    }
+    return error;
+}
+
+int calibration_at(const char *name, const char *text, size_t length,
+                   const struct zoom_state *state, struct calibration *calibration,
+                   struct message *message) {
+    struct calibration_fault fault = {.field = "", .reason = ""};
+    if (zoom_calibration_is_text(text, length)) {
+        return state != NULL
+                   ? zoom_text_at(name, text, length, state, calibration, message)
+                   : message_set(message, ERROR_MISSING,
+                                 "%s: is a calibration of all zooms: it needs a captured pair, or "
+                                 "a state (vergence info FILE --at)",
+                                 name);
+    }
+    const int error = calibration_parse(text, length, calibration, &fault);
+    return error == ERROR_OK ? ERROR_OK : refuse_text(name, error, &fault, message);
+}
+
+int calibration_at_pair(const char *name, const char *text, size_t length,
+                        const struct calibration_match_state *axes, struct calibration *calibration,
+                        struct message *message) {
+    struct zoom_state state;
+    const int error =
+        zoom_calibration_is_text(text, length) ? calibration_at_axes(axes, &state, message) : 0;
+    return error != ERROR_OK ? error
+                             : calibration_at(name, text, length, &state, calibration, message);
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calibration of a pair from a text: of one state, which is it, or of a rig at any zoom, focus
+/// and pan, from which it follows by the pair's axes.
+#ifndef VERGENCE_DAEMON_SESSION_CALIBRATION_AT_H
+#define VERGENCE_DAEMON_SESSION_CALIBRATION_AT_H
+
+#include <stddef.h>
+
+#include "daemon/base/message.h"
+#include "daemon/session/calibration_match.h"
+#include "stereo/zoom/zoom_calibration.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Longest text, of either kind.
+enum { CALIBRATION_AT_TEXT_BYTES = ZOOM_TEXT_MAX_BYTES };
+
+/// A zoom calibration from its text, allocated by malloc. Errors of the text, with `name`, line and
+/// field in the message; ERROR_MEMORY.
+int calibration_at_read_zoom(const char *name, const char *text, size_t length,
+                             struct zoom_calibration **zoom, struct message *message);
+
+/// The axes of a pair as a state. ERROR_MISMATCH if an axis is not known, such as a servo that was
+/// not set since bring-up.
+int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_state *state,
+                        struct message *message);
+
+/// The calibration that a text states; of all zooms: at `state`. `name` is the text's, for
+/// messages. ERROR_MISSING: it is of all zooms and `state` is NULL; ERROR_MISMATCH: an axis is
+/// outside the calibrated range; else errors of the text.
+int calibration_at(const char *name, const char *text, size_t length,
+                   const struct zoom_state *state, struct calibration *calibration,
+                   struct message *message);
+
+/// The same for a pair with these axes; ERROR_MISMATCH also if one of them is not known.
+int calibration_at_pair(const char *name, const char *text, size_t length,
+                        const struct calibration_match_state *axes, struct calibration *calibration,
+                        struct message *message);
+
+/// A zoom calibration at a state. `advice` (may be "") ends the message of an axis
+/// that is outside its range.
+int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_state *state,
+                         const char *advice, struct calibration *calibration,
+                         struct message *message);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
