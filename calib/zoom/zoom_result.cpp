@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/zoom/zoom_result.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/invariant.h"
@@ -8,6 +9,9 @@
 namespace calib {
 
 namespace {
+
+// Of the lengths of a print: those of office printers are right to some 1e-4.
+const double PRINT_SIGMA = 2e-4;
 
 // One parameter of the calibration as a sum of shared parameters.
 using combination = std::vector<std::pair<int, double>>;
@@ -95,6 +99,31 @@ void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out
     out->pan_sigma_rad = solution.problem.pan_sigma_rad;
 }
 
+void describe_data(zoom_solution *solution) {
+    zoom_validation &out = solution->rig->validation;
+    const zoom_problem &problem = solution->problem;
+    out.settings =
+        int(std::max(problem.side[LEFT].settings.size(), problem.side[RIGHT].settings.size()));
+    out.boards = int(problem.places.size());
+    double squares = 0;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            const zoom_eye eye = eye_of(problem, solution->layout, solution->estimate, i, camera);
+            const bundle_view &view = problem.captures[i].view[size_t(camera)];
+            for (const bundle_corner &corner : view.corners) {
+                double r[2];
+                const bool used = view.used && corner.used &&
+                                  zoom_residual(problem, solution->layout, solution->estimate, eye,
+                                                i, camera, corner, r);
+                squares += used ? r[0] * r[0] + r[1] * r[1] : 0;
+                (used ? out.corners : out.rejected_corners)++;
+            }
+        }
+    }
+    solution->rms_px = out.corners > 0 ? std::sqrt(squares / out.corners) : 0;
+    out.rms_px = solution->rms_px;
+}
+
 }  // namespace
 
 void describe_zoom(zoom_solution *solution) {
@@ -103,6 +132,8 @@ void describe_zoom(zoom_solution *solution) {
     for (int camera = 0; camera < CAMERAS; camera++) {
         describe_camera(*solution, camera, &rig.camera[camera]);
     }
+    rig.scale_sigma = PRINT_SIGMA;
+    describe_data(solution);
     const std::vector<combination> list = parameters_of(solution->layout);
     INVARIANT(list.size() <= ZOOM_PARAMETERS_MAX);
     rig.parameters = int(list.size());

@@ -137,12 +137,16 @@ class expander {
 
     bool session(const std::string &path) {
         message last_error{};
-        const auto add_shot = [](void *names, const session_pair_files *files) {
-            static_cast<calibrate_names *>(names)->shots.push_back(
-                {{files->path[0], files->path[1]},
-                 files->mosaic,
-                 std::make_shared<calibration_match_state>(files->state),
-                 {files->missing[0], files->missing[1]}});
+        names_->sessions++;
+        const auto add_shot = [](void *self, const session_pair_files *files) {
+            calibrate_names *names = static_cast<calibrate_names *>(self);
+            names->shots.push_back({{files->path[0], files->path[1]},
+                                    files->mosaic,
+                                    std::make_shared<calibration_match_state>(files->state),
+                                    {files->missing[0], files->missing[1]},
+                                    names->sessions,
+                                    files->board_position,
+                                    files->pan_visit});
         };
         return session_pairs_read(path.c_str(), frames_may_miss_, add_shot, names_, &last_error) >
                    0 ||

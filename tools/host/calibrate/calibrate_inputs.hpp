@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@ struct calibrate_shot {
     /// The capture data; null for pictures that do not belong to a session.
     std::shared_ptr<const calibration_match_state> state = nullptr;
     std::array<bool, 2> missing = {false, false};  // the session has no such frame any more
+    size_t session = 0;                            // number of the session, from 1; 0: none
+    /// Of the board and of the pans, as in session_pairs.h; 0: not recorded.
+    uint32_t board_position = 0, pan_visit = 0;
 };
 
 struct calibrate_inputs {
@@ -38,6 +42,7 @@ struct calibrate_names {
     std::vector<calibrate_picture> pictures;
     std::vector<calibrate_shot> shots;  // paired by a list or a session
     std::vector<std::string> notes;
+    size_t sessions = 0;
 };
 
 /// Expands folders (with `left/` and `right/` in them, or not), recorded sessions and folders of

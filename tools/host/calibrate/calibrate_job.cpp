@@ -23,6 +23,7 @@
 #include "tools/host/calibrate/calibrate_mirror.hpp"
 #include "tools/host/calibrate/calibrate_result.hpp"
 #include "tools/host/calibrate/calibrate_views.hpp"
+#include "tools/host/calibrate/calibrate_zoom.hpp"
 #include "tools/host/calibration_report/calibration_report.hpp"
 
 namespace {
@@ -33,8 +34,8 @@ const int solve_steps = 5;
 // Weights of the progress stages: a picture's corners, the solution for one picture, the files.
 const double detect_work = 3, solve_work = 2, write_work = 4;
 
-const char *const result_names[] = {"rig.calibration", "corners.vnl", "calibration.html",
-                                    "calibration.json"};
+const char *const result_names[] = {"rig.calibration", "instrument.zoom", "corners.vnl",
+                                    "calibration.html", "calibration.json"};
 const int result_count = sizeof result_names / sizeof result_names[0];
 
 /// Thrown from the solver's progress call after Ctrl-C.
@@ -114,6 +115,9 @@ class runner {
         if (!have_enough()) {
             return CLIENT_BAD_INPUT;
         }
+        if (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots)) {
+            return zoom_steps();
+        }
         if (is_plainly_mirrored()) {
             return fail(CLIENT_BAD_INPUT, mirrored_text());
         }
@@ -135,10 +139,34 @@ class runner {
             return CLIENT_BAD_INPUT;
         }
         json_ = calibrate_result_json(result_);
-        const int code = write_results();
+        const int code = write_pair();
         return code != CLIENT_OK        ? code
                : solution_.verdict.good ? CLIENT_OK
                                         : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+    }
+
+    /// All zooms of a rig at once.
+    int zoom_steps() {
+        calibrate_zoom_job zoom;
+        zoom.shots = &job_.inputs.shots;
+        zoom.views = &views_;
+        zoom.threads = workers_parallel(threads_.get())->threads;
+        zoom.id = job_.id;
+        zoom.date = job_.date;
+        zoom.note = job_.note;
+        zoom.progress = [this](int step, int steps) {
+            stop_if_interrupted();
+            progress_show(&progress_, STAGE_SOLVE, "solve", step, steps);
+        };
+        if (!calibrate_zoom_solve(&zoom, &message_)) {
+            return CLIENT_BAD_INPUT;
+        }
+        stop_if_interrupted();
+        zoom_text_ = calibrate_zoom_text(zoom);
+        json_ = calibrate_zoom_json(zoom);
+        const int code = write_results(
+            {{"instrument.zoom", calibrate_zoom_file(zoom)}, {"corners.vnl", corners_text()}});
+        return code;
     }
 
     /// Origin, id and notes of the rig; false with `message_` set when it cannot be used.
@@ -336,15 +364,20 @@ class runner {
         return out.str();
     }
 
-    int write_results() {
+    using named_texts = std::vector<std::pair<const char *, std::string>>;
+
+    int write_pair() {
         progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
-        const std::string corners = corners_text();
-        int code = job_.single ? CLIENT_OK : write_file("rig.calibration", rig_text());
-        if (code == CLIENT_OK && !corners.empty()) {
-            code = write_file("corners.vnl", corners);
-        }
-        if (code == CLIENT_OK) {
-            code = write_file("calibration.html", page_text());
+        return write_results({{"rig.calibration", job_.single ? "" : rig_text()},
+                              {"corners.vnl", corners_text()},
+                              {"calibration.html", page_text()}});
+    }
+
+    /// Writes all that are not empty, and calibration.json.
+    int write_results(const named_texts &files) {
+        int code = CLIENT_OK;
+        for (const auto &[name, text] : files) {
+            code = code == CLIENT_OK && !text.empty() ? write_file(name, text) : code;
         }
         if (code == CLIENT_OK) {
             code = write_file("calibration.json", json_);
@@ -371,7 +404,9 @@ class runner {
     void print_outcome() {
         print_notes(result_.notes);
         print_notes(solution_.verdict.remarks);
-        print_notes(calibrate_result_rejections(result_));
+        if (zoom_text_.empty()) {
+            print_notes(calibrate_result_rejections(result_));
+        }
         if (job_.json) {
             std::cout << json_;
         } else if (!job_.quiet) {
@@ -379,8 +414,8 @@ class runner {
             char cost[64];
             std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
                           workers_parallel(threads_.get())->threads);
-            std::cout << calibrate_result_text(result_) << cost << "results     " << job_.out_path
-                      << "\n";
+            std::cout << (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) << cost
+                      << "results     " << job_.out_path << "\n";
             if (solution_.verdict.good) {
                 std::cout << solution_.verdict.sentence << "\n";
             }
@@ -397,6 +432,7 @@ class runner {
     calib::solution solution_;
     calibrate_result result_{};
     std::string json_, message_;
+    std::string zoom_text_;  // not empty: all zooms were solved
     bool mirror_known_ = false, mirrored_ = false;
     std::vector<std::string> reasons_;  // extra detail for the message
 };

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/calibrate/calibrate_zoom.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/crc.h"
+#include "core/error.h"
+#include "core/invariant.h"
+#include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/convert/calibration_file.hpp"
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+const double pixel_mm = 0.0032;  // of the MT9T001
+const double rad_per_degree = 3.14159265358979323846 / 180;
+const double apart_counts = 20;
+const int min_zooms = 4;
+const int solve_steps = 4;
+const char *const side_name[] = {"left", "right"};
+
+const calibration_axis &axis_of(const calibrate_shot &shot, size_t side, int axis) {
+    return shot.state->origin.side[side].axis[axis];
+}
+
+bool is_known(const calibrate_shot &shot) {
+    for (size_t side = 0; side < 2; side++) {
+        for (const int axis : {CALIBRATION_ZOOM, CALIBRATION_FOCUS}) {
+            if (axis_of(shot, side, axis).kind != CALIBRATION_AXIS_KNOWN) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// The number of different positions.
+int count_apart(std::vector<double> positions) {
+    std::sort(positions.begin(), positions.end());
+    int count = 0;
+    double last = -INFINITY;
+    for (const double one : positions) {
+        if (one - last > apart_counts) {
+            count++;
+            last = one;
+        }
+    }
+    return count;
+}
+
+/// Corners on the whole sensor.
+calib::board_view on_sensor(const calib::board_view &view, const calibration_window &window) {
+    calib::board_view result = view;
+    for (calib::corner &corner : result.corners) {
+        corner.x_px += window.column_px;
+        corner.y_px += window.row_px;
+    }
+    return result;
+}
+
+class collector {
+  public:
+    explicit collector(calibrate_zoom_job *job) : job_(*job) {}
+
+    bool run(std::string *error) {
+        const std::vector<calibrate_shot> &shots = *job_.shots;
+        calib::zoom_observations &seen = job_.seen;
+        seen.boards = {job_.views->seen.target};
+        seen.pixel_mm = {pixel_mm, pixel_mm};
+        for (size_t i = 0; i < shots.size(); i++) {
+            const calib::capture &capture = job_.views->seen.captures[i];
+            if (capture.view[0].corners.empty() && capture.view[1].corners.empty()) {
+                continue;
+            }
+            if (!fits(shots[i], error)) {
+                return false;
+            }
+            add(i);
+        }
+        if (first_ == nullptr) {
+            *error = "no picture with a usable board";
+            return false;
+        }
+        seen.pan_sigma_rad =
+            std::max(1e-6, first_->state->instrument.pan_repeatability_urad * 1e-6);
+        return true;
+    }
+
+  private:
+    /// The pair was taken with the same cameras as the first one.
+    bool fits(const calibrate_shot &shot, std::string *error) {
+        if (first_ == nullptr) {
+            first_ = &shot;
+        }
+        const calibration_origin &a = first_->state->origin, &b = shot.state->origin;
+        for (size_t side = 0; side < 2; side++) {
+            const calibration_window &window = b.side[side].window;
+            if (window.skip != 1) {
+                *error = report_text_format(
+                    "%s: skips pixels (skip %d): a calibration of all zooms needs every pixel",
+                    shot.path[side].c_str(), window.skip);
+                return false;
+            }
+            if (a.side[side].camera != std::string(b.side[side].camera) ||
+                a.instrument != std::string(b.instrument)) {
+                *error = report_text_format("%s: taken with another instrument or camera than %s",
+                                            shot.path[side].c_str(), first_->path[side].c_str());
+                return false;
+            }
+            job_.seen.width_px[side] =
+                std::max(job_.seen.width_px[side], window.column_px + shot.state->width_px[side]);
+            job_.seen.height_px[side] =
+                std::max(job_.seen.height_px[side], window.row_px + shot.state->height_px[side]);
+        }
+        return true;
+    }
+
+    void add(size_t index) {
+        const calibrate_shot &shot = (*job_.shots)[index];
+        const calib::capture &capture = job_.views->seen.captures[index];
+        calib::zoom_capture one;
+        one.name = capture.name;
+        one.position = number_of(&positions_, {shot.session, shot.pan_visit,
+                                               shot.board_position > 0 ? shot.board_position : 0,
+                                               shot.board_position > 0 ? 0 : index});
+        one.visit = number_of(&visits_, {shot.session, shot.pan_visit, 0, 0});
+        for (size_t side = 0; side < 2; side++) {
+            const calibration_axis &pan = axis_of(shot, side, CALIBRATION_PAN);
+            one.axes[side] = {axis_of(shot, side, CALIBRATION_ZOOM).mean,
+                              axis_of(shot, side, CALIBRATION_FOCUS).mean,
+                              pan.kind == CALIBRATION_AXIS_KNOWN ? pan.mean * rad_per_degree : 0};
+            one.view[side] = on_sensor(capture.view[side], shot.state->origin.side[side].window);
+        }
+        job_.seen.captures.push_back(one);
+        job_.shot_of.push_back(index);
+    }
+
+    using key = std::array<size_t, 4>;
+
+    static int number_of(std::vector<key> *known, const key &one) {
+        const auto found = std::find(known->begin(), known->end(), one);
+        if (found == known->end()) {
+            known->push_back(one);
+            return int(known->size()) - 1;
+        }
+        return int(found - known->begin());
+    }
+
+    calibrate_zoom_job &job_;
+    const calibrate_shot *first_ = nullptr;
+    std::vector<key> positions_, visits_;
+};
+
+uint32_t crc_of(const calib::zoom_observations &seen) {
+    uint32_t crc = 0;
+    for (const calib::zoom_capture &capture : seen.captures) {
+        for (size_t side = 0; side < 2; side++) {
+            for (const calib::corner &corner : capture.view[side].corners) {
+                const double values[2] = {corner.x_px, corner.y_px};
+                crc = crc_update(crc, values, sizeof values);
+            }
+        }
+    }
+    return crc;
+}
+
+}  // namespace
+
+bool calibrate_zoom_is_wanted(const std::vector<calibrate_shot> &shots) {
+    std::vector<double> positions[2];
+    for (const calibrate_shot &shot : shots) {
+        if (shot.state == nullptr || !is_known(shot)) {
+            return false;
+        }
+        for (size_t side = 0; side < 2; side++) {
+            positions[side].push_back(axis_of(shot, side, CALIBRATION_ZOOM).mean);
+        }
+    }
+    return count_apart(positions[0]) >= min_zooms && count_apart(positions[1]) >= min_zooms;
+}
+
+bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
+    if (!collector(job).run(error)) {
+        return false;
+    }
+    calib::zoom_options options;
+    options.threads = job->threads;
+    int step = -1;
+    std::string last;
+    options.progress = [job, &step, &last](const char *what) {
+        step += last == what ? 0 : 1;
+        last = what;
+        job->progress(std::min(step, solve_steps), solve_steps);
+    };
+    job->solution = calib::solve_zoom(job->seen, options);
+    if (!job->solution.failure.empty()) {
+        *error = job->solution.failure;
+        return false;
+    }
+    zoom_calibration &rig = *job->solution.rig;
+    const calibration_origin &origin = (*job->shots)[job->shot_of[0]].state->origin;
+    const std::string made =
+        report_text_format("zoom-%08x", static_cast<unsigned>(crc_of(job->seen)));
+    std::snprintf(rig.id, sizeof rig.id, "%s", job->id.empty() ? made.c_str() : job->id.c_str());
+    std::snprintf(rig.date, sizeof rig.date, "%s", job->date.c_str());
+    std::snprintf(rig.note, sizeof rig.note, "%s", job->note.c_str());
+    std::snprintf(rig.instrument, sizeof rig.instrument, "%s", origin.instrument);
+    for (size_t side = 0; side < 2; side++) {
+        std::snprintf(rig.camera[side].name, sizeof rig.camera[side].name, "%s",
+                      origin.side[side].camera);
+    }
+    calibration_fault fault{};
+    const int code = zoom_calibration_validate(&rig, &fault);
+    if (code != ERROR_OK) {
+        *error = "the calibration found cannot be used: " + calibration_file_explain(code, fault);
+        return false;
+    }
+    return true;
+}
+
+std::string calibrate_zoom_file(const calibrate_zoom_job &job) {
+    std::vector<char> text(ZOOM_TEXT_MAX_BYTES);
+    const int length = zoom_calibration_print(job.solution.rig.get(), text.data(), text.size());
+    INVARIANT(length > 0);  // it was validated
+    return {text.data(), static_cast<size_t>(length)};
+}
+
+std::string calibrate_zoom_text(const calibrate_zoom_job &job) {
+    const calib::zoom_solution &solution = job.solution;
+    const zoom_validation &checked = solution.rig->validation;
+    std::string text = report_text_format(
+        "pictures    %d, a board in %d\nzooms       %d, %d board positions, %d corners\n",
+        job.views->pictures, job.views->boards, checked.settings, checked.boards, checked.corners);
+    for (size_t side = 0; side < 2; side++) {
+        const zoom_camera &camera = solution.rig->camera[side];
+        text += report_text_format("%-12sf %.0f to %.0f px at zoom %.1f to %.1f\n", side_name[side],
+                                   std::exp(camera.log_focal.min), std::exp(camera.log_focal.max),
+                                   camera.zoom.min, camera.zoom.max);
+    }
+    text += report_text_format("residuals   %.3f px rms\n", solution.rms_px);
+    return text;
+}
+
+std::string calibrate_zoom_json(const calibrate_zoom_job &job) {
+    using nlohmann::ordered_json;
+    const zoom_calibration &rig = *job.solution.rig;
+    ordered_json root;
+    root["id"] = rig.id;
+    root["zooms"] = rig.validation.settings;
+    root["board_positions"] = rig.validation.boards;
+    root["corners"] = rig.validation.corners;
+    root["rms_px"] = job.solution.rms_px;
+    root["noise_ratio"] = job.solution.noise_ratio;
+    for (size_t side = 0; side < 2; side++) {
+        ordered_json camera;
+        for (const calib::zoom_setting &one : job.solution.settings) {
+            ordered_json setting;
+            setting["zoom_counts"] =
+                job.solution.problem.side[side].settings[size_t(one.setting[side])];
+            setting["solved_alone"] = one.alone.solved;
+            if (one.alone.solved) {
+                setting["alone_focal_px"] = one.alone.camera[side].fx_px;
+                setting["alone_focal_sigma_px"] = one.alone.sigma.focal_px[side];
+            }
+            camera["settings"].push_back(setting);
+        }
+        root[side_name[side]] = camera;
+    }
+    return root.dump(2) + "\n";
+}
