@@ -228,6 +228,10 @@ static void reply_figures(const struct surface *self) {
     if (common_mm >= 0) {
         reply_number(call, "deviation_common", common_mm, 3, "mm");
     }
+    if (context->self_calibrated) {
+        reply_number(call, "corrected_by", context->self_calibration.used, 0, NULL);
+        reply_text(call, "health", refine_health_text(context->self_calibration.health));
+    }
     if (context->mismatch.text[0] != '\0') {
         reply_text(call, "accepted_mismatch", context->mismatch.text);
     }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "core/error.h"
 #include "daemon/files/input_file.h"
@@ -58,5 +59,23 @@ int calibration_loader_own(const struct calibration_request *request,
         *calibration = parsed;
         snprintf(format, CALIBRATION_LOADER_FORMAT_BYTES, "vergence");
     }
+    return error;
+}
+
+int calibration_loader_zoom(const char *path, struct zoom_calibration **zoom,
+                            struct message *message) {
+    struct stat status;
+    size_t length = 0;
+    *zoom = NULL;
+    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
+        return ERROR_OK;
+    }
+    char *text = malloc(CALIBRATION_AT_TEXT_BYTES + 1);
+    int error = text == NULL ? message_set(message, ERROR_MEMORY, "%s: out of memory", path)
+                             : read_text(path, text, &length, message);
+    if (error == ERROR_OK && zoom_calibration_is_text(text, length)) {
+        error = calibration_at_read_zoom(path, text, length, zoom, message);
+    }
+    free(text);
     return error;
 }

@@ -34,6 +34,11 @@ typedef int calibration_loader(const struct calibration_request *request,
 /// rectified, the calibration must be rectified too.
 calibration_loader calibration_loader_own;
 
+/// A calibration of all zooms from its file, allocated by malloc; NULL if the file is of another
+/// kind. Errors as above.
+int calibration_loader_zoom(const char *path, struct zoom_calibration **zoom,
+                            struct message *message);
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,6 +10,7 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_read.h"
+#include "daemon/surface/reconstruct_refine.h"
 #include "device/mt9t001.h"
 
 static void axes_of_pair(const struct reconstruct_session *self,
@@ -179,6 +180,53 @@ static int match(struct reconstruct_session *self, const struct reconstruct_requ
     return ERROR_OK;
 }
 
+/// The calibration of all zooms that the pair's calibration comes from, allocated; NULL: none.
+static int find_zoom(const struct reconstruct_session *self,
+                     const struct reconstruct_request *request, struct zoom_calibration **zoom,
+                     struct message *message) {
+    *zoom = NULL;
+    if (request->calibration_path != NULL || request->rectified) {
+        return request->calibration_path != NULL
+                   ? calibration_loader_zoom(request->calibration_path, zoom, message)
+                   : ERROR_OK;
+    }
+    return self->stored_text != NULL &&
+                   zoom_calibration_is_text(self->stored_text, self->stored_length)
+               ? calibration_at_read_zoom("the saved calibration", self->stored_text,
+                                          self->stored_length, zoom, message)
+               : ERROR_OK;
+}
+
+/// Whether the session's own calibration, if it has one, comes from this one.
+static bool is_from(const struct reconstruct_session *self, const struct zoom_calibration *zoom) {
+    struct calibration own;
+    return self->pair.calibration_length == 0 ||
+           (calibration_parse(self->pair.calibration, self->pair.calibration_length, &own, NULL) ==
+                ERROR_OK &&
+            strcmp(own.id, zoom->id) == 0);
+}
+
+/// Corrects the calibration by what the frames show, if it is of all zooms and known at their axes;
+/// else reading it says what is wrong.
+static int refine(struct reconstruct_session *self, const struct reconstruct_request *request,
+                  struct reconstruct_context *context, struct message *message) {
+    struct zoom_calibration *zoom;
+    struct calibration_match_state axes;
+    struct zoom_state state;
+    struct message unused;
+    axes_of_pair(self, &axes);
+    int error = find_zoom(self, request, &zoom, message);
+    if (error == ERROR_OK && zoom != NULL && is_from(self, zoom) &&
+        calibration_at_axes(&axes, &state, &unused) == ERROR_OK &&
+        zoom_state_check(zoom, &state, NULL) == ERROR_OK) {
+        error = reconstruct_refine(zoom, &state, &self->pair.pair, request->depth_mm,
+                                   &self->calibration, &context->self_calibration, message);
+        self->refined = context->self_calibrated = error == ERROR_OK;
+    }
+    free(zoom);
+    return error;
+}
+
 /// A calibration that was assumed already fits the frames.
 static int fit_calibration(struct reconstruct_session *self,
                            const struct reconstruct_request *request,
@@ -188,7 +236,10 @@ static int fit_calibration(struct reconstruct_session *self,
         return ERROR_OK;
     }
     int error = match(self, request, inputs, context, message);
-    if (error == ERROR_OK) {
+    if (error == ERROR_OK && self->refined) {
+        inputs->calibration = self->calibration;
+        reconstruct_refine_doubt(context);
+    } else if (error == ERROR_OK) {
         error = cut_to_window(self, &inputs->calibration, context, message);
     }
     return error != ERROR_OK ? error
@@ -201,7 +252,7 @@ static int use_pair(struct reconstruct_session *self, const struct reconstruct_r
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
     const struct image_request image_request = {.scale = request->scale};
-    int error = ERROR_OK;
+    int error = refine(self, request, context, message);
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         files[side]->path = self->name[side];
         files[side]->request = &image_request;
@@ -315,7 +366,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     struct reconstruct_session *self = session;
     memset(inputs, 0, sizeof *inputs);
     memset(&self->pair, 0, sizeof self->pair);
-    self->own = self->cut = false;
+    self->own = self->cut = self->refined = false;
     int error = ERROR_OK;
     if (self->captured != NULL) {
         borrow_pair(self);

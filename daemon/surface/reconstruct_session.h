@@ -36,9 +36,11 @@ struct reconstruct_session {
     int stored_error;  // error of reading the saved one; 0: none is saved
 
     // After a read:
-    bool own;                   // the calibration is the session's own
-    bool cut;                   // cut to the part of the sensor that the frames show
-    struct captured_pair pair;  // what was read; the images went to the inputs
+    bool own;      // the calibration is the session's own
+    bool cut;      // cut to the part of the sensor that the frames show
+    bool refined;  // `calibration` was corrected by what the frames show
+    struct calibration calibration;
+    struct captured_pair pair;                   // what was read; the images went to the inputs
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results, without
                                                  // directories
     char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];

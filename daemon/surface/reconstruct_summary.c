@@ -41,6 +41,13 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                     spread.sigma_mm[1], spread.sigma_mm[2]);
         }
     }
+    const struct refine_report *report = &context->self_calibration;
+    if (context->self_calibrated) {
+        fprintf(stream,
+                "cameras     corrected by %d points: rows %.2f px before, %.2f px after; %s\n",
+                report->used, report->rows_before_px, report->rows_px,
+                refine_health_text(report->health));
+    }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {
         fprintf(stream, "common      %.3g mm: all depths together, from calibration and axes\n",

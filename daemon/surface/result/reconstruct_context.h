@@ -14,6 +14,7 @@
 #include "daemon/surface/result/result_figures.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
+#include "stereo/zoom/refine_match.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -65,6 +66,10 @@ struct reconstruct_context {
     /// Of the instrument that took the pair; `has_instrument` false: unknown.
     bool has_instrument;
     struct session_instrument instrument;
+
+    /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
+    bool self_calibrated;
+    struct refine_report self_calibration;
 
     /// Standard deviation that all depths share, at the median depth: see
     /// calibration_match_sigma_mm. Negative: unknown.

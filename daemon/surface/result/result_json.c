@@ -160,6 +160,30 @@ static void print_vertical(const struct reconstruct_context *context, struct jso
     json_close_object(json);
 }
 
+static void print_self_calibration(const struct reconstruct_context *context, struct json *json) {
+    static const double degree_per_rad = 180.0 / 3.14159265358979323846;
+    const struct refine_report *report = &context->self_calibration;
+    if (!context->self_calibrated) {
+        json_null(json, "self_calibration");
+        return;
+    }
+    json_open_object(json, "self_calibration");
+    json_integer(json, "matches", report->matches);
+    json_integer(json, "used", report->used);
+    json_real(json, "rows_before_px", report->rows_before_px, 6);
+    json_real(json, "rows_px", report->rows_px, 6);
+    json_real(json, "noise_px", report->noise_px, 6);
+    json_real(json, "depth_mm", report->depth_mm, 6);
+    json_real(json, "depth_sigma_before_mm", report->depth.before, 6);
+    json_real(json, "depth_sigma_mm", report->depth.after, 6);
+    json_real(json, "focal_sigma", report->focal.after, 6);
+    json_real(json, "ratio_sigma", report->ratio.after, 6);
+    json_real(json, "vergence_sigma_deg", report->vergence_rad.after * degree_per_rad, 6);
+    json_real(json, "surprise", report->surprise, 6);
+    json_text(json, "health", refine_health_text(report->health));
+    json_close_object(json);
+}
+
 static void print_surface(const struct reconstruct_context *context, struct json *json) {
     const struct reconstruct_result *result = context->result;
     json_bool(json, "metric", context->metric);
@@ -231,6 +255,7 @@ void result_json_print(const struct reconstruct_context *context, FILE *stream) 
     print_counts(context, &json);
     print_mesh(context, &json);
     print_vertical(context, &json);
+    print_self_calibration(context, &json);
     print_surface(context, &json);
     print_cost(context, &json);
     json_open_array(&json, "warnings");

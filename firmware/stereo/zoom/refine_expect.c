@@ -22,9 +22,9 @@ void refine_from_sensor(const struct calibration_window *window, double px[2]) {
 }
 
 // Where the right camera sees the point of a left ray at depth 1 / w, with its derivatives.
-static bool project_right(const struct self_calibration *self, const double direction[3], double w,
+static bool project_right(const struct camera_view view[2], const double direction[3], double w,
                           double px[2], double derivative[2][REFINE_TERMS]) {
-    const struct camera_view *left = &self->view[0], *right = &self->view[1];
+    const struct camera_view *left = &view[0], *right = &view[1];
     struct far_point point = {
         .x = direction[0] / direction[2], .y = direction[1] / direction[2], .w = w};
     memcpy(point.origin_mm, left->position_mm, sizeof point.origin_mm);
@@ -52,13 +52,13 @@ static bool project_right(const struct self_calibration *self, const double dire
 
 // Whether the right camera, if its lens were ideal, sees the point in or near its picture: farther
 // out the distortion's polynomial means nothing.
-static bool is_near_view(const struct self_calibration *self, const double direction[3], double w) {
+static bool is_near_view(const struct camera_view pair[2], const double direction[3], double w) {
     static const double margin = 0.3;
-    struct camera_view right = self->view[1];
+    struct camera_view right = pair[1];
     right.lens.k1 = right.lens.k2 = right.lens.k3 = right.lens.p1 = right.lens.p2 = 0;
     struct far_point point = {
         .x = direction[0] / direction[2], .y = direction[1] / direction[2], .w = w};
-    memcpy(point.origin_mm, self->view[0].position_mm, sizeof point.origin_mm);
+    memcpy(point.origin_mm, pair[0].position_mm, sizeof point.origin_mm);
     double px[2];
     return camera_view_project(&right, &point, px, NULL, NULL) &&
            px[0] > -margin * right.lens.width_px && px[0] < (1 + margin) * right.lens.width_px &&
@@ -66,13 +66,13 @@ static bool is_near_view(const struct self_calibration *self, const double direc
 }
 
 // The part of the reciprocal depths from `range[0]` to `range[1]` that the right camera may see.
-static bool clip_depths(const struct self_calibration *self, const double direction[3],
+static bool clip_depths(const struct camera_view pair[2], const double direction[3],
                         double range[2]) {
     enum { SCAN = 64, HALVINGS = 6 };
     int first = -1, last = -1;
     const double step = (range[1] - range[0]) / SCAN;
     for (int i = 0; i <= SCAN; i++) {
-        if (is_near_view(self, direction, range[0] + i * step)) {
+        if (is_near_view(pair, direction, range[0] + i * step)) {
             first = first < 0 ? i : first;
             last = i;
         }
@@ -87,7 +87,7 @@ static bool clip_depths(const struct self_calibration *self, const double direct
                out = end == 0 ? in - (first > 0 ? step : 0) : in + (last < SCAN ? step : 0);
         for (int i = 0; i < HALVINGS; i++) {
             const double middle = 0.5 * (in + out);
-            if (is_near_view(self, direction, middle)) {
+            if (is_near_view(pair, direction, middle)) {
                 in = middle;
             } else {
                 out = middle;
@@ -101,14 +101,16 @@ static bool clip_depths(const struct self_calibration *self, const double direct
 bool refine_expect(void *context, const double left_px[2], struct sparse_region *region) {
     const struct refine_expectation *e = context;
     const struct refine_picture *picture = e->picture;
+    const int first = self_view(picture->state, 0);
+    const struct camera_view *view = &e->self->view[first];
     double px[2] = {left_px[0], left_px[1]}, direction[3], middle[2], J[2][REFINE_TERMS];
     refine_to_sensor(&picture->window[0], px);
     double range[2] = {1 / picture->depth_far_mm, 1 / picture->depth_near_mm};
-    if (!camera_view_ray(&e->self->view[0], px, direction) || !(direction[2] > 0) ||
-        !clip_depths(e->self, direction, range) ||
-        !project_right(e->self, direction, 0.5 * (range[0] + range[1]), middle, J) ||
-        !project_right(e->self, direction, range[1], region->from, NULL) ||
-        !project_right(e->self, direction, range[0], region->to, NULL)) {
+    if (!camera_view_ray(&view[0], px, direction) || !(direction[2] > 0) ||
+        !clip_depths(view, direction, range) ||
+        !project_right(view, direction, 0.5 * (range[0] + range[1]), middle, J) ||
+        !project_right(view, direction, range[1], region->from, NULL) ||
+        !project_right(view, direction, range[0], region->to, NULL)) {
         return false;
     }
     const double dx = region->to[0] - region->from[0], dy = region->to[1] - region->from[1];
@@ -116,8 +118,8 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
     const double along[2] = {length > 0 ? dx / length : 1, length > 0 ? dy / length : 0};
     double across_gradient[SELF_TERMS_MAX] = {0}, along_gradient[SELF_TERMS_MAX] = {0};
     for (int c = 0; c < REFINE_TERMS; c++) {
-        along_gradient[c] = along[0] * J[0][c] + along[1] * J[1][c];
-        across_gradient[c] = along[0] * J[1][c] - along[1] * J[0][c];
+        along_gradient[first * VIEW_TERMS + c] = along[0] * J[0][c] + along[1] * J[1][c];
+        across_gradient[first * VIEW_TERMS + c] = along[0] * J[1][c] - along[1] * J[0][c];
     }
     // Distortion bends the line.
     const double bend =

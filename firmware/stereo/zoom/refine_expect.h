@@ -18,7 +18,8 @@ enum { REFINE_TERMS = 2 * VIEW_TERMS };
 struct refine_picture {
     struct image_u8 grey[2];
     struct calibration_window window[2];
-    struct zoom_state state;
+    struct zoom_state axes;
+    int state;  // its number in a self-calibration: 0 if it is the only one
     double depth_near_mm, depth_far_mm;  // that scenes may have; far may be INFINITY
 };
 

@@ -5,319 +5,47 @@
 #include <string.h>
 
 #include "core/error.h"
-#include "core/invariant.h"
-#include "stereo/zoom/refine_expect.h"
-
-enum {
-    TRACKS_MIN = 20,
-    SAMPLE = 8,  // tracks of a hypothesis
-    HYPOTHESES = 300,
-    JUDGES_MAX = 512,  // tracks that count its support
-    PASSES = 2,
-    CORNER_REACH = 3,  // px of the level by which the corners of the same thing may differ
-};
-
-// Of a match before its noise is known, px, and the least that is believed afterwards: what
-// alignment of small windows leaves in common to neighbours.
-static const double first_noise_px = 0.5, least_noise_px = 0.02;
-static const double outlier_sigmas = 4;
-// A track supports a hypothesis within this many px.
-static const double support_px = 1.5;
-
-const char *refine_health_text(enum refine_health health) {
-    static const char *const texts[] = {"good", "touch up", "calibrate"};
-    INVARIANT((int)health >= 0 && health <= REFINE_CALIBRATE);
-    return texts[health];
-}
-
-struct matches {
-    struct sparse_picture picture[2];
-    struct sparse_pair *pair;
-    struct self_track *track;
-    float (*effect)[REFINE_TERMS];  // of one sigma of each independent part of the prior, px
-    float *residual, *work;
-    int count;
-};
-
-static int find_matches(const struct refine_picture *picture, const struct self_calibration *self,
-                        double across_px, struct arena *arena, struct matches *m) {
-    struct refine_expectation expectation = {picture, self, across_px};
-    const int count =
-        sparse_match(&m->picture[0], &m->picture[1], refine_expect, &expectation, arena, m->pair);
-    if (count < 0) {
-        return count;
-    }
-    m->count = count;
-    for (int i = 0; i < count; i++) {
-        struct self_track *track = &m->track[i];
-        *track = (struct self_track){.count = 2, .view = {0, 1}};
-        for (int k = 0; k < 2; k++) {
-            track->pixel_px[0][k] = m->pair[i].left_px[k];
-            track->pixel_px[1][k] = m->pair[i].right_px[k];
-        }
-        for (int side = 0; side < 2; side++) {
-            refine_to_sensor(&picture->window[side], track->pixel_px[side]);
-        }
-    }
-    return ERROR_OK;
-}
-
-// Residuals of all tracks, and what the independent parts of the remaining uncertainty do to them.
-static void linearize(const struct self_calibration *self, struct matches *m) {
-    for (int i = 0; i < m->count; i++) {
-        double residual, derivative[REFINE_TERMS];
-        m->track[i].rejected = !self_track_epipolar(self, &m->track[i], &residual, derivative);
-        m->residual[i] = m->track[i].rejected ? 1e6F : (float)residual;
-        for (int k = 0; k < REFINE_TERMS; k++) {
-            double sum = 0;
-            for (int c = 0; c < REFINE_TERMS && !m->track[i].rejected; c++) {
-                sum += derivative[c] * self->posterior[c * self->terms + k];
-            }
-            m->effect[i][k] = (float)sum;
-        }
-    }
-}
-
-static uint32_t next_random(uint32_t *state) {
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
-
-// Makes the equations diagonal (Gauss and Jordan); false if they are close to singular.
-static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
-    for (int i = 0; i < SAMPLE; i++) {
-        if (!(M[i][i] > 1e-9)) {
-            return false;
-        }
-        for (int k = 0; k < SAMPLE; k++) {
-            const double factor = k == i ? 0 : M[k][i] / M[i][i];
-            for (int j = i; j <= SAMPLE && k != i; j++) {
-                M[k][j] -= factor * M[i][j];
-            }
-        }
-    }
-    return true;
-}
-
-// The parts that explain a sample of residuals with least surprise: A^T (A A^T + s^2)^-1 r.
-static bool explain(const struct matches *m, const int sample[SAMPLE], double parts[REFINE_TERMS]) {
-    double M[SAMPLE][SAMPLE + 1];
-    for (int i = 0; i < SAMPLE; i++) {
-        const float *a = m->effect[sample[i]];
-        for (int j = 0; j < SAMPLE; j++) {
-            const float *b = m->effect[sample[j]];
-            float sum = 0;
-            for (int k = 0; k < REFINE_TERMS; k++) {
-                sum += a[k] * b[k];
-            }
-            M[i][j] = (double)sum + (i == j ? first_noise_px * first_noise_px : 0);
-        }
-        M[i][SAMPLE] = (double)m->residual[sample[i]];
-    }
-    if (!eliminate(M)) {
-        return false;
-    }
-    memset(parts, 0, REFINE_TERMS * sizeof *parts);
-    for (int i = 0; i < SAMPLE; i++) {
-        const double weight = M[i][SAMPLE] / M[i][i];
-        for (int k = 0; k < REFINE_TERMS; k++) {
-            parts[k] += weight * (double)m->effect[sample[i]][k];
-        }
-    }
-    return true;
-}
-
-static double remaining(const struct matches *m, int i, const double parts[REFINE_TERMS]) {
-    double rest = (double)m->residual[i];
-    for (int k = 0; k < REFINE_TERMS; k++) {
-        rest -= parts[k] * (double)m->effect[i][k];
-    }
-    return rest < 0 ? -rest : rest;
-}
-
-// Rejects the tracks that the hypothesis with the most support does not explain. Returns the number
-// of the others.
-static int agree(struct matches *m) {
-    uint32_t random = 1;
-    double best_parts[REFINE_TERMS] = {0}, best_score = -1;
-    const int judge_step = m->count / JUDGES_MAX + 1;
-    for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
-        int sample[SAMPLE];
-        double parts[REFINE_TERMS], score = 0;
-        for (int i = 0; i < SAMPLE; i++) {
-            sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
-        }
-        if (!explain(m, sample, parts)) {
-            continue;
-        }
-        for (int i = 0; i < m->count; i += judge_step) {
-            const double rest = remaining(m, i, parts) / support_px;
-            score += rest < 1 ? 1 - rest * rest : 0;
-        }
-        if (score > best_score) {
-            best_score = score;
-            memcpy(best_parts, parts, sizeof parts);
-        }
-    }
-    int kept = 0;
-    for (int i = 0; i < m->count; i++) {
-        m->track[i].rejected = m->track[i].rejected || remaining(m, i, best_parts) > support_px;
-        kept += !m->track[i].rejected;
-    }
-    return kept;
-}
-
-static float middle_of(float *values, int count) {
-    // Selection by halves (Hoare).
-    int low = 0, high = count - 1;
-    const int middle = count / 2;
-    while (low < high) {
-        const float pivot = values[middle];
-        int i = low, j = high;
-        while (i <= j) {
-            while (values[i] < pivot) {
-                i++;
-            }
-            while (values[j] > pivot) {
-                j--;
-            }
-            if (i <= j) {
-                const float kept = values[i];
-                values[i++] = values[j];
-                values[j--] = kept;
-            }
-        }
-        if (j < middle) {
-            low = i;
-        }
-        if (i > middle) {
-            high = j;
-        }
-    }
-    return count > 0 ? values[middle] : 0;
-}
-
-// Median of the kept tracks' residuals.
-static double median_residual(struct matches *m) {
-    int n = 0;
-    for (int i = 0; i < m->count; i++) {
-        if (!m->track[i].rejected) {
-            m->work[n++] = (float)m->track[i].residual;
-        }
-    }
-    return (double)middle_of(m->work, n);
-}
-
-static double noise_of(double median_px) {
-    const double noise = 1.4826 * median_px;
-    return noise > least_noise_px ? noise : least_noise_px;
-}
-
-// Fits, estimates the noise, and rejects what lies outside of it.
-static int fit(struct self_calibration *self, struct matches *m, struct refine_report *report) {
-    double noise = first_noise_px;
-    int kept = 0;
-    for (int round = 0; round < 3; round++) {
-        (void)self_calibration_solve(self, m->track, m->count, noise);
-        report->rows_px = median_residual(m) * sqrt(2.0);
-        noise = noise_of(median_residual(m));
-        kept = 0;
-        for (int i = 0; i < m->count; i++) {
-            m->track[i].rejected =
-                m->track[i].rejected || m->track[i].residual > outlier_sigmas * noise;
-            kept += !m->track[i].rejected;
-        }
-    }
-    report->noise_px = noise;
-    return kept;
-}
-
-static void reset(struct self_calibration *self) {
-    memset(self->correction, 0, sizeof self->correction);
-    memcpy(self->view, self->nominal, sizeof self->view);
-    memcpy(self->posterior, self->prior,
-           (size_t)self->terms * (size_t)self->terms * sizeof *self->prior);
-}
-
-static int run(const struct refine_picture *picture, struct arena *arena,
-               struct self_calibration *self, struct matches *m, struct refine_report *report) {
-    for (int side = 0; side < 2; side++) {
-        const int error = sparse_picture_make(&picture->grey[side],
-                                              side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
-                                              &m->picture[side]);
-        if (error != ERROR_OK) {
-            return error == ERROR_TOO_SMALL ? ERROR_OK : error;
-        }
-    }
-    // First where the prior allows; then, better known, where the first pass allows, which
-    // separates more of the points.
-    for (int pass = 0; pass < PASSES; pass++) {
-        const int error =
-            find_matches(picture, self, CORNER_REACH * m->picture[1].factor, arena, m);
-        if (error != ERROR_OK) {
-            return error;
-        }
-        if (pass > 0) {
-            reset(self);
-        }
-        report->matches = m->count;
-        linearize(self, m);
-        report->used = 0;
-        if (agree(m) < TRACKS_MIN) {
-            return ERROR_OK;
-        }
-        report->rows_before_px = median_residual(m) * sqrt(2.0);
-        report->used = fit(self, m, report);
-        if (report->used < TRACKS_MIN) {
-            report->used = 0;
-            return ERROR_OK;
-        }
-    }
-    return ERROR_OK;
-}
-
-static double depth_of(const struct self_calibration *self, struct matches *m) {
-    int n = 0;
-    for (int i = 0; i < m->count; i++) {
-        if (!m->track[i].rejected && m->track[i].point.w > 0) {
-            m->work[n++] = (float)(1 / m->track[i].point.w);
-        }
-    }
-    (void)self;
-    return (double)middle_of(m->work, n);
-}
 
 static struct refine_sigma sigma_of(const struct self_calibration *self, const double *gradient) {
     return (struct refine_sigma){self_prior_sigma(self, gradient),
                                  self_posterior_sigma(self, gradient)};
 }
 
-static void describe(const struct refine_picture *picture, const struct self_calibration *self,
-                     struct refine_report *report) {
-    double gradient[SELF_TERMS_MAX] = {0};
-    gradient[VIEW_FOCAL] = gradient[VIEW_TERMS + VIEW_FOCAL] = 0.5;
-    report->focal = sigma_of(self, gradient);
-    gradient[VIEW_FOCAL] = -1;
-    gradient[VIEW_TERMS + VIEW_FOCAL] = 1;
-    report->ratio = sigma_of(self, gradient);
-    memset(gradient, 0, sizeof gradient);
-    gradient[VIEW_ROTATION_Y] = -1;
-    gradient[VIEW_TERMS + VIEW_ROTATION_Y] = 1;
-    report->vergence_rad = sigma_of(self, gradient);
-    double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
-    refine_to_sensor(&picture->window[0], px);
-    if (self_depth_gradient(self, 0, px, report->depth_mm, gradient)) {
-        report->depth = sigma_of(self, gradient);
-    }
+// The largest correction, in sigmas of the prior.
+static double surprise_of(const struct self_calibration *self) {
+    double gradient[SELF_TERMS_MAX] = {0}, largest = 0;
     for (int i = 0; i < self->terms; i++) {
-        memset(gradient, 0, sizeof gradient);
         gradient[i] = 1;
         const double sigma = self_prior_sigma(self, gradient);
         const double part = sigma > 0 ? self->correction[i] / sigma : 0;
-        report->surprise = part > report->surprise    ? part
-                           : -part > report->surprise ? -part
-                                                      : report->surprise;
+        const double size = part < 0 ? -part : part;
+        largest = size > largest ? size : largest;
+        gradient[i] = 0;
     }
+    return largest;
+}
+
+void refine_assess(const struct refine_picture *picture, const struct self_calibration *self,
+                   struct refine_report *report) {
+    const int left = VIEW_TERMS * self_view(picture->state, 0);
+    const int right = VIEW_TERMS * self_view(picture->state, 1);
+    double gradient[SELF_TERMS_MAX] = {0};
+    gradient[left + VIEW_FOCAL] = gradient[right + VIEW_FOCAL] = 0.5;
+    report->focal = sigma_of(self, gradient);
+    gradient[left + VIEW_FOCAL] = -1;
+    gradient[right + VIEW_FOCAL] = 1;
+    report->ratio = sigma_of(self, gradient);
+    memset(gradient, 0, sizeof gradient);
+    gradient[left + VIEW_ROTATION_Y] = -1;
+    gradient[right + VIEW_ROTATION_Y] = 1;
+    report->vergence_rad = sigma_of(self, gradient);
+    report->depth_mm = report->used > 0 ? report->depth_mm : 2 * picture->depth_near_mm;
+    double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
+    refine_to_sensor(&picture->window[0], px);
+    if (self_depth_gradient(self, picture->state, px, report->depth_mm, gradient)) {
+        report->depth = sigma_of(self, gradient);
+    }
+    report->surprise = surprise_of(self);
     // Rows may fit while the depth does not: the word considers both.
     report->health =
         report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? REFINE_CALIBRATE
@@ -328,37 +56,20 @@ static void describe(const struct refine_picture *picture, const struct self_cal
 int refine_pair(const struct refine_picture *picture, struct arena *arena,
                 struct self_calibration *self, struct refine_report *report) {
     const size_t mark = arena_mark(arena);
-    *report = (struct refine_report){0};
-    struct matches m = {.count = 0};
-    m.pair = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.pair);
-    m.track = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.track);
-    m.effect = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.effect);
-    m.residual = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.residual);
-    m.work = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.work);
-    int error = ERROR_MEMORY;
-    if (m.pair != NULL && m.track != NULL && m.effect != NULL && m.residual != NULL &&
-        m.work != NULL) {
-        error = run(picture, arena, self, &m, report);
-    }
+    struct refine_tracks tracks = {arena_take(arena, SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
+                                   SPARSE_LEFT_MAX};
+    const int error =
+        tracks.track == NULL ? ERROR_MEMORY : refine_match(picture, arena, self, &tracks, report);
     if (error == ERROR_OK) {
-        if (report->used == 0) {
-            reset(self);
-        }
-        report->depth_mm = report->used > 0 ? depth_of(self, &m) : 2 * picture->depth_near_mm;
-        describe(picture, self, report);
+        refine_assess(picture, self, report);
     }
     arena_release(arena, mark);
     return error;
 }
 
 size_t refine_pair_need_bytes(int width, int height) {
-    return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct sparse_pair)) +
-           arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct self_track)) +
-           arena_need_bytes(SPARSE_LEFT_MAX, REFINE_TERMS * sizeof(float)) +
-           2 * arena_need_bytes(SPARSE_LEFT_MAX, sizeof(float)) +
-           sparse_picture_need_bytes(width, height, SPARSE_LEFT_MAX) +
-           sparse_picture_need_bytes(width, height, SPARSE_RIGHT_MAX) +
-           sparse_match_need_bytes(SPARSE_LEFT_MAX, SPARSE_RIGHT_MAX);
+    return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct self_track)) +
+           refine_match_need_bytes(width, height);
 }
 
 // The lens of a window of the sensor.
@@ -381,9 +92,9 @@ int refine_calibration(const struct zoom_calibration *calibration,
     const size_t mark = arena_mark(arena);
     struct calibration refined;
     struct self_calibration self;
-    int error = zoom_calibration_at(calibration, &picture->state, &refined, fault);
+    int error = zoom_calibration_at(calibration, &picture->axes, &refined, fault);
     if (error == ERROR_OK) {
-        error = self_calibration_begin(calibration, &picture->state, 1, arena, &self);
+        error = self_calibration_begin(calibration, &picture->axes, 1, arena, &self);
     }
     if (error == ERROR_OK) {
         error = refine_pair(picture, arena, &self, report);

@@ -362,8 +362,7 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
     update_views(self);
 }
 
-int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count,
-                           double sigma_px) {
+int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count) {
     const int n = self->terms;
     double *H = self->work, g[SELF_TERMS_MAX];
     int used = 0;
@@ -376,6 +375,7 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
             if (tracks[i].rejected || !reduce(self, &tracks[i], &e)) {
                 continue;
             }
+            const double sigma_px = tracks[i].sigma_px;
             const double deviation = tracks[i].residual / (sigma_px * cauchy_sigmas);
             const double weight = 1 / ((1 + deviation * deviation) * sigma_px * sigma_px);
             accumulate(&tracks[i], &e, weight, n, H, g);

@@ -30,6 +30,7 @@ struct self_track {
     int view[SELF_SEEN_MAX];
     double pixel_px[SELF_SEEN_MAX][2];
     struct far_point point;
+    double sigma_px;  // standard deviation of one coordinate of an observation
     double residual;  // rms in px of the last fit, of what the point cannot absorb
     bool rejected;
 };
@@ -51,11 +52,9 @@ bool self_track_place(const struct self_calibration *self, struct self_track *tr
 bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
                          double *residual_px, double derivative[2 * VIEW_TERMS]);
 
-/// The corrections that fit the tracks, from the present ones on, with Cauchy weights:
-/// `sigma_px` is the standard deviation of one coordinate of an observation. Tracks with
-/// `rejected` set are not used. Returns the number of tracks used.
-int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count,
-                           double sigma_px);
+/// The corrections that fit the tracks, from the present ones on, with Cauchy weights. Tracks with
+/// `rejected` set are not used. Returns the number of tracks used; with none, the prior is back.
+int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count);
 
 /// Standard deviation of `gradient` times the corrections, before and after.
 double self_prior_sigma(const struct self_calibration *self, const double *gradient);

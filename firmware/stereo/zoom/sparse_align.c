@@ -22,19 +22,23 @@ struct window {
     double xx, xy, yy, square;
 };
 
-static void take_window(const struct image_u8 *image, int x, int y, struct window *w) {
-    double mean = 0, mean_x = 0, mean_y = 0;
+static void take_window(const struct image_u8 *image, double x, double y, struct window *w) {
+    enum { SIDE = 2 * RADIUS + 3 };  // with the neighbours that the gradients need
+    double value[SIDE][SIDE], mean = 0, mean_x = 0, mean_y = 0;
+    for (int j = 0; j < SIDE; j++) {
+        for (int i = 0; i < SIDE; i++) {
+            value[j][i] = value_at(image, x + i - RADIUS - 1, y + j - RADIUS - 1);
+        }
+    }
     int n = 0;
-    for (int j = -RADIUS; j <= RADIUS; j++) {
-        for (int i = -RADIUS; i <= RADIUS; i++, n++) {
-            const uint8_t *at = image_u8_row(image, y + j) + x + i;
-            const double value = at[0];
-            const double gx = 0.5 * (at[1] - at[-1]);
-            const double gy = 0.5 * (at[image->stride] - at[-image->stride]);
-            w->value[n] = (float)value;
+    for (int j = 1; j < SIDE - 1; j++) {
+        for (int i = 1; i < SIDE - 1; i++, n++) {
+            const double gx = 0.5 * (value[j][i + 1] - value[j][i - 1]);
+            const double gy = 0.5 * (value[j + 1][i] - value[j - 1][i]);
+            w->value[n] = (float)value[j][i];
             w->gx[n] = (float)gx;
             w->gy[n] = (float)gy;
-            mean += value;
+            mean += value[j][i];
             mean_x += gx;
             mean_y += gy;
         }
@@ -106,7 +110,7 @@ static bool align(const struct window *w, const struct image_u8 *image, double p
     return false;
 }
 
-bool sparse_align(const struct image_u8 *left, int x, int y, const struct image_u8 *right,
+bool sparse_align(const struct image_u8 *left, double x, double y, const struct image_u8 *right,
                   double right_px[2]) {
     struct window window;
     if (!is_inside(left, x, y)) {

@@ -12,10 +12,10 @@
 extern "C" {
 #endif
 
-/// Moves `right_px` to where the right picture agrees best with the window around pixel (x, y) of
-/// the left one; brightness and contrast may differ. False if a window leaves its picture, if it
+/// Moves `right_px` to where the right picture agrees best with the window around (x, y) of the
+/// left one; brightness and contrast may differ. False if a window leaves its picture, if it
 /// does not converge within 4 px of the start, or if the windows are not alike.
-bool sparse_align(const struct image_u8 *left, int x, int y, const struct image_u8 *right,
+bool sparse_align(const struct image_u8 *left, double x, double y, const struct image_u8 *right,
                   double right_px[2]);
 
 #ifdef __cplusplus

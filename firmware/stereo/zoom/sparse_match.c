@@ -331,7 +331,7 @@ static bool align_pair(const struct sparse_picture *left, const struct sparse_pi
     if (left->factor == 1 && right->factor == 1) {
         return true;
     }
-    return sparse_align(&left->image, (int)pair->left_px[0], (int)pair->left_px[1], &right->image,
+    return sparse_align(&left->image, pair->left_px[0], pair->left_px[1], &right->image,
                         pair->right_px);
 }
 

@@ -82,11 +82,11 @@ struct Scene {
 // Motors off by `counts` and `pan_rad`, in opposite ways.
 Scene scene(double zoom, double counts, double pan_rad) {
     Scene scene = {};
-    scene.picture.state = zoom_rig::state(zoom, 1800);
+    scene.picture.axes = zoom_rig::state(zoom, 1800);
     scene.picture.depth_near_mm = 500;
     scene.picture.depth_far_mm = INFINITY;
     for (int side = 0; side < 2; side++) {
-        const auto &at = scene.picture.state.side[side];
+        const auto &at = scene.picture.axes.side[side];
         const double sign = side == 0 ? 1 : -1;
         scene.truth[side] = zoom_rig::truth_at(side, at.zoom_counts + sign * counts,
                                                at.focus_counts, at.pan_rad + sign * pan_rad, true);
@@ -138,7 +138,7 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
 TEST_CASE("without texture the prior stays, and its sigma is reported") {
     const auto rig = zoom_rig::calibration();
     Scene at = {};
-    at.picture.state = zoom_rig::state(500, 1800);
+    at.picture.axes = zoom_rig::state(500, 1800);
     at.picture.depth_near_mm = 900;
     at.picture.depth_far_mm = INFINITY;
     for (int side = 0; side < 2; side++) {
@@ -151,7 +151,7 @@ TEST_CASE("without texture the prior stays, and its sigma is reported") {
     refine_report report;
     REQUIRE(refine_calibration(rig.get(), &at.picture, &memory.pool, &result, &report, nullptr) ==
             ERROR_OK);
-    REQUIRE(zoom_calibration_at(rig.get(), &at.picture.state, &plain, nullptr) == ERROR_OK);
+    REQUIRE(zoom_calibration_at(rig.get(), &at.picture.axes, &plain, nullptr) == ERROR_OK);
     CHECK(report.used == 0);
     CHECK(report.depth.after == report.depth.before);
     CHECK(report.depth.after > 50);

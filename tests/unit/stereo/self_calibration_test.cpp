@@ -77,6 +77,7 @@ std::vector<self_track> observe(const Truth &truth, double noise_px, int count, 
         self_track track = {};
         track.count = 2;
         track.view[1] = 1;
+        track.sigma_px = noise_px;
         if (see(truth.camera[0], point, track.pixel_px[0]) &&
             see(truth.camera[1], point, track.pixel_px[1])) {
             for (int i = 0; i < 4; i++) {
@@ -185,7 +186,7 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
             const Truth truth = off(*calibration, state, random);
             std::vector<self_track> tracks = observe(truth, 0.1, 300, random);
             const double error_before = depth_error(truth, self.view);
-            CHECK(self_calibration_solve(&self, tracks.data(), 300, 0.1) == 300);
+            CHECK(self_calibration_solve(&self, tracks.data(), 300) == 300);
             double rows = 0;
             for (const self_track &track : tracks) {
                 rows += track.residual * track.residual / 300;
@@ -218,7 +219,7 @@ TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in co
     self_calibration self;
     REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
     std::vector<self_track> tracks = observe(off(*calibration, state, random), 0.1, 400, random);
-    (void)self_calibration_solve(&self, tracks.data(), 400, 0.1);
+    (void)self_calibration_solve(&self, tracks.data(), 400);
     double gradient[SELF_TERMS_MAX] = {};
     gradient[VIEW_FOCAL] = gradient[VIEW_TERMS + VIEW_FOCAL] = 0.5;
     CHECK(self_posterior_sigma(&self, gradient) > 0.8 * self_prior_sigma(&self, gradient));

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The calibration of a captured pair from the calibration of all zooms, corrected by what the
+/// pair's own pictures show.
+#ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_REFINE_H
+#define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_REFINE_H
+
+#include "daemon/base/message.h"
+#include "daemon/surface/result/reconstruct_context.h"
+#include "rig/pair.h"
+#include "stereo/zoom/refine_pair.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// `depth_mm`: nearest and farthest depth of the scene; 0 0: not known. Returns 0 with the
+/// calibration of the frames as they are, or an error with `message` set.
+int reconstruct_refine(const struct zoom_calibration *zoom, const struct zoom_state *state,
+                       const struct pair *pair, const double depth_mm[2],
+                       struct calibration *calibration, struct refine_report *report,
+                       struct message *message);
+
+/// Warns of what the pictures did not show, if it matters.
+void reconstruct_refine_doubt(struct reconstruct_context *context);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
