@@ -19,7 +19,7 @@ extern "C" {
 enum { SESSION_PAIRS_PATH_BYTES = 4096 };
 
 /// Begins the text of a command event, followed by a number: from here on the calibration board
-/// stands at its position of this number. To the console it is a comment.
+/// is at its position of this number. To the console it is a comment.
 #define SESSION_BOARD_POSITION "# board position "
 
 /// Iterates over a session's pairs. Large: static or allocated; zeroed at the beginning.

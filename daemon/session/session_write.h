@@ -48,9 +48,9 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
                          const char *build, const char *profile, const char *date,
                          struct message *message);
 
-/// Opens an existing session to write more events behind its last one; an END and an incomplete line
-/// are taken off. Errors of session_reader_open and session_reader_next; the session is as before
-/// then.
+/// Opens an existing session to write more events behind its last one; an END and an incomplete
+/// line are taken off. Errors of session_reader_open and session_reader_next; the session is as
+/// before then.
 int session_writer_resume(struct session_writer *self, int parent, const char *path,
                           struct message *message);
 

@@ -149,9 +149,9 @@ TEST_CASE("a session that ended, or was cut off, goes on where it was") {
 
     std::vector<std::vector<std::uint32_t>> seen;
     const auto each = [](void *list, const session_pair_files *files) {
-        static_cast<decltype(seen) *>(list)->push_back(
-            {files->pair->number, files->board_position, files->pan_visit,
-             files->missing[0] || files->missing[1]});
+        static_cast<decltype(seen) *>(list)->push_back({files->pair->number, files->board_position,
+                                                        files->pan_visit,
+                                                        files->missing[0] || files->missing[1]});
     };
     CHECK(session_pairs_read(path.c_str(), false, each, &seen, &last_error) == 3);
     CHECK(seen == decltype(seen){{1, 1, 1, 0}, {2, 2, 1, 0}, {3, 3, 2, 0}});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 
 #include "core/error.h"
@@ -105,6 +106,8 @@ const option_page page = {
     "tag. "
     "All pictures of one camera must have the same size and orientation. A plain board must be "
     "entirely visible; of a coded one (--charuco) any part will do.\n"
+    "For motorized zooms, \"vergence calibrate capture\" guides through the pictures at all zooms; "
+    "see its --help.\n"
     "The last line says whether the calibration is good, and if not, why. Results in DIR: "
     "rig.calibration (for \"vergence reconstruct --calibration\"), calibration.html (residuals, "
     "coverage, error bars: open it in a browser), calibration.json (all figures), corners.vnl "
@@ -210,6 +213,9 @@ void fill_job(const request &asked, calibrate_job *job) {
 }  // namespace
 
 int command_calibrate(int argc, char **argv) {
+    if (argc > 1 && std::strcmp(argv[1], "capture") == 0) {
+        return command_capture(argc - 1, argv + 1);
+    }
     request asked{};
     std::vector<const char *> operands(operands_max);
     int count = 0;

@@ -41,6 +41,9 @@ int command_board(int argc, char **argv);
 /// `vergence calibrate`: a stereo pair from pictures of a board.
 int command_calibrate(int argc, char **argv);
 
+/// `vergence calibrate capture`: the pictures for a calibration at all zooms.
+int command_capture(int argc, char **argv);
+
 /// `vergence evaluate`: how far a result is from the ground truth.
 int command_evaluate(int argc, char **argv);
 

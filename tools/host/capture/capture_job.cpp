@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/capture/capture_job.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "calib/detect/detect.hpp"
+#include "core/error.h"
+#include "daemon/base/message.h"
+#include "daemon/cli/options.h"
+#include "daemon/files/output_file.h"
+#include "tools/host/calibrate/calibrate_views.hpp"
+#include "tools/host/capture/capture_instrument.hpp"
+#include "tools/host/capture/capture_plan.hpp"
+#include "tools/host/capture/capture_session.hpp"
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+const char *const name_there = "calibrate-capture";  // of each pair, on the instrument
+const int readings = 16;
+const double radian = 180 / 3.14159265358979323846;
+const int exit_interrupted = 130;
+const double expose_again_ratio = 2.2;  // of focal lengths, as the open iris changes with zoom
+const double growth_tolerance = 0.15;   // of the picture from one zoom to the next
+const double shift_allowed = 0.05;      // of the frame's width, by the centre's wander
+const double aim_tolerance = 0.3;       // of half the narrowest field
+const double sweep_deg[][2] = {{5, 5}, {-5, -5}, {3, -3}};
+const char *const sides[2] = {"left", "right"};
+
+std::string capitalised(const char *side) {
+    return side[0] == 'l' ? "Left" : "Right";
+}
+
+class runner {
+  public:
+    explicit runner(const capture_job &job)
+        : job_(job), session_(job.path, job.board), incoming_(job.path + "/incoming") {}
+
+    int run() {
+        std::setvbuf(stdout, nullptr, _IOLBF, 0);  // what to do next, also through a pipe
+        const bool good = steps();
+        std::string error;
+        if (!session_.close(&error) && good) {
+            error_ = error;
+        }
+        capture_remove_directory(incoming_);
+        if (instrument_.interrupted()) {
+            std::fprintf(stderr,
+                         "vergence calibrate capture: interrupted; the pairs so far are in %s (the "
+                         "same command continues)\n",
+                         job_.path.c_str());
+            return exit_interrupted;
+        }
+        if (!error_.empty()) {
+            message text{};
+            message_set(&text, 0, "%s", error_.c_str());
+            std::fprintf(stderr, "vergence calibrate capture: %s\n", text.text);
+            return CLIENT_BAD_INPUT;
+        }
+        return CLIENT_OK;
+    }
+
+  private:
+    bool fail(const std::string &text) {
+        error_ = text;
+        return false;
+    }
+
+    bool command(const std::string &text) { return instrument_.run(text, &error_); }
+
+    bool steps() {
+        if (!session_.load(&error_) || !instrument_.open(job_.address, job_.token, &error_) ||
+            !prepare()) {
+            return false;
+        }
+        uint32_t position = 0;
+        for (const capture_shot &shot : session_.shots()) {
+            position = std::max(position, shot.board_position);
+        }
+        if (position > 0) {
+            std::printf("%s has %zu pairs of %u positions\n", job_.path.c_str(),
+                        session_.shots().size(), static_cast<unsigned>(position));
+        }
+        bool ended = false;
+        while (!ended && static_cast<int>(position) < job_.positions) {
+            if (!take_position(position + 1, &ended)) {
+                return false;
+            }
+            position += !ended;
+        }
+        return finish();
+    }
+
+    // ---- the instrument
+
+    bool prepare() {
+        std::string state, approach;
+        if (!command("status") || !instrument_.text("state", &state)) {
+            return error_.empty() ? fail("invalid answer from vergenced") : false;
+        }
+        double backlash = 0, pixel_um = 0;
+        const std::pair<const char *, double *> settings[] = {
+            {"lens_zoom_min", &optics_.zoom_min},
+            {"lens_zoom_max", &optics_.zoom_max},
+            {"lens_zoom_backlash", &backlash},
+            {"focal_length_wide", &optics_.focal_wide_mm},
+            {"focal_length_tele", &optics_.focal_tele_mm},
+            {"focus_nearest", &optics_.focus_nearest_mm},
+            {"pixel_pitch", &pixel_um},
+            {"pan_min", &pan_limit_deg_[0]},
+            {"pan_max", &pan_limit_deg_[1]},
+        };
+        bool good = (state == "ready" || command("bringup")) &&
+                    instrument_.setting_text("rig.lens_zoom_approach", &approach, &error_);
+        for (const auto &[key, value] : settings) {
+            good = good && instrument_.setting(std::string("rig.") + key, value, &error_);
+        }
+        if (!good) {
+            return false;
+        }
+        optics_.pixel_mm = pixel_um / 1000;
+        optics_.f_number = job_.f_number;
+        optics_.baseline_mm = job_.baseline_mm;
+        // Beyond these there is no room to arrive from the side on which the play does not matter.
+        const double first = optics_.zoom_min + (approach == "below" ? backlash : 0);
+        const double last = optics_.zoom_max - (approach == "above" ? backlash : 0);
+        zooms_ = capture_zooms(optics_, first, last, job_.zooms);
+        return prepare_cameras();
+    }
+
+    bool prepare_cameras() {
+        double width = 0, height = 0;
+        if (!command("window")) {
+            return false;
+        }
+        instrument_.number("width", &width);
+        instrument_.number("height", &height);
+        optics_.width_px = static_cast<int>(width);
+        optics_.height_px = static_cast<int>(height);
+        // The servos get the angles at which they are, so that every pair states them.
+        return command("iris f/" + number_text(job_.f_number, 4)) && read_pan() && turn(pan_deg_);
+    }
+
+    bool read_pan() {
+        return command("pan") && (instrument_.number("left", &pan_deg_[0]),
+                                  instrument_.number("right", &pan_deg_[1]), true);
+    }
+
+    bool turn(const std::array<double, 2> &pan_deg) {
+        std::array<double, 2> within = pan_deg;
+        for (double &angle : within) {
+            angle = std::clamp(angle, pan_limit_deg_[0], pan_limit_deg_[1]);
+        }
+        return command(report_text_format("pan %.3f right=%.3f", within[0], within[1])) &&
+               read_pan();
+    }
+
+    // ---- pairs
+
+    /// Takes a pair at a zoom, looks for the board, and leaves the pair in `incoming_`.
+    bool take(uint32_t position, int zoom, bool autofocus, const capture_look *middle,
+              capture_shot *shot) {
+        const double focal = optics_.focal_mm(zoom);
+        if (!command("zoom " + std::to_string(zoom)) || !focus(autofocus, middle) ||
+            !expose(focal) || !fetch_pair(shot)) {
+            return false;
+        }
+        shot->board_position = position;
+        for (size_t side = 0; side < 2; side++) {
+            calibrate_image image;
+            if (!calibrate_image_read(incoming_ + "/" + shot->frame[side], true, &image, &error_)) {
+                return false;
+            }
+            const image_u8 grey = {image.grey.data(), image.width_px, image.height_px,
+                                   image.width_px};
+            shot->view[side] = calib::detect_board(job_.board, grey, {});
+        }
+        std::printf("  %5.1f mm: %zu and %zu corners\n", focal, shot->view[0].corners.size(),
+                    shot->view[1].corners.size());
+        return true;
+    }
+
+    bool expose(double focal_mm) {
+        const double ratio = exposed_at_mm_ > 0 ? focal_mm / exposed_at_mm_ : HUGE_VAL;
+        if (ratio < expose_again_ratio && ratio > 1 / expose_again_ratio) {
+            return true;
+        }
+        exposed_at_mm_ = focal_mm;
+        return command("autoexpose whites=yes iris=no");
+    }
+
+    bool fetch_pair(capture_shot *shot) {
+        std::string ignored;  // a pair that an interrupted run has left
+        instrument_.run(std::string("remove ") + name_there, &ignored);
+        capture_remove_directory(incoming_);
+        return command(report_text_format("capture %s readings=%d accept-mismatch=yes", name_there,
+                                          readings)) &&
+               instrument_.fetch(name_there, incoming_, &error_) &&
+               command(std::string("remove ") + name_there) &&
+               session_.look(incoming_, shot, &error_);
+    }
+
+    bool focus(bool autofocus, const capture_look *middle) {
+        const double distance = distance_mm_ > 0 ? distance_mm_ : next_.z_mm;
+        if (!command(report_text_format("focus %.0f mm",
+                                        std::max(distance, optics_.focus_nearest_mm)))) {
+            return false;
+        }
+        if (!autofocus) {
+            return true;
+        }
+        const int size = 200;
+        const auto corner = [](double at, int limit) {
+            return static_cast<int>(std::clamp(at - size / 2.0, 0.0, double(limit - size))) / 2 * 2;
+        };
+        for (size_t side = 0; side < 2; side++) {
+            std::string why;
+            if (!instrument_.run(
+                    report_text_format("autofocus side=%s region=%d,%d,%d,%d", sides[side],
+                                       corner(middle[side].x_px, optics_.width_px),
+                                       corner(middle[side].y_px, optics_.height_px), size, size),
+                    &why)) {
+                if (instrument_.interrupted()) {
+                    return fail(why);
+                }
+                std::printf("  autofocus failed (%s): focused at the measured distance\n",
+                            why.c_str());
+                return command(report_text_format("focus %.0f mm", distance));
+            }
+        }
+        return true;
+    }
+
+    static bool is_seen(const capture_shot &shot) {
+        return std::min(shot.view[0].corners.size(), shot.view[1].corners.size()) >=
+               CAPTURE_CORNERS_MIN;
+    }
+
+    // ---- a position of the board
+
+    /// Takes all pairs of a position. `*ended`: the user takes no more. False after an error.
+    bool take_position(uint32_t position, bool *ended) {
+        const capture_coverage covered = coverage();
+        next_ = capture_next_place(optics_, zooms_, job_.board, covered, pan_deg_, job_.near_mm,
+                                   job_.far_mm);
+        distance_mm_ = exposed_at_mm_ = 0;
+        if (!draw(covered, &next_)) {
+            return false;
+        }
+        std::printf("position %u of %d: %s%s\n", static_cast<unsigned>(position), job_.positions,
+                    capture_place_text(next_).c_str(),
+                    next_.aim ? "; the cameras will turn to it" : "");
+        capture_shot wide;
+        if (!find_board(position, &wide, ended) || *ended) {
+            return *ended;
+        }
+        planned_.push_back(next_);
+        return session_.add(incoming_, wide, &error_) && measure(wide) && aim(position, &wide) &&
+               take_zooms(position, wide) &&
+               (!job_.sweep || position % 3 != 2 || take_sweep(position));
+    }
+
+    /// Asks for the board until both cameras see it at the widest zoom.
+    bool find_board(uint32_t position, capture_shot *wide, bool *ended) {
+        for (;;) {
+            std::printf("place the board, then press Enter (q: end)\n");
+            std::string line;
+            const capture_instrument::answer answer = instrument_.ask(&line);
+            *ended = answer != capture_instrument::answer::line || line == "q";
+            if (*ended) {
+                return true;
+            }
+            if (!take(position, zooms_[0], false, nullptr, wide)) {
+                return false;
+            }
+            if (is_seen(*wide)) {
+                return true;
+            }
+            explain(*wide);
+        }
+    }
+
+    static void explain(const capture_shot &shot) {
+        for (size_t side = 0; side < 2; side++) {
+            const calib::board_view &view = shot.view[side];
+            if (view.corners.size() < CAPTURE_CORNERS_MIN) {
+                std::printf("  %s camera: %s\n", sides[side],
+                            !view.rejection.empty() ? view.rejection.c_str()
+                                                    : "fewer than 12 corners visible");
+            }
+        }
+    }
+
+    /// The board's distance, from the widest zoom.
+    bool measure(const capture_shot &wide) {
+        capture_look look[2];
+        for (size_t side = 0; side < 2; side++) {
+            if (!capture_look_at(job_.board, wide.view[side], optics_.focal_px(zooms_[0]),
+                                 &look[side])) {
+                return fail("the corners of the board lie in one line");
+            }
+        }
+        distance_mm_ = 0.5 * (look[0].distance_mm + look[1].distance_mm);
+        std::printf("  the board is %.0f mm away, tilted by %.0f deg\n", distance_mm_,
+                    0.5 * (look[0].tilt_deg + look[1].tilt_deg));
+        return true;
+    }
+
+    /// Turns both cameras to the board, if that was planned and they are off.
+    bool aim(uint32_t position, capture_shot *wide) {
+        const double half_field = 0.5 * optics_.width_px / optics_.focal_px(zooms_.back()) * radian;
+        std::array<double, 2> pan_deg = pan_deg_;
+        double off_deg = 0;
+        for (size_t side = 0; side < 2 && next_.aim; side++) {
+            capture_look look;
+            capture_look_at(job_.board, wide->view[side], optics_.focal_px(zooms_[0]), &look);
+            const double off =
+                std::atan2(look.x_px - 0.5 * optics_.width_px, optics_.focal_px(zooms_[0])) *
+                radian;
+            pan_deg[side] += off;
+            off_deg = std::max(off_deg, std::fabs(off));
+        }
+        if (off_deg <= aim_tolerance * half_field) {
+            return true;
+        }
+        if (!turn(pan_deg)) {
+            return false;
+        }
+        std::printf("  turned to %.2f and %.2f deg\n", pan_deg_[0], pan_deg_[1]);
+        return take(position, zooms_[0], false, nullptr, wide) &&
+               (is_seen(*wide) || fail("the board is no longer in view after the cameras turned "
+                                       "to it (was it moved?)")) &&
+               session_.add(incoming_, *wide, &error_);
+    }
+
+    /// All longer zooms that still see enough of the board.
+    bool take_zooms(uint32_t position, const capture_shot &wide) {
+        capture_shot last = wide;
+        size_t end = 1;
+        while (end < zooms_.size() && visible(wide, zooms_[0], zooms_[end])) {
+            end++;
+        }
+        for (size_t i = 1; i < end; i++) {
+            if (!visible(last, zooms_[i - 1], zooms_[i])) {
+                break;
+            }
+            capture_look middle[2];
+            for (size_t side = 0; side < 2; side++) {
+                capture_look_at(job_.board, last.view[side], 1, &middle[side]);
+            }
+            capture_shot shot;
+            if (!take(position, zooms_[i], job_.autofocus && i + 1 == end, middle, &shot)) {
+                return false;
+            }
+            if (!is_seen(shot)) {
+                break;
+            }
+            if (!is_consistent(last, shot,
+                               optics_.focal_mm(zooms_[i]) / optics_.focal_mm(zooms_[i - 1])) ||
+                !session_.add(incoming_, shot, &error_)) {
+                return false;
+            }
+            last = shot;
+        }
+        return true;
+    }
+
+    bool visible(const capture_shot &shot, int from, int to) const {
+        const double ratio = optics_.focal_mm(to) / optics_.focal_mm(from);
+        return capture_corners_after_zoom(optics_, shot.view[0], ratio) >= CAPTURE_CORNERS_MIN &&
+               capture_corners_after_zoom(optics_, shot.view[1], ratio) >= CAPTURE_CORNERS_MIN;
+    }
+
+    /// Whether the pictures changed as the zoom did, and only so.
+    bool is_consistent(const capture_shot &before, const capture_shot &after, double ratio) {
+        for (size_t side = 0; side < 2; side++) {
+            double count = 0, mean[4] = {0, 0, 0, 0}, spread[2] = {0, 0};
+            std::vector<std::array<double, 4>> common;
+            for (const calib::corner &b : after.view[side].corners) {
+                for (const calib::corner &a : before.view[side].corners) {
+                    if (a.index == b.index) {
+                        common.push_back({a.x_px, a.y_px, b.x_px, b.y_px});
+                    }
+                }
+            }
+            for (const auto &c : common) {
+                count++;
+                for (size_t i = 0; i < 4; i++) {
+                    mean[i] += (c[i] - mean[i]) / count;
+                }
+            }
+            for (const auto &c : common) {
+                spread[0] += std::hypot(c[0] - mean[0], c[1] - mean[1]);
+                spread[1] += std::hypot(c[2] - mean[2], c[3] - mean[3]);
+            }
+            if (count < 4) {
+                return fail(moved());
+            }
+            if (std::fabs(spread[1] / spread[0] / ratio - 1) > growth_tolerance) {
+                return fail(capitalised(sides[side]) +
+                            report_text_format(
+                                " lens: its picture grew %.2f times, its zoom's reading %.2f "
+                                "times (read-back constant or reversed, or wrong focal lengths "
+                                "in the profile)",
+                                spread[1] / spread[0], ratio));
+            }
+            const double x0 = 0.5 * optics_.width_px, y0 = 0.5 * optics_.height_px;
+            if (std::hypot(x0 + (mean[0] - x0) * ratio - mean[2],
+                           y0 + (mean[1] - y0) * ratio - mean[3]) >
+                shift_allowed * ratio * optics_.width_px) {
+                return fail(moved());
+            }
+        }
+        return true;
+    }
+
+    static std::string moved() {
+        return "the board or a camera moved during the position; its last pair was not kept (the "
+               "same command continues with a new position)";
+    }
+
+    /// The board from other pans, at the widest zoom.
+    bool take_sweep(uint32_t position) {
+        const std::array<double, 2> home = pan_deg_;
+        for (const auto &offset : sweep_deg) {
+            capture_shot shot;
+            if (!turn({home[0] + offset[0], home[1] + offset[1]}) ||
+                !take(position, zooms_[0], false, nullptr, &shot)) {
+                return false;
+            }
+            if (is_seen(shot) && !session_.add(incoming_, shot, &error_)) {
+                return false;
+            }
+        }
+        return turn(home);
+    }
+
+    // ---- what there is
+
+    capture_coverage coverage() const {
+        capture_coverage covered = capture_coverage_of(optics_, zooms_, session_.shots());
+        covered.tried = planned_;
+        return covered;
+    }
+
+    bool draw(const capture_coverage &covered, const capture_place *next) {
+        const std::string path = job_.path + "/guide.svg";
+        if (mkdir(job_.path.c_str(), 0777) != 0 && errno != EEXIST) {
+            return fail(job_.path + ": " + std::strerror(errno));
+        }
+        const std::string svg =
+            capture_drawing(optics_, zooms_, job_.board, covered, next, pan_deg_);
+        message last_error{};
+        output_file file;
+        output_file_open(&file, path.c_str());
+        output_file_write(&file, svg.data(), svg.size());
+        return output_file_close(&file, &last_error) == ERROR_OK || fail(last_error.text);
+    }
+
+    bool finish() {
+        const capture_coverage covered = coverage();
+        int missing = 0;
+        for (const auto &zoom : covered.zoom) {
+            missing += std::min(zoom[0].boards, zoom[1].boards) < CAPTURE_BOARDS_WANTED;
+        }
+        std::printf("%s: %zu pairs%s\n", job_.path.c_str(), session_.shots().size(),
+                    missing == 0 ? ""
+                                 : report_text_format("; %d of %zu zooms have fewer than %d boards",
+                                                      missing, zooms_.size(), CAPTURE_BOARDS_WANTED)
+                                       .c_str());
+        return draw(covered, nullptr);
+    }
+
+    const capture_job &job_;
+    capture_instrument instrument_;
+    capture_session session_;
+    std::string incoming_, error_;
+    capture_optics optics_;
+    std::vector<int> zooms_;
+    std::array<double, 2> pan_deg_{}, pan_limit_deg_{};
+    capture_place next_;
+    std::vector<capture_place> planned_;
+    double distance_mm_ = 0, exposed_at_mm_ = 0;
+};
+
+}  // namespace
+
+int capture_job_run(const capture_job &job) {
+    return runner(job).run();
+}

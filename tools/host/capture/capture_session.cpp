@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/capture/capture_session.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "core/error.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/session/session_pairs.h"
+#include "daemon/session/session_write.h"
+
+namespace {
+
+const char *const corners_name = "corners.vnl";
+const double q4 = 16;
+
+std::string base_name(const std::string &path) {
+    return path.substr(path.rfind('/') + 1);
+}
+
+capture_shot shot_of(const session_pair_files &files) {
+    capture_shot shot;
+    shot.board_position = files.board_position;
+    for (size_t side = 0; side < 2; side++) {
+        const pair_axes &axes = files.pair->frame[side].before;
+        shot.zoom_counts[side] = axes.lens[LENS_ZOOM].position_q4 / q4;
+        shot.pan_q4[side] = axes.pan_q4;
+        shot.frame[side] = base_name(files.path[side]);
+    }
+    return shot;
+}
+
+void add_shot(void *list, const session_pair_files *files) {
+    static_cast<std::vector<capture_shot> *>(list)->push_back(shot_of(*files));
+}
+
+bool is_same_instrument(const session_instrument &one, const session_instrument &other) {
+    return std::strcmp(one.camera[0], other.camera[0]) == 0 &&
+           std::strcmp(one.camera[1], other.camera[1]) == 0 &&
+           std::memcmp(one.servo_centre_q4, other.servo_centre_q4, sizeof one.servo_centre_q4) == 0;
+}
+
+/// The pairs of a session, opened.
+struct opened {
+    session_reader reader{};
+    session_pairs pairs{};
+    session_event begin{};
+    bool is_open = false;
+
+    ~opened() {
+        if (is_open) {
+            session_reader_close(&reader);
+        }
+    }
+
+    /// Finds a pair, see session_pairs_find.
+    bool find(const std::string &path, uint32_t number, std::string *error) {
+        message last_error{};
+        int code = session_reader_open(&reader, AT_FDCWD, path.c_str(), &begin, &last_error);
+        is_open = code == ERROR_OK;
+        code = is_open ? session_pairs_find(&pairs, &reader, number, &last_error) : code;
+        *error = code == ERROR_OK ? "" : last_error.text;
+        return code == ERROR_OK;
+    }
+};
+
+}  // namespace
+
+void capture_remove_directory(const std::string &path) {
+    DIR *const stream = opendir(path.c_str());
+    if (stream == nullptr) {
+        return;
+    }
+    while (const dirent *entry = readdir(stream)) {
+        if (entry->d_name[0] != '.' || std::strcmp(entry->d_name, ".part") == 0) {
+            unlinkat(dirfd(stream), entry->d_name, 0);
+        }
+    }
+    closedir(stream);
+    rmdir(path.c_str());
+}
+
+capture_session::capture_session(std::string path, const calib::board &board)
+    : path_(std::move(path)), board_(board), writer_(new session_writer{}) {
+    writer_->index = writer_->directory = -1;
+}
+
+capture_session::~capture_session() {
+    session_writer_leave(writer_.get());
+}
+
+bool capture_session::load(std::string *error) {
+    message last_error{};
+    if (!session_pairs_here(path_.c_str())) {
+        return true;
+    }
+    std::vector<capture_shot> shots;
+    const int code = session_pairs_read(path_.c_str(), true, add_shot, &shots, &last_error);
+    if (code < 0 && code != ERROR_MISSING) {
+        *error = last_error.text;
+        return false;
+    }
+    std::vector<calib::cached_view> views;
+    std::ifstream in(path_ + "/" + corners_name);
+    if (in && !calib::corner_cache_read(in, board_, &views, error)) {
+        *error = path_ + "/" + corners_name + ": " + *error +
+                 " (give the same --board as for the first part of this capture)";
+        return false;
+    }
+    std::map<std::string, const calib::board_view *> by_name;
+    for (const calib::cached_view &one : views) {
+        by_name[one.filename] = &one.view;
+    }
+    for (capture_shot &shot : shots) {
+        if (shot.board_position == 0) {
+            *error = path_ +
+                     ": not a session of \"vergence calibrate capture\" (give another "
+                     "directory)";
+            return false;
+        }
+        for (size_t side = 0; side < 2; side++) {
+            const auto found = by_name.find(shot.frame[side]);
+            shot.view[side] = found != by_name.end() ? *found->second : calib::board_view();
+        }
+    }
+    shots_ = std::move(shots);
+    return true;
+}
+
+bool capture_session::look(const std::string &incoming, capture_shot *shot,
+                           std::string *error) const {
+    message last_error{};
+    std::vector<capture_shot> found;
+    if (session_pairs_read(incoming.c_str(), false, add_shot, &found, &last_error) != 1) {
+        *error = last_error.text;
+        return false;
+    }
+    *shot = found[0];
+    return true;
+}
+
+bool capture_session::open(const std::string &incoming, std::string *error) {
+    message last_error{};
+    const auto from = std::make_unique<opened>();
+    if (!from->find(incoming, 1, error)) {
+        return false;
+    }
+    int code = 0;
+    if (session_pairs_here(path_.c_str())) {
+        const auto before = std::make_unique<opened>();
+        if (!shots_.empty() && !before->find(path_, 1, error)) {
+            return false;
+        }
+        if (!shots_.empty() &&
+            !is_same_instrument(before->pairs.instrument, from->pairs.instrument)) {
+            *error = path_ + ": begun with another instrument (give another directory)";
+            return false;
+        }
+        code = session_writer_resume(writer_.get(), AT_FDCWD, path_.c_str(), &last_error);
+    } else {
+        const session_event &begin = from->begin;
+        code = session_writer_begin(writer_.get(), AT_FDCWD, path_.c_str(), begin.build,
+                                    begin.profile, begin.date, &last_error);
+        code = code != 0
+                   ? code
+                   : session_writer_instrument(writer_.get(), &from->pairs.instrument, &last_error);
+    }
+    *error = code == 0 ? "" : last_error.text;
+    noted_position_ = 0;
+    return code == 0;
+}
+
+bool capture_session::add(const std::string &incoming, const capture_shot &shot,
+                          std::string *error) {
+    message last_error{};
+    if (writer_->index < 0 && !open(incoming, error)) {
+        return false;
+    }
+    const auto from = std::make_unique<opened>();
+    if (!from->find(incoming, 1, error)) {
+        return false;
+    }
+    session_event &event = from->pairs.pair;
+    int code = 0;
+    if (noted_position_ != shot.board_position) {
+        const std::string text = SESSION_BOARD_POSITION + std::to_string(shot.board_position);
+        code = session_writer_command(writer_.get(), text.c_str(), &last_error);
+    }
+    for (int side = 0; side < 2 && code == 0; side++) {
+        code = session_reader_load(&from->reader, &event.pair.frame[side].image,
+                                   event.frame_crc[side], &last_error);
+    }
+    code = code == 0 ? session_writer_pair(writer_.get(), &event.pair, &last_error) : code;
+    for (pair_frame &frame : event.pair.frame) {
+        raw_image_release(&frame.image);
+    }
+    if (code != 0) {
+        *error = last_error.text;
+        return false;
+    }
+    noted_position_ = shot.board_position;
+    shots_.push_back(shot);
+    capture_remove_directory(incoming);
+    return write_corners(error);
+}
+
+bool capture_session::write_corners(std::string *error) const {
+    std::vector<calib::cached_view> views;
+    for (const capture_shot &shot : shots_) {
+        for (size_t side = 0; side < 2; side++) {
+            views.push_back({shot.frame[side], shot.view[side]});
+        }
+    }
+    std::ostringstream out;
+    if (!calib::corner_cache_write(out, board_, views, error)) {
+        return false;
+    }
+    const std::string text = out.str();
+    const int directory = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const bool written =
+        directory >= 0 && atomic_file_write(directory, ".corners.part", corners_name,
+                                            SESSION_FILE_MODE, text.data(), text.size());
+    if (!written) {
+        *error = path_ + "/" + corners_name + ": cannot be written: " + std::strerror(errno);
+    }
+    if (directory >= 0) {
+        ::close(directory);
+    }
+    return written;
+}
+
+bool capture_session::close(std::string *error) {
+    message last_error{};
+    const int code = session_writer_end(writer_.get(), &last_error);
+    *error = code == 0 ? "" : last_error.text;
+    return code == 0;
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The session that a capture writes: pairs from the instrument, one after the other, and a cache
+/// of their corners. It is complete after every pair, so that a capture can be ended at any time
+/// and resumed.
+#ifndef VERGENCE_TOOLS_HOST_CAPTURE_CAPTURE_SESSION_HPP
+#define VERGENCE_TOOLS_HOST_CAPTURE_CAPTURE_SESSION_HPP
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calib/base/corner_cache.hpp"
+
+struct session_writer;
+
+/// A pair of the session.
+struct capture_shot {
+    uint32_t board_position = 0;  // from 1
+    std::array<double, 2> zoom_counts{};
+    std::array<uint16_t, 2> pan_q4{};
+    std::array<std::string, 2> frame;  // names of the files
+    std::array<calib::board_view, 2> view;
+};
+
+class capture_session {
+  public:
+    capture_session(std::string path, const calib::board &board);
+    ~capture_session();
+    capture_session(const capture_session &) = delete;
+    capture_session &operator=(const capture_session &) = delete;
+
+    /// Reads the shots of a session that exists. False with one sentence in `*error`.
+    bool load(std::string *error);
+
+    /// Reads a session of one pair, as the instrument has written it, without adding it: its frames
+    /// lie in `incoming`. False with one sentence.
+    bool look(const std::string &incoming, capture_shot *shot, std::string *error) const;
+    /// Adds that pair, whose corners are now known, with the frames, and removes `incoming`.
+    bool add(const std::string &incoming, const capture_shot &shot, std::string *error);
+    /// Ends the session, until the next `add`.
+    bool close(std::string *error);
+
+    const std::vector<capture_shot> &shots() const { return shots_; }
+    const std::string &path() const { return path_; }
+
+  private:
+    bool open(const std::string &incoming, std::string *error);
+    bool write_corners(std::string *error) const;
+
+    std::string path_;
+    calib::board board_;
+    std::unique_ptr<session_writer> writer_;
+    std::vector<capture_shot> shots_;
+    uint32_t noted_position_ = 0;
+};
+
+/// Removes a directory of files, if it exists.
+void capture_remove_directory(const std::string &path);
+
+#endif
