@@ -126,15 +126,15 @@ static int check_room(const struct view *self) {
     enum { MARKED_BYTES = RIG_SIDES * VIEW_SIDE_MAX_PX * VIEW_SIDE_MAX_PX };
     const struct command_call *call = self->call;
     const bool bridge = call->rig->profile.bridge;
-    struct room_frames frames = {.memory_images = RIG_SIDES};
+    struct room_frames frames = {.memory_images = room_check_look_images(call, self->full)};
     if (self->full) {
         // The picture has 3 bytes a pixel, its file no more.
-        const double picture = RIG_SIDES * (bridge ? 3.0 : 1.0) / sizeof(uint16_t);
+        const bool mosaic = room_check_layout(daemon_of(call)) == RAW_BAYER_GRBG;
+        const double picture = RIG_SIDES * (mosaic ? 3.0 : 1.0) / sizeof(uint16_t);
         frames.memory_images += 2 * picture;
         frames.files_images = picture;
     } else {
         // Behind the bridge frames are thinned to the picture's size.
-        frames.memory_images = bridge ? 0 : RIG_SIDES;
         frames.fixed.memory_bytes = (bridge ? 4 : 2) * MARKED_BYTES;
         frames.fixed.files_bytes = MARKED_BYTES;
     }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "daemon/backends/linux/v4l2_camera.h"
 #include "daemon/base/message.h"
 #include "daemon/commands/commands.h"
 
@@ -56,13 +57,33 @@ static double find_share(const struct room *room, const struct room_frames *fram
     return share;
 }
 
+enum raw_layout room_check_layout(const struct daemon *daemon) {
+    const struct v4l2_camera *camera = daemon->cameras[RIG_LEFT];
+    if (camera != NULL && camera->stream.format != NULL) {
+        return camera->stream.format->layout;
+    }
+    return daemon->rig.profile.bridge ? RAW_BAYER_GRBG : RAW_RGB;
+}
+
+static const struct v4l2_stream *lender(const struct daemon *daemon, unsigned side) {
+    const struct v4l2_camera *camera = daemon->cameras[side];
+    return camera != NULL && camera->stream.lends ? &camera->stream : NULL;
+}
+
+/// Images for which frames of one camera take memory: none for those that the driver has room for.
+static unsigned images_of(const struct daemon *daemon, unsigned side, unsigned frames) {
+    const struct v4l2_stream *stream = lender(daemon, side);
+    return stream != NULL ? v4l2_stream_missing(stream, frames) : frames;
+}
+
 int room_check_frames(const struct command_call *call, const struct room_frames *frames) {
     enum { STEP_PX = 16 };  // sensors accept multiples of 2 * skip
     const struct rig *rig = call->rig;
     const struct room room = room_check_now(daemon_of(call));
-    const double values = rig->profile.bridge ? 1 : 3;  // only others deliver colours
+    const struct raw_image image = {.width_px = rig->format.width_px,
+                                    .layout = room_check_layout(daemon_of(call))};
     const double image_bytes =
-        (double)rig->format.width_px * rig->format.height_px * values * sizeof(uint16_t);
+        (double)raw_image_row_values(&image) * rig->format.height_px * sizeof(uint16_t);
     const struct room need = need_of(frames, image_bytes);
     if (room_fits(&room, &need)) {
         return 0;
@@ -80,30 +101,52 @@ int room_check_frames(const struct command_call *call, const struct room_frames 
     return refuse(call, &room, &need, advice);
 }
 
-int room_check_pair(const struct command_call *call, const struct pair_options *options,
-                    bool named) {
+/// Images of memory that a pair takes.
+static unsigned images_of_pair(const struct daemon *daemon, const struct pair_options *options) {
+    enum { MERGED_IMAGES = 4 };  // the left one, the right one, and its sums of 4 bytes
+    const bool bridge = daemon->rig.profile.bridge;
+    if (options->average != 0 || options->bracket != 0) {
+        // A frame that is copied is gone before the right one is made.
+        return MERGED_IMAGES +
+               (lender(daemon, RIG_LEFT) != NULL ? images_of(daemon, RIG_LEFT, 1) : 0);
+    }
+    const unsigned left = options->check_static ? 2 : 1;
+    return bridge ? images_of(daemon, RIG_LEFT, left + 1)
+                  : images_of(daemon, RIG_LEFT, left) + images_of(daemon, RIG_RIGHT, 1);
+}
+
+static int check_pair(const struct command_call *call, const struct pair_options *options,
+                      bool named) {
     enum { TEXT_BYTES = 1 << 16 };  // index and calibration of a pair's session
-    struct daemon *daemon = daemon_of(call);
-    // Two merged from several: the left one, the right one's sums of 4 bytes, and a frame.
-    const bool merged = options->average != 0 || options->bracket != 0;
-    const bool third = options->check_static || !daemon->rig.profile.bridge;
+    const struct daemon *daemon = daemon_of(call);
     const bool recording = daemon->session.recording;
     const struct room_frames frames = {
         // In a recording two copies wait for the disk.
-        .memory_images = RIG_SIDES +
-                         (merged  ? 2
-                          : third ? 1
-                                  : 0) +
-                         (recording ? 2 : 0),
+        .memory_images = images_of_pair(daemon, options) + (recording ? 2 : 0),
         .files_images = recording || named ? RIG_SIDES : 0,
         .fixed = {.memory_bytes = sizeof(struct captured_pair),
                   .files_bytes = recording || named ? TEXT_BYTES : 0}};
-    int error = room_check_frames(call, &frames);
+    return room_check_frames(call, &frames);
+}
+
+int room_check_pair(const struct command_call *call, const struct pair_options *options,
+                    bool named) {
+    int error = check_pair(call, options, named);
     if (error == ERROR_MEMORY) {
-        last_pair_set(&daemon->last_pair, NULL);
-        error = room_check_frames(call, &frames);
+        last_pair_set(&daemon_of(call)->last_pair, NULL);
+        error = check_pair(call, options, named);
     }
     return error;
+}
+
+unsigned room_check_look_images(const struct command_call *call, bool whole) {
+    const struct daemon *daemon = daemon_of(call);
+    if (!daemon->rig.profile.bridge) {
+        return images_of(daemon, RIG_LEFT, 1) + images_of(daemon, RIG_RIGHT, 1);
+    }
+    const struct v4l2_stream *stream = lender(daemon, RIG_LEFT);
+    return (whole ? RIG_SIDES : 0) +
+           (stream != NULL ? v4l2_stream_missing(stream, V4L2_STREAM_BUFFERS_MIN) : 0);
 }
 
 int room_check_recording(const struct command_call *call) {

@@ -15,6 +15,9 @@ struct room room_check_now(const struct daemon *daemon);
 /// `advice` (NULL: none).
 int room_check(const struct command_call *call, const struct room *need, const char *advice);
 
+/// The layout of frames; if it is not known, that of which they take most memory.
+enum raw_layout room_check_layout(const struct daemon *daemon);
+
 /// What frames need: images in memory and in files, and bytes that do not depend on their size.
 struct room_frames {
     double memory_images, files_images;
@@ -32,5 +35,9 @@ int room_check_pair(const struct command_call *call, const struct pair_options *
 
 /// The same for a recording with a few commands. Its frames are checked as they come.
 int room_check_recording(const struct command_call *call);
+
+/// Images of memory that a frame of each camera takes for `view`, for which the stream restarts
+/// behind the bridge. There they have the size of the window only if `whole`.
+unsigned room_check_look_images(const struct command_call *call, bool whole);
 
 #endif

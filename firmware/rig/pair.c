@@ -47,8 +47,8 @@ static struct pair_window window_of(const struct rig *rig, unsigned side) {
     return (struct pair_window){window->column_px, window->row_px, window->skip};
 }
 
-// Keeps a frame that was taken if it is complete, in place of that in `out`, with all its
-// information but the axes; else releases it.
+// Keeps a frame that was taken if it is complete, with all its information but the axes; else
+// releases it. `out` has no image.
 static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *frame,
                       struct pair_frame *out) {
     const int error = rig_camera_check_size(rig, side, &frame->image);
@@ -57,7 +57,7 @@ static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *f
         return error;
     }
     INVARIANT(frame->image.stride >= (ptrdiff_t)raw_image_row_values(&frame->image));
-    raw_image_release(&out->image);
+    INVARIANT(out->image.release == NULL);
     *out = (struct pair_frame){
         .image = frame->image,
         .window = window_of(rig, side),
@@ -73,6 +73,8 @@ static int keep_frame(struct rig *rig, unsigned side, struct hal_camera_frame *f
 int pair_take_frame(struct rig *rig, unsigned side, uint64_t not_before_us,
                     struct pair_frame *out) {
     struct hal_camera_frame frame = {.faults = 0};
+    // One frame less in memory while the next one arrives.
+    raw_image_release(&out->image);
     for (int attempt = 0; attempt < FRAME_ATTEMPTS; attempt++) {
         int error = rig_camera_take(rig, side, not_before_us, &frame);
         if (error != ERROR_OK) {
@@ -148,6 +150,7 @@ static bool are_apart(const struct rig *rig, const struct pair_frame frames[RIG_
 // Takes both frames of one pulse. `faults`: of each frame.
 static int take_pulse(struct rig *rig, struct pair_frame frames[RIG_SIDES],
                       uint32_t faults[RIG_SIDES]) {
+    pair_release(frames);
     int error = trigger_fire(rig);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         struct hal_camera_frame frame;

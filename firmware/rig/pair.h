@@ -121,7 +121,8 @@ void pair_frame_assess(struct pair_frame *frame);
 
 // ---- for rig/ only
 
-/// Takes one complete frame of a camera, in place of that in `out`, without axes.
+/// Takes one complete frame of a camera, in place of that in `out`, which is released first,
+/// without axes.
 int pair_take_frame(struct rig *rig, unsigned side, uint64_t not_before_us, struct pair_frame *out);
 
 /// ERROR_MOVED, with its message, if more of a camera's picture changed than noise explains.

@@ -85,8 +85,6 @@ static int read_black(struct rig *rig, unsigned side, uint16_t *black) {
 }
 
 static int take(struct merging *self, unsigned side, struct pair_frame *frame) {
-    // One frame less in memory while the next one arrives.
-    raw_image_release(&frame->image);
     const int error = pair_take_frame(self->rig, side, rig_now_us(self->rig), frame);
     self->last_begin_us = error == ERROR_OK ? frame->begin_us : self->last_begin_us;
     return error;

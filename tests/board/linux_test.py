@@ -17,6 +17,7 @@ from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, STOP, STOP_ALL, 
 SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
 RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
 SAFE_LIMIT_S = 3
+FULL_PAIR_LIMIT_MB = 16
 PARTS = {"FPGA bridge", "left sensor", "right sensor", "left camera", "right camera", "left servo",
          "right servo", "left lens", "right lens", "bridge's reset line", "bridge's interrupt line"}
 
@@ -118,6 +119,9 @@ class Linux(LinuxTest):
             if len(times) == 1:
                 pair = self.on_board("capture")
         self.assertEqual((pair["left"]["width"], pair["right"]["height"]), (2048, 1536))
+        # The pair stays in the driver's two buffers.
+        memory = self.on_board("system")["memory"]
+        self.assertLess(memory["daemon"], FULL_PAIR_LIMIT_MB * 1e6 / 2 ** 20, memory)
         (guest_s, host_s), (guest_end_s, host_end_s) = times
         self.assertLess(guest_end_s - guest_s, (host_end_s - host_s) / 2)
         self.assertEqual(self.complaints(), "")

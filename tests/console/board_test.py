@@ -65,11 +65,19 @@ class Board(DeviceTest):
     def serve_board(self, *lines):
         """Starts the daemon on the devices of a board that drives a simulated rig. Frames are
         small, as each sensor row takes time to simulate."""
+        os.environ["VERGENCE_MEMINFO"] = self.place("meminfo")
+        self.addCleanup(os.environ.pop, "VERGENCE_MEMINFO")
+        self.state(1 << 40)
         script = [f"rig {self.simulate('board.sock')}", "rig i2c /dev/i2c-1",
                   "rig video /dev/video0", "rig serial /dev/ttyS1",
                   f"rig gpio /dev/gpiochip0 {RESET_LINE} {IRQ_LINE}", *lines]
         self.serve("\n".join(script) + "\n", "profile=rig", "rig.width=160px",
                    "rig.height=120px", f"reset_line={RESET_LINE}", f"irq_line={IRQ_LINE}")
+
+    def state(self, free_bytes):
+        """States the memory that is free."""
+        with open(self.place("meminfo"), "w", encoding="ascii") as file:
+            file.write(f"MemAvailable: {free_bytes // 1024} kB\n")
 
     def calls(self, name):
         """The recorded calls, with the rig's own times."""
@@ -156,6 +164,17 @@ class Everything(Board):
         self.assertAlmostEqual(self.asked("pan 3 right=-3")["left"], 3, delta=0.01)
         self.asked("capture")
         self.assertEqual(self.asked("safe")["state"], "safe")
+
+
+class Memory(Board):
+    def test_pairs_in_the_drivers_buffers_need_no_other_memory(self):
+        self.serve_board()
+        self.asked("bringup")
+        self.assertEqual(self.asked("system")["memory"]["driver_buffers"], 4)
+        self.state((1 << 20) + 50_000)  # the reserve, and one frame, which the fake kernel makes
+        for line in ("capture", "capture", "capture static=yes"):
+            self.asked(line)
+        self.assertNotRegex(self.output_text(), "warning|error")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ static uint32_t frame_bytes(const struct fake_video_format *format) {
 
 /// The buffer's offset in the device's memory.
 static size_t offset_of(const struct fake_video *self, unsigned index) {
-    return index * self->buffer_bytes;
+    return self->memory_begin + index * self->buffer_bytes;
 }
 
 static struct fake_video_control *control_of(struct fake_video *self, uint32_t id) {
@@ -106,7 +106,7 @@ static uint32_t readout_us(const struct fake_video *self) {
 static void deliver(struct fake_video *self, uint64_t end_us) {
     const uint32_t sequence = self->sequence++;
     const bool lost = self->lose_every != 0 && (sequence + 1) % self->lose_every == 0;
-    if (self->queued_count == 0 || lost) {
+    if (self->queued_count <= self->keeps_buffers || lost) {
         return;
     }
     size_t bytes = frame_bytes(&self->format);
@@ -209,13 +209,17 @@ static int request_buffers(struct fake_video *self, struct v4l2_requestbuffers *
     if (self->on) {
         return -EBUSY;
     }
+    // Buffers that are still mapped keep their memory, and what was in it.
+    self->memory_begin += self->keeps_orphans ? self->count * self->buffer_bytes : 0;
     const unsigned max = self->buffers_max;
     request->count = request->count < max ? request->count : max;
+    request->capabilities = V4L2_BUF_CAP_SUPPORTS_MMAP |
+                            (self->keeps_orphans ? V4L2_BUF_CAP_SUPPORTS_ORPHANED_BUFS : 0);
     self->count = request->count;
     self->queued_count = self->done_count = 0;
     self->buffer_bytes =
         (frame_bytes(&self->format) + PAGE_BYTES - 1) / PAGE_BYTES * (size_t)PAGE_BYTES;
-    const size_t bytes = self->count * self->buffer_bytes;
+    const size_t bytes = offset_of(self, self->count);
     return syscall(SYS_ftruncate, self->fd, (off_t)bytes) == 0 ? 0 : -errno;
 }
 
@@ -388,6 +392,7 @@ struct fake_video *fake_video_add(const char *path, uint32_t fourcc, uint32_t wi
         .capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING,
         .formats = {{fourcc, width_px, height_px, 0}},
         .buffers_max = FAKE_VIDEO_BUFFERS,
+        .keeps_orphans = true,
         .frame_us = 33333,
         .first_us = 33333,
         .reports_frame_time = true,

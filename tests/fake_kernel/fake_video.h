@@ -31,6 +31,8 @@ struct fake_video {
     struct fake_video_format formats[FAKE_VIDEO_FORMATS];
     struct fake_video_control controls[FAKE_VIDEO_CONTROLS];
     unsigned buffers_max;         ///< maximum number of buffers
+    unsigned keeps_buffers;       ///< it fills a buffer only if so many others are queued
+    bool keeps_orphans;           ///< a mapped buffer outlives its release, as since Linux 5.0
     uint32_t frame_us;            ///< frame interval
     uint32_t first_us;            ///< from STREAMON to the end of the first frame
     bool reports_frame_time;      ///< VIDIOC_G_PARM
@@ -59,7 +61,7 @@ struct fake_video {
     void *user;
     // ---
     struct fake_video_format format;
-    size_t buffer_bytes;
+    size_t buffer_bytes, memory_begin;  ///< of the device's memory: that of the first buffer
     unsigned count, queued_count, done_count;
     unsigned queued[FAKE_VIDEO_BUFFERS];
     struct v4l2_buffer done[FAKE_VIDEO_BUFFERS];

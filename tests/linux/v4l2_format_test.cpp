@@ -222,10 +222,10 @@ TEST_CASE("YUYV of an odd width needs a complete last pair of pixels") {
     const std::vector<uint8_t> bytes(kRows * kWhole, 128);
     uint16_t values[3 * kOdd * kRows];
     v4l2_pixels_source source = {bytes.data(), bytes.size(), kWhole, kOdd, kRows, true};
-    CHECK(v4l2_pixels_convert(format, &source, values) == 0);
+    CHECK(v4l2_pixels_convert(format, &source, values, 3 * kOdd) == 0);
     CHECK(values[3 * kOdd * kRows - 1] == 128);
     source.bytes -= 2;
-    CHECK(v4l2_pixels_convert(format, &source, values) == HAL_CAMERA_SHORT);
+    CHECK(v4l2_pixels_convert(format, &source, values, 3 * kOdd) == HAL_CAMERA_SHORT);
     CHECK(values[3 * kOdd * kRows - 1] == 0);
     // A driver that announces less is rejected before anything is read.
     const Kernel kernel;

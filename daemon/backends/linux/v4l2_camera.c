@@ -51,6 +51,14 @@ static void begin_waiting(struct v4l2_camera *self) {
     self->timeout_us = default_us > FIRST_FRAME_US ? default_us : FIRST_FRAME_US;
 }
 
+/// The same for a stream that was interrupted: the number of lost frames is unknown, but at least
+/// one.
+static void begin_after_gap(struct v4l2_camera *self) {
+    begin_waiting(self);
+    self->sequence++;
+    self->counts.gaps++;
+}
+
 /// Reopens an unplugged camera: plugged in again it is another file of the same name.
 static int open_again(struct v4l2_camera *self, struct message *message) {
     v4l2_stream_close(&self->stream);
@@ -146,10 +154,7 @@ static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
             return error;
         }
     }
-    begin_waiting(self);
-    // The number of lost frames is unknown, but at least one.
-    self->sequence++;
-    self->counts.gaps++;
+    begin_after_gap(self);
     return ERROR_OK;
 }
 
@@ -164,6 +169,10 @@ static int next_filled(struct v4l2_camera *self, uint64_t deadline_us, int *trie
             error = v4l2_stream_next(&self->stream, lost_us < deadline_us ? lost_us : deadline_us,
                                      filled);
             if (error == ERROR_TIMEOUT && lost_us < deadline_us) {
+                // The driver may need more buffers than lent frames leave it.
+                const unsigned left = v4l2_stream_left(&self->stream);
+                self->stream.copies = self->stream.copies ||
+                                      (left < V4L2_STREAM_BUFFERS_MIN && left < self->stream.count);
                 message_set(&self->stream.last_error, 0, "no frame for %u ms",
                             self->timeout_us / 1000);
                 error = ERROR_IO;
@@ -215,7 +224,7 @@ static void set_times(const struct v4l2_camera *self, const struct v4l2_stream_f
     frame->begin_us = whole_us > frame_us ? whole_us - frame_us : 0;
 }
 
-/// Converts the driver's buffer into an image of its own: the frame's only copy.
+/// Makes an image of the driver's buffer: in it, or the frame's only copy.
 static int convert(struct v4l2_camera *self, const struct v4l2_stream_filled *filled,
                    struct hal_camera_frame *frame) {
     const struct v4l2_pixels *format = self->stream.format;
@@ -223,12 +232,14 @@ static int convert(struct v4l2_camera *self, const struct v4l2_stream_filled *fi
                                       .height_px = self->format.height_px,
                                       .bits = format->bits,
                                       .layout = format->layout};
-    uint16_t *pixels = raw_memory_allocate(&frame->image);
+    uint16_t *pixels = self->stream.lends
+                           ? v4l2_stream_lend(&self->stream, filled->index, &frame->image)
+                           : raw_memory_allocate(&frame->image);
     if (pixels == NULL) {
         report(self, HAL_LOG_ERROR, "out of memory for its frames (try smaller frames)");
         return ERROR_MEMORY;
     }
-    frame->faults = v4l2_pixels_convert(format, &filled->pixels, pixels);
+    frame->faults = v4l2_pixels_convert(format, &filled->pixels, pixels, frame->image.stride);
     frame->faults |= filled->damaged ? HAL_CAMERA_DAMAGED : 0;
     frame->sequence = self->sequence;
     self->counts.frames++;
@@ -239,6 +250,9 @@ static int convert(struct v4l2_camera *self, const struct v4l2_stream_filled *fi
 /// Returns a buffer to the driver. If the driver refuses it the stream is broken, and is restarted
 /// before the next frame.
 static int requeue(struct v4l2_camera *self, unsigned index) {
+    if (v4l2_stream_is_lent(&self->stream, index)) {
+        return ERROR_OK;  // queued by `supply` when its frame is gone
+    }
     const int error = v4l2_stream_queue(&self->stream, index);
     if (error == ERROR_IO) {
         const struct message last_error = self->stream.last_error;
@@ -249,9 +263,34 @@ static int requeue(struct v4l2_camera *self, unsigned index) {
     return error;
 }
 
+/// Gives the driver the buffers of frames that are gone; new ones if it has none.
+static int supply(struct v4l2_camera *self) {
+    struct v4l2_stream *stream = &self->stream;
+    unsigned queued = 0;
+    int error = ERROR_OK;
+    for (unsigned i = 0; error == ERROR_OK && i < stream->count; i++) {
+        error = stream->buffers[i].queued ? ERROR_OK : requeue(self, i);
+        queued += stream->buffers[i].queued;
+    }
+    if (error != ERROR_OK || queued > 0 || !stream->on) {
+        return error;
+    }
+    error = v4l2_stream_renew(stream);
+    if (error == ERROR_OK) {
+        begin_after_gap(self);
+    } else if (error == ERROR_MEMORY) {
+        report(self, HAL_LOG_ERROR, stream->last_error.text);
+    }
+    return error == ERROR_IO ? ERROR_OK : error;  // it is restarted
+}
+
 static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t deadline_us,
                     struct hal_camera_frame *frame) {
     int tries = 0;
+    const int supplied = supply(self);
+    if (supplied != ERROR_OK) {
+        return supplied;
+    }
     for (;;) {
         struct v4l2_stream_filled filled;
         int error = next_filled(self, deadline_us, &tries, &filled);
@@ -268,7 +307,7 @@ static int take_one(struct v4l2_camera *self, uint64_t not_before_us, uint64_t d
         const int converted = late_enough ? convert(self, &filled, &got) : ERROR_OK;
         error = requeue(self, filled.index);
         if (late_enough) {
-            // The frame is complete and copied; the next call reports a device that has gone since.
+            // The frame is complete; the next call reports a device that has gone since.
             *frame = got;
             return converted;
         }

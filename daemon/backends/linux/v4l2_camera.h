@@ -5,6 +5,10 @@
 /// its buffers are released, and it is restarted: at most 3 times per call, with increasing pauses,
 /// within the call's deadline. Each restart is counted and logged.
 ///
+/// Frames that need no conversion are lent: they stay in the driver's buffers, of which the driver
+/// gets new ones when all are lent. If its frames cease meanwhile, as it may need more buffers than
+/// that leaves, frames are copied from then on, until the camera is opened again.
+///
 /// An unplugged camera returns ERROR_DEVICE until `start` finds it at its path again.
 ///
 /// Times of frames: a monotonic driver time stamp is exact at one end; the other end is one frame

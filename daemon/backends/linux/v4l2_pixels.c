@@ -88,10 +88,17 @@ static void convert_row(const struct v4l2_pixels *format, const struct v4l2_pixe
     }
 }
 
+bool v4l2_pixels_fit(const struct v4l2_pixels *format, const struct v4l2_pixels_source *layout) {
+    return format->fourcc == V4L2_PIX_FMT_SGRBG10 && layout->bytes_per_line % sizeof(uint16_t) == 0;
+}
+
 uint32_t v4l2_pixels_convert(const struct v4l2_pixels *format,
-                             const struct v4l2_pixels_source *source, uint16_t *values) {
+                             const struct v4l2_pixels_source *source, uint16_t *values,
+                             ptrdiff_t stride) {
     const size_t row_values = v4l2_pixels_row_values(format, source->width_px);
+    INVARIANT(stride >= (ptrdiff_t)row_values);
     if (format->bytes_per_pixel == 0) {
+        INVARIANT(stride == (ptrdiff_t)row_values);
         return v4l2_jpeg_decode(source->data, source->bytes, source->width_px, source->height_px,
                                 values)
                    ? 0
@@ -102,10 +109,11 @@ uint32_t v4l2_pixels_convert(const struct v4l2_pixels *format,
     uint32_t faults = 0;
     for (size_t y = 0; y < source->height_px; y++) {
         const size_t at = y * source->bytes_per_line;
+        uint16_t *row = values + (ptrdiff_t)y * stride;
         if (at + row_bytes <= source->bytes) {
-            convert_row(format, source, source->data + at, values + y * row_values);
+            convert_row(format, source, source->data + at, row);
         } else {
-            memset(values + y * row_values, 0, row_values * sizeof *values);
+            memset(row, 0, row_values * sizeof *row);
             faults = HAL_CAMERA_SHORT;
         }
     }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Converts a V4L2 buffer to the values of a frame.
 ///
-/// Frames are copied once, here, not used in the driver's memory, which is often uncached,
-/// disappears on a restart, and may contain bits above those of the format. So the driver gets its
-/// buffer back at once, and no value exceeds 2^bits - 1.
+/// Frames are copied once, here, or converted in the driver's memory if they fit into it. It may
+/// contain bits above those of the format: afterwards no value exceeds 2^bits - 1.
 #ifndef VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_PIXELS_H
 #define VERGENCE_DAEMON_BACKENDS_LINUX_V4L2_PIXELS_H
 
@@ -46,11 +45,17 @@ size_t v4l2_pixels_row_values(const struct v4l2_pixels *format, uint16_t width_p
 /// of an odd row.
 size_t v4l2_pixels_row_bytes(const struct v4l2_pixels *format, uint32_t width_px);
 
-/// Fills `values` (height_px rows of `v4l2_pixels_row_values`, without gaps) and returns faults as
-/// in hal_camera_frame: HAL_CAMERA_SHORT if bytes are missing (incomplete rows are 0),
-/// HAL_CAMERA_DAMAGED if decoding failed. YUYV is converted by BT.601, which webcams use.
+/// Whether the values take the place of the bytes that they are made from.
+bool v4l2_pixels_fit(const struct v4l2_pixels *format, const struct v4l2_pixels_source *layout);
+
+/// Fills `values` (height_px rows of `v4l2_pixels_row_values`, `stride` values from one to the
+/// next) and returns faults as in hal_camera_frame: HAL_CAMERA_SHORT if bytes are missing
+/// (incomplete rows are 0), HAL_CAMERA_DAMAGED if decoding failed. YUYV is converted by BT.601,
+/// which webcams use. Where they fit, `values` may be the source's data. Compressed formats have
+/// rows without gaps.
 uint32_t v4l2_pixels_convert(const struct v4l2_pixels *format,
-                             const struct v4l2_pixels_source *source, uint16_t *values);
+                             const struct v4l2_pixels_source *source, uint16_t *values,
+                             ptrdiff_t stride);
 
 #ifdef __cplusplus
 }

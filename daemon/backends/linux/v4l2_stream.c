@@ -5,6 +5,8 @@
 #include <fcntl.h>
 #include <linux/videodev2.h>
 #include <poll.h>
+#include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
@@ -23,6 +25,20 @@ enum { EMPTY_ANSWERS_MAX = 8 };
 enum { FRAMES_BESIDE = 6 };
 
 static const double bytes_per_mb = 1e6;
+
+struct v4l2_stream_mapping {
+    void *data;
+    size_t bytes;
+    atomic_uint users;  // the stream, and an image
+};
+
+static void end_use(void *owner) {
+    struct v4l2_stream_mapping *mapping = owner;
+    if (atomic_fetch_sub(&mapping->users, 1) == 1) {
+        munmap(mapping->data, mapping->bytes);
+        free(mapping);
+    }
+}
 
 /// Records what failed and returns the error for errno.
 static int fail(struct v4l2_stream *self, const char *what) {
@@ -158,6 +174,9 @@ static int request_buffers(struct v4l2_stream *self, unsigned count, unsigned *g
         return fail(self, "REQBUFS");
     }
     *given = request.count;
+    // A driver that does not keep what is mapped refuses to release it.
+    self->lends = count > 0 && !self->copies && v4l2_pixels_fit(self->format, &self->layout) &&
+                  (request.capabilities & V4L2_BUF_CAP_SUPPORTS_ORPHANED_BUFS) != 0;
     return ERROR_OK;
 }
 
@@ -175,8 +194,14 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
                            "the driver's buffers have %u bytes, a frame needs %zu", buffer.length,
                            min);
     }
-    void *data = mmap(NULL, buffer.length, PROT_READ, MAP_SHARED, self->fd, (off_t)buffer.m.offset);
+    struct v4l2_stream_mapping *mapping = malloc(sizeof *mapping);
+    if (mapping == NULL) {
+        return message_set(&self->last_error, ERROR_MEMORY, "out of memory");
+    }
+    void *data = mmap(NULL, buffer.length, self->lends ? PROT_READ | PROT_WRITE : PROT_READ,
+                      MAP_SHARED, self->fd, (off_t)buffer.m.offset);
     if (data == MAP_FAILED) {
+        free(mapping);
         return errno == ENODEV || errno == EINVAL || errno == ENOSYS || errno == EPERM
                    ? message_set(&self->last_error, ERROR_UNSUPPORTED,
                                  "cannot map its memory: %s (without an MMU the driver must "
@@ -184,7 +209,11 @@ static int map_buffer(struct v4l2_stream *self, unsigned index) {
                                  strerror(errno))
                    : fail(self, "mmap");
     }
-    self->buffers[index] = (struct v4l2_stream_buffer){.data = data, .bytes = buffer.length};
+    mapping->data = data;
+    mapping->bytes = buffer.length;
+    atomic_init(&mapping->users, 1);
+    self->buffers[index] =
+        (struct v4l2_stream_buffer){.data = data, .bytes = buffer.length, .mapping = mapping};
     self->count = index + 1;
     return ERROR_OK;
 }
@@ -201,15 +230,15 @@ int v4l2_stream_queue(struct v4l2_stream *self, unsigned index) {
     return ERROR_OK;
 }
 
-/// As many buffers as leave room for what is made from them: the last pair, one being taken, and
-/// files in memory or a surface. Fewer than 2: not even two fit, without which the driver has no
-/// room for the next frame.
+/// As many buffers as leave room for other frames: the last pair, one being taken, and files in
+/// memory or a surface. Fewer than the minimum: not even so many fit, without which the driver has
+/// no room for the next frame.
 static unsigned count_buffers(const struct v4l2_stream *self, uint64_t free_bytes) {
     const uint64_t buffer_bytes = self->buffer_bytes;
     const uint64_t frame_bytes = v4l2_pixels_row_values(self->format, self->layout.width_px) *
                                  self->layout.height_px * sizeof(uint16_t);
     unsigned count = V4L2_STREAM_BUFFERS;
-    while (count > 2 &&
+    while (count > V4L2_STREAM_BUFFERS_MIN &&
            count * buffer_bytes + FRAMES_BESIDE * frame_bytes + RAW_MEMORY_RESERVE_BYTES >
                free_bytes) {
         count--;
@@ -217,23 +246,27 @@ static unsigned count_buffers(const struct v4l2_stream *self, uint64_t free_byte
     return count * buffer_bytes + RAW_MEMORY_RESERVE_BYTES <= free_bytes ? count : 1;
 }
 
+static int check_memory(struct v4l2_stream *self, unsigned *wanted) {
+    const uint64_t free_bytes = memory_available_bytes();
+    *wanted = count_buffers(self, free_bytes);
+    return *wanted >= V4L2_STREAM_BUFFERS_MIN
+               ? ERROR_OK
+               : message_set(&self->last_error, ERROR_MEMORY,
+                             "out of memory: the driver needs two buffers of %.1f MB, %.1f MB are "
+                             "free (try smaller frames)",
+                             self->buffer_bytes / bytes_per_mb, (double)free_bytes / bytes_per_mb);
+}
+
 /// Requests and maps the buffers and starts the stream. On an error what was created remains.
 static int turn_on(struct v4l2_stream *self) {
-    const uint64_t free_bytes = memory_available_bytes();
-    const unsigned wanted = count_buffers(self, free_bytes);
-    unsigned given = 0;
-    if (wanted < 2) {
-        return message_set(&self->last_error, ERROR_MEMORY,
-                           "out of memory: the driver needs two buffers of %.1f MB, %.1f MB are "
-                           "free (try smaller frames)",
-                           self->buffer_bytes / bytes_per_mb, (double)free_bytes / bytes_per_mb);
-    }
-    int error = request_buffers(self, wanted, &given);
+    unsigned wanted = 0, given = 0;
+    int error = check_memory(self, &wanted);
+    error = error == ERROR_OK ? request_buffers(self, wanted, &given) : error;
     if (error != ERROR_OK) {
         return error;
     }
     // With one buffer the driver has no room for the next frame.
-    if (given < 2) {
+    if (given < V4L2_STREAM_BUFFERS_MIN) {
         return message_set(&self->last_error, ERROR_IO,
                            "the driver has memory for only %u frames (try smaller frames)", given);
     }
@@ -311,8 +344,7 @@ int v4l2_stream_off(struct v4l2_stream *self) {
     }
     self->on = false;
     for (unsigned i = 0; i < self->count; i++) {
-        // The address came from mmap; only its type is const.
-        munmap((void *)(uintptr_t)self->buffers[i].data, self->buffers[i].bytes);
+        end_use(self->buffers[i].mapping);
     }
     memset(self->buffers, 0, sizeof self->buffers);
     self->count = 0;
@@ -374,4 +406,43 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
         }
     }
     return message_set(&self->last_error, ERROR_IO, "the driver reports frames but delivers none");
+}
+
+uint16_t *v4l2_stream_lend(struct v4l2_stream *self, unsigned index, struct raw_image *image) {
+    INVARIANT(self->lends && index < self->count && !self->buffers[index].queued);
+    struct v4l2_stream_mapping *mapping = self->buffers[index].mapping;
+    const unsigned users = atomic_fetch_add(&mapping->users, 1);
+    INVARIANT(users == 1);
+    image->data = mapping->data;
+    image->stride = (ptrdiff_t)(self->layout.bytes_per_line / sizeof(uint16_t));
+    image->release = end_use;
+    image->owner = mapping;
+    return mapping->data;
+}
+
+bool v4l2_stream_is_lent(const struct v4l2_stream *self, unsigned index) {
+    INVARIANT(index < self->count);
+    return atomic_load(&self->buffers[index].mapping->users) > 1;
+}
+
+int v4l2_stream_renew(struct v4l2_stream *self) {
+    unsigned wanted = 0;
+    int error = check_memory(self, &wanted);
+    error = error == ERROR_OK ? v4l2_stream_off(self) : error;
+    return error == ERROR_OK ? v4l2_stream_on(self) : error;
+}
+
+unsigned v4l2_stream_left(const struct v4l2_stream *self) {
+    unsigned left = 0;
+    for (unsigned i = 0; i < self->count; i++) {
+        left += !v4l2_stream_is_lent(self, i);
+    }
+    return left;
+}
+
+unsigned v4l2_stream_missing(const struct v4l2_stream *self, unsigned frames) {
+    const unsigned left = v4l2_stream_left(self);
+    const unsigned missing = frames > left ? frames - left : 0;
+    return (missing + V4L2_STREAM_BUFFERS_MIN - 1) / V4L2_STREAM_BUFFERS_MIN *
+           V4L2_STREAM_BUFFERS_MIN;
 }

@@ -15,13 +15,17 @@
 extern "C" {
 #endif
 
-/// Buffers requested: so many that three pairs have room beside them, at least 2 and at most
-/// V4L2_STREAM_BUFFERS. A driver may give a different number, up to the maximum.
-enum { V4L2_STREAM_BUFFERS = 4, V4L2_STREAM_BUFFERS_MAX = 8 };
+/// Buffers requested: so many that three pairs have room beside them, at least the minimum and at
+/// most V4L2_STREAM_BUFFERS. A driver may give a different number, up to the maximum.
+enum { V4L2_STREAM_BUFFERS_MIN = 2, V4L2_STREAM_BUFFERS = 4, V4L2_STREAM_BUFFERS_MAX = 8 };
+
+/// A mapping, which ends when neither the stream nor a lent frame uses it.
+struct v4l2_stream_mapping;
 
 struct v4l2_stream_buffer {
-    const uint8_t *data;  ///< mapped
+    const uint8_t *data;
     size_t bytes;
+    struct v4l2_stream_mapping *mapping;
     uint64_t queued_us;  ///< when it was last queued
     bool queued;
 };
@@ -37,6 +41,8 @@ struct v4l2_stream {
     struct v4l2_stream_buffer buffers[V4L2_STREAM_BUFFERS_MAX];
     unsigned count;
     bool on;
+    bool lends;                 ///< frames may stay in its buffers, see v4l2_stream_lend
+    bool copies;                ///< frames are copied in any case; set by the caller
     struct message last_error;  ///< the last error, without the device's name
 };
 
@@ -72,6 +78,20 @@ int v4l2_stream_next(struct v4l2_stream *self, uint64_t deadline_us,
                      struct v4l2_stream_filled *filled);
 /// Queues a buffer for the driver. ERROR_DEVICE; ERROR_IO.
 int v4l2_stream_queue(struct v4l2_stream *self, unsigned index);
+
+/// Makes a buffer that was filled the pixels of an image, and returns where they are. The buffer
+/// may be queued again after raw_image_release. The pixels are there until then, even if the stream
+/// is stopped or closed. Only if it lends.
+uint16_t *v4l2_stream_lend(struct v4l2_stream *self, unsigned index, struct raw_image *image);
+/// Whether an image has this buffer.
+bool v4l2_stream_is_lent(const struct v4l2_stream *self, unsigned index);
+/// Leaves all buffers to their images and continues with others. ERROR_MEMORY: there is no room for
+/// them, and nothing has changed; else as v4l2_stream_on.
+int v4l2_stream_renew(struct v4l2_stream *self);
+/// Buffers that no image has.
+unsigned v4l2_stream_left(const struct v4l2_stream *self);
+/// Buffers for which the driver takes memory before it has lent so many more frames.
+unsigned v4l2_stream_missing(const struct v4l2_stream *self, unsigned frames);
 
 #ifdef __cplusplus
 }
