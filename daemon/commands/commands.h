@@ -80,6 +80,11 @@ void commands_calibration_instrument(const struct command_call *call,
 int commands_calibration_of_pair(const struct command_call *call, struct captured_pair *captured,
                                  bool accepted);
 
+/// The saved calibration of all zooms, to be freed. ERROR_MISSING, with the call's message: none is
+/// saved, or one of a single state. The rig's thread only.
+struct zoom_calibration;
+int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom);
+
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
 /// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
 int commands_calibration_put_state(const struct command_call *call);

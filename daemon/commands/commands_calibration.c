@@ -241,6 +241,25 @@ static int read_lenses(const struct command_call *call) {
     return error;
 }
 
+int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom) {
+    struct message message;
+    int error;
+    struct calibration_text *text = load_saved(call, &error);
+    if (text == NULL && error != ERROR_MISSING) {
+        return command_fail_store(call, error, "calibration", "read from");
+    }
+    if (text == NULL || !zoom_calibration_is_text(text->data, text->length)) {
+        free(text);
+        return command_fail(call, ERROR_MISSING,
+                            "this needs a calibration of all zooms, none is saved (\"calibration "
+                            "set instrument.zoom\" first)");
+    }
+    error =
+        calibration_at_read_zoom("the saved calibration", text->data, text->length, zoom, &message);
+    free(text);
+    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+}
+
 /// The identifier of a text, which need not be valid otherwise.
 static bool find_id(const struct calibration_text *text, char id[CALIBRATION_ID_BYTES]) {
     static const char word[] = "\nid ";

@@ -136,8 +136,17 @@ int calibration_at_pair(const char *name, const char *text, size_t length,
                         const struct calibration_match_state *axes, struct calibration *calibration,
                         struct message *message) {
     struct zoom_state state;
-    const int error =
-        zoom_calibration_is_text(text, length) ? calibration_at_axes(axes, &state, message) : 0;
-    return error != ERROR_OK ? error
-                             : calibration_at(name, text, length, &state, calibration, message);
+    if (!zoom_calibration_is_text(text, length)) {
+        return calibration_at(name, text, length, NULL, calibration, message);
+    }
+    int error = calibration_at_axes(axes, &state, message);
+    if (error == ERROR_OK) {
+        error = calibration_at(name, text, length, &state, calibration, message);
+    }
+    for (int side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
+        // The iris too, which does not matter, and how far the axes moved during the pair.
+        memcpy(calibration->origin.side[side].axis, axes->origin.side[side].axis,
+               sizeof axes->origin.side[side].axis);
+    }
+    return error;
 }

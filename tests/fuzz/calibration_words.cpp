@@ -5,9 +5,10 @@
 #include "stereo/geometry/calibration_grammar.h"
 
 int main() {
-    std::printf("\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n",
+    std::printf("\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n",
                 CALIBRATION_GRAMMAR_FIRST_LINE, CALIBRATION_GRAMMAR_FIRST_LINE_2,
-                CALIBRATION_GRAMMAR_CRC, CALIBRATION_GRAMMAR_UNKNOWN, CALIBRATION_GRAMMAR_NO_AXIS);
+                CALIBRATION_GRAMMAR_FIRST_LINE_3, CALIBRATION_GRAMMAR_CRC,
+                CALIBRATION_GRAMMAR_UNKNOWN, CALIBRATION_GRAMMAR_NO_AXIS);
     int count;
     const calibration_field *fields = calibration_grammar_fields(&count);
     for (int i = 0; i < count; i++) {

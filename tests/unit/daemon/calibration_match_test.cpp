@@ -194,6 +194,10 @@ TEST_CASE("the common deviation includes pan, zoom and the calibration's own") {
     CHECK(both_mm > 95);  // 0.3 degrees of two servos at 1.8 m
     CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) == doctest::Approx(both_mm));
     CHECK(calibration_match_sigma_mm(&value, nullptr, 1800) == doctest::Approx(both_mm));
+    calibration included = value;  // a state of a calibration of all zooms
+    included.axes_in_sigma = true;
+    CHECK(calibration_match_sigma_mm(&included, &instrument, 1800) ==
+          doctest::Approx(calibration_depth_sigma_mm(&value, 1800)));
     value.scale_sigma = 0.01;
     CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));

@@ -62,7 +62,7 @@ TEST_CASE("each mistake is named with its line and field") {
     } mistakes[] = {
         {"", ERROR_SYNTAX, 1, ""},
         {"hello\n", ERROR_SYNTAX, 1, ""},
-        {replace(good, "calibration 1", "calibration 3"), ERROR_VERSION, 1, ""},
+        {replace(good, "calibration 1", "calibration 4"), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1", "calibration 1 "), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1\n", "calibration 1\r\n"), ERROR_SYNTAX, 1, ""},
         {replace(good, "640 480\nleft_f", "640 480\r\nleft_f"), ERROR_SYNTAX, 6, "left_size_px"},
@@ -232,10 +232,12 @@ TEST_CASE("baseline and vergence depth of a toed-in rig") {
 TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     int count;
     const calibration_field *fields = calibration_grammar_fields(&count);
-    std::istringstream lines(print(with_origin(example())));
+    calibration whole = with_origin(example());
+    whole.axes_in_sigma = true;
+    std::istringstream lines(print(whole));
     std::string line;
     std::getline(lines, line);
-    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE_2);
+    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE_3);
     for (int i = 0; i < count; i++) {
         std::getline(lines, line);
         CHECK(line.substr(0, line.find(' ')) == fields[i].name);
@@ -247,7 +249,7 @@ TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     CHECK(line.substr(0, 6) == "crc32 ");
 }
 
-TEST_CASE("version 2 says what the pictures were taken with, version 1 does not") {
+TEST_CASE("later versions say what the pictures were taken with, version 1 does not") {
     const calibration value = with_origin(example());
     const std::string text = print(value);
     CHECK(text.find("\ninstrument rig\n") != std::string::npos);
@@ -264,6 +266,16 @@ TEST_CASE("version 2 says what the pictures were taken with, version 1 does not"
     CHECK(parsed.origin.side[1].axis[CALIBRATION_PAN].mean == -3.27);
     CHECK(parsed.origin.side[0].axis[CALIBRATION_ZOOM].spread == 0.5);
     CHECK(parsed.origin.side[0].window.row_px == 384);
+
+    CHECK(text.find(CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n") == 0);
+
+    calibration of_state = value;
+    of_state.axes_in_sigma = true;
+    const std::string third = print(of_state);
+    CHECK(third.find("\naxes_in_sigma yes\ncrc32 ") != std::string::npos);
+    REQUIRE(calibration_parse(third.data(), third.size(), &parsed, nullptr) == ERROR_OK);
+    CHECK(parsed.axes_in_sigma);
+    CHECK(print(parsed) == third);
 
     const std::string old = print(example());
     REQUIRE(calibration_parse(old.data(), old.size(), &parsed, nullptr) == ERROR_OK);

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
+#include "stereo/zoom/zoom_aim.h"
 #include "stereo/zoom/zoom_sigma.h"
 #include "synthetic/zoom_rig.hpp"
 
@@ -94,7 +95,7 @@ TEST_CASE("any state of a zoom calibration is a calibration of one state") {
     CHECK(at.origin.side[1].axis[CALIBRATION_ZOOM].mean == 421.6);
     // 0.3 degrees of both servos.
     CHECK(at.yaw_sigma_rad == doctest::Approx(std::sqrt(2.0) * 0.3 * 0.017453).epsilon(0.1));
-    CHECK(at.scale_sigma < 0.01);
+    CHECK(at.scale_sigma < 0.015);
 }
 
 TEST_CASE("nothing is extrapolated, and the axis is named") {
@@ -186,4 +187,33 @@ TEST_CASE("the uncertainty of depth has its parts") {
     CHECK(variance.motor > 0);
     CHECK(variance.mount > 0);
     CHECK(zoom_variance_sum(&variance) > variance.pan);
+}
+
+TEST_CASE("both cameras are turned to a point, and focused for a distance") {
+    const auto zoomed = zoom_rig::calibration();
+    for (const double right_mm : {-150.0, 0.0, 80.0}) {
+        zoom_state state = zoom_rig::state(600, 1000);
+        double point_mm[3];
+        zoom_point_ahead(zoomed.get(), 1800, right_mm, point_mm);
+        REQUIRE(zoom_aim(zoomed.get(), point_mm, &state, nullptr) == ERROR_OK);
+        for (int side = 0; side < 2; side++) {
+            const auto truth = zoom_rig::truth_at(side, 600, 500, state.side[side].pan_rad, false);
+            double pixel_px[2];
+            project(truth, point_mm, pixel_px);
+            CHECK(pixel_px[0] == doctest::Approx(truth.centre_px[0]).epsilon(1e-3));
+        }
+    }
+    zoom_state state = zoom_rig::state(600, 1000);
+    double point_mm[3];
+    calibration_fault fault{};
+    zoom_point_ahead(zoomed.get(), 250, 0, point_mm);
+    CHECK(zoom_aim(zoomed.get(), point_mm, &state, &fault) == ERROR_RANGE);
+    CHECK(std::string(fault.field) == "left_pan_rad");
+    zoom_point_ahead(zoomed.get(), -500, 0, point_mm);
+    CHECK(zoom_aim(zoomed.get(), point_mm, &state, nullptr) == ERROR_RANGE);
+    for (int side = 0; side < 2; side++) {
+        const double counts = zoom_focus_counts(&zoomed->camera[side], 600, 1800);
+        CHECK(counts ==
+              doctest::Approx(zoom_rig::state(600, 1800).side[side].focus_counts).epsilon(1e-3));
+    }
 }

@@ -8,24 +8,37 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/input_file.h"
+#include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
 #include "stereo/geometry/calibration_grammar.h"
+#include "stereo/zoom/zoom_grammar.h"
 #include "tools/host/commands/commands.hpp"
 #include "tools/host/convert/export.hpp"
+#include "tools/host/convert/export_zoom.hpp"
 #include "tools/host/info/info.hpp"
+#include "tools/host/info/info_zoom.hpp"
 
 namespace {
 
 using json = nlohmann::ordered_json;
 
 struct request {
-    bool json = false, grammar = false, accept_edits = false, rectified = false;
-    const char *convert = nullptr, *out = nullptr;
+    bool json = false, grammar = false, zoom_grammar = false, accept_edits = false,
+         rectified = false;
+    const char *convert = nullptr, *out = nullptr, *at = nullptr;
     int size_px[2] = {0, 0};
     int unit = -1, first_camera = -1, export_format = -1;
 };
+
+/// Files of one state, then tables of all zooms.
+const char *const all_export_formats = "opencv ros kalibr mrcal gyroflow opentrackio";
+const int state_formats = 4;
+
+/// As `vergence calibrate` names a calibration of all zooms.
+const char *const zoom_file_name = "instrument.zoom";
 
 const command_argument options[] = {
     flag_option("json", offsetof(request, json),
@@ -37,9 +50,15 @@ const command_argument options[] = {
         "Write the calibration as the files of another program into the directory of --out: "
         "intrinsics.yml and extrinsics.yml; left.yaml and right.yaml; camchain.yaml; "
         "left.cameramodel "
-        "and right.cameramodel.",
-        export_formats),
+        "and right.cameramodel. From a calibration of all zooms without --at: lens tables, "
+        "left.json "
+        "and right.json.",
+        all_export_formats),
     text_option("out", offsetof(request, out), "DIR", "Where --export writes."),
+    text_option("at", offsetof(request, at), "STATE",
+                "Of a calibration of all zooms: at these axes, zoom=421,focus=540,pan=3.97,"
+                "right_pan=-3.97 (counts and degrees; distance=MM focuses and turns both), or at "
+                "those of a recorded pair, SESSION or SESSION:NUMBER."),
     number_option("size", COMMAND_INTEGER, offsetof(request, size_px), "WIDTHxHEIGHT",
                   "Size of the raw images in pixels, for calibrations that do not state it "
                   "(OpenCV's, some of "
@@ -65,6 +84,8 @@ const command_argument options[] = {
                 "purpose; with --convert the new file gets the right checksum."),
     flag_option("grammar", offsetof(request, grammar),
                 "Print the table of fields of our calibration text and exit."),
+    flag_option("zoom-grammar", offsetof(request, zoom_grammar),
+                "The same for a calibration of all zooms."),
 };
 
 const int files_max = 256;
@@ -84,6 +105,8 @@ const option_page page_of_command = {
     "vergence info rig.txt\n"
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
     "vergence info rig.txt --export ros --out camera_info/\n"
+    "vergence info instrument.zoom --at zoom=421,distance=1800 --convert rig.txt\n"
+    "vergence info instrument.zoom --export gyroflow --out lenses/\n"
     "vergence info results/ --json\n"
     "vergence info files/scene",
     options,
@@ -143,7 +166,12 @@ bool write_calibration(const std::string &path, const calibration &value, const 
     if (asked.out != nullptr) {
         std::vector<std::string> paths;
         std::string loss;
-        const std::string format = choice_text(export_formats, asked.export_format);
+        const std::string format = choice_text(all_export_formats, asked.export_format);
+        if (asked.export_format >= state_formats) {
+            *message = path + ": " + format +
+                       " is a table over zooms: it needs a calibration of all zooms, without --at";
+            return false;
+        }
         if (export_write(value, format, asked.out, &paths, &loss, message) != ERROR_OK) {
             *message = path + ": cannot export: " + *message;
             return false;
@@ -160,8 +188,75 @@ bool write_calibration(const std::string &path, const calibration &value, const 
     return true;
 }
 
+/// A calibration of all zooms as a whole: its page, and its lens tables.
+bool write_zoom(const std::string &path, const zoom_calibration &value, const request &asked,
+                info_page *page, std::string *message) {
+    *page = info_zoom(path, value);
+    if (asked.convert != nullptr || (asked.out != nullptr && asked.export_format < state_formats)) {
+        *message = path + ": is a calibration of all zooms: name a state with --at";
+        return false;
+    }
+    if (asked.out == nullptr) {
+        return true;
+    }
+    std::vector<std::string> paths;
+    std::string loss, text;
+    const std::string format = choice_text(all_export_formats, asked.export_format);
+    if (export_write_files(export_zoom(value, format), asked.out, &paths, &loss, message) !=
+        ERROR_OK) {
+        *message = path + ": cannot export: " + *message;
+        return false;
+    }
+    for (const std::string &written : paths) {
+        text += (text.empty() ? "" : ", ") + written;
+    }
+    page->add("exported", "exported", text, paths);
+    if (!loss.empty()) {
+        page->add("loss", "loss", loss, loss);
+    }
+    return true;
+}
+
+bool read_zoom(const std::string &path, const zoom_calibration &value, const request &asked,
+               info_page *page, std::string *message) {
+    if (asked.at == nullptr) {
+        return write_zoom(path, value, asked, page, message);
+    }
+    zoom_state state;
+    calibration at;
+    struct message why {};
+    if (!info_zoom_state(asked.at, value, &state, message)) {
+        return false;
+    }
+    if (calibration_at_state(&value, &state, "", &at, &why) != ERROR_OK) {
+        *message = path + ": " + why.text;
+        return false;
+    }
+    calibration_fault fault{};
+    const int code = calibration_file_settle(&at, &fault);
+    INVARIANT(code == ERROR_OK);  // it was validated
+    *page = info_calibration(path, at, {"vergence", {path}, {}});
+    return write_calibration(path, at, asked, page, message);
+}
+
 bool read_calibration(const std::string &path, const request &asked, info_page *page,
                       std::string *message) {
+    message->clear();
+    const bool in_folder =
+        input_file_is_directory(path.c_str()) && exists(path + "/" + zoom_file_name);
+    const std::string file = in_folder ? path + "/" + zoom_file_name : path;
+    const std::unique_ptr<zoom_calibration> zoom =
+        input_file_is_directory(file.c_str()) ? nullptr : info_zoom_read(file, message);
+    if (zoom != nullptr) {
+        return read_zoom(file, *zoom, asked, page, message);
+    }
+    if (!message->empty()) {
+        return false;
+    }
+    if (asked.at != nullptr) {
+        *message = path + ": --at requires a calibration of all zooms";
+        return false;
+    }
     static const char *const units[] = {"mm", "cm", "m"};
     import_options import;
     import.width_px = asked.size_px[0];
@@ -260,6 +355,39 @@ int print_grammar() {
     return CLIENT_OK;
 }
 
+std::string zoom_values(const zoom_field &field) {
+    switch (field.kind) {
+        case ZOOM_FIELD_FUNCTION:
+            return "1 to " + std::to_string(ZOOM_TERMS_MAX + 1);
+        default:
+            return std::to_string(field.count);
+    }
+}
+
+/// The same of a calibration of all zooms, as in firmware/stereo/zoom/README.md.
+int print_zoom_grammar() {
+    std::cout << "| field | values | decimals | range | unit | meaning |\n"
+              << "|---|---|---|---|---|---|\n";
+    int count;
+    const zoom_field *fields = zoom_grammar_fields(&count);
+    for (int i = 0; i < count; i++) {
+        const zoom_field &field = fields[i];
+        std::cout << "| `" << field.name[0] << "`";
+        if (field.part == ZOOM_FIELD_CAMERA) {
+            std::cout << ", `" << field.name[1] << "`";
+        }
+        std::cout << " | " << zoom_values(field) << " | ";
+        if (field.min != field.max) {
+            std::cout << field.decimals << " | " << field.min << ".." << field.max;
+        } else {
+            std::cout << " | ";
+        }
+        std::cout << " | " << field.unit << " | " << field.meaning << " |\n";
+    }
+    std::cout.flush();
+    return CLIENT_OK;
+}
+
 int refuse(const std::string &mistake) {
     std::fprintf(stderr, "vergence info: %s; see \"vergence info --help\"\n", mistake.c_str());
     return CLIENT_USAGE;
@@ -309,6 +437,9 @@ int command_info(int argc, char **argv) {
     }
     if (asked.grammar) {
         return print_grammar();
+    }
+    if (asked.zoom_grammar) {
+        return print_zoom_grammar();
     }
     if (count == 0) {
         return refuse("name a calibration, a result file, a result directory or a session");

@@ -62,13 +62,15 @@ int export_files(const calibration &value, const std::string &format,
 int export_write(const calibration &value, const std::string &format, const std::string &directory,
                  std::vector<std::string> *paths, std::string *loss, std::string *message) {
     std::vector<export_file> files;
-    int code = export_files(value, format, &files, message);
-    if (code != ERROR_OK) {
-        return code;
-    }
+    const int code = export_files(value, format, &files, message);
+    return code != ERROR_OK ? code : export_write_files(files, directory, paths, loss, message);
+}
+
+int export_write_files(const std::vector<export_file> &files, const std::string &directory,
+                       std::vector<std::string> *paths, std::string *loss, std::string *message) {
     atomic_dir work;
     struct message why;
-    code = atomic_dir_begin(&work, directory.c_str(), &why);
+    int code = atomic_dir_begin(&work, directory.c_str(), &why);
     if (code == ERROR_OK) {
         std::vector<const char *> names;
         for (const export_file &file : files) {

@@ -45,6 +45,10 @@ int export_files(const calibration &value, const std::string &format,
 int export_write(const calibration &value, const std::string &format, const std::string &directory,
                  std::vector<std::string> *paths, std::string *loss, std::string *message);
 
+/// Writes files as `export_write` does.
+int export_write_files(const std::vector<export_file> &files, const std::string &directory,
+                       std::vector<std::string> *paths, std::string *loss, std::string *message);
+
 // The formats. Each returns its files or throws `export_failure`.
 
 struct export_failure {

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A calibration of all zooms on the daemon: each pair gets the calibration of its own axes, in memory
+and in its session; `aim` turns the cameras by it; axes outside its ranges are named."""
+import glob
+import os
+import re
+import subprocess
+import unittest
+
+from daemon_process import DaemonTest
+from reconstruct_test import lines_of
+
+TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
+
+
+class ZoomCalibration(DaemonTest):
+    def test_pairs_and_aim(self):
+        client = self.client()
+
+        def works(command):
+            answer = client.ask_json(command)
+            self.assertTrue(answer["ok"], (command, answer))
+            return answer["result"]
+
+        def refused(command, error, *words):
+            answer = client.ask_json(command)
+            self.assertEqual(answer["error"], error, (command, answer))
+            for word in words:
+                self.assertIn(word, answer["message"])
+
+        def calibrations(session):
+            texts = {}
+            for path in glob.glob(os.path.join(self.files, session, "calibration-*.txt")):
+                with open(path, encoding="ascii") as file:
+                    texts[os.path.basename(path)[12:20]] = file.read()
+            lines = lines_of(os.path.join(self.files, session))
+            return [texts[re.search(r"file=(\w+)", line).group(1)] for line in lines
+                    if line.startswith("calibration ")]
+
+        def value(text, field):
+            return float(re.search(rf"^{field} (\S+)", text, re.M).group(1))
+
+        with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
+            file.write(TEXT)
+        with open(os.path.join(self.files, "other.zoom"), "wb") as file:
+            file.write(TEXT.replace(b"instrument rig\n", b"instrument other\n"))
+        refused("calibration set other.zoom", "CRC", "other.zoom")
+        works("bringup")
+        refused("aim distance=1800", "MISSING", "calibration set")
+        shown = works("calibration set instrument.zoom")
+        self.assertEqual((shown["id"], shown["left"]["zoom_max"]), ("default-rig", 850))
+        self.assertEqual(works("calibration")["id"], "default-rig")
+        works("window 128 96")
+        works("exposure 2000")
+        refused("capture early", "MISMATCH", "left pan", "unknown")
+        refused("aim", "MISSING", "distance")
+        aimed = works("aim distance=1800")
+        self.assertAlmostEqual(aimed["left"], 3.97, delta=0.3)
+        turned = works("pan")
+        self.assertAlmostEqual(turned["right"], aimed["right"], delta=0.01)
+        works("zoom 422")
+        works("focus 500")
+        self.assertEqual(works("status")["calibration"], {"id": "default-rig", "match": "yes"})
+        works("capture one")
+        text, = calibrations("one")
+        self.assertIn("vergence-calibration 3\nid default-rig\n", text)
+        self.assertIn("axes_in_sigma yes\n", text)
+        self.assertAlmostEqual(value(text, "left_zoom_counts"), 422, delta=3)
+        self.assertAlmostEqual(value(text, "left_pan_deg"), aimed["left"], delta=0.05)
+        wide_px = value(text, "left_focal_px")
+        # A recording: each pair has its own, and the right one while it is reconstructed.
+        works("record start r1")
+        works("bringup")
+        works("window 128 96")
+        works("exposure 2000")
+        works("aim distance=1800 right=100")
+        works("zoom 422")
+        works("focus 500")
+        works("capture")
+        works("zoom 600")
+        works("capture")
+        works("record stop")
+        first, second = calibrations("r1")
+        self.assertAlmostEqual(value(first, "left_focal_px"), wide_px, delta=0.02 * wide_px)
+        self.assertGreater(value(second, "left_focal_px"), 1.9 * wide_px)
+        self.assertGreater(value(first, "left_pan_deg"), aimed["left"] + 2)
+        info = subprocess.run([os.environ["VERGENCE"], "info", os.path.join(self.files, "r1")],
+                              capture_output=True, text=True, timeout=120)
+        self.assertEqual(info.returncode, 0, info.stderr)
+        self.assertIn("matches", info.stdout)
+        # A pair that the calibration does not reach.
+        works("pan 24 side=left")
+        refused("status", "MISMATCH", "left pan", "outside")
+        refused("capture away", "MISMATCH", "left pan", "24.0", "20.000")
+        self.assertFalse(os.path.exists(os.path.join(self.files, "away")))
+        self.assertIn("left pan", works("capture anyway accept-mismatch=yes")["accepted_mismatch"])
+        self.assertEqual(calibrations("anyway"), [])
+        refused("aim distance=200", "RANGE", "left", "20.000")
+        refused("reconstruct anyway", "MISMATCH", "left pan", "outside")
+        works("calibration forget")
+        refused("reconstruct anyway", "MISSING", "calibration")
+        with open(os.path.join(self.files, "cut.zoom"), "wb") as file:
+            file.write(TEXT[:5000])
+        refused("calibration set cut.zoom", "SYNTAX", "cut.zoom")
+
+
+if __name__ == "__main__":
+    unittest.main()
