@@ -8,6 +8,7 @@ import time
 import unittest
 
 from daemon_process import TIMEOUT_S, VERGENCED, Client, DaemonTest
+from fake_devices import DeviceTest
 from tftp_server import TftpServer
 
 
@@ -121,6 +122,19 @@ class Put(DaemonTest):
              "files=none", "socket=none", "console=stdio"],
             input="put data tftp:127.0.0.1/x\n", capture_output=True, text=True, timeout=TIMEOUT_S)
         self.assertIn('"files" is not set', done.stdout)
+
+
+class Unreadable(DeviceTest):
+    def test_a_directory_that_cannot_be_listed_is_reported(self):
+        self.serve(f"watch {self.files}\nfail 1 0 EIO . readdir\n", "profile=two-cameras",
+                   "left_camera=/dev/none", "right_camera=/dev/none2")
+        os.makedirs(os.path.join(self.files, "d"))
+        with open(os.path.join(self.files, "d", "x"), "wb") as file:
+            file.write(b"x")
+        with TftpServer() as server:
+            self.assertRegex(self.first.ask(f"put d {server.address}")[-1],
+                             r"^ERR IO d: Input/output error$")
+            self.assertEqual(server.files, {})
 
 
 if __name__ == "__main__":
