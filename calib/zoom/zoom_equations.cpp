@@ -12,8 +12,8 @@ namespace calib {
 namespace {
 
 // Index within a place's own parameters.
-int reading_at(size_t order, int camera) {
-    return POSE_PARAMETERS + int(order) * CAMERAS + camera;
+int latent_at(size_t order, int camera) {
+    return POSE_PARAMETERS + (int(order) * CAMERAS + camera) * LATENTS;
 }
 
 struct one_view {
@@ -43,8 +43,8 @@ class place_sum {
         for (int i = 0; i < WARP_PARAMETERS; i++) {
             want(layout_.warp_at(of_.board) + i);
         }
-        const bool readings = prior_.reading_sigma[LEFT] > 0 || prior_.reading_sigma[RIGHT] > 0;
-        const long own = readings ? reading_at(of_.captures.size(), 0) : int(POSE_PARAMETERS);
+        const bool latents = prior_.has_latents();
+        const long own = latents ? latent_at(of_.captures.size(), 0) : int(POSE_PARAMETERS);
         const long count = sum_.shared_count() + own;
         sum_.normal = matrix::Zero(count, count);
         sum_.gradient = vector::Zero(count);
@@ -52,9 +52,9 @@ class place_sum {
             add_view(view);
             add_focused(view);
         }
-        for (size_t order = 0; readings && order < of_.captures.size(); order++) {
-            add_reading(order, LEFT);
-            add_reading(order, RIGHT);
+        for (size_t order = 0; latents && order < of_.captures.size(); order++) {
+            add_latents(order, LEFT);
+            add_latents(order, RIGHT);
         }
         return sum_;
     }
@@ -72,15 +72,15 @@ class place_sum {
     // Adds a view's quadratic form, carried over to the parameters of its place.
     void add_view(const one_view &view) {
         const view_block &block = view.block;
-        const bool reads = prior_.reading_sigma[size_t(view.camera)] > 0;
-        const long eye = long(block.columns.size()) + (reads ? 1 : 0);
+        const int latents = prior_.has_latents() ? int(LATENTS) : 0;
+        const long eye = long(block.columns.size()) + latents;
         const long count = eye + POSE_PARAMETERS + WARP_PARAMETERS;
         std::vector<int> at;
         for (const int column : block.columns) {
             at.push_back(place_of_[size_t(column)]);
         }
-        if (reads) {
-            at.push_back(own(reading_at(view.order, view.camera)));
+        for (int i = 0; i < latents; i++) {
+            at.push_back(own(latent_at(view.order, view.camera) + i));
         }
         for (int i = 0; i < POSE_PARAMETERS; i++) {
             at.push_back(own(i));
@@ -120,14 +120,15 @@ class place_sum {
         sum_.squares += weight * row.residual * row.residual;
     }
 
-    void add_reading(size_t order, int camera) {
-        const double sigma = prior_.reading_sigma[size_t(camera)];
-        const double off = estimate_.reading[of_.captures[order]][size_t(camera)];
-        const int at = own(reading_at(order, camera));
-        const double weight = sigma > 0 ? 1 / (sigma * sigma) : 1;
-        sum_.normal(at, at) += weight;
-        sum_.gradient[at] += sigma > 0 ? weight * off : 0;
-        sum_.squares += sigma > 0 ? weight * off * off : 0;
+    void add_latents(size_t order, int camera) {
+        for (int i = 0; i < LATENTS; i++) {
+            const double sigma = prior_.latent_sigma[size_t(camera)][size_t(i)];
+            const double off = estimate_.latent[of_.captures[order]][size_t(camera)][size_t(i)];
+            const int at = own(latent_at(order, camera) + i);
+            sum_.normal(at, at) += 1 / (sigma * sigma);
+            sum_.gradient[at] += off / (sigma * sigma);
+            sum_.squares += off * off / (sigma * sigma);
+        }
     }
 
     const zoom_problem &problem_;
@@ -275,11 +276,13 @@ zoom_estimate moved(const zoom_problem &problem, const zoom_estimate &from,
         }
         result.T_instrument_board[k] = moved_board(from.T_instrument_board[k], own.data());
         orthonormalise(result.T_instrument_board[k].R);
-        for (size_t order = 0;
-             own.size() > POSE_PARAMETERS && order < problem.places[k].captures.size(); order++) {
+        const std::vector<size_t> &captures = problem.places[k].captures;
+        for (size_t order = 0; own.size() > POSE_PARAMETERS && order < captures.size(); order++) {
             for (int camera = 0; camera < CAMERAS; camera++) {
-                result.reading[problem.places[k].captures[order]][size_t(camera)] +=
-                    own[reading_at(order, camera)];
+                for (int i = 0; i < LATENTS; i++) {
+                    result.latent[captures[order]][size_t(camera)][size_t(i)] +=
+                        own[latent_at(order, camera) + i];
+                }
             }
         }
     }

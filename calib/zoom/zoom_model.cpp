@@ -58,10 +58,15 @@ zoom_layout::zoom_layout(const zoom_problem &problem, const zoom_orders &orders)
             take(3, length_step);
         }
     }
+    visits_ = problem.visits;
+    boards_ = int(problem.boards.size());
     warp_ = take(int(problem.boards.size()) * WARP_PARAMETERS, length_step);
     for (int camera = 0; camera < CAMERAS; camera++) {
+        at_[size_t(camera)].pan = take(problem.visits, angle_step);
+    }
+    first_effect_ = size_;
+    for (int camera = 0; camera < CAMERAS; camera++) {
         camera_places &at = at_[size_t(camera)];
-        at.pan = take(problem.visits, angle_step);
         for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
             const bool has = zoom_deviates(function) && orders[size_t(function)] > 0;
             at.effects[function] = has ? take(settings_[camera], step_of(function)) : -1;
@@ -151,12 +156,12 @@ double focal_at(const zoom_problem &problem, const zoom_layout &layout, const do
 }
 
 zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
-                const zoom_moment &moment, double reading) {
+                const zoom_moment &moment, const zoom_latents &latent) {
     const int camera = moment.camera;
     const zoom_side &side = problem.side[size_t(camera)];
     zoom_eye eye;
     eye.focal_px = std::fmax(1, focal_at(problem, layout, shared, camera, moment.setting,
-                                         moment.axes.zoom_counts + reading));
+                                         moment.axes.zoom_counts + latent[LATENT_READING]));
     const double u = zoom_unit(side.log_focal, std::log(eye.focal_px));
     double basis[ZOOM_TERMS_MAX];
     chebyshev(u, ZOOM_TERMS_MAX, basis);
@@ -172,6 +177,8 @@ zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const do
             eye.lens.value[size_t(zoom_lens_parameter(function))] = value;
         }
     }
+    eye.lens.value[CENTRE_X] += latent[LATENT_CENTRE_X];
+    eye.lens.value[CENTRE_Y] += latent[LATENT_CENTRE_Y];
     chebyshev(zoom_unit(side.focus, moment.axes.focus_counts), ZOOM_FOCUS_TERMS + 1, basis);
     for (int i = 0; i < ZOOM_FOCUS_TERMS; i++) {
         eye.vergence += shared[layout.focus_at(camera) + i] * basis[i + 1];
@@ -185,7 +192,8 @@ zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const do
         mount[i] = place < 0 ? 0 : shared[place];
     }
     const double angle = moment.axes.pan_rad * (1 + mount[ZOOM_PAN_SCALE]) +
-                         (moment.visit < 0 ? 0 : shared[layout.pan_at(camera, moment.visit)]);
+                         (moment.visit < 0 ? 0 : shared[layout.pan_at(camera, moment.visit)]) +
+                         latent[LATENT_PAN];
     const double direction[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
     const rigid turn = turn_about(direction, angle);
     const rigid still = turned({}, mount + ZOOM_ROTATION_X);

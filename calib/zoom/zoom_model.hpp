@@ -46,8 +46,18 @@ struct zoom_problem {
     std::vector<place> places;
     int visits = 0;
     double pan_sigma_rad = 0;
-    bool reading_noise = true;
+    bool reading_noise = true;  // false: positions are exact, and there are no latents
 };
+
+/// How one view differs from others at the same setting and visit.
+enum zoom_latent {
+    LATENT_READING,   // true minus read zoom position, counts
+    LATENT_CENTRE_X,  // the lens does not return to quite the same place, px
+    LATENT_CENTRE_Y,
+    LATENT_PAN,  // the servo creeps, rad
+    LATENTS
+};
+using zoom_latents = std::array<double, LATENTS>;
 
 /// Where each parameter is.
 class zoom_layout {
@@ -71,6 +81,10 @@ class zoom_layout {
     int mount_at(int camera, int parameter) const;
     int pan_at(int camera, int visit) const { return at_[size_t(camera)].pan + visit; }
     int warp_at(size_t board) const { return warp_ + int(board) * WARP_PARAMETERS; }
+    int visits() const { return visits_; }
+    int boards() const { return boards_; }
+    /// Index of the first parameter that is a deviation of a setting; they are the last ones.
+    int first_effect() const { return first_effect_; }
     /// Change of a parameter from which derivatives are computed: small enough for the curvature
     /// not to matter, large enough for rounding.
     double step(int column) const { return steps_[size_t(column)]; }
@@ -83,7 +97,8 @@ class zoom_layout {
     };
     zoom_orders orders_{};
     std::array<camera_places, CAMERAS> at_{};
-    int settings_[CAMERAS] = {0, 0}, warp_ = 0, size_ = 0;
+    int settings_[CAMERAS] = {0, 0}, warp_ = 0, size_ = 0, visits_ = 0, boards_ = 0;
+    int first_effect_ = 0;
     std::vector<double> steps_;
 };
 
@@ -95,16 +110,19 @@ int zoom_lens_parameter(int function);
 
 /// What is known of the parameters beforehand: gaussian, independent.
 struct zoom_prior {
-    std::vector<double> mean, sigma;              // of the shared ones
-    std::array<double, CAMERAS> reading_sigma{};  // counts; 0: exact
+    std::vector<double> mean, sigma;  // of the shared ones
+    /// 0: there is no such difference. Either all are 0 or none.
+    std::array<zoom_latents, CAMERAS> latent_sigma{};
     /// The lens was focused on the board: standard deviation of the difference, 1/m.
     double focused_sigma = 0.1;
+
+    bool has_latents() const { return latent_sigma[0][0] > 0; }
 };
 
 struct zoom_estimate {
     std::vector<double> shared;
-    std::vector<rigid> T_instrument_board;             // by place
-    std::vector<std::array<double, CAMERAS>> reading;  // by capture: true minus read, counts
+    std::vector<rigid> T_instrument_board;                  // by place
+    std::vector<std::array<zoom_latents, CAMERAS>> latent;  // by capture
 };
 
 /// One camera at one setting.
@@ -115,7 +133,6 @@ struct zoom_eye {
     double vergence = 0;  // 1/m
 };
 
-/// Place and direction in frames of one reading.
 struct zoom_moment {
     int camera;
     int setting, visit;  // -1: none, without its deviations
@@ -123,7 +140,7 @@ struct zoom_moment {
 };
 
 zoom_eye eye_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,
-                const zoom_moment &moment, double reading);
+                const zoom_moment &moment, const zoom_latents &latent);
 
 /// Focal length in px, focused at infinity.
 double focal_at(const zoom_problem &problem, const zoom_layout &layout, const double *shared,

@@ -12,6 +12,8 @@ namespace {
 
 // Of the lengths of a print: those of office printers are right to some 1e-4.
 const double PRINT_SIGMA = 2e-4;
+// Of a potentiometer's reading, between calibration and use.
+const double DRIFT_COUNTS = 1;
 
 // One parameter of the calibration as a sum of shared parameters.
 using combination = std::vector<std::pair<int, double>>;
@@ -95,7 +97,14 @@ void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out
         const double pan = capture.axes[size_t(camera)].pan_rad;
         out->pan_rad = {std::fmin(out->pan_rad.min, pan), std::fmax(out->pan_rad.max, pan)};
     }
-    out->reading_sigma_counts = solution.prior.reading_sigma[size_t(camera)];
+    const zoom_latents &latent = solution.prior.latent_sigma[size_t(camera)];
+    out->reading_sigma_counts = latent[LATENT_READING];
+    out->drift_sigma_counts = solution.problem.reading_noise ? DRIFT_COUNTS : 0;
+    // An unseen setting differs by both.
+    for (const int axis : {0, 1}) {
+        double &irregularity = out->function[ZOOM_CENTRE_X + axis].irregularity;
+        irregularity = std::hypot(irregularity, latent[size_t(LATENT_CENTRE_X + axis)]);
+    }
     out->pan_sigma_rad = solution.problem.pan_sigma_rad;
 }
 

@@ -318,7 +318,7 @@ void seed_mounts(const std::vector<zoom_setting> &settings, const zoom_problem &
             continue;
         }
         const zoom_problem::capture &capture = problem.captures[one.captures[0]];
-        const zoom_eye left = eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), 0);
+        const zoom_eye left = eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), {});
         const rigid T_instrument_right =
             inverse(left.T_camera_instrument) * inverse(one.alone.T_right_left);
         // Turned back to pan 0 about the vertical through a point behind the pupil.
@@ -366,7 +366,7 @@ void seed_places(const zoom_observations &seen, const std::vector<zoom_setting> 
             middle.t_mm[0] = 0.5 * (target.columns - 1) * target.square_mm;
             middle.t_mm[1] = 0.5 * (target.rows - 1) * target.square_mm;
             const zoom_eye left =
-                eye_at(*problem, layout, estimate->shared.data(), moment_of(capture, LEFT), 0);
+                eye_at(*problem, layout, estimate->shared.data(), moment_of(capture, LEFT), {});
             estimate->T_instrument_board[capture.place] =
                 inverse(left.T_camera_instrument) * (one.alone.T_left_board[i] * middle);
         }
@@ -393,7 +393,7 @@ std::string seed_zoom(const zoom_observations &seen, const std::vector<zoom_sett
     *estimate = zoom_estimate{};
     estimate->shared.assign(size_t(layout.size()), 0);
     estimate->T_instrument_board.assign(problem->places.size(), {});
-    estimate->reading.assign(problem->captures.size(), {0, 0});
+    estimate->latent.assign(problem->captures.size(), {});
     for (int camera = 0; camera < CAMERAS; camera++) {
         for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
             std::copy(terms[camera][function].begin(), terms[camera][function].end(),
@@ -430,7 +430,9 @@ class prior_maker {
         for (int camera = 0; camera < CAMERAS; camera++) {
             add_lens(camera);
             add_mount(camera);
-            prior_.reading_sigma[size_t(camera)] = problem_.reading_noise ? 0.5 : 0;
+            if (problem_.reading_noise) {
+                prior_.latent_sigma[size_t(camera)] = {0.5, 0.5, 0.5, 1e-4};
+            }
         }
         for (size_t board = 0; board < problem_.boards.size(); board++) {
             const double half_mm = problem_.boards[board][LEFT].half_mm[0];
@@ -453,7 +455,7 @@ class prior_maker {
     void add_lens(int camera) {
         // px, 1/m, px, px, px, px, px, px, px, mm
         static const double of_term[ZOOM_FUNCTIONS] = {1e5, 0.02, 100, 100, 100, 50, 20, 5, 5, 50};
-        static const double of_effect[ZOOM_FUNCTIONS] = {10, 0, 2, 2, 1, 1, 0, 0, 0, 1};
+        static const double of_effect[ZOOM_FUNCTIONS] = {30, 0, 10, 10, 3, 3, 0, 0, 0, 3};
         for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
             for (int i = 0; i < layout_.estimated_terms(function); i++) {
                 set(layout_.terms_at(camera, function) + i, 0, of_term[function]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/zoom/zoom_solve.hpp"
 
+#include "calib/zoom/zoom_order.hpp"
 #include "core/invariant.h"
 
 namespace calib {
@@ -23,7 +24,7 @@ class zoom_solver {
         result_.settings = solve_each(seen_, result_.problem, options_.threads, [this](int, int) {
             show_stage("calibrating each zoom alone");
         });
-        const zoom_orders orders = {6, 2, 5, 5, 5, 4, 0, 2, 2, 4};
+        const zoom_orders orders = richest_orders(result_.problem);
         result_.failure =
             seed_zoom(seen_, result_.settings, &result_.problem, orders, &result_.estimate);
         if (!result_.failure.empty()) {
@@ -32,6 +33,8 @@ class zoom_solver {
         result_.layout = zoom_layout(result_.problem, orders);
         result_.prior = wide_prior(result_.problem, result_.layout, result_.estimate);
         fit(LOSS, 60);
+        estimate_variances();
+        choose();
         estimate_variances();
         describe_zoom(&result_);
         return result_;
@@ -50,6 +53,17 @@ class zoom_solver {
         fit_zoom(
             result_.problem, result_.layout, result_.prior, weights(loss), iterations,
             [this] { show_stage("solving all zooms together"); }, &result_.estimate);
+    }
+
+    void choose() {
+        const zoom_orders orders = choose_orders(
+            result_.problem, result_.layout, result_.prior, weights(0), result_.estimate,
+            [this] { show_stage("choosing the lens functions' terms"); });
+        const zoom_layout layout(result_.problem, orders);
+        result_.estimate.shared = with_orders(result_.layout, result_.estimate.shared, layout, 0);
+        result_.prior.mean = with_orders(result_.layout, result_.prior.mean, layout, 0);
+        result_.prior.sigma = with_orders(result_.layout, result_.prior.sigma, layout, 1);
+        result_.layout = layout;
     }
 
     void estimate_variances() {

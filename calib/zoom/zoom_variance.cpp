@@ -35,7 +35,7 @@ struct spread {
 
 // Deviations smaller than these do not matter.
 const double MIN_EFFECT[ZOOM_FUNCTIONS] = {0.1, 0.02, 0.02, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01};
-const double MIN_READING = 0.002;
+const zoom_latents MIN_LATENT = {0.002, 0.01, 0.01, 5e-7};
 
 }  // namespace
 
@@ -46,7 +46,7 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
         all_equations(problem, layout, prior, weights, estimate);
     zoom_covariance result;
     result.shared = scaled_inverse(reduced(places, layout, prior, estimate.shared, 0).normal);
-    result.reading_variance.assign(problem.captures.size(), {0, 0});
+    result.latent_variance.assign(problem.captures.size(), {});
     for (size_t k = 0; k < places.size(); k++) {
         const place_equations &place = places[k];
         if (place.empty()) {
@@ -64,11 +64,11 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
         const matrix own = inverse + carried(by_shared, here);
         result.own_freedom += POSE_PARAMETERS;
         for (long i = POSE_PARAMETERS; i < own.rows(); i++) {
-            const size_t order = size_t(i - POSE_PARAMETERS) / CAMERAS;
-            const size_t camera = size_t(i - POSE_PARAMETERS) % CAMERAS;
-            result.reading_variance[problem.places[k].captures[order]][camera] = own(i, i);
-            const double sigma = prior.reading_sigma[camera];
-            result.own_freedom += sigma > 0 ? 1 - own(i, i) / (sigma * sigma) : 0;
+            const size_t at = size_t(i - POSE_PARAMETERS), view = at / LATENTS;
+            const size_t capture = problem.places[k].captures[view / CAMERAS];
+            result.latent_variance[capture][view % CAMERAS][at % LATENTS] = own(i, i);
+            const double sigma = prior.latent_sigma[view % CAMERAS][at % LATENTS];
+            result.own_freedom += 1 - own(i, i) / (sigma * sigma);
         }
     }
     return result;
@@ -102,20 +102,20 @@ double update_variances(const zoom_problem &problem, const zoom_layout &layout,
             }
         }
     }
-    for (size_t camera = 0; camera < CAMERAS; camera++) {
-        double &sigma = prior->reading_sigma[camera];
-        if (!(sigma > 0)) {
-            continue;
-        }
-        spread all;
-        for (size_t i = 0; i < problem.captures.size(); i++) {
-            if (problem.captures[i].view[camera].used) {
-                all.add(estimate.reading[i][camera], covariance.reading_variance[i][camera]);
+    for (size_t latent = 0; latent < LATENTS && prior->has_latents(); latent++) {
+        for (size_t camera = 0; camera < CAMERAS; camera++) {
+            spread all;
+            for (size_t i = 0; i < problem.captures.size(); i++) {
+                if (problem.captures[i].view[camera].used) {
+                    all.add(estimate.latent[i][camera][latent],
+                            covariance.latent_variance[i][camera][latent]);
+                }
             }
+            double &sigma = prior->latent_sigma[camera][latent];
+            const double next = all.next(sigma, MIN_LATENT[latent]);
+            change = std::max(change, std::fabs(std::log(next / sigma)));
+            sigma = next;
         }
-        const double next = all.next(sigma, MIN_READING);
-        change = std::max(change, std::fabs(std::log(next / sigma)));
-        sigma = next;
     }
     return change;
 }

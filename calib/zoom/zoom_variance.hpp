@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How much lenses deviate from smooth curves and readings from the truth, estimated from the data.
+/// How much lenses deviate from smooth curves and views from each other, estimated from the data.
 #ifndef VERGENCE_CALIB_ZOOM_ZOOM_VARIANCE_HPP
 #define VERGENCE_CALIB_ZOOM_ZOOM_VARIANCE_HPP
 
@@ -10,7 +10,7 @@ namespace calib {
 /// Covariance at a least-squares solution.
 struct zoom_covariance {
     matrix shared;
-    std::vector<std::array<double, CAMERAS>> reading_variance;  // by capture, counts squared
+    std::vector<std::array<zoom_latents, CAMERAS>> latent_variance;  // by capture
     double own_freedom = 0;  // parameters of the places that the data determine
 };
 
@@ -18,7 +18,7 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
                               const zoom_prior &prior, const zoom_weights &weights,
                               const zoom_estimate &estimate);
 
-/// One step towards the most likely variances of deviations and readings: a fixed point of the
+/// One step towards the most likely variances of deviations and latents: a fixed point of the
 /// evidence. Returns the largest relative change of a standard deviation.
 /// Source: D. MacKay, "Bayesian interpolation", 1992, section 4.3.
 double update_variances(const zoom_problem &problem, const zoom_layout &layout,

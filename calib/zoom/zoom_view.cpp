@@ -10,7 +10,7 @@ namespace calib {
 
 namespace {
 
-const double READING_STEP = 1e-3;
+const zoom_latents LATENT_STEP = {1e-3, 0.1, 0.1, 1e-5};
 
 void difference(const zoom_eye &above, const zoom_eye &below, double step, double *column) {
     for (int i = 0; i < LENS_PARAMETERS; i++) {
@@ -36,23 +36,28 @@ matrix derivatives(const zoom_problem &problem, const zoom_layout &layout,
                    const zoom_estimate &estimate, size_t capture, int camera,
                    const std::vector<int> &columns) {
     const zoom_moment moment = moment_of(problem.captures[capture], camera);
-    const double reading = estimate.reading[capture][size_t(camera)];
+    const zoom_latents &latent = estimate.latent[capture][size_t(camera)];
     std::vector<double> shared = estimate.shared;
-    matrix result(VIEW_BOARD_AT, long(columns.size()) + 1);
+    matrix result(VIEW_BOARD_AT, long(columns.size()) + LATENTS);
     for (size_t i = 0; i < columns.size(); i++) {
         double &value = shared[size_t(columns[i])];
         const double middle = value;
         const double step = layout.step(columns[i]);
         value = middle + step;
-        const zoom_eye above = eye_at(problem, layout, shared.data(), moment, reading);
+        const zoom_eye above = eye_at(problem, layout, shared.data(), moment, latent);
         value = middle - step;
-        const zoom_eye below = eye_at(problem, layout, shared.data(), moment, reading);
+        const zoom_eye below = eye_at(problem, layout, shared.data(), moment, latent);
         value = middle;
         difference(above, below, step, result.col(long(i)).data());
     }
-    difference(eye_at(problem, layout, shared.data(), moment, reading + READING_STEP),
-               eye_at(problem, layout, shared.data(), moment, reading - READING_STEP), READING_STEP,
-               result.col(long(columns.size())).data());
+    for (size_t i = 0; i < LATENTS; i++) {
+        zoom_latents above = latent, below = latent;
+        above[i] += LATENT_STEP[i];
+        below[i] -= LATENT_STEP[i];
+        difference(eye_at(problem, layout, shared.data(), moment, above),
+                   eye_at(problem, layout, shared.data(), moment, below), LATENT_STEP[i],
+                   result.col(long(columns.size() + i)).data());
+    }
     return result;
 }
 
@@ -81,7 +86,7 @@ zoom_eye eye_of(const zoom_problem &problem, const zoom_layout &layout,
                 const zoom_estimate &estimate, size_t capture, int camera) {
     return eye_at(problem, layout, estimate.shared.data(),
                   moment_of(problem.captures[capture], camera),
-                  estimate.reading[capture][size_t(camera)]);
+                  estimate.latent[capture][size_t(camera)]);
 }
 
 bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
@@ -160,10 +165,10 @@ double squares_of(const zoom_problem &problem, const zoom_layout &layout, const 
     for (const size_t index : problem.places[place].captures) {
         for (int camera = 0; camera < CAMERAS; camera++) {
             const bundle_view &view = problem.captures[index].view[size_t(camera)];
-            const double sigma = prior.reading_sigma[size_t(camera)];
-            if (sigma > 0) {
-                const double off = estimate.reading[index][size_t(camera)] / sigma;
-                sum += off * off;
+            for (size_t i = 0; i < LATENTS; i++) {
+                const double sigma = prior.latent_sigma[size_t(camera)][i];
+                const double off = estimate.latent[index][size_t(camera)][i];
+                sum += sigma > 0 ? off * off / (sigma * sigma) : 0;
             }
             if (!view.used) {
                 continue;

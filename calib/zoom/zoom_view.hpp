@@ -30,7 +30,7 @@ enum {
 struct view_block {
     zoom_eye eye;
     std::vector<int> columns;  // shared parameters that the camera depends on
-    /// Lens and pose of the camera by each of them, and by the reading (last column).
+    /// Lens and pose of the camera by each of them, and by the latents (last columns).
     matrix by_column;
     matrix normal;  // VIEW_PARAMETERS each way
     vector gradient;
@@ -50,7 +50,7 @@ struct focus_row {
 focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
                        int camera, const zoom_eye &eye, const rigid &T_instrument_board);
 
-/// Squares of one place's residuals, in standard deviations, and of what is known of its readings.
+/// Squares of one place's residuals, in standard deviations, and of its latents.
 double squares_of(const zoom_problem &problem, const zoom_layout &layout, const zoom_prior &prior,
                   double loss_scale, const zoom_estimate &estimate, size_t place);
 

@@ -7,6 +7,7 @@
 
 #include "calib/zoom/zoom_solve.hpp"
 #include "stereo/geometry/geometry.h"
+#include "stereo/zoom/zoom_sigma.h"
 #include "synthetic/rig_views.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/zoom_views.hpp"
@@ -38,6 +39,7 @@ struct figures {
 // Both cameras at a zoom, as they are and as they were found, focused at 1.8 m.
 struct both {
     Camera truth[2];
+    zoom_state state;
     zoom_pair found;
 };
 
@@ -55,6 +57,7 @@ both cameras_at(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &vie
         moment.pan_rad += views.pan_off_rad[side];
         result.truth[side] = synthetic::camera_at(of, moment);
     }
+    result.state = state;
     zoom_pair_at(solution.rig->camera, &state, &result.found);
     return result;
 }
@@ -115,6 +118,62 @@ figures compare(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &vie
     return sum;
 }
 
+// Standard scores of focal lengths and of depth in the middle of the image.
+struct scores {
+    double squares = 0;
+    int count = 0, within = 0;
+
+    void add(double error, double sigma) {
+        squares += error * error / (sigma * sigma);
+        count++;
+        within += std::fabs(error) < 1.959964 * sigma;
+    }
+    double rms() const { return std::sqrt(squares / count); }
+    double covered() const { return double(within) / count; }
+};
+
+void focal_lengths(const zoom_pair *pair, void *, double *values) {
+    values[0] = pair->side[0].lens.fx_px;
+    values[1] = pair->side[1].lens.fx_px;
+}
+
+void score(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &views,
+           const calib::zoom_solution &solution, scores *focal, scores *depth) {
+    const std::vector<double> &settings = solution.problem.side[0].settings;
+    for (size_t k = 0; k + 1 < settings.size(); k++) {
+        const double zoom = 0.5 * (settings[k] + settings[k + 1]);
+        const both cameras = cameras_at(plan, views, solution, zoom);
+        zoom_variance variance[2];
+        zoom_propagate(solution.rig.get(), &cameras.state, focal_lengths, nullptr, 2, variance);
+        for (int side = 0; side < 2; side++) {
+            focal->add(cameras.found.side[side].lens.fx_px - cameras.truth[side].fx,
+                       std::sqrt(zoom_variance_sum(&variance[side])));
+        }
+        const double middle[2] = {1023.5, 767.5};
+        const Vector ray = cameras.truth[0].direction({middle[0], middle[1]});
+        const Vector along = cameras.truth[0].R_camera_world * ray;
+        const Vector point = cameras.truth[0].centre_mm + (1800 / along.z) * ray;
+        const auto other = cameras.truth[1].project(point);
+        if (!other) {
+            continue;
+        }
+        const double right[2] = {other->x, other->y};
+        double a[3], b[3], from_left[3], in_camera[3];
+        direction_of(cameras.found, 0, middle, a);
+        direction_of(cameras.found, 1, right, b);
+        geometry_midpoint met;
+        REQUIRE(geometry_rays_midpoint(cameras.found.side[0].position_mm, a,
+                                       cameras.found.side[1].position_mm, b, &met));
+        for (int i = 0; i < 3; i++) {
+            from_left[i] = met.point_mm[i] - cameras.found.side[0].position_mm[i];
+        }
+        geometry_rotate_back(cameras.found.side[0].R_instrument_camera, from_left, in_camera);
+        zoom_variance of_depth =
+            zoom_depth_variance(solution.rig.get(), &cameras.state, middle, 1800);
+        depth->add(in_camera[2] - 1800, std::sqrt(zoom_variance_sum(&of_depth)));
+    }
+}
+
 void print(const char *what, const figures &error) {
     std::printf("%s: f %.4f %%, epipolar %.4f px, depth %.3f mm\n", what, 100 * error.focal,
                 error.epipolar_px, error.depth_mm);
@@ -125,9 +184,11 @@ void print(const char *what, const figures &error) {
 TEST_CASE("a joint solution is right at zooms between those of the boards") {
     const uint64_t seed = synthetic::test_seed();
     figures all;
+    scores focal, depth;
     for (int draw = 0; draw < synthetic::draws(1); draw++) {
         synthetic::ZoomPlan plan;
-        plan.boards = 6;
+        plan.boards = 12;
+        plan.same_boards = plan.log_spaced = true;
         const uint64_t scene = seed + uint64_t(draw);
         INFO("scene seed " << scene << ", noise seed " << scene + 1000);
         const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, scene, scene + 1000);
@@ -138,9 +199,12 @@ TEST_CASE("a joint solution is right at zooms between those of the boards") {
         const figures error = compare(plan, views, solution);
         print(("scene " + std::to_string(scene)).c_str(), error.rms());
         all.add(error);
+        score(plan, views, solution, &focal, &depth);
     }
     const figures error = all.rms();
     print("all", error);
+    std::printf("z focal %.3f (%.1f %%), depth %.3f (%.1f %%)\n", focal.rms(),
+                100 * focal.covered(), depth.rms(), 100 * depth.covered());
     CHECK(error.focal < 1e-3);
     CHECK(error.epipolar_px < 0.2);
     CHECK(error.depth_mm < 1.5);
@@ -165,7 +229,7 @@ TEST_CASE("the solver's cameras are those of the calibration that it writes") {
     for (int side = 0; side < 2; side++) {
         const calib::zoom_eye eye = calib::eye_at(
             solution.problem, solution.layout, solution.estimate.shared.data(),
-            {side, -1, -1, {moment[side].zoom, moment[side].focus, moment[side].pan_rad}}, 0);
+            {side, -1, -1, {moment[side].zoom, moment[side].focus, moment[side].pan_rad}}, {});
         const lens lens =
             calib::lens_from_state(solution.problem.side[size_t(side)].frame, eye.lens);
         const calib::rigid back = calib::inverse(eye.T_camera_instrument);
