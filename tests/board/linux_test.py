@@ -121,6 +121,7 @@ class Linux(LinuxTest):
         self.assertEqual((pair["left"]["width"], pair["right"]["height"]), (2048, 1536))
         # The pair stays in the driver's two buffers.
         memory = self.on_board("system")["memory"]
+        print(f"daemon {memory['daemon']} MiB")
         self.assertLess(memory["daemon"], FULL_PAIR_LIMIT_MB * 1e6 / 2 ** 20, memory)
         (guest_s, host_s), (guest_end_s, host_end_s) = times
         self.assertLess(guest_end_s - guest_s, (host_end_s - host_s) / 2)
