@@ -25,8 +25,7 @@ StudyRig::StudyRig(const std::string &name, uint64_t seed, double drift_sigma_co
         servos_.emplace_back(settings_.servo[side], seed * 64 + side);
         for (size_t axis = 0; axis < 3; axis++) {
             simrig::LensMotorSettings motor = settings_.lens[side].motor[axis];
-            // While a capture lasts the drift goes on; what it is in use, hours later, is the
-            // sigma.
+            // The file's drift is for captures; in use, hours later, it has this sigma.
             if (drift_sigma_counts > 0) {
                 motor.drift_counts = drift_sigma_counts * noise.gauss();
                 motor.drift_counts_per_h = 0;
