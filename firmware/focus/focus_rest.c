@@ -47,7 +47,7 @@ static double likelihood(const struct focus_peak *peak, const struct focus_rest 
 
 // Sums over all peaks.
 struct place_sums {
-    double weight, position, square, distance;
+    double weight, position, distance;
 };
 
 static void add_peak(struct place_sums *sums, const struct focus_peak *peak, double prior,
@@ -61,7 +61,6 @@ static void add_peak(struct place_sums *sums, const struct focus_peak *peak, dou
     weight *= last;
     sums->weight += weight;
     sums->position += weight * peak->position;
-    sums->square += weight * peak->position * peak->position;
 }
 
 struct focus_place focus_rest_place(const struct focus_peak *peak, const struct focus_rest *rests,
@@ -82,10 +81,8 @@ struct focus_place focus_rest_place(const struct focus_peak *peak, const struct 
             }
         }
     }
-    const double mean = sums.position / sums.weight;
     return (struct focus_place){
-        .position = mean,
-        .deviation = sqrt(fmax(sums.square / sums.weight - mean * mean, 0)),
+        .position = sums.position / sums.weight,
         .distance = sums.distance / sums.weight,
     };
 }

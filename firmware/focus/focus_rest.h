@@ -17,8 +17,8 @@ struct focus_rest {
 
 /// The place of a peak in counts.
 struct focus_place {
-    double position, deviation;  ///< mean, and standard deviation
-    double distance;             ///< mean distance of the last rest from it
+    double position;  ///< mean
+    double distance;  ///< mean distance of the last rest from it
 };
 
 /// Bayes' mean of the peak's place, over places, widths and heights around those of the fitted
