@@ -34,6 +34,7 @@ static int transfer(const struct lens_controller *self, const struct hal_i2c_mes
                     size_t count) {
     const struct hal_i2c *bus = self->ports.i2c;
     size_t begun = 0;
+    INVARIANT(count >= 1 && count <= HAL_I2C_MESSAGES_MAX);
     return bus->operations->transfer(bus->self, messages, count, now_us(self) + TRANSFER_US,
                                      &begun);
 }

@@ -105,6 +105,7 @@ static uint64_t now_us(const struct mt9t001 *self) {
 // checked): two bytes that must then read `expected`.
 static int run(struct mt9t001 *self, const struct hal_i2c_message *messages, size_t count,
                const uint8_t *back, uint16_t expected) {
+    INVARIANT(count >= 1 && count <= HAL_I2C_MESSAGES_MAX);
     int error = ERROR_OK;
     for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
         self->counts.repeats += attempt > 0;
