@@ -137,6 +137,13 @@ class Bench(BoardTest):
         self.assertNotIn("Starting kernel", board.text)
         self.assertIn("U-Boot started no system: Retry count exceeded", board.report())
 
+    def test_a_rig_that_dies(self):
+        board = self.start(image_folder=self.image)
+        board.wait(r"vergence\.fit'[^#]*#{3}", LIMIT_S)
+        os.kill(child_of(board.process, "simrig"), signal.SIGKILL)
+        self.assertEqual(board.wait_end(LIMIT_S), 1)
+        self.assertIn("tools/board: the simulated rig ended: killed by signal 9\n", board.report())
+
 
 if __name__ == "__main__":
     unittest.main()

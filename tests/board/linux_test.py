@@ -7,12 +7,13 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import time
 import unittest
 
 from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, ROOT, STOP, STOP_ALL,
-                           VERGENCE, BoardTest)
+                           VERGENCE, BoardTest, child_of)
 
 SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
 RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
@@ -203,6 +204,23 @@ class Linux(LinuxTest):
         self.board.shell("sed -i '/sensor_address_left/d' /etc/vergence/vergenced.conf; "
                          "kill $(pidof vergenced)")
         self.board.wait_prompt()
+
+
+class Bench(BoardTest):
+    def test_its_end_in_the_middle_of_a_transfer_ends_the_board(self):
+        """The driver waits for ever, and so does the daemon."""
+        board = self.start("--linux")
+        board.wait_prompt()
+        bench = child_of(board.process, "rig_bench.py")
+        os.kill(bench, signal.SIGSTOP)
+        board.send("bringup\r")
+        board.wait("bringup", COMMAND_LIMIT_S)
+        time.sleep(1)
+        self.assertIsNone(board.process.poll())
+        os.kill(bench, signal.SIGKILL)
+        self.assertEqual(board.wait_end(), 1)
+        self.assertEqual(board.report().splitlines()[-1],
+                         "tools/board: the bench between board and rig ended: killed by signal 9")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,9 @@ class Terminal(BoardTest):
             done = subprocess.run(board_command("--network", "user"), input=lines, text=True,
                                   capture_output=True, timeout=BOOT_LIMIT_S, check=False)
             self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-            self.assertIn("vergence> status", done.stdout)
+            self.assertIn("\nvergence> status\n", done.stdout)
+            self.assertEqual(done.stdout.count("vergence> "), lines.count("\n"), done.stdout)
+            self.assertNotIn("\r", done.stdout)
 
     def test_rescue_is_a_shell(self):
         board = self.start("--rescue")

@@ -16,9 +16,18 @@ def end_with_parent():
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
+def reason(process, log):
+    """The last line that a program wrote before it ended."""
+    text = log.read_text(encoding="utf-8", errors="replace").strip()
+    code = process.returncode
+    # What a program writes while all is well says nothing about a signal.
+    return f"killed by signal {-code}" if code < 0 else text.splitlines()[-1] if text else f"exit code {code}"
+
+
 class Children:
     def __init__(self):
         self.started = []
+        self.needed = []  # (process, log, what it is) of those without which the board is of no use
 
     def __enter__(self):
         return self
@@ -43,14 +52,22 @@ class Children:
         self.started.append((process, log))
         return process
 
+    def need_last(self, what):
+        """check() refuses to go on without the program that was started last."""
+        self.needed.append((*self.started[-1], what))
+
+    def check(self):
+        for process, log, what in self.needed:
+            if process.poll() is not None:
+                raise Problem(f"{what} ended: {reason(process, log)}")
+
     def wait(self, ready, what):
         """Waits until ready() holds for the program that was started last."""
         process, log = self.started[-1]
         end = time.monotonic() + START_LIMIT_S
         while not ready():
             if process.poll() is not None:
-                text = log.read_text(encoding="utf-8", errors="replace").strip()
-                raise Problem(f"{what} ended: {text.splitlines()[-1] if text else process.returncode}")
+                raise Problem(f"{what} ended: {reason(process, log)}")
             if time.monotonic() > end:
                 raise Problem(f"{what} is not ready after {START_LIMIT_S} s (log: {log})")
             time.sleep(0.02)

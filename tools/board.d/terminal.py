@@ -5,7 +5,6 @@ import os
 import pty
 import re
 import select
-import sys
 import termios
 import time
 import tty
@@ -26,15 +25,22 @@ U_BOOT_ERROR = re.compile(rb"[^\r\n]*(?:bad |error|failed|could not|not found|ex
 
 
 class Line:
-    """The serial line. All that arrives is written to a log, and shown."""
+    """The serial line. All that arrives is written to a log, and shown. `check()` raises Problem when what
+    is behind the board has ended."""
 
-    def __init__(self, socket, folder, shown):
-        self.socket, self.folder, self.shown = socket, folder, shown
+    def __init__(self, socket, folder, shown, check):
+        self.socket, self.folder, self.shown, self.check = socket, folder, shown, check
         self.log = open(folder / "console.log", "wb", buffering=0)
-        self.recent = b""
+        self.recent = self.unshown = b""
 
     def fileno(self):
         return self.socket.fileno()
+
+    def wait(self, *others):
+        """Waits for the line or one of the others; returns those that can be read, after a second none."""
+        ready = select.select([self, *others], [], [], 1)[0]
+        self.check()
+        return ready
 
     def send(self, data):
         try:
@@ -50,7 +56,7 @@ class Line:
             data = b""
         self.log.write(data)
         if self.shown:
-            os.write(sys.stdout.fileno(), data)
+            self.show(data)
         self.recent = (self.recent + data)[-RECENT_BYTES:]
         if REFUSED in self.recent:
             raise Problem(f"U-Boot started no system: {reason(self.recent)}")
@@ -58,6 +64,14 @@ class Line:
             save_token(self.folder / "token", token[1])
             self.recent = self.recent[token.end():]
         return data
+
+    def show(self, data):
+        """On a terminal as it is, else whole lines, without what a carriage return overwrites there: the
+        prompt before a typed line, progress."""
+        if not os.isatty(1):
+            *lines, self.unshown = (self.unshown + data).split(b"\n")
+            data = b"".join(line.rstrip(b"\r").rsplit(b"\r", 1)[-1] + b"\n" for line in lines)
+        os.write(1, data)
 
 
 def save_token(path, token):
@@ -130,7 +144,7 @@ def attend(line, lines, say):
 def attend_person(line, lines):
     typist = Typist(line, lines)
     while True:
-        ready, _, _ = select.select([line, 0], [], [])
+        ready = line.wait(0)
         if 0 in ready:
             keys = os.read(0, BLOCK_BYTES)
             before, leave, _ = keys.partition(LEAVE)
@@ -150,7 +164,7 @@ def attend_script(line, lines):
     end = time.monotonic() + BOOT_LIMIT_S
     prompted, left, more = False, b"", True
     while more or not typist.done():
-        ready, _, _ = select.select([line, 0] if more else [line], [], [], 1)
+        ready = line.wait(*([0] if more else []))
         if 0 in ready:
             data = os.read(0, BLOCK_BYTES)
             more = data != b""
@@ -166,7 +180,8 @@ def attend_script(line, lines):
             prompted = prompted or typist.awaited is ANSWER or typist.ready
         if not prompted and time.monotonic() > end:
             raise Problem(f"no prompt within {BOOT_LIMIT_S} s")
-    sys.stdout.write("\n")
+    if os.isatty(1):
+        print()  # after the prompt
     return 1 if typist.failed else 0
 
 
@@ -183,7 +198,7 @@ def serve(line, path, say):
     say(f"serial line: vergence --connect serial:{path} (Ctrl-C ends the board)")
     try:
         while True:
-            ready, _, _ = select.select([line, master], [], [])
+            ready = line.wait(master)
             if master in ready:
                 line.send(os.read(master, BLOCK_BYTES))
             if line in ready:
