@@ -15,6 +15,7 @@ import tempfile
 import time
 import tty
 import unittest
+import zlib
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 BOARD = ROOT / "tools/board"
@@ -29,6 +30,13 @@ ANSWER_LIMIT_S = 5  # of the console, whatever became of the daemon
 KILL, STOP = "kill -9 $(pidof vergenced)", "kill -STOP $(pidof vergenced)"
 WATCHDOG_LIMIT_S = 60
 STOP_ALL = "kill -STOP $(pidof supervise) $(pidof vergenced)"
+# Both cameras look at the cylinder.
+SCENE = ("--scene", "cylinder", "--seed", "3")
+AIM = ("bringup", "pan 3.57 right=-3.272", "iris 800", "exposure 9000")
+DEPTH = ("near=1600", "far=2300")
+SURFACE = ("mesh.ply", "points.pcd", "disparity.pfm")
+# The board's programs and the PC's may be of different commits while one works on them.
+BUILD_ID = re.compile(rb"^(comment|#) vergence [^\n]*\n", re.M)
 PROMPT = r"(?:\r?vergence> )+"  # the editor may show it twice
 
 
@@ -209,3 +217,41 @@ class BoardTest(unittest.TestCase):
         self.board = Board(self.new_folder(), *words, **options)
         self.addCleanup(self.board.close)
         return self.board
+
+
+class SurfaceTest(BoardTest):
+    """With vergence(*words): the PC's client."""
+
+    def on_host(self, *words):
+        done = subprocess.run([str(word) for word in words], cwd=self.board.folder, text=True,
+                              capture_output=True, timeout=COMMAND_LIMIT_S, check=False)
+        self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
+        return done.stdout
+
+    def take_pair(self, name, window):
+        """And sends the calibration, which a simulated rig knows. A small window keeps it quick."""
+        for line in (*AIM, f"window {window}", f"capture {name}"):
+            self.vergence(*line.split())
+        self.on_host(ROOT / "tools/simrig/control", f"unix:{self.board.folder}/rig.sock",
+                     "truth left left", "truth right right")
+        (self.board.folder / "rig.calibration").unlink(missing_ok=True)  # of an earlier test
+        self.on_host(VERGENCE, "info", ".", "--convert", "rig.calibration")
+        self.vergence("send", "rig.calibration")
+
+    def assert_surface_is_the_pc_s(self, window):
+        """To the byte."""
+        folder = self.board.folder
+        self.take_pair("first", window)
+        self.vergence("calibration", "set", "rig.calibration")
+        self.vergence("capture", "scene")  # with the calibration
+        self.vergence("reconstruct", "scene", *DEPTH)
+        for name in ("scene", "surface-scene-1"):
+            self.vergence("fetch", name)
+        near, far = (word.split("=")[1] for word in DEPTH)
+        self.on_host(VERGENCE, "reconstruct", "scene", "--near", near, "--far", far, "--out", "surface")
+        for name in SURFACE:
+            on_board, on_host = (BUILD_ID.sub(b"", (folder / where / name).read_bytes())
+                                 for where in ("surface-scene-1", "surface"))
+            self.assertEqual(zlib.crc32(on_board), zlib.crc32(on_host), name)
+        columns, rows = map(int, window.split())
+        self.assertGreater((folder / "surface" / "mesh.ply").stat().st_size, 2 * columns * rows)

@@ -4,24 +4,16 @@ measures to the byte, and comes back when the daemon is killed or stuck."""
 import contextlib
 import datetime
 import re
-import subprocess
 import sys
 import time
 import unittest
-import zlib
 
-from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, ROOT, STOP, STOP_ALL, VERGENCE,
-                           BoardTest, child_of, processor_s)
+from board_process import (AIM, BOOT_LIMIT_S, KILL, ROOT, SCENE, STOP, STOP_ALL, VERGENCE, SurfaceTest,
+                           child_of, processor_s)
 
 sys.path.insert(0, str(ROOT / "tools/board.d"))
 import rig_client  # noqa: E402
 
-# Both cameras look at the cylinder; a small window, as the board renders nothing but computes slowly.
-AIM = ("bringup", "pan 3.57 right=-3.272", "window 320 200", "iris 800", "exposure 9000")
-DEPTH = ("near=1600", "far=2300")
-SURFACE = ("mesh.ply", "points.pcd", "disparity.pfm")
-# The board's programs and the PC's may be of different commits while one works on them.
-BUILD_ID = re.compile(rb"^(comment|#) vergence [^\n]*\n", re.M)
 # A store that is soon full.
 SMALL_STORE = "mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(image2),2m(store)"
 STORE = "/var/lib/vergence/store"
@@ -30,12 +22,12 @@ FILL_LIMIT_S = 60
 SERVO_WATCHDOG_US = 1_100_000
 
 
-class Instrument(BoardTest):
+class Instrument(SurfaceTest):
     """One board for all of these."""
 
     @classmethod
     def setUpClass(cls):
-        cls.begin("--scene", "cylinder", "--seed", "3", "--args", SMALL_STORE)
+        cls.begin(*SCENE, "--args", SMALL_STORE)
         cls.addClassCleanup(cls.board.close)
         # Processor time, as the machine does much else: of U-Boot with TFTP, and from there to the prompt.
         cls.board.wait("Starting kernel", BOOT_LIMIT_S)
@@ -47,21 +39,11 @@ class Instrument(BoardTest):
     def vergence(self, *words):
         """The PC's client, over TCP."""
         address = re.search(r"--connect (\S+) --token (\S+)", self.board.report())
-        done = subprocess.run([VERGENCE, "--connect", address[1], "--token", address[2], *words],
-                              cwd=self.board.folder, capture_output=True, text=True,
-                              timeout=COMMAND_LIMIT_S, check=False)
-        self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
-        return done.stdout
-
-    def on_host(self, *words):
-        done = subprocess.run([str(word) for word in words], cwd=self.board.folder, text=True,
-                              capture_output=True, timeout=COMMAND_LIMIT_S, check=False)
-        self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
-        return done.stdout
+        return self.on_host(VERGENCE, "--connect", address[1], "--token", address[2], *words)
 
     def test_full_files_are_refused_before_the_work(self):
         board = self.board
-        for line in AIM:
+        for line in (*AIM, "window 320 200"):
             self.assertRegex(board.type(line), r"OK$", line)
         board.shell("cat /dev/zero >/var/lib/vergence/files/fill")
         answer = board.type("capture full")
@@ -74,20 +56,10 @@ class Instrument(BoardTest):
         now = int(self.board.shell("date +%s"))
         self.assertLess(abs(now - time.time()), 5)
 
-    def send_calibration(self):
-        """The simulated rig knows its own."""
-        self.board.type("token")
-        for line in (*AIM, "capture first"):
-            self.assertRegex(self.board.type(line), r"OK$", line)
-        self.on_host(ROOT / "tools/simrig/control", f"unix:{self.board.folder}/rig.sock",
-                     "truth left left", "truth right right")
-        (self.board.folder / "rig.calibration").unlink(missing_ok=True)  # of an earlier test
-        self.on_host(VERGENCE, "info", ".", "--convert", "rig.calibration")
-        self.vergence("send", "rig.calibration")
-
     def test_a_full_store_keeps_what_it_has(self):
         board = self.board
-        self.send_calibration()
+        board.type("token")
+        self.take_pair("first", "320 200")
         for line in ("settings save", "calibration set rig.calibration", "exposure 5000"):
             self.assertRegex(board.type(line), r"OK$", line)
         kept = f"ls -A {STORE} | grep -v fill; cat {STORE}/calibration {STORE}/settings"
@@ -111,23 +83,11 @@ class Instrument(BoardTest):
             self.assertRegex(board.type(line), r"OK$", line)
 
     def test_the_surface_is_the_pc_s_to_the_byte(self):
-        board, folder = self.board, self.board.folder
-        self.send_calibration()
-        board.type("calibration set rig.calibration")
-        self.assertRegex(board.type("capture scene"), r"OK$")
-        self.assertRegex(board.type(" ".join(("reconstruct", "scene", *DEPTH))), r"OK$")
-        self.vergence("fetch", "scene")
-        self.vergence("fetch", "surface-scene-1")
-        near, far = (word.split("=")[1] for word in DEPTH)
-        self.on_host(VERGENCE, "reconstruct", "scene", "--near", near, "--far", far, "--out", "surface")
-        for name in SURFACE:
-            on_board, on_host = (BUILD_ID.sub(b"", (folder / where / name).read_bytes())
-                                 for where in ("surface-scene-1", "surface"))
-            self.assertEqual(zlib.crc32(on_board), zlib.crc32(on_host), name)
-        self.assertGreater((folder / "surface" / "mesh.ply").stat().st_size, 100_000)
+        self.board.type("token")
+        self.assert_surface_is_the_pc_s("320 200")
         # Files carry the day, which the board has from its battery-backed clock.
         day = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
-        self.assertIn(day, board.shell("date -u -r /var/lib/vergence/files/scene/session.index +%F"))
+        self.assertIn(day, self.board.shell("date -u -r /var/lib/vergence/files/scene/session.index +%F"))
 
     def test_figures_of_the_boot(self):
         """Those that firmware/image/README.md publishes. No other test has used this daemon."""

@@ -5,7 +5,8 @@ import subprocess
 import time
 import unittest
 
-from board_process import BOOT_LIMIT_S, COMMAND_LIMIT_S, VERGENCE, BoardTest, board_command
+from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, SCENE, VERGENCE, Board, BoardTest, SurfaceTest,
+                           board_command)
 
 
 class Terminal(BoardTest):
@@ -40,24 +41,26 @@ class Terminal(BoardTest):
         self.assertEqual(board.wait_end(), 0)
 
 
-class SerialLine(BoardTest):
+class SerialLine(SurfaceTest):
+    def vergence(self, *words):
+        """The PC's client at the serial line."""
+        return self.on_host(VERGENCE, "--connect", f"serial:{self.board.folder}/line", *words)
+
     def test_the_pc_s_client_at_the_serial_line(self):
         folder = self.new_folder()
-        line = folder / "line"
-        board = self.start("--serial", str(line))
-        log = board.folder / "console.log"
+        board = self.board = Board(folder, *SCENE, "--serial", str(folder / "line"))
+        self.addCleanup(board.close)
+        log = folder / "console.log"
         end = time.monotonic() + BOOT_LIMIT_S
         while not log.exists() or b"vergence> " not in log.read_bytes():
             self.assertLess(time.monotonic(), end)
             time.sleep(0.1)
         sent = bytes(range(256)) * 64
         (folder / "sent").write_bytes(sent)
-        for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched"),
-                      ("bugreport",)):
-            done = subprocess.run([VERGENCE, "--connect", f"serial:{line}", *words], cwd=folder,
-                                  capture_output=True, text=True, timeout=COMMAND_LIMIT_S, check=False)
-            self.assertEqual(done.returncode, 0, f"{words}: {done.stdout}{done.stderr}")
+        for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched"), ("bugreport",)):
+            self.vergence(*words)
         self.assertEqual((folder / "fetched").read_bytes(), sent)
+        self.assert_surface_is_the_pc_s("96 72")
 
 
 if __name__ == "__main__":
