@@ -91,6 +91,16 @@ class ZoomInfo(unittest.TestCase):
                   encoding="utf-8") as file:
             self.assertIn(done.stdout, file.read())
 
+    def test_the_documented_commands(self):
+        with open(os.path.join(os.environ["VERGENCE_SOURCE"], "firmware/stereo/zoom/README.md"),
+                  encoding="utf-8") as file:
+            block = file.read().split("```sh\n")[1].split("```")[0]
+        programs = os.path.dirname(VERGENCE) + os.pathsep + os.environ["PATH"]
+        for line in block.splitlines():
+            done = subprocess.run(["bash", "-c", line], cwd=self.here, capture_output=True,
+                                  text=True, timeout=120, env={**os.environ, "PATH": programs})
+            self.assertEqual(done.returncode, 0, line + done.stderr)
+
     def test_refusals(self):
         self.refused(self.zoom, "--at", "zoom=900,distance=1800", words=("left zoom", "900", "850"))
         self.refused(self.zoom, "--at", "zoom=421", words=("focus is missing",))

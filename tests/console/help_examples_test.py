@@ -153,6 +153,8 @@ class Examples(UserTest):
     def test_info(self):
         self.write_images()
         self.run_one("vergence reconstruct left.png right.png --calibration rig.txt --out results")
+        self.place("instrument.zoom").write_bytes(subprocess.run(
+            [os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout)
         self.run_all(page_of(VERGENCE, "info"))
 
     def test_every_command_has_examples_and_a_test(self):

@@ -126,7 +126,7 @@ static int parse_field(const struct zoom_field *field, int side,
     if (field->kind == ZOOM_FIELD_INTEGERS || field->kind == ZOOM_FIELD_DECIMALS) {
         return parse_numbers(reader, field, name, rest, more, address);
     }
-    if (field->kind != ZOOM_FIELD_NOTE && (!more || rest.length == 0)) {
+    if (more ? rest.length == 0 : field->kind != ZOOM_FIELD_NOTE) {
         return calibration_refuse(reader, ERROR_SYNTAX, name, "the value is missing");
     }
     const bool unknown = field->kind != ZOOM_FIELD_NOTE && field->kind != ZOOM_FIELD_ID &&
@@ -167,6 +167,10 @@ static int parse_sigma(struct calibration_reader *reader, int i, double sigma[ZO
         code = parse_number(reader, ZOOM_GRAMMAR_SIGMA, &rest, &more, ZOOM_CORRELATION_DECIMALS, -1,
                             1, &correlation);
         row[j] = correlation * sigma[i] * sigma[j];
+        if (code == ERROR_OK && correlation != 0 && sigma[i] * sigma[j] == 0) {
+            code = calibration_refuse(reader, ERROR_RANGE, ZOOM_GRAMMAR_SIGMA,
+                                      "a correlation with a parameter that is exact");
+        }
     }
     if (code != ERROR_OK) {
         return code;

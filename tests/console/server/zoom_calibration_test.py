@@ -6,11 +6,22 @@ import os
 import re
 import subprocess
 import unittest
+import zlib
 
 from daemon_process import DaemonTest
-from reconstruct_test import lines_of
 
 TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
+
+
+def framed(text):
+    """The text with the checksum that it needs."""
+    body = text[:text.rindex(b"crc32 ")]
+    return body + b"crc32 %08x\n" % zlib.crc32(body)
+
+
+def lines_of(folder):
+    with open(os.path.join(folder, "session.index"), encoding="ascii") as file:
+        return [line.rsplit(" ", 1)[0] for line in file.read().splitlines()]
 
 
 class ZoomCalibration(DaemonTest):
@@ -43,9 +54,12 @@ class ZoomCalibration(DaemonTest):
         with open(os.path.join(self.files, "instrument.zoom"), "wb") as file:
             file.write(TEXT)
         with open(os.path.join(self.files, "other.zoom"), "wb") as file:
+            file.write(framed(TEXT.replace(b"instrument rig\n", b"instrument other\n")))
+        with open(os.path.join(self.files, "edited.zoom"), "wb") as file:
             file.write(TEXT.replace(b"instrument rig\n", b"instrument other\n"))
-        refused("calibration set other.zoom", "CRC", "other.zoom")
+        refused("calibration set edited.zoom", "CRC", "edited.zoom")
         works("bringup")
+        refused("calibration set other.zoom", "MISMATCH", "other", "rig")
         refused("aim distance=1800", "MISSING", "calibration set")
         shown = works("calibration set instrument.zoom")
         self.assertEqual((shown["id"], shown["left"]["zoom_max"]), ("default-rig", 850))
@@ -88,6 +102,17 @@ class ZoomCalibration(DaemonTest):
                               capture_output=True, text=True, timeout=120)
         self.assertEqual(info.returncode, 0, info.stderr)
         self.assertIn("matches", info.stdout)
+        # The same from the file, on a PC, by the pair's name.
+        export = os.path.join(self.folder, "second.txt")
+        info = subprocess.run([os.environ["VERGENCE"], "info",
+                               os.path.join(self.files, "instrument.zoom"), "--at",
+                               os.path.join(self.files, "r1:2"), "--convert", export],
+                              capture_output=True, text=True, timeout=120)
+        self.assertEqual(info.returncode, 0, info.stderr)
+        with open(export, encoding="ascii") as file:
+            exported = file.read()
+        for field in ("left_focal_px", "right_k1", "translation_right_left_mm", "yaw_sigma_rad"):
+            self.assertEqual(value(exported, field), value(second, field))
         # A pair that the calibration does not reach.
         works("pan 24 side=left")
         refused("status", "MISMATCH", "left pan", "outside")
