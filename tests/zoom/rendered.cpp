@@ -47,7 +47,7 @@ void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::No
     const Moment moment = moment_of(rig);
     std::vector<uint8_t> grey[2];
     refine_picture picture = {};
-    picture.state = moment.state;
+    picture.axes = moment.state;
     picture.depth_near_mm = 800;
     picture.depth_far_mm = INFINITY;
     for (int side = 0; side < 2; side++) {
