@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/zoom/zoom_robust.hpp"
 #include "calib/zoom/zoom_seed.hpp"
 #include "calib/zoom/zoom_variance.hpp"
 
@@ -20,7 +21,8 @@ struct zoom_solution {
     zoom_estimate estimate;
     zoom_covariance covariance;
     std::vector<zoom_setting> settings;  // each alone
-    double noise_ratio = 0;              // residuals over the sigmas given with the corners
+    std::vector<zoom_rejection> rejections;
+    double noise_ratio = 0;  // residuals over the sigmas given with the corners
     double rms_px = 0;
     /// Without id, date, note and instrument.
     std::shared_ptr<zoom_calibration> rig;

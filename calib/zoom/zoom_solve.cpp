@@ -9,7 +9,7 @@ namespace calib {
 namespace {
 
 const double LOSS = 3;
-const int VARIANCE_ROUNDS = 12;
+const int VARIANCE_ROUNDS = 12, CLEANING_ROUNDS = 6;
 
 class zoom_solver {
   public:
@@ -33,9 +33,14 @@ class zoom_solver {
         result_.layout = zoom_layout(result_.problem, orders);
         result_.prior = wide_prior(result_.problem, result_.layout, result_.estimate);
         fit(LOSS, 60);
+        clean();
         estimate_variances();
         choose();
         estimate_variances();
+        // With the variances known, the limits are those of the final model.
+        if (reject_outliers()) {
+            estimate_variances();
+        }
         describe_zoom(&result_);
         return result_;
     }
@@ -53,6 +58,19 @@ class zoom_solver {
         fit_zoom(
             result_.problem, result_.layout, result_.prior, weights(loss), iterations,
             [this] { show_stage("solving all zooms together"); }, &result_.estimate);
+    }
+
+    bool reject_outliers() {
+        const double scale = zoom_robust_scale(result_.problem, result_.layout, result_.estimate);
+        return assess_zoom(&result_.problem, result_.layout, result_.estimate, scale,
+                           &result_.rejections);
+    }
+
+    void clean() {
+        for (int round = 0; round < CLEANING_ROUNDS && reject_outliers(); round++) {
+            show_stage("rejecting outliers");
+            fit(LOSS, 20);
+        }
     }
 
     void choose() {

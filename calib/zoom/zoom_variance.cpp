@@ -74,47 +74,62 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
     return result;
 }
 
+namespace {
+
+// Deviations of one function at all settings. Both lenses are of one kind.
+double update_effects(const zoom_layout &layout, const zoom_estimate &estimate,
+                      const zoom_covariance &covariance, int function, zoom_prior *prior) {
+    spread all;
+    std::vector<int> places;
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        for (int k = 0; k < layout.settings(camera); k++) {
+            const int at = layout.effect_at(camera, function, k);
+            if (at >= 0) {
+                all.add(estimate.shared[size_t(at)], covariance.shared(at, at));
+                places.push_back(at);
+            }
+        }
+    }
+    if (places.empty()) {
+        return 0;
+    }
+    const double sigma = prior->sigma[size_t(places[0])];
+    const double next = all.next(sigma, MIN_EFFECT[function]);
+    for (const int at : places) {
+        prior->sigma[size_t(at)] = next;
+    }
+    return std::fabs(std::log(next / sigma));
+}
+
+double update_latent(const zoom_problem &problem, const zoom_estimate &estimate,
+                     const zoom_covariance &covariance, size_t camera, size_t latent,
+                     zoom_prior *prior) {
+    spread all;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        if (problem.captures[i].view[camera].used) {
+            all.add(estimate.latent[i][camera][latent],
+                    covariance.latent_variance[i][camera][latent]);
+        }
+    }
+    double &sigma = prior->latent_sigma[camera][latent];
+    const double before = sigma;
+    sigma = all.next(sigma, MIN_LATENT[latent]);
+    return std::fabs(std::log(sigma / before));
+}
+
+}  // namespace
+
 double update_variances(const zoom_problem &problem, const zoom_layout &layout,
                         const zoom_estimate &estimate, const zoom_covariance &covariance,
                         zoom_prior *prior) {
     double change = 0;
     for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
-        // Both lenses are of one kind.
-        spread all;
-        double sigma = 0;
-        for (int camera = 0; camera < CAMERAS; camera++) {
-            for (int k = 0; k < layout.settings(camera); k++) {
-                const int at = layout.effect_at(camera, function, k);
-                if (at >= 0) {
-                    all.add(estimate.shared[size_t(at)], covariance.shared(at, at));
-                    sigma = prior->sigma[size_t(at)];
-                }
-            }
-        }
-        if (all.count == 0) {
-            continue;
-        }
-        const double next = all.next(sigma, MIN_EFFECT[function]);
-        change = std::max(change, std::fabs(std::log(next / sigma)));
-        for (int camera = 0; camera < CAMERAS; camera++) {
-            for (int k = 0; k < layout.settings(camera); k++) {
-                prior->sigma[size_t(layout.effect_at(camera, function, k))] = next;
-            }
-        }
+        change = std::max(change, update_effects(layout, estimate, covariance, function, prior));
     }
     for (size_t latent = 0; latent < LATENTS && prior->has_latents(); latent++) {
         for (size_t camera = 0; camera < CAMERAS; camera++) {
-            spread all;
-            for (size_t i = 0; i < problem.captures.size(); i++) {
-                if (problem.captures[i].view[camera].used) {
-                    all.add(estimate.latent[i][camera][latent],
-                            covariance.latent_variance[i][camera][latent]);
-                }
-            }
-            double &sigma = prior->latent_sigma[camera][latent];
-            const double next = all.next(sigma, MIN_LATENT[latent]);
-            change = std::max(change, std::fabs(std::log(next / sigma)));
-            sigma = next;
+            change = std::max(change,
+                              update_latent(problem, estimate, covariance, camera, latent, prior));
         }
     }
     return change;

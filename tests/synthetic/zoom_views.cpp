@@ -245,8 +245,31 @@ class ViewMaker {
         if (capture.view[0].corners.size() < min || capture.view[1].corners.size() < min) {
             return false;
         }
+        for (size_t side = 0; side < 2; side++) {
+            spoil(capture.name[side], &capture.view[side].corners);
+        }
         views_.seen.captures.push_back(capture);
         return true;
+    }
+
+    // A picture of a board that had moved, or single corners that belong to something else.
+    void spoil(const std::string &name, std::vector<calib::corner> *corners) {
+        if (noise_.uniform(0, 1) < plan_.wrong_views) {
+            const double x = noise_.uniform(3, 30), y = noise_.uniform(3, 30);
+            for (calib::corner &corner : *corners) {
+                corner.x_px += x;
+                corner.y_px -= y;
+            }
+            views_.wrong_views.push_back(name);
+            return;
+        }
+        for (calib::corner &corner : *corners) {
+            if (noise_.uniform(0, 1) < plan_.wrong_corners) {
+                corner.x_px += noise_.uniform(0, 1) < 0.5 ? 2.5 : -7;
+                corner.y_px += noise_.uniform(-4, 4);
+                views_.wrong_corners.emplace_back(name, corner.index);
+            }
+        }
     }
 
     Camera left_at(int zoom) const {

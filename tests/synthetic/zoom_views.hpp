@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calib/zoom/zoom_data.hpp"
@@ -50,6 +51,9 @@ struct ZoomPlan {
     double toe_in_mm = 1800;
     double pan_sigma_rad = 0;  // servos, at each visit
     int pans = 1;              // visits
+    // Shares of wrong pictures (the board moved, or its corners numbered from another one) and of
+    // wrong corners.
+    double wrong_views = 0, wrong_corners = 0;
 };
 
 /// Where the motors of one camera truly are.
@@ -75,7 +79,9 @@ double toe_in_rad(const ZoomPlan &plan, int side);
 struct ZoomViews {
     calib::zoom_observations seen;
     ZoomRig rig;
-    double pan_off_rad[2] = {0, 0};  // of the last visit
+    double pan_off_rad[2] = {0, 0};                          // of the last visit
+    std::vector<std::string> wrong_views;                    // names of the images
+    std::vector<std::pair<std::string, int>> wrong_corners;  // and index of the corner
 };
 
 ZoomViews make_zoom_views(const ZoomPlan &plan, uint64_t scene_seed, uint64_t noise_seed);
