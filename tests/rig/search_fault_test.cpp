@@ -59,7 +59,7 @@ int run(RigBench &bench, const std::string &line, std::string &message) {
     const bool averages = line.find("average") != std::string::npos;
     const auto frames = uint8_t(line.back() - '0');
     const pair_options options = {false, averages ? frames : uint8_t(0),
-                                  averages ? uint8_t(0) : frames, &kMemory};
+                                  averages ? uint8_t(0) : frames, 0, &kMemory};
     ::pair pair{};
     const int error = pair_capture(&bench.rig, &options, &pair);
     if (error == ERROR_OK) {

@@ -90,7 +90,7 @@ std::string RigBench::control(const std::string &command) {
 }
 
 int RigBench::capture(::pair &pair, bool check_static) {
-    const pair_options options = {check_static, 0, 0, nullptr};
+    const pair_options options = {check_static, 0, 0, 0, nullptr};
     pair_release(taken_);
     const int error = pair_capture(&rig, &options, &pair);
     if (error == ERROR_OK) {

@@ -181,7 +181,7 @@ struct Triggered {
     Triggered(const Triggered &) = delete;
     Triggered &operator=(const Triggered &) = delete;
     int capture(::pair &pair, bool check_static = false) {
-        const pair_options options = {check_static, 0, 0, nullptr};
+        const pair_options options = {check_static, 0, 0, 0, nullptr};
         const int error = pair_capture(&rig, &options, &pair);
         // The pixels remain, as they belong to the cameras.
         pair_frame frames[] = {pair.frame[RIG_LEFT], pair.frame[RIG_RIGHT]};

@@ -139,7 +139,7 @@ struct TwoCameras {
         rig_init(&rig, &profile, &hangs_on, nullptr);
     }
     int capture(::pair &pair) {
-        const pair_options options = {true, 0, 0, nullptr};
+        const pair_options options = {true, 0, 0, 0, nullptr};
         const int error = pair_capture(&rig, &options, &pair);
         CHECK(left.lent == (error == ERROR_OK));
         CHECK(right.lent == (error == ERROR_OK));
