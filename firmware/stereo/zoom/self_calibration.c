@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
-#include "stereo/zoom/self_prior.h"
 
 enum {
     ROWS_MAX = 2 * SELF_SEEN_MAX,
@@ -380,6 +379,9 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
             const double weight = 1 / ((1 + deviation * deviation) * sigma_px * sigma_px);
             accumulate(&tracks[i], &e, weight, n, H, g);
             used++;
+        }
+        if (self->target != NULL) {
+            self_target_add(self->view, self->target, n, H, g);
         }
         double before[SELF_TERMS_MAX], change = 0;
         memcpy(before, self->correction, sizeof before);

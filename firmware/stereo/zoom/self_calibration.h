@@ -9,7 +9,7 @@
 #define VERGENCE_STEREO_ZOOM_SELF_CALIBRATION_H
 
 #include "core/arena.h"
-#include "stereo/zoom/self_prior.h"
+#include "stereo/zoom/self_target.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -19,9 +19,10 @@ struct self_calibration {
     int views, terms;
     struct camera_view nominal[SELF_VIEWS_MAX], view[SELF_VIEWS_MAX];  // before, corrected
     double correction[SELF_TERMS_MAX];
-    double *prior;      // terms x terms: covariance = prior prior^T, lower triangle
-    double *posterior;  // the same, of what remains
-    double *work;       // three of that size
+    struct self_target *target;  // in view, placed; NULL: none
+    double *prior;               // terms x terms: covariance = prior prior^T, lower triangle
+    double *posterior;           // the same, of what remains
+    double *work;                // three of that size
 };
 
 /// A point that several views see.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/zoom/refine_pair.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "stereo/zoom/zoom_bracket.h"
 #include "synthetic/zoom_rig.hpp"
 
 namespace {
@@ -79,8 +78,8 @@ struct Scene {
     refine_picture picture;
 };
 
-// Motors off by `counts` and `pan_rad`, in opposite ways.
-Scene scene(double zoom, double counts, double pan_rad) {
+// Motors off by `counts` and `pan_rad`, in opposite ways; `texture_mm` 0: of 6 px.
+Scene scene(double zoom, double counts, double pan_rad, double texture_mm = 0) {
     Scene scene = {};
     scene.picture.axes = zoom_rig::state(zoom, 1800);
     scene.picture.depth_near_mm = 500;
@@ -90,8 +89,9 @@ Scene scene(double zoom, double counts, double pan_rad) {
         const double sign = side == 0 ? 1 : -1;
         scene.truth[side] = zoom_rig::truth_at(side, at.zoom_counts + sign * counts,
                                                at.focus_counts, at.pan_rad + sign * pan_rad, true);
-        scene.pixels[side] =
-            ::picture(scene.truth[side], 6 * 1800 / scene.truth[0].image_distance_px);
+        const double grain_mm =
+            texture_mm > 0 ? texture_mm : 6 * 1800 / scene.truth[0].image_distance_px;
+        scene.pixels[side] = ::picture(scene.truth[side], grain_mm);
         scene.picture.grey[side] = {scene.pixels[side].data(), kWidth, kHeight, kWidth};
         scene.picture.window[side] = {0, 0, kSkip};
     }
@@ -132,6 +132,33 @@ TEST_CASE("a refined pair has its rows together and its focal lengths in the rig
         CHECK(std::abs(result.left.fx_px * kSkip / at.truth[0].image_distance_px - 1) <
               4 * report.focal.before);
         CHECK(calibration_depth_sigma_mm(&result, report.depth_mm) >= report.depth.after * 0.999);
+    }
+}
+
+TEST_CASE("pictures before and after zooming show where the rings are") {
+    const auto rig = zoom_rig::calibration();
+    Scene at[2] = {scene(310, 1, 0.3 * M_PI / 180, 4), scene(430, 1, 0.3 * M_PI / 180, 4)};
+    at[1].picture.state = 1;
+    const zoom_state axes[2] = {at[0].picture.axes, at[1].picture.axes};
+    const refine_picture pictures[2] = {at[0].picture, at[1].picture};
+    Memory memory(self_calibration_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    self_calibration self;
+    bracket_report report;
+    REQUIRE(self_calibration_begin(rig.get(), axes, 2, &memory.pool, &self) == ERROR_OK);
+    REQUIRE(zoom_bracket(pictures, &memory.pool, &self, &report) == ERROR_OK);
+    CHECK(report.carried > 100);
+    CHECK(report.carried_px < 0.4);
+    for (int state = 0; state < 2; state++) {
+        CAPTURE(state);
+        const refine_report &pair = report.pair[state];
+        CHECK(pair.focal.after < 0.5 * pair.focal.before);
+        for (int side = 0; side < 2; side++) {
+            const double focal = self.view[self_view(state, side)].lens.fx_px /
+                                     at[state].truth[side].image_distance_px -
+                                 1;
+            CHECK(std::abs(focal) < 4 * pair.focal.after);
+        }
+        CHECK(pair.depth.after < 0.3 * pair.depth.before);
     }
 }
 

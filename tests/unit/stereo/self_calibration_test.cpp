@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -226,6 +227,154 @@ TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in co
     gradient[VIEW_FOCAL] = -1;
     gradient[VIEW_TERMS + VIEW_FOCAL] = 1;
     CHECK(self_posterior_sigma(&self, gradient) < 0.3 * self_prior_sigma(&self, gradient));
+}
+
+// Corners of a board that stands askew before the cameras, as both see them.
+struct Board {
+    std::vector<std::array<double, 3>> points;
+    std::vector<target_sight> sights;
+    self_target target = {};
+
+    Board(const Truth &truth, int columns, int rows, double square_mm, double noise_px,
+          Random &random) {
+        const double c = std::cos(0.4), s = std::sin(0.4);
+        for (int i = 0; i < columns * rows; i++) {
+            const double x = (i % columns) * square_mm, y = (i / columns) * square_mm;
+            points.push_back({x, y, 0});
+            const double world[3] = {100 + c * x, -30 + y, 1790 + s * x};
+            for (int side = 0; side < 2; side++) {
+                target_sight sight = {side, i, {}};
+                if (see(truth.camera[side], world, sight.pixel_px)) {
+                    for (double &pixel : sight.pixel_px) {
+                        pixel += noise_px * normal(random);
+                    }
+                    sights.push_back(sight);
+                }
+            }
+        }
+        target.points = static_cast<int>(points.size());
+        target.sights = static_cast<int>(sights.size());
+        target.point_mm = reinterpret_cast<const double(*)[3]>(points.data());
+        target.sight = sights.data();
+        target.sigma_px = noise_px;
+    }
+};
+
+TEST_CASE("a known length in view gives the depth, as well as predicted") {
+    Random random(synthetic::test_seed());
+    const auto calibration = zoom_rig::calibration();
+    const int draws = synthetic::rounds(30, 2);
+    struct Case {
+        double zoom;
+        int columns, rows;
+        double square_mm, limit_mm;
+    };
+    // Boards, and two marks 200 mm apart.
+    for (const Case &one : {Case{300, 10, 7, 24, 2.5}, Case{422, 10, 7, 24, 2.2},
+                            Case{840, 5, 4, 20, 1.5}, Case{422, 2, 1, 200, 6}}) {
+        const zoom_state state = zoom_rig::state(one.zoom, 1800);
+        double square = 0, error2 = 0;
+        for (int draw = 0; draw < draws; draw++) {
+            Memory memory(self_calibration_need_bytes(1));
+            self_calibration self;
+            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            const Truth truth = off(*calibration, state, random);
+            std::vector<self_track> tracks = observe(truth, 0.1, 300, random);
+            REQUIRE(self_calibration_solve(&self, tracks.data(), 300) == 300);
+            Board board(truth, one.columns, one.rows, one.square_mm, 0.05, random);
+            REQUIRE(self_target_place(self.view, &board.target));
+            self.target = &board.target;
+            REQUIRE(self_calibration_solve(&self, tracks.data(), 300) == 300);
+            const double centre[2] = {1030, 766};
+            double gradient[SELF_TERMS_MAX];
+            REQUIRE(self_depth_gradient(&self, 0, centre, 1800, gradient));
+            const double sigma = self_posterior_sigma(&self, gradient);
+            const double error = depth_error(truth, self.view);
+            square += error * error / (sigma * sigma) / draws;
+            error2 += error * error / draws;
+        }
+        CAPTURE(one.zoom);
+        CAPTURE(one.columns);
+        CHECK(std::sqrt(error2) < one.limit_mm);
+        CHECK(std::sqrt(square) < 1.3);
+        if (draws >= 30) {
+            CHECK(std::sqrt(square) > 0.4);
+        }
+    }
+}
+
+TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide to tele") {
+    Random random(synthetic::test_seed());
+    const auto calibration = zoom_rig::calibration();
+    const int draws = synthetic::rounds(30, 2);
+    double error2[2] = {}, focal2[2] = {}, square = 0;
+    for (int draw = 0; draw < draws; draw++) {
+        const zoom_state claimed[2] = {zoom_rig::state(320, 1800), zoom_rig::state(830, 1800)};
+        double drift[2][2], pan[2];
+        for (int side = 0; side < 2; side++) {
+            drift[side][0] = normal(random);
+            drift[side][1] = normal(random);
+            pan[side] = calibration->camera[side].pan_sigma_rad * normal(random);
+        }
+        Truth truth[2] = {};
+        for (int state = 0; state < 2; state++) {
+            for (int side = 0; side < 2; side++) {
+                const auto &at = claimed[state].side[side];
+                truth[state].camera[side] = zoom_rig::truth_at(
+                    side, at.zoom_counts + drift[side][0] + 0.25 * normal(random),
+                    at.focus_counts + drift[side][1] + 0.25 * normal(random),
+                    at.pan_rad + pan[side], true);
+            }
+        }
+        Memory memory(self_calibration_need_bytes(2));
+        self_calibration self;
+        REQUIRE(self_calibration_begin(calibration.get(), claimed, 2, &memory.pool, &self) == 0);
+        std::vector<self_track> tracks = observe(truth[0], 0.05, 600, random);
+        std::vector<self_track> tele = observe(truth[1], 0.05, 300, random);
+        for (self_track &track : tele) {
+            track.view[0] = self_view(1, 0);
+            track.view[1] = self_view(1, 1);
+        }
+        tracks.insert(tracks.end(), tele.begin(), tele.end());
+        // Points of the tele pair that the wide cameras see, too.
+        while (tracks.size() < 1000) {
+            const double point[3] = {125 + uniform(random, -60, 60), uniform(random, -45, 45),
+                                     uniform(random, 1750, 1850)};
+            self_track track = {};
+            track.count = 4;
+            track.sigma_px = 0.07;
+            bool seen = true;
+            for (int i = 0; i < 4; i++) {
+                track.view[i] = self_view(i < 2 ? 1 : 0, i % 2);
+                seen = seen && see(truth[i < 2 ? 1 : 0].camera[i % 2], point, track.pixel_px[i]);
+                track.pixel_px[i][0] += 0.07 * normal(random);
+                track.pixel_px[i][1] += 0.07 * normal(random);
+            }
+            if (seen) {
+                tracks.push_back(track);
+            }
+        }
+        (void)self_calibration_solve(&self, tracks.data(), static_cast<int>(tracks.size()));
+        for (int state = 0; state < 2; state++) {
+            const double error = depth_error(truth[state], self.view + 2 * state);
+            const double focal =
+                self.view[2 * state].lens.fx_px / truth[state].camera[0].image_distance_px - 1;
+            error2[state] += error * error / draws;
+            focal2[state] += focal * focal / draws;
+        }
+        const double centre[2] = {1025, 768};
+        double gradient[SELF_TERMS_MAX];
+        REQUIRE(self_depth_gradient(&self, 1, centre, 1800, gradient));
+        const double error = depth_error(truth[1], self.view + 2);
+        const double sigma = self_posterior_sigma(&self, gradient);
+        square += error * error / (sigma * sigma) / draws;
+    }
+    if (draws >= 30) {
+        CHECK(std::sqrt(focal2[0]) < 2e-3);
+        CHECK(std::sqrt(error2[0]) < 4);
+        CHECK(std::sqrt(error2[1]) < 4);
+        CHECK(std::sqrt(square) < 1.3);
+    }
 }
 
 TEST_CASE("too little memory is reported") {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Self-calibration from two pairs of the same scene, before and after zooming, with pan untouched.
+/// Each camera is compared with itself: the ratio of the scales shows where its ring is, and what
+/// the wide pair shows of pan holds for the other, which hardly shows it.
+#ifndef VERGENCE_STEREO_ZOOM_ZOOM_BRACKET_H
+#define VERGENCE_STEREO_ZOOM_ZOOM_BRACKET_H
+
+#include "stereo/zoom/refine_pair.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct bracket_report {
+    struct refine_report pair[2];  // wide, tele; their sigmas after all of it
+    int carried;                   // observations of the tele pair's points in the wide pictures
+    double carried_px;  // median of what the corrected views leave of them, px of the wide sensor
+};
+
+/// `picture[0]` is the wider pair, of state 0, `picture[1]` the other, of state 1; `self` was begun
+/// with both. If the pictures before and after cannot be compared, `carried` is 0 and `self` fits
+/// the pairs alone. ERROR_MEMORY.
+int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
+                 struct self_calibration *self, struct bracket_report *report);
+size_t zoom_bracket_need_bytes(int width, int height);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
