@@ -33,6 +33,7 @@ static double bearing_rad(const struct zoom_pair *pair, int side, const double p
 int zoom_aim(const struct zoom_calibration *calibration, const double point_mm[3],
              struct zoom_state *state, struct calibration_fault *fault) {
     static const char *const names[2] = {"left_pan_rad", "right_pan_rad"};
+    INVARIANT(point_mm != NULL);
     struct zoom_state aimed = *state;
     double off_rad[2] = {0, 0};
     // The pupil moves by little, so that each step leaves a small share of the angle.

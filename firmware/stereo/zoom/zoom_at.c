@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "core/math.h"
 #include "stereo/zoom/zoom_calibration.h"
 #include "stereo/zoom/zoom_sigma.h"
@@ -11,6 +12,7 @@
 static const double margin_sigmas = 4;
 
 static bool is_outside(const struct zoom_range *range, double margin, double value) {
+    INVARIANT(margin >= 0 && range->min <= range->max);
     return !(value >= range->min - margin && value <= range->max + margin);
 }
 
@@ -20,8 +22,10 @@ int zoom_state_check(const struct zoom_calibration *calibration, const struct zo
         {"left_zoom_counts", "left_focus_counts", "left_pan_rad"},
         {"right_zoom_counts", "right_focus_counts", "right_pan_rad"},
     };
+    INVARIANT(calibration != NULL && state != NULL);
     for (int side = 0; side < 2; side++) {
         const struct zoom_camera *camera = &calibration->camera[side];
+        INVARIANT(camera->reading_sigma_counts >= 0 && camera->drift_sigma_counts >= 0);
         const double counts = sqrt(camera->reading_sigma_counts * camera->reading_sigma_counts +
                                    camera->drift_sigma_counts * camera->drift_sigma_counts);
         const bool outside[3] = {
@@ -78,6 +82,7 @@ int zoom_calibration_at(const struct zoom_calibration *calibration, const struct
     code = zoom_pair_calibration(&pair, &at);
     if (code == ERROR_OK) {
         zoom_depth_sigma(calibration, state, &at.scale_sigma, &at.yaw_sigma_rad);
+        INVARIANT(at.scale_sigma >= calibration->scale_sigma && at.yaw_sigma_rad >= 0);
         at.axes_in_sigma = true;
         code = calibration_validate(&at, fault);
     }

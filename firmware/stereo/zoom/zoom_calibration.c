@@ -32,12 +32,15 @@ int zoom_parameter_list(struct zoom_camera camera[2], double *parameter[ZOOM_PAR
 }
 
 static double within(const struct zoom_range *range, double value) {
+    INVARIANT(range->max > range->min);
     return (2 * value - range->min - range->max) / (range->max - range->min);
 }
 
 double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_name name,
                            double argument) {
+    INVARIANT((unsigned)name < ZOOM_FUNCTIONS);
     const struct zoom_function *function = &camera->function[name];
+    INVARIANT(function->terms >= 0 && function->terms <= ZOOM_TERMS_MAX);
     const double u = within(name == ZOOM_FOCAL ? &camera->zoom : &camera->log_focal, argument);
     double polynomial = 1, next = u, sum = 0;  // Chebyshev's, by their recurrence
     for (int i = 0; i < function->terms; i++) {
@@ -52,6 +55,7 @@ double zoom_function_value(const struct zoom_camera *camera, enum zoom_function_
 // Lens of the whole sensor from the values of its functions.
 static void lens_at(const struct zoom_camera *camera, const double value[ZOOM_FUNCTIONS],
                     struct lens *lens) {
+    INVARIANT(camera->radius_px > 0 && camera->pixel_mm > 0);
     const double f_px = value[ZOOM_FOCAL];
     const double F_px = f_px / (1 - f_px * camera->pixel_mm * value[ZOOM_VERGENCE] / 1000);
     const double R = camera->radius_px, slope = F_px / R, square = slope * slope;
@@ -72,6 +76,7 @@ static void pose_at(const struct zoom_camera *camera, double pan_rad, double pup
                     double position_mm[3]) {
     const double *mount = camera->mount;
     const double axis[3] = {mount[ZOOM_AXIS_DIRECTION_X], 1, mount[ZOOM_AXIS_DIRECTION_Z]};
+    INVARIANT(axis[1] == 1 && geometry_norm(axis) >= 1);
     const double angle_rad = pan_rad * (1 + mount[ZOOM_PAN_SCALE]) / geometry_norm(axis);
     double turn[3], pan[9], at_zero[9], arm_mm[3], turned_mm[3];
     for (int i = 0; i < 3; i++) {

@@ -98,6 +98,7 @@ static const struct zoom_field fields[] = {
 
 const struct zoom_field *zoom_grammar_fields(int *count) {
     *count = sizeof fields / sizeof fields[0];
+    INVARIANT(fields[0].part == ZOOM_FIELD_RIG && fields[*count - 1].part == ZOOM_FIELD_END);
     return fields;
 }
 
@@ -106,5 +107,6 @@ void *zoom_grammar_address(const struct zoom_field *field, int side,
     INVARIANT(side == 0 || (side == 1 && field->part == ZOOM_FIELD_CAMERA));
     char *base =
         field->part == ZOOM_FIELD_CAMERA ? (char *)&calibration->camera[side] : (char *)calibration;
+    INVARIANT(field->offset < sizeof *calibration);
     return base + field->offset;
 }

@@ -25,6 +25,7 @@ struct propagation {
 // Half of the values' change when a number goes from `step` below to `step` above its value.
 static void difference(struct propagation *at, double *number, double step,
                        double change[ZOOM_VALUES_MAX]) {
+    INVARIANT(step > 0 && at->count <= ZOOM_VALUES_MAX);
     const double value = *number;
     struct zoom_pair pair;
     double below[ZOOM_VALUES_MAX];
@@ -72,6 +73,7 @@ static void derivatives(struct propagation *at, const struct zoom_calibration *c
                         double change[][TOGETHER]) {
     for (int i = 0; i < calibration->parameters; i++) {
         const double sigma = sqrt(calibration->covariance[i * (i + 1) / 2 + i]);
+        INVARIANT(sigma >= 0);
         double all[ZOOM_VALUES_MAX] = {0};
         if (sigma > 0) {
             difference(at, parameter[i], sigma, all);
@@ -85,6 +87,7 @@ static void derivatives(struct propagation *at, const struct zoom_calibration *c
 // Adds g^T C g for each value, by parts.
 static void add_parts(const struct zoom_calibration *calibration, const bool mount[],
                       double change[][TOGETHER], int values, struct zoom_variance *variance) {
+    INVARIANT(values > 0 && values <= TOGETHER);
     for (int i = 0; i < calibration->parameters; i++) {
         const double *row = &calibration->covariance[i * (i + 1) / 2];
         for (int j = 0; j <= i; j++) {
@@ -163,6 +166,7 @@ static void to_instrument(const struct zoom_pair *pair, int side, const double p
 // Depths in the left camera's frame of points at fixed pixels.
 static void depths(const struct zoom_pair *pair, void *context, double *values) {
     const struct seen_points *points = context;
+    INVARIANT(points->count <= ZOOM_VALUES_MAX);
     for (int i = 0; i < points->count; i++) {
         double left[3], right[3];
         to_instrument(pair, 0, points->left_px[i], left);
@@ -187,6 +191,7 @@ static bool add_point(const struct zoom_pair *pair, const double pixel_px[2], do
     }
     geometry_rotate_back(pair->side[1].R_instrument_camera, arm_mm, in_right_mm);
     const int i = points->count;
+    INVARIANT(depth_mm > 0 && i < ZOOM_VALUES_MAX);
     const struct lens *right = &pair->side[1].lens;
     double *seen_px = points->right_px[i];
     if (!lens_project(right, in_right_mm, seen_px) || seen_px[0] < 0 || seen_px[1] < 0 ||

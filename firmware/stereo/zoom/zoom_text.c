@@ -24,6 +24,7 @@ static int visit(struct zoom_calibration *calibration, each_field *each, void *c
     for (end = first_camera; fields[end].part == ZOOM_FIELD_CAMERA;) {
         end++;
     }
+    INVARIANT(first_camera > 0 && end > first_camera && end < count);
     for (int i = 0; i < first_camera && code == ERROR_OK; i++) {
         code = each(&fields[i], 0, calibration, context);
     }
@@ -56,6 +57,7 @@ static int open_line(struct calibration_reader *reader, const char *expected,
 static int parse_number(struct calibration_reader *reader, const char *name,
                         struct calibration_span *rest, bool *more, int decimals, int64_t min,
                         int64_t max, double *value) {
+    INVARIANT(min < max);
     if (!*more) {
         return calibration_refuse(reader, ERROR_SYNTAX, name, "too few values");
     }
@@ -80,6 +82,7 @@ static int parse_function(struct calibration_reader *reader, const struct zoom_f
 
 static int parse_numbers(struct calibration_reader *reader, const struct zoom_field *field,
                          const char *name, struct calibration_span rest, bool more, void *address) {
+    INVARIANT(field->count > 0);
     for (int i = 0; i < field->count; i++) {
         double value;
         const int code = parse_number(reader, name, &rest, &more, field->decimals, field->min,
@@ -175,6 +178,7 @@ static int parse_sigma(struct calibration_reader *reader, int i, double sigma[ZO
     if (code != ERROR_OK) {
         return code;
     }
+    INVARIANT(sigma[i] >= 0 && sigma[i] <= ZOOM_SIGMA_MAX);
     row[i] = sigma[i] * sigma[i];
     return more ? calibration_refuse(reader, ERROR_SYNTAX, ZOOM_GRAMMAR_SIGMA, "too many values")
                 : ERROR_OK;
@@ -290,6 +294,7 @@ static double stated_sigma(double variance) {
 static double correlation(const double *covariance, int i, int j) {
     const double value = covariance[i * (i + 1) / 2 + j] /
                          sqrt(covariance[i * (i + 1) / 2 + i] * covariance[j * (j + 1) / 2 + j]);
+    INVARIANT(fabs(value) < 1.001);  // was validated
     return value > 1 ? 1 : value < -1 ? -1 : value;
 }
 
@@ -435,6 +440,7 @@ static int check_lenses(const struct zoom_calibration *calibration,
 
 // Written so that a NaN fails too.
 static bool covariance_is_legal(const double *covariance, int i, int j) {
+    INVARIANT(j >= 0 && j <= i && i < ZOOM_PARAMETERS_MAX);
     const double own = covariance[i * (i + 1) / 2 + i], other = covariance[j * (j + 1) / 2 + j];
     const double value = covariance[i * (i + 1) / 2 + j];
     return own >= 0 && own <= (double)ZOOM_SIGMA_MAX * ZOOM_SIGMA_MAX &&
