@@ -98,6 +98,12 @@ class Image(unittest.TestCase):
             promised = float(re.search(rf"^\| {name} \| ([0-9.]+) \|$", readme, re.M)[1])
             self.assertLessEqual(path.stat().st_size / 1e6, promised * 1.03, name)
 
+    def test_linux_gets_the_same_words_wherever_it_comes_from(self):
+        """From flash, over TFTP and in the old format; each must start without the others."""
+        words = {re.findall(r"setenv bootargs ([^;\n]*)", (ROOT / "firmware/image" / name).read_text())[0]
+                 for name in ("environment.txt", "boot.cmd", "README.md")}
+        self.assertEqual(len(words), 1, words)
+
     def test_the_commands_of_the_readme_run(self):
         readme = (ROOT / "firmware" / "image" / "README.md").read_text()
         commands = re.search(r"^```sh\n(.*?)^```", readme, re.M | re.S)[1]
