@@ -35,6 +35,30 @@ void try_pair(const zoom_calibration &calibration, const Moment &moment, simrig:
     judge(moment, self, 0, noise, is_surprised(self), result);
 }
 
+// Row 6: the pair with a board in view, whose print is off.
+void try_board(const zoom_calibration &calibration, const Moment &moment, simrig::Noise &noise,
+               Result &result) {
+    constexpr double kCornerPx = 0.05, kPrint = 2e-4;
+    Memory memory(self_calibration_need_bytes(1));
+    self_calibration self = begin(calibration, {moment.state}, memory);
+    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, 300, noise);
+    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
+    const BoardSeen board = board_of(moment, 1 + kPrint * noise.gauss(), kCornerPx, noise);
+    self_target target = {};
+    target.points = int(board.points.size());
+    target.sights = int(board.sights.size());
+    target.point_mm = reinterpret_cast<const double(*)[3]>(board.points.data());
+    target.sight = board.sights.data();
+    target.sigma_px = kCornerPx;
+    if (!self_target_place(self.view, &target)) {
+        result.failed++;
+        return;
+    }
+    self.target = &target;
+    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
+    judge(moment, self, 0, noise, is_surprised(self), result, kPrint);
+}
+
 // Row 5: the pair before and after zooming, pan untouched.
 void try_bracket(const zoom_calibration &calibration, const Moment &wide, const Moment &narrow,
                  simrig::Noise &noise, Result &at_wide, Result &at_narrow) {
@@ -80,7 +104,7 @@ void focal_logs(const zoom_pair *pair, void *context, double *values) {
 // All figures of one rig.
 struct Figures {
     Sample exact[kPlaces], read[kPlaces], exact_z[kPlaces];  // relative errors of f
-    Result pair[kPlaces], wide, narrow;
+    Result pair[kPlaces], board[kPlaces], wide, narrow;
     Rendered frames[kPlaces];
     int captures = 0, alarms = 0, failed = 0;
 };
@@ -129,6 +153,7 @@ void try_moves(const std::string &name, const zoom_calibration &calibration, uin
             zoom_both(rig, kFocals[i].mm);
             at[i] = moment_of(rig);
             try_pair(calibration, at[i], noise, figures.pair[i]);
+            try_board(calibration, at[i], noise, figures.board[i]);
         }
         try_bracket(calibration, at[0], at[2], noise, figures.wide, figures.narrow);
     }
@@ -192,6 +217,9 @@ void print(const std::string &name, const Figures &figures) {
     }
     print("bracket 1x and 10x, at 1x", figures.wide);
     print("bracket 1x and 10x, at 10x", figures.narrow);
+    for (int i = 0; i < kPlaces; i++) {
+        print((std::string("board in view, ") + kFocals[i].name).c_str(), figures.board[i]);
+    }
     if (figures.frames[0].frames.trials > 0) {
         std::printf(
             "\n| rendered pairs, still life | matches, used | matched to | refined in | rows, "

@@ -142,7 +142,7 @@ double depth_error(const Moment &moment, const camera_view view[2], double colum
 }  // namespace
 
 void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
-           bool says, Result &result) {
+           bool says, Result &result, double scale_sigma) {
     Sample rows;
     for (self_track &track : tracks_of({&moment}, state, 0, 200, noise)) {
         double residual_px = 0, derivative[2 * VIEW_TERMS];
@@ -157,7 +157,8 @@ void judge(const Moment &moment, const self_calibration &self, int state, simrig
     if (!self_depth_gradient(&self, state, centre, kDepthMm, gradient)) {
         throw std::runtime_error("no gradient of depth");
     }
-    const double sigma_mm = self_posterior_sigma(&self, gradient);
+    const double sigma_mm =
+        std::hypot(self_posterior_sigma(&self, gradient), scale_sigma * kDepthMm);
     const double error_mm = depth_error(moment, view, centre[0], centre[1], kDepthMm);
     result.depth_mm.add(error_mm);
     result.sigma_mm.add(sigma_mm);
@@ -173,6 +174,24 @@ void judge(const Moment &moment, const self_calibration &self, int state, simrig
     const bool beyond = std::fabs(error_mm) > 4 * sigma_mm;
     result.beyond += beyond;
     result.unsaid += beyond && !says;
+}
+
+BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::Noise &noise) {
+    BoardSeen board;
+    const world::Mat3 turn = world::rotation_about({0, 1, 0}, 0.4);
+    for (int i = 0; i < 70; i++) {
+        const double x = (i % 10 - 4.5) * 24, y = (i / 10 - 3.0) * 24;
+        const world::Vec3 point = moment.truth[0].world_camera * world::Vec3{0, 0, kDepthMm - 10} +
+                                  turn * world::Vec3{scale * x, scale * y, 0};
+        for (int side = 0; side < 2; side++) {
+            target_sight sight = {side, int(board.points.size()), {}};
+            if (sees(moment.truth[side], point, noise_px, noise, sight.pixel_px)) {
+                board.sights.push_back(sight);
+            }
+        }
+        board.points.push_back({x, y, 0});
+    }
+    return board;
 }
 
 bool is_surprised(const self_calibration &self) {

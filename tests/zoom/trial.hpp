@@ -3,6 +3,7 @@
 #ifndef VERGENCE_TESTS_ZOOM_TRIAL_HPP
 #define VERGENCE_TESTS_ZOOM_TRIAL_HPP
 
+#include <array>
 #include <vector>
 
 #include "stereo/zoom/self_calibration.h"
@@ -52,12 +53,20 @@ std::vector<self_track> tracks_of(const std::vector<const Moment *> &moments, in
 
 struct Result {
     Sample rows_px, depth_mm, z, relief, before_mm, sigma_mm;
-    int calibrate = 0, beyond = 0, unsaid = 0, trials = 0;
+    int calibrate = 0, beyond = 0, unsaid = 0, trials = 0, failed = 0;
 };
 
 /// What a solved state says, against the truth; `says`: that the rig should be calibrated again.
 void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
-           bool says, Result &result);
+           bool says, Result &result, double scale_sigma = 0);
+
+/// A board of 24 mm squares at kDepthMm as both cameras see it; its true squares are larger by
+/// `scale`.
+struct BoardSeen {
+    std::vector<std::array<double, 3>> points;
+    std::vector<target_sight> sights;
+};
+BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::Noise &noise);
 
 /// Whether pictures showed a correction of more than four sigmas.
 bool is_surprised(const self_calibration &self);
