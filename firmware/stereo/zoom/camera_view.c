@@ -51,6 +51,7 @@ void camera_view_correct(const struct camera_view *base, const double correction
         pixels[i] += correction[VIEW_RADIAL_2 + i];
     }
     from_pixels(pixels, lens);
+    INVARIANT(lens->fx_px > 0);
     double turn[9];
     geometry_rotation_from_vector(correction + VIEW_ROTATION_X, turn);
     geometry_multiply(turn, base->R_instrument_camera, corrected.R_instrument_camera);

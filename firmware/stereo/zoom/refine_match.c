@@ -106,6 +106,7 @@ static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
 static bool explain(const struct matches *m, const int sample[SAMPLE],
                     double parts[SELF_TERMS_MAX]) {
     double M[SAMPLE][SAMPLE + 1];
+    INVARIANT(m->count >= SAMPLE);
     for (int i = 0; i < SAMPLE; i++) {
         const float *a = m->effect[sample[i]];
         for (int j = 0; j < SAMPLE; j++) {
@@ -251,6 +252,7 @@ static int fit(struct matches *m, struct refine_report *report) {
 
 // Keeps those that fit, behind the others.
 static void keep(struct matches *m) {
+    INVARIANT(m->all->count + m->count <= m->all->max);
     for (int i = 0; i < m->count; i++) {
         if (!m->track[i].rejected) {
             m->all->track[m->all->count++] = m->track[i];

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 
 static struct refine_sigma sigma_of(const struct self_calibration *self, const double *gradient) {
     return (struct refine_sigma){self_prior_sigma(self, gradient),
@@ -30,6 +31,7 @@ void refine_assess(const struct refine_picture *picture, const struct self_calib
     const int left = VIEW_TERMS * self_view(picture->state, 0);
     const int right = VIEW_TERMS * self_view(picture->state, 1);
     double gradient[SELF_TERMS_MAX] = {0};
+    INVARIANT(right + VIEW_TERMS <= self->terms && picture->depth_near_mm > 0);
     gradient[left + VIEW_FOCAL] = gradient[right + VIEW_FOCAL] = 0.5;
     report->focal = sigma_of(self, gradient);
     gradient[left + VIEW_FOCAL] = -1;

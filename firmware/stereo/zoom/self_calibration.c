@@ -21,6 +21,7 @@ static const double cauchy_sigmas = 2.385;
 // Lower triangle L of a covariance, L L^T; a value without variance of its own gets an empty
 // column.
 static void factorize(double *matrix, int n) {
+    INVARIANT(n >= 0 && n <= SELF_TERMS_MAX);
     for (int j = 0; j < n; j++) {
         const double before = matrix[j * n + j];
         double rest = before;
@@ -100,10 +101,13 @@ struct equations {
 
 static bool write_equations(const struct self_calibration *self, const struct self_track *track,
                             struct equations *e) {
+    INVARIANT(track->count >= 2 && track->count <= SELF_SEEN_MAX);
     e->rows = 2 * track->count;
     e->columns = VIEW_TERMS * track->count;
+    INVARIANT(e->rows <= ROWS_MAX && e->columns <= COLUMNS_MAX);
     for (int i = 0; i < track->count; i++) {
         double pixel[2], of_view[2][VIEW_TERMS];
+        INVARIANT(track->view[i] >= 0 && track->view[i] < self->views);
         if (!camera_view_project(&self->view[track->view[i]], &track->point, pixel, of_view,
                                  e->of_point + 2 * i)) {
             return false;
@@ -363,6 +367,7 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
 
 int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count) {
     const int n = self->terms;
+    INVARIANT(n > 0 && n <= SELF_TERMS_MAX && count >= 0);
     double *H = self->work, g[SELF_TERMS_MAX];
     int used = 0;
     for (int step = 0; step < SOLVE_STEPS; step++) {
@@ -375,6 +380,7 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
                 continue;
             }
             const double sigma_px = tracks[i].sigma_px;
+            INVARIANT(sigma_px > 0);
             const double deviation = tracks[i].residual / (sigma_px * cauchy_sigmas);
             const double weight = 1 / ((1 + deviation * deviation) * sigma_px * sigma_px);
             accumulate(&tracks[i], &e, weight, n, H, g);
@@ -425,6 +431,7 @@ double self_posterior_sigma(const struct self_calibration *self, const double *g
 
 bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],
                          double depth_mm, double gradient[SELF_TERMS_MAX]) {
+    INVARIANT(self_view(state, 1) < self->views && depth_mm > 0);
     memset(gradient, 0, SELF_TERMS_MAX * sizeof *gradient);
     struct self_track track = {.count = 2, .view = {self_view(state, 0), self_view(state, 1)}};
     const struct camera_view *left = &self->view[track.view[0]];

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 
 // What the derivatives are taken of.
 struct prior {
@@ -110,6 +111,7 @@ static double covariance_of(const struct zoom_calibration *calibration, int i, i
 static void add_parameters(const struct zoom_calibration *calibration, const double *effects,
                            int terms, double *covariance) {
     const int count = calibration->parameters;
+    INVARIANT(count >= 0 && count <= ZOOM_PARAMETERS_MAX);
     for (int i = 0; i < count; i++) {
         double mixed[SELF_TERMS_MAX] = {0};
         const double sigma_i = sqrt(covariance_of(calibration, i, i));
@@ -134,6 +136,7 @@ int self_prior_covariance(const struct zoom_calibration *calibration,
                           double *covariance) {
     const size_t mark = arena_mark(arena);
     const int terms = 2 * states * VIEW_TERMS;
+    INVARIANT(states >= 1 && states <= SELF_STATES_MAX);
     struct prior *prior = arena_take(arena, 1, sizeof *prior);
     double *effects =
         arena_take(arena, (size_t)ZOOM_PARAMETERS_MAX * (size_t)terms, sizeof(double));
@@ -147,6 +150,7 @@ int self_prior_covariance(const struct zoom_calibration *calibration,
     prior->terms = terms;
     double *parameter[ZOOM_PARAMETERS_MAX];
     const int count = zoom_parameter_list(prior->camera, parameter);
+    INVARIANT(count <= ZOOM_PARAMETERS_MAX);
     memset(effects, 0, (size_t)ZOOM_PARAMETERS_MAX * (size_t)terms * sizeof(double));
     for (int i = 0; i < count && i < calibration->parameters; i++) {
         const double sigma = sqrt(covariance_of(calibration, i, i));

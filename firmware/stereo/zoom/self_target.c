@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
 enum { POSE = 6, PLACE_STEPS = 8 };
@@ -24,6 +25,7 @@ static bool look(const struct camera_view *view, const struct self_target *targe
                  const struct target_sight *sight, struct row *row) {
     double arm[3], point[3], pixel[2], of_point[2][3];
     const struct camera_view *camera = &view[sight->view];
+    INVARIANT(sight->point >= 0 && sight->point < target->points);
     geometry_rotate(target->R_instrument_target, target->point_mm[sight->point], arm);
     for (int i = 0; i < 3; i++) {
         point[i] = target->position_mm[i] + arm[i];
@@ -52,6 +54,7 @@ static bool look(const struct camera_view *view, const struct self_target *targe
 
 static double weight_of(const struct self_target *target, const struct row *row) {
     const double sigma = target->sigma_px;
+    INVARIANT(sigma > 0);
     const double square =
         (row->residual[0] * row->residual[0] + row->residual[1] * row->residual[1]) /
         (2 * sigma * sigma * cauchy_sigmas * cauchy_sigmas);
@@ -266,6 +269,7 @@ void self_target_add(const struct camera_view *view, struct self_target *target,
     }
     for (int s = 0; s < target->sights; s++) {
         const int first = VIEW_TERMS * target->sight[s].view;
+        INVARIANT(first >= 0 && first + VIEW_TERMS <= terms);
         struct row row;
         if (!look(view, target, &target->sight[s], &row)) {
             continue;

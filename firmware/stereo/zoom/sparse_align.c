@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "core/invariant.h"
+
 enum {
     RADIUS = 7,  // of the window
     WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
@@ -12,6 +14,7 @@ enum {
 static double value_at(const struct image_u8 *image, double x, double y) {
     const int ix = (int)x, iy = (int)y;
     const double tx = x - ix, ty = y - iy;
+    INVARIANT(ix >= 0 && ix + 1 < image->width && iy >= 0 && iy + 1 < image->height);
     const uint8_t *a = image_u8_row(image, iy) + ix, *b = a + image->stride;
     return (1 - ty) * (a[0] + tx * (a[1] - a[0])) + ty * (b[0] + tx * (b[1] - b[0]));
 }

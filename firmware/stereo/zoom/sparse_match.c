@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "stereo/zoom/sparse_align.h"
 
 enum {
@@ -31,6 +32,7 @@ static int level_factor(int width, int height) {
 
 // The picture reduced by means of squares.
 static void reduce(const struct image_u8 *image, int factor, struct image_u8 *level) {
+    INVARIANT(factor >= 1 && level->width * factor <= image->width);
     for (int y = 0; y < level->height; y++) {
         uint8_t *out = image_u8_row(level, y);
         for (int x = 0; x < level->width; x++) {
@@ -166,6 +168,8 @@ static void make_pattern(int8_t pattern[64 * WORDS][4]) {
 
 static void describe(const struct image_u8 *level, int8_t (*pattern)[4],
                      struct sparse_corner *corner) {
+    INVARIANT(corner->x >= PATCH_RADIUS && corner->x < level->width - PATCH_RADIUS);
+    INVARIANT(corner->y >= PATCH_RADIUS && corner->y < level->height - PATCH_RADIUS);
     const uint8_t *middle = image_u8_row(level, corner->y) + corner->x;
     for (int word = 0; word < WORDS; word++) {
         uint64_t bits = 0;
@@ -198,6 +202,7 @@ int sparse_picture_make(const struct image_u8 *image, int max, struct arena *are
         return ERROR_TOO_SMALL;
     }
     struct cells cells = cells_of(width, height, max);
+    INVARIANT(cells.columns * cells.rows <= max && max <= SPARSE_RIGHT_MAX);
     const size_t cell_count = (size_t)cells.columns * (size_t)cells.rows;
     picture->level = (struct image_u8){arena_take(arena, (size_t)width * (size_t)height, 1), width,
                                        height, width};

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "stereo/zoom/sparse_align.h"
 
 enum {
@@ -231,6 +232,7 @@ static bool carry_track(const struct placing *p, struct self_track *track) {
     if (!sparse_align(&p->s->small, u, v, &p->s->part, at)) {
         return false;
     }
+    INVARIANT(track->count < SELF_SEEN_MAX);
     double *wide = track->pixel_px[track->count];
     wide[0] = at[0] + p->s->part_px[0];
     wide[1] = at[1] + p->s->part_px[1];
@@ -243,6 +245,7 @@ static bool carry_track(const struct placing *p, struct self_track *track) {
 static bool take_cell(const struct side_pictures *s, const struct self_track *track,
                       uint8_t taken[CELLS_MAX]) {
     const int columns = s->small.width / SPACING + 1;
+    INVARIANT(s->ratio >= ratio_min);
     const int column = (int)(reduced(track->pixel_px[0][0], s->ratio) / SPACING);
     const int row = (int)(reduced(track->pixel_px[0][1], s->ratio) / SPACING);
     const int cell = row * columns + column;
