@@ -24,8 +24,11 @@ struct zoom_solution {
     std::vector<zoom_rejection> rejections;
     double noise_ratio = 0;  // residuals over the sigmas given with the corners
     double rms_px = 0;
+    std::vector<std::string> warnings;  // what speaks against it, most important first
     /// Without id, date, note and instrument.
     std::shared_ptr<zoom_calibration> rig;
+    /// For comparison: f and all else on straight lines through the settings alone.
+    std::shared_ptr<zoom_calibration> paper;
 };
 
 /// Fills `rig` from problem, estimate and covariance.

@@ -454,11 +454,14 @@ class prior_maker {
 
     void add_lens(int camera) {
         // px, 1/m, px, px, px, px, px, px, px, mm
-        static const double of_term[ZOOM_FUNCTIONS] = {1e5, 0.02, 100, 100, 100, 50, 20, 5, 5, 50};
+        static const double of_term[ZOOM_FUNCTIONS] = {1e5, 0.02, 100, 100, 100, 50, 20, 5, 5, 25};
         static const double of_effect[ZOOM_FUNCTIONS] = {30, 0, 10, 10, 3, 3, 0, 0, 0, 3};
         for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+            // The pupil moves smoothly: of Chebyshev's terms each is some times smaller.
+            const double decay = function == ZOOM_PUPIL ? 0.33 : 1;
             for (int i = 0; i < layout_.estimated_terms(function); i++) {
-                set(layout_.terms_at(camera, function) + i, 0, of_term[function]);
+                set(layout_.terms_at(camera, function) + i, 0,
+                    of_term[function] * std::pow(decay, i));
             }
             for (int k = 0; k < layout_.settings(camera); k++) {
                 const int effect = layout_.effect_at(camera, function, k);

@@ -24,6 +24,9 @@ class zoom_solver {
         result_.settings = solve_each(seen_, result_.problem, options_.threads, [this](int, int) {
             show_stage("calibrating each zoom alone");
         });
+        if (!draw_straight_lines() || options_.paper) {
+            return result_;
+        }
         const zoom_orders orders = richest_orders(result_.problem);
         result_.failure =
             seed_zoom(seen_, result_.settings, &result_.problem, orders, &result_.estimate);
@@ -46,6 +49,28 @@ class zoom_solver {
     }
 
   private:
+    // The paper's way. False: there is nothing to draw lines through.
+    bool draw_straight_lines() {
+        const zoom_orders orders = {2, 1, 2, 2, 2, 2, 0, 2, 2, 0};
+        zoom_solution lines;
+        lines.problem = result_.problem;
+        lines.settings = result_.settings;
+        lines.failure = seed_zoom(seen_, lines.settings, &lines.problem, orders, &lines.estimate);
+        result_.failure = lines.failure;
+        if (!lines.failure.empty()) {
+            return false;
+        }
+        lines.layout = zoom_layout(lines.problem, orders);
+        lines.prior = wide_prior(lines.problem, lines.layout, lines.estimate);
+        lines.covariance.shared = matrix::Zero(lines.layout.size(), lines.layout.size());
+        describe_zoom(&lines);
+        if (options_.paper) {
+            result_ = lines;
+        }
+        result_.paper = lines.rig;
+        return true;
+    }
+
     void show_stage(const char *what) const {
         if (options_.progress) {
             options_.progress(what);

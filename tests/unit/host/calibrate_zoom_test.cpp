@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "synthetic/zoom_views.hpp"
+#include "tools/host/calibration_report/zoom_report.hpp"
 
 namespace {
 
@@ -78,6 +79,13 @@ TEST_CASE("a recording at many zooms becomes the calibration of the whole rig") 
     CHECK(std::exp(rig->camera[0].log_focal.max) > 25000);
     CHECK(calibrate_zoom_text(made.job).find("zooms       6") != std::string::npos);
     CHECK(calibrate_zoom_json(made.job).find("\"zooms\": 6") != std::string::npos);
+    const std::string page = zoom_report({&made.job.seen, &made.job.solution});
+    for (const char *part : {"Focal length against zoom position", "Difference from the curve",
+                             "Entrance pupil", "one sigma", "What 0.1 degrees of one pan cost"}) {
+        CHECK(page.find(part) != std::string::npos);
+    }
+    CHECK(page.find("nan") == std::string::npos);
+    CHECK(page.find("inf ") == std::string::npos);
 }
 
 TEST_CASE("pairs of one zoom, or without positions, are not calibrated as functions of zoom") {

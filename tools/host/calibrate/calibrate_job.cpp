@@ -25,6 +25,7 @@
 #include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/calibrate/calibrate_zoom.hpp"
 #include "tools/host/calibration_report/calibration_report.hpp"
+#include "tools/host/calibration_report/zoom_report.hpp"
 
 namespace {
 
@@ -154,6 +155,7 @@ class runner {
         zoom.id = job_.id;
         zoom.date = job_.date;
         zoom.note = job_.note;
+        zoom.paper = job_.paper;
         zoom.progress = [this](int step, int steps) {
             stop_if_interrupted();
             progress_show(&progress_, STAGE_SOLVE, "solve", step, steps);
@@ -164,9 +166,18 @@ class runner {
         stop_if_interrupted();
         zoom_text_ = calibrate_zoom_text(zoom);
         json_ = calibrate_zoom_json(zoom);
-        const int code = write_results(
-            {{"instrument.zoom", calibrate_zoom_file(zoom)}, {"corners.vnl", corners_text()}});
-        return code;
+        progress_show(&progress_, STAGE_WRITE, "write", 0, 1);
+        for (const std::string &line : calibrate_zoom_notes(zoom)) {
+            result_.notes.push_back(line);
+        }
+        const int code =
+            write_results({{"instrument.zoom", calibrate_zoom_file(zoom)},
+                           {"corners.vnl", corners_text()},
+                           {"calibration.html", zoom_report({&zoom.seen, &zoom.solution})}});
+        if (code != CLIENT_OK || zoom.solution.warnings.empty()) {
+            return code;
+        }
+        return fail(CLIENT_NOT_GOOD, "Not good: " + zoom.solution.warnings[0] + ".");
     }
 
     /// Origin, id and notes of the rig; false with `message_` set when it cannot be used.
@@ -416,7 +427,7 @@ class runner {
                           workers_parallel(threads_.get())->threads);
             std::cout << (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) << cost
                       << "results     " << job_.out_path << "\n";
-            if (solution_.verdict.good) {
+            if (zoom_text_.empty() && solution_.verdict.good) {
                 std::cout << solution_.verdict.sentence << "\n";
             }
         }

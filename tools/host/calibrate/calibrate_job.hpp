@@ -17,7 +17,8 @@ struct calibrate_job {
     std::vector<calib::cached_view> cache;
     std::optional<calib::lens_model::kind> distortion;  // unset: chosen automatically
     bool single = false, json = false, quiet = false;
-    int threads = 0;  // 0: all processors
+    bool paper = false;  // several zooms: each alone, and straight lines
+    int threads = 0;     // 0: all processors
     std::string out_path, id, date, note;
 };
 

@@ -188,6 +188,7 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
     }
     calib::zoom_options options;
     options.threads = job->threads;
+    options.paper = job->paper;
     int step = -1;
     std::string last;
     options.progress = [job, &step, &last](const char *what) {
@@ -219,6 +220,32 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
         return false;
     }
     return true;
+}
+
+std::vector<std::string> calibrate_zoom_notes(const calibrate_zoom_job &job) {
+    const size_t max_corners = 10;
+    std::vector<std::string> notes;
+    std::vector<const calib::zoom_rejection *> corners;
+    const auto line = [&](const calib::zoom_rejection &one) {
+        return job.seen.captures[one.capture].name[size_t(one.camera)] + ": " + one.reason;
+    };
+    for (const calib::zoom_rejection &one : job.solution.rejections) {
+        if (one.index < 0) {
+            notes.push_back(line(one));
+        } else {
+            corners.push_back(&one);
+        }
+    }
+    std::sort(corners.begin(), corners.end(),
+              [](const auto *a, const auto *b) { return a->off_px > b->off_px; });
+    for (size_t i = 0; i < corners.size() && i < max_corners; i++) {
+        notes.push_back(line(*corners[i]) + " (corner " + std::to_string(corners[i]->index) + ")");
+    }
+    if (corners.size() > max_corners) {
+        notes.push_back(report_text_format("%zu more corners were left out: see calibration.html",
+                                           corners.size() - max_corners));
+    }
+    return notes;
 }
 
 std::string calibrate_zoom_file(const calibrate_zoom_job &job) {

@@ -18,6 +18,7 @@ struct calibrate_zoom_job {
     const std::vector<calibrate_shot> *shots = nullptr;
     const calibrate_views *views = nullptr;
     int threads = 1;
+    bool paper = false;  // each zoom alone, and straight lines
     std::string id, date, note;
     std::function<void(int step, int steps)> progress;
 
@@ -34,5 +35,8 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error);
 std::string calibrate_zoom_file(const calibrate_zoom_job &job);
 std::string calibrate_zoom_json(const calibrate_zoom_job &job);
 std::string calibrate_zoom_text(const calibrate_zoom_job &job);
+
+/// One line for each picture that was left out, and for the worst corners.
+std::vector<std::string> calibrate_zoom_notes(const calibrate_zoom_job &job);
 
 #endif

@@ -24,7 +24,7 @@ struct request {
     calibrate_board_request board;
     const char *out, *corner_cache, *id, *date, *note;
     int threads, model;
-    bool single, json, quiet;
+    bool single, paper, json, quiet;
 };
 
 const command_argument options[] = {
@@ -65,6 +65,9 @@ const command_argument options[] = {
                 "not name are searched. Every run writes such a file, corners.vnl."),
     flag_option("single", offsetof(request, single),
                 "Only one camera: calibrate its lens. rig.calibration is not written."),
+    flag_option("paper", offsetof(request, paper),
+                "A recording with several zooms: for comparison, calibrate each zoom alone and "
+                "draw straight lines through the results."),
     text_option(
         "id", offsetof(request, id), "NAME",
         "Name of the calibration: letters, digits, dot, dash and underline. Default: one made from "
@@ -108,6 +111,9 @@ const option_page page = {
     "entirely visible; of a coded one (--charuco) any part will do.\n"
     "For motorized zooms, \"vergence calibrate capture\" guides through the pictures at all zooms; "
     "see its --help.\n"
+    "Sessions whose zooms move through four positions or more, as \"vergence calibrate capture\" "
+    "takes them, are calibrated as one rig: DIR then gets instrument.zoom instead of "
+    "rig.calibration, from which follows the calibration at any zoom, focus and pan in between.\n"
     "The last line says whether the calibration is good, and if not, why. Results in DIR: "
     "rig.calibration (for \"vergence reconstruct --calibration\"), calibration.html (residuals, "
     "coverage, error bars: open it in a browser), calibration.json (all figures), corners.vnl "
@@ -201,6 +207,7 @@ void fill_job(const request &asked, calibrate_job *job) {
         job->distortion = static_cast<calib::lens_model::kind>(asked.model - 1);
     }
     job->single = asked.single;
+    job->paper = asked.paper;
     job->json = asked.json;
     job->quiet = asked.quiet;
     job->threads = asked.threads;

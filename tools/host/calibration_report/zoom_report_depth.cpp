@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// What depth can be expected from the rig, and a drawing of it.
+#include <algorithm>
+#include <cmath>
+
+#include "stereo/zoom/zoom_sigma.h"
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
+#include "tools/host/calibration_report/zoom_report.hpp"
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+const double matched_px = 0.1;
+const double depths_mm[] = {1000, 1800, 3000, 10000, 100000};
+
+std::string length_text(double mm) {
+    return report_text_length(mm, "mm");
+}
+
+// Turned so that both axes meet the depth straight ahead of the instrument, within the pans'
+// ranges.
+zoom_state aimed(const zoom_page &page, double share, double depth_mm) {
+    zoom_state state = zoom_report_state(page, share);
+    const zoom_calibration &rig = *page.result->rig;
+    const double middle_mm = 0.5 * rig.camera[1].mount[ZOOM_POSITION_X];
+    for (size_t side = 0; side < 2; side++) {
+        const double turn = std::atan((side == 0 ? middle_mm : -middle_mm) / depth_mm);
+        const zoom_range &range = rig.camera[side].pan_rad;
+        state.side[side].pan_rad = std::clamp(turn, range.min, range.max);
+    }
+    return state;
+}
+
+std::string depth_row(const zoom_page &page, double share, double depth_mm) {
+    const zoom_calibration &rig = *page.result->rig;
+    const zoom_state state = aimed(page, share, depth_mm);
+    zoom_pair pair;
+    zoom_pair_at(rig.camera, &state, &pair);
+    const double middle[2] = {0.5 * (rig.camera[0].width_px - 1),
+                              0.5 * (rig.camera[0].height_px - 1)};
+    const zoom_variance variance = zoom_depth_variance(&rig, &state, middle, depth_mm);
+    const double baseline_mm = std::fabs(rig.camera[1].mount[ZOOM_POSITION_X]);
+    const double match_mm =
+        matched_px * depth_mm * depth_mm / (pair.side[0].lens.fx_px * baseline_mm);
+    const double lens = std::sqrt(std::max(0.0, variance.lens + variance.mount + variance.cross));
+    const double all = std::sqrt(zoom_variance_sum(&variance) + match_mm * match_mm);
+    return "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th><td>± " + length_text(all) +
+           "</td><td>" + length_text(lens) + "</td><td>" + length_text(std::sqrt(variance.motor)) +
+           "</td><td>" + length_text(std::sqrt(variance.pan)) + "</td><td>" +
+           length_text(match_mm) + "</td></tr>\n";
+}
+
+// From above: x to the right, z up the page.
+struct drawing {
+    std::string marks;
+    double scale, left, bottom;
+
+    double at_x(double mm) const { return left + scale * mm; }
+    double at_y(double mm) const { return bottom - scale * mm; }
+
+    void line(double x1, double z1, double x2, double z2, const char *kind) {
+        marks += report_text_format("<path class=\"line %s\" d=\"M%.1f %.1fL%.1f %.1f\"/>\n", kind,
+                                    at_x(x1), at_y(z1), at_x(x2), at_y(z2));
+    }
+    void dot(double x, double z, const char *kind) {
+        marks += report_text_format("<path class=\"dots big %s\" d=\"M%.1f %.1fh0\"/>\n", kind,
+                                    at_x(x), at_y(z));
+    }
+};
+
+}  // namespace
+
+std::string zoom_report_depth(const zoom_page &page) {
+    const zoom_calibration &rig = *page.result->rig;
+    std::string html = "<div class=\"grid two\">\n";
+    for (const double share : {0.0, 0.5, 1.0}) {
+        const zoom_state state = zoom_report_state(page, share);
+        const double f = zoom_function_value(&rig.camera[0], ZOOM_FOCAL, state.side[0].zoom_counts);
+        std::string rows;
+        for (const double depth_mm : depths_mm) {
+            rows += depth_row(page, share, depth_mm);
+        }
+        html += report_text_format("<div class=\"panel\"><h3>f = %.0f px</h3>", f) +
+                "<table><thead><tr><th>depth</th><th>one sigma</th><th>lenses, rig</th>"
+                "<th>motors</th><th>pan</th><th>matching</th></tr></thead><tbody>\n" +
+                rows + "</tbody></table></div>\n";
+    }
+    return html +
+           "</div>\n<p>In the middle of the image, both cameras turned to the point as far "
+           "as they were calibrated. Matching: a tenth of a pixel of disparity. Zoom "
+           "readings, pans and the length of the board's squares are common to all points "
+           "of a pair; self-calibration reduces the first two.</p>\n";
+}
+
+std::string zoom_report_rig(const zoom_page &page) {
+    const zoom_calibration &rig = *page.result->rig;
+    const double reach_mm = 1800, cost_rad = 0.1 * 3.14159265358979323846 / 180;
+    const zoom_state state = aimed(page, 0, reach_mm);
+    zoom_pair pair;
+    zoom_pair_at(rig.camera, &state, &pair);
+    const double baseline_mm = std::fabs(rig.camera[1].mount[ZOOM_POSITION_X]);
+    drawing sketch{"", 0.14, 150, 300};
+    for (int side = 0; side < 2; side++) {
+        const char *kind = side == 0 ? "mark-a" : "mark-b";
+        const double *at = pair.side[side].position_mm, *R = pair.side[side].R_instrument_camera;
+        const double *mount = rig.camera[side].mount;
+        sketch.line(at[0], at[2], at[0] + reach_mm * R[2], at[2] + reach_mm * R[8], kind);
+        sketch.dot(at[0], at[2], kind);
+        sketch.line(mount[ZOOM_AXIS_POINT_X] - 25, mount[ZOOM_AXIS_POINT_Z],
+                    mount[ZOOM_AXIS_POINT_X] + 25, mount[ZOOM_AXIS_POINT_Z], "mark-soft");
+    }
+    std::string rows;
+    for (const double depth_mm : depths_mm) {
+        rows += "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th><td>" +
+                length_text(depth_mm * depth_mm / baseline_mm * cost_rad) + "</td></tr>\n";
+    }
+    const std::string svg =
+        "<svg class=\"plot\" viewBox=\"0 0 360 330\" role=\"img\" "
+        "aria-label=\"The rig from above\">\n" +
+        sketch.marks + "</svg>\n";
+    return "<div class=\"grid two\">\n" +
+           calibration_report_figure(
+               svg, report_text_format(
+                        "<b>From above.</b> Baseline %.2f mm. Dots: entrance pupils at the "
+                        "smallest focal length. Bars: pan axes. Lines: optical axes up to %.1f m.",
+                        baseline_mm, reach_mm / 1000)) +
+           "<div class=\"panel\"><h3>What 0.1 degrees of one pan cost</h3><table><thead><tr>"
+           "<th>depth</th><th>error</th></tr></thead><tbody>\n" +
+           rows + "</tbody></table></div>\n</div>\n";
+}
