@@ -17,7 +17,9 @@ namespace {
 
 using namespace zoom_study;
 
-constexpr double kMatchPx = 0.25;
+// Matches of rendered pairs are good to 0.09 to 0.11 px; their number differs.
+constexpr double kMatchPx = 0.12;
+constexpr int kMatches = 200;
 
 struct Options {
     std::vector<std::string> rigs = {"default", "harsh"};
@@ -30,7 +32,7 @@ void try_pair(const zoom_calibration &calibration, const Moment &moment, simrig:
               Result &result) {
     Memory memory(self_calibration_need_bytes(1));
     self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, 300, noise);
+    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, kMatches, noise);
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
     judge(moment, self, 0, noise, is_surprised(self), result);
 }
@@ -41,7 +43,7 @@ void try_board(const zoom_calibration &calibration, const Moment &moment, simrig
     constexpr double kCornerPx = 0.05, kPrint = 2e-4;
     Memory memory(self_calibration_need_bytes(1));
     self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, 300, noise);
+    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, kMatches, noise);
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
     const BoardSeen board = board_of(moment, 1 + kPrint * noise.gauss(), kCornerPx, noise);
     self_target target = {};
@@ -65,10 +67,10 @@ void try_bracket(const zoom_calibration &calibration, const Moment &wide, const 
     Memory memory(self_calibration_need_bytes(2));
     self_calibration self = begin(calibration, {wide.state, narrow.state}, memory);
     std::vector<self_track> tracks = tracks_of({&wide, &narrow}, 0, kMatchPx, 100, noise);
-    for (const self_track &track : tracks_of({&wide}, 0, kMatchPx, 300, noise)) {
+    for (const self_track &track : tracks_of({&wide}, 0, kMatchPx, kMatches, noise)) {
         tracks.push_back(track);
     }
-    for (const self_track &track : tracks_of({&narrow}, 1, kMatchPx, 200, noise)) {
+    for (const self_track &track : tracks_of({&narrow}, 1, kMatchPx, kMatches, noise)) {
         tracks.push_back(track);
     }
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
@@ -199,7 +201,7 @@ void study(const std::string &name, uint64_t seed, int runs, int rendered, Figur
 }
 
 void print(const std::string &name, const Figures &figures) {
-    std::printf("\n### %s rig: %d captures, %d not accepted\n\n", name.c_str(), figures.captures,
+    std::printf("\n## %s rig: %d captures, %d not accepted\n\n", name.c_str(), figures.captures,
                 figures.alarms);
     std::printf(
         "| unseen zooms, unrefined | f, exact positions | its error over predicted sigma | "
@@ -222,16 +224,17 @@ void print(const std::string &name, const Figures &figures) {
     }
     if (figures.frames[0].frames.trials > 0) {
         std::printf(
-            "\n| rendered pairs, still life | matches, used | matched to | refined in | rows, "
+            "\n| rendered pairs, cylinder | matches, used | matched to | refined in | rows, "
             "median | depth at 1.8 m, rms | relief, rms | error over predicted sigma | "
             "beyond 4 sigma |\n|---|---|---|---|---|---|---|---|---|\n");
     }
     for (int i = 0; i < kPlaces && figures.frames[0].frames.trials > 0; i++) {
         const Rendered &r = figures.frames[i];
-        std::printf("| %s | %.0f, %.0f | %.2f px | %.0f ms ", kFocals[i].name,
-                    r.matches.quantile(0.5), r.used.quantile(0.5), r.noise_px.quantile(0.5),
-                    1000 * r.seconds.quantile(0.5));
-        print("", r.frames);
+        char what[120];
+        std::snprintf(what, sizeof what, "%s | %.0f, %.0f | %.2f px | %.0f ms", kFocals[i].name,
+                      r.matches.quantile(0.5), r.used.quantile(0.5), r.noise_px.quantile(0.5),
+                      1000 * r.seconds.quantile(0.5));
+        print(what, r.frames);
     }
     std::fflush(stdout);
 }
@@ -257,6 +260,7 @@ int main(int count, char **arguments) {
             return 2;
         }
     }
+    int failed = 0;
     try {
         for (const std::string &rig : options.rigs) {
             Figures figures;
@@ -265,10 +269,12 @@ int main(int count, char **arguments) {
                       (options.rendered + options.captures - 1 - i) / options.captures, figures);
             }
             print(rig, figures);
+            // The harsh rig may say `calibrate`; the default one has nothing that the model lacks.
+            failed += rig == "default" && figures.alarms > 0;
         }
     } catch (const std::exception &error) {
         std::fprintf(stderr, "zoom_campaign: %s\n", error.what());
         return 1;
     }
-    return 0;
+    return failed > 0;
 }

@@ -13,9 +13,9 @@ namespace {
 
 constexpr int kWidth = world::kArrayColumns / 2, kHeight = world::kArrayRows / 2;
 
-const world::Scene &still_life() {
+const world::Scene &cylinder() {
     static const world::Scene scene =
-        world::load_scene(std::string(SIMRIG_FILES) + "/scenes/still_life.yaml");
+        world::load_scene(std::string(SIMRIG_FILES) + "/scenes/cylinder.yaml");
     return scene;
 }
 
@@ -27,7 +27,7 @@ std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     const double n = rig.camera(side).optics.f_number;
     request.exposure_us = 1200 * n * n;
     request.frame = frame_number;
-    const world::Frame frame = world::render(still_life(), rig.world(), world::Side(side), request);
+    const world::Frame frame = world::render(cylinder(), rig.world(), world::Side(side), request);
     std::vector<uint8_t> grey(size_t(kWidth) * kHeight);
     for (int y = 0; y < kHeight; y++) {
         for (int x = 0; x < kWidth; x++) {

@@ -12,7 +12,7 @@ struct Rendered {
     Sample matches, used, noise_px, seconds;
 };
 
-/// Renders the still life at the rig's present state, refines the pair and judges what it says.
+/// Renders the cylinder at the rig's present state, refines the pair and judges what it says.
 void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::Noise &noise,
                   Rendered &result);
 
