@@ -311,8 +311,8 @@ class ViewMaker {
                 turn_pans();
             }
             // Near boards fill the wide end, far ones are seen by all.
-            const double distance = i % 3 == 0 ? 750 : i % 3 == 1 ? 1250 : 1900;
-            const int aim = i % 3 == 0 ? 0 : i % 3 == 1 ? plan_.zooms / 2 : plan_.zooms - 1;
+            const double distance = i % 3 == 0 ? 750 : i % 3 == 1 ? 1500 : 2000;
+            const int aim = i % 3 == 0 ? 0 : plan_.zooms - 1;
             int best = 0;
             for (int attempt = 0; attempt < 1000 && best == 0; attempt++) {
                 const Board at = random_board(left_at(aim), distance, 0.1);

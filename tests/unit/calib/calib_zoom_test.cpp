@@ -277,6 +277,15 @@ TEST_CASE("figures: 13 zooms, 4 board positions") {
     CHECK(found.error.depth_mm < 2);
 }
 
+TEST_CASE("figures: each zoom alone, straight lines between") {
+    calib::zoom_options options;
+    options.paper = true;
+    const outcome found =
+        solve_rigs("each zoom alone, straight lines", {}, synthetic::draws(1), options);
+    CHECK(found.error.focal > 5e-3);
+    CHECK(found.error.epipolar_px > 0.5);
+}
+
 TEST_CASE("figures: wrong pictures and corners are named") {
     synthetic::ZoomPlan plan = sweep(12);
     plan.wrong_views = plan.wrong_corners = 0.05;

@@ -39,6 +39,10 @@ std::string depth_row(const zoom_page &page, double share, double depth_mm) {
     const double middle[2] = {0.5 * (rig.camera[0].width_px - 1),
                               0.5 * (rig.camera[0].height_px - 1)};
     const zoom_variance variance = zoom_depth_variance(&rig, &state, middle, depth_mm);
+    if (!(variance.lens > 0)) {
+        return "<tr><th scope=\"row\">" + length_text(depth_mm) +
+               "</th><td colspan=\"5\">not seen by both</td></tr>\n";
+    }
     const double baseline_mm = std::fabs(rig.camera[1].mount[ZOOM_POSITION_X]);
     const double match_mm =
         matched_px * depth_mm * depth_mm / (pair.side[0].lens.fx_px * baseline_mm);
