@@ -14,7 +14,7 @@
 #include "daemon/surface/result/result_figures.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
-#include "stereo/zoom/refine_match.h"
+#include "stereo/zoom/refine_pair.h"
 
 #ifdef __cplusplus
 extern "C" {

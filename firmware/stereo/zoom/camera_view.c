@@ -102,6 +102,7 @@ bool camera_view_ray(const struct camera_view *view, const double pixel_px[2],
 static void distortion_slope(const struct lens *lens, const double ideal[2],
                              const double distorted[2], double slope[2][2]) {
     static const double step = 1e-6;
+    INVARIANT(lens->fx_px > 0);
     for (int i = 0; i < 2; i++) {
         double moved[2] = {ideal[0], ideal[1]}, value[2];
         moved[i] += step;

@@ -104,12 +104,11 @@ bool refine_expect(void *context, const double left_px[2], struct sparse_region 
     const struct refine_expectation *e = context;
     const struct refine_picture *picture = e->picture;
     const int first = self_view(picture->state, 0);
-    INVARIANT(first >= 0 && first + 1 < e->self->views);
+    INVARIANT(first + 1 < e->self->views);
     const struct camera_view *view = &e->self->view[first];
     double px[2] = {left_px[0], left_px[1]}, direction[3], middle[2], J[2][REFINE_TERMS];
     refine_to_sensor(&picture->window[0], px);
     double range[2] = {1 / picture->depth_far_mm, 1 / picture->depth_near_mm};
-    INVARIANT(range[0] >= 0 && range[1] >= range[0]);
     if (!camera_view_ray(&view[0], px, direction) || !(direction[2] > 0) ||
         !clip_depths(view, direction, range) ||
         !project_right(view, direction, 0.5 * (range[0] + range[1]), middle, J) ||

@@ -7,6 +7,330 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
+enum {
+    TRACKS_MIN = 20,
+    SAMPLE = 8,  // tracks of a hypothesis
+    HYPOTHESES = 300,
+    JUDGES_MAX = 512,  // tracks that count its support
+    PASSES = 2,
+    CORNER_REACH = 3,  // px of the level by which the corners of the same thing may differ
+};
+
+// Of a match before its noise is known, px, and the least that is believed afterwards: what
+// alignment of small windows leaves in common to neighbours.
+static const double first_noise_px = 0.5, least_noise_px = 0.02;
+static const double outlier_sigmas = 4;
+// A track supports a hypothesis within this many px.
+static const double support_px = 1.5;
+
+const char *refine_health_text(enum refine_health health) {
+    static const char *const texts[] = {"good", "touch up", "calibrate"};
+    INVARIANT((int)health >= 0 && health <= REFINE_CALIBRATE);
+    return texts[health];
+}
+
+// Matches of one pair; `track` is behind those of other pairs.
+struct matches {
+    const struct refine_picture *picture;
+    struct self_calibration *self;
+    struct refine_tracks *all;
+    struct sparse_picture corners[2];
+    struct sparse_pair *pair;
+    struct self_track *track;
+    float (*effect)[SELF_TERMS_MAX];  // of one sigma of each independent part of what is unknown
+    float *residual, *work;
+    int count;
+};
+
+static int find_matches(struct matches *m, struct arena *arena) {
+    struct refine_expectation expectation = {m->picture, m->self,
+                                             CORNER_REACH * m->corners[1].factor};
+    const int count =
+        sparse_match(&m->corners[0], &m->corners[1], refine_expect, &expectation, arena, m->pair);
+    m->count = count < 0 ? 0 : count;
+    for (int i = 0; i < m->count; i++) {
+        struct self_track *track = &m->track[i];
+        *track = (struct self_track){.count = 2};
+        memcpy(track->pixel_px[0], m->pair[i].left_px, sizeof track->pixel_px[0]);
+        memcpy(track->pixel_px[1], m->pair[i].right_px, sizeof track->pixel_px[1]);
+        for (int side = 0; side < 2; side++) {
+            track->view[side] = self_view(m->picture->state, side);
+            refine_to_sensor(&m->picture->window[side], track->pixel_px[side]);
+        }
+    }
+    return count < 0 ? count : ERROR_OK;
+}
+
+// Residuals of all tracks, and what the independent parts of the remaining uncertainty do to them.
+static void linearize(struct matches *m) {
+    INVARIANT(m->count <= SPARSE_LEFT_MAX);
+    const struct self_calibration *self = m->self;
+    const double *factor =
+        self->posterior + self_view(m->picture->state, 0) * VIEW_TERMS * self->terms;
+    for (int i = 0; i < m->count; i++) {
+        double residual, derivative[REFINE_TERMS];
+        struct self_track *track = &m->track[i];
+        track->rejected = !self_track_epipolar(self, track, &residual, derivative);
+        m->residual[i] = track->rejected ? 1e6F : (float)residual;
+        for (int k = 0; k < SELF_TERMS_MAX; k++) {
+            double sum = 0;
+            for (int c = 0; c < REFINE_TERMS && k < self->terms && !track->rejected; c++) {
+                sum += derivative[c] * factor[c * self->terms + k];
+            }
+            m->effect[i][k] = (float)sum;
+        }
+    }
+}
+
+static uint32_t next_random(uint32_t *state) {
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+// Makes the equations diagonal (Gauss and Jordan); false if they are close to singular.
+static bool eliminate(double M[SAMPLE][SAMPLE + 1]) {
+    for (int i = 0; i < SAMPLE; i++) {
+        if (!(M[i][i] > 1e-9)) {
+            return false;
+        }
+        for (int k = 0; k < SAMPLE; k++) {
+            const double factor = k == i ? 0 : M[k][i] / M[i][i];
+            for (int j = i; j <= SAMPLE && k != i; j++) {
+                M[k][j] -= factor * M[i][j];
+            }
+        }
+    }
+    return true;
+}
+
+// The parts that explain a sample of residuals with least surprise: A^T (A A^T + s^2)^-1 r.
+static bool explain(const struct matches *m, const int sample[SAMPLE],
+                    double parts[SELF_TERMS_MAX]) {
+    double M[SAMPLE][SAMPLE + 1];
+    INVARIANT(m->count >= SAMPLE);
+    for (int i = 0; i < SAMPLE; i++) {
+        const float *a = m->effect[sample[i]];
+        for (int j = 0; j < SAMPLE; j++) {
+            const float *b = m->effect[sample[j]];
+            float sum = 0;
+            for (int k = 0; k < SELF_TERMS_MAX; k++) {
+                sum += a[k] * b[k];
+            }
+            M[i][j] = (double)sum + (i == j ? first_noise_px * first_noise_px : 0);
+        }
+        M[i][SAMPLE] = (double)m->residual[sample[i]];
+    }
+    if (!eliminate(M)) {
+        return false;
+    }
+    memset(parts, 0, SELF_TERMS_MAX * sizeof *parts);
+    for (int i = 0; i < SAMPLE; i++) {
+        const double weight = M[i][SAMPLE] / M[i][i];
+        for (int k = 0; k < SELF_TERMS_MAX; k++) {
+            parts[k] += weight * (double)m->effect[sample[i]][k];
+        }
+    }
+    return true;
+}
+
+static double remaining(const struct matches *m, int i, const double parts[SELF_TERMS_MAX]) {
+    double rest = (double)m->residual[i];
+    for (int k = 0; k < SELF_TERMS_MAX; k++) {
+        rest -= parts[k] * (double)m->effect[i][k];
+    }
+    return rest < 0 ? -rest : rest;
+}
+
+// Rejects the tracks that the hypothesis with the most support does not explain. Returns the number
+// of the others.
+static int agree(struct matches *m) {
+    uint32_t random = 1;
+    double best_parts[SELF_TERMS_MAX] = {0}, best_score = -1;
+    const int judge_step = m->count / JUDGES_MAX + 1;
+    for (int round = 0; round < HYPOTHESES && m->count >= TRACKS_MIN; round++) {
+        int sample[SAMPLE];
+        double parts[SELF_TERMS_MAX], score = 0;
+        for (int i = 0; i < SAMPLE; i++) {
+            sample[i] = (int)(next_random(&random) % (uint32_t)m->count);
+        }
+        if (!explain(m, sample, parts)) {
+            continue;
+        }
+        for (int i = 0; i < m->count; i += judge_step) {
+            const double rest = remaining(m, i, parts) / support_px;
+            score += rest < 1 ? 1 - rest * rest : 0;
+        }
+        if (score > best_score) {
+            best_score = score;
+            memcpy(best_parts, parts, sizeof parts);
+        }
+    }
+    int kept = 0;
+    for (int i = 0; i < m->count; i++) {
+        m->track[i].rejected = m->track[i].rejected || remaining(m, i, best_parts) > support_px;
+        kept += !m->track[i].rejected;
+    }
+    return kept;
+}
+
+static float middle_of(float *values, int count) {
+    // Selection by halves (Hoare).
+    int low = 0, high = count - 1;
+    const int middle = count / 2;
+    INVARIANT(count >= 0);
+    while (low < high) {
+        const float pivot = values[middle];
+        int i = low, j = high;
+        while (i <= j) {
+            while (values[i] < pivot) {
+                i++;
+            }
+            while (values[j] > pivot) {
+                j--;
+            }
+            if (i <= j) {
+                const float kept = values[i];
+                values[i++] = values[j];
+                values[j--] = kept;
+            }
+        }
+        if (j < middle) {
+            low = i;
+        }
+        if (i > middle) {
+            high = j;
+        }
+    }
+    return count > 0 ? values[middle] : 0;
+}
+
+// Median of the kept tracks' residuals.
+static double median_residual(struct matches *m) {
+    int n = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (!m->track[i].rejected) {
+            m->work[n++] = (float)m->track[i].residual;
+        }
+    }
+    return (double)middle_of(m->work, n);
+}
+
+static double noise_of(double median_px) {
+    const double noise = 1.4826 * median_px;
+    return noise > least_noise_px ? noise : least_noise_px;
+}
+
+static double median_depth(struct matches *m) {
+    int n = 0;
+    for (int i = 0; i < m->count; i++) {
+        if (!m->track[i].rejected && m->track[i].point.w > 0) {
+            m->work[n++] = (float)(1 / m->track[i].point.w);
+        }
+    }
+    return (double)middle_of(m->work, n);
+}
+
+// Fits all tracks, estimates the noise of these, and rejects what lies outside of it.
+static int fit(struct matches *m, struct refine_report *report) {
+    double noise = first_noise_px;
+    int kept = 0;
+    for (int round = 0; round < 3; round++) {
+        for (int i = 0; i < m->count; i++) {
+            m->track[i].sigma_px = noise;
+        }
+        (void)self_calibration_solve(m->self, m->all->track, m->all->count + m->count);
+        report->rows_px = median_residual(m) * sqrt(2.0);
+        noise = noise_of(median_residual(m));
+        kept = 0;
+        for (int i = 0; i < m->count; i++) {
+            m->track[i].rejected =
+                m->track[i].rejected || m->track[i].residual > outlier_sigmas * noise;
+            kept += !m->track[i].rejected;
+        }
+    }
+    report->noise_px = noise;
+    return kept;
+}
+
+// Keeps those that fit, behind the others.
+static void keep(struct matches *m) {
+    INVARIANT(m->all->count + m->count <= m->all->max);
+    for (int i = 0; i < m->count; i++) {
+        if (!m->track[i].rejected) {
+            m->all->track[m->all->count++] = m->track[i];
+        }
+    }
+}
+
+static int run(struct matches *m, struct arena *arena, struct refine_report *report) {
+    for (int side = 0; side < 2; side++) {
+        const int error = sparse_picture_make(&m->picture->grey[side],
+                                              side == 0 ? SPARSE_LEFT_MAX : SPARSE_RIGHT_MAX, arena,
+                                              &m->corners[side]);
+        if (error != ERROR_OK) {
+            return error == ERROR_TOO_SMALL ? ERROR_OK : error;
+        }
+    }
+    // First where the prior allows; then, better known, where the first pass allows, which
+    // separates more of the points.
+    for (int pass = 0; pass < PASSES; pass++) {
+        const int error = find_matches(m, arena);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        (void)self_calibration_solve(m->self, m->all->track, m->all->count);
+        report->matches = m->count;
+        linearize(m);
+        report->used = 0;
+        if (agree(m) < TRACKS_MIN) {
+            return ERROR_OK;
+        }
+        report->rows_before_px = median_residual(m) * sqrt(2.0);
+        report->used = fit(m, report);
+        if (report->used < TRACKS_MIN) {
+            report->used = 0;
+            return ERROR_OK;
+        }
+    }
+    keep(m);
+    return ERROR_OK;
+}
+
+int refine_match(const struct refine_picture *picture, struct arena *arena,
+                 struct self_calibration *self, struct refine_tracks *tracks,
+                 struct refine_report *report) {
+    const size_t mark = arena_mark(arena);
+    *report = (struct refine_report){0};
+    INVARIANT(tracks->count + SPARSE_LEFT_MAX <= tracks->max);
+    struct matches m = {
+        .picture = picture, .self = self, .all = tracks, .track = tracks->track + tracks->count};
+    m.pair = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.pair);
+    m.effect = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.effect);
+    m.residual = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.residual);
+    m.work = arena_take(arena, SPARSE_LEFT_MAX, sizeof *m.work);
+    int error = ERROR_MEMORY;
+    if (m.pair != NULL && m.effect != NULL && m.residual != NULL && m.work != NULL) {
+        error = run(&m, arena, report);
+    }
+    if (error == ERROR_OK && report->used == 0) {
+        (void)self_calibration_solve(self, tracks->track, tracks->count);
+    }
+    if (error == ERROR_OK && report->used > 0) {
+        report->depth_mm = median_depth(&m);
+    }
+    arena_release(arena, mark);
+    return error;
+}
+
+size_t refine_match_need_bytes(int width, int height) {
+    return arena_need_bytes(SPARSE_LEFT_MAX, sizeof(struct sparse_pair)) +
+           arena_need_bytes(SPARSE_LEFT_MAX, SELF_TERMS_MAX * sizeof(float)) +
+           2 * arena_need_bytes(SPARSE_LEFT_MAX, sizeof(float)) +
+           sparse_picture_need_bytes(width, height, SPARSE_LEFT_MAX) +
+           sparse_picture_need_bytes(width, height, SPARSE_RIGHT_MAX) +
+           sparse_match_need_bytes(SPARSE_LEFT_MAX, SPARSE_RIGHT_MAX);
+}
+
 static struct refine_sigma sigma_of(const struct self_calibration *self, const double *gradient) {
     return (struct refine_sigma){self_prior_sigma(self, gradient),
                                  self_posterior_sigma(self, gradient)};
@@ -77,6 +401,7 @@ size_t refine_pair_need_bytes(int width, int height) {
 // The lens of a window of the sensor.
 static void to_window(const struct calibration_window *window, const struct image_u8 *grey,
                       struct lens *lens) {
+    INVARIANT(window->skip >= 1);
     double centre[2] = {lens->cx_px, lens->cy_px};
     refine_from_sensor(window, centre);
     lens->cx_px = centre[0];

@@ -365,6 +365,23 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
     update_views(self);
 }
 
+// The largest change of a correction, squared, in variances of what remains unknown.
+static double change_since(const struct self_calibration *self, const double *before) {
+    const int n = self->terms;
+    double change = 0;
+    for (int i = 0; i < n; i++) {
+        double variance = 0;
+        for (int k = 0; k < n; k++) {
+            variance += self->posterior[i * n + k] * self->posterior[i * n + k];
+        }
+        const double move = self->correction[i] - before[i];
+        if (variance > 0 && move * move > change * variance) {
+            change = move * move / variance;
+        }
+    }
+    return change;
+}
+
 int self_calibration_solve(struct self_calibration *self, struct self_track *tracks, int count) {
     const int n = self->terms;
     INVARIANT(n > 0 && n <= SELF_TERMS_MAX && count >= 0);
@@ -389,20 +406,10 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
         if (self->target != NULL) {
             self_target_add(self->view, self->target, n, H, g);
         }
-        double before[SELF_TERMS_MAX], change = 0;
+        double before[SELF_TERMS_MAX];
         memcpy(before, self->correction, sizeof before);
         conclude(self, H, g);
-        for (int i = 0; i < n; i++) {
-            double variance = 0;
-            for (int k = 0; k < n; k++) {
-                variance += self->posterior[i * n + k] * self->posterior[i * n + k];
-            }
-            const double move = self->correction[i] - before[i];
-            if (variance > 0 && move * move > change * variance) {
-                change = move * move / variance;
-            }
-        }
-        if (change < 1e-4) {
+        if (change_since(self, before) < 1e-4) {
             break;
         }
     }

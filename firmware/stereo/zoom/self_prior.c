@@ -29,6 +29,7 @@ static void views_at(const struct prior *prior, int state, struct camera_view vi
 // standard deviation if that is `step`.
 static void effect(struct prior *prior, double *number, double step, double *column) {
     const double kept = *number;
+    INVARIANT(step > 0);
     for (int state = 0; state < prior->states; state++) {
         struct camera_view above[2], below[2];
         *number = kept + step;
@@ -74,7 +75,8 @@ static double *position(struct prior *prior, int state, int side, enum motor mot
 static void add_common(struct prior *prior, int side, enum motor motor, double sigma,
                        double *covariance) {
     double sum[SELF_TERMS_MAX] = {0}, column[SELF_TERMS_MAX];
-    for (int state = 0; state < prior->states; state++) {
+    INVARIANT(prior->terms <= SELF_TERMS_MAX);
+    for (int state = 0; state < prior->states && sigma > 0; state++) {
         effect(prior, position(prior, state, side, motor), sigma, column);
         for (int i = 0; i < prior->terms; i++) {
             sum[i] += column[i];

@@ -260,6 +260,23 @@ bool self_target_place(const struct camera_view *view, struct self_target *targe
     return settle(view, target);
 }
 
+// What a change of the pose absorbs shows nothing of the views.
+static void eliminate(struct normal *n, int terms, double *H, double *g) {
+    factorize(n->pose);
+    forward(n->pose, n->side, 1);
+    for (int c = 0; c < terms; c++) {
+        forward(n->pose, &n->mixed[0][c], SELF_TERMS_MAX);
+    }
+    for (int k = 0; k < POSE; k++) {
+        for (int a = 0; a < terms; a++) {
+            g[a] -= n->mixed[k][a] * n->side[k];
+            for (int b = 0; b < terms; b++) {
+                H[a * terms + b] -= n->mixed[k][a] * n->mixed[k][b];
+            }
+        }
+    }
+}
+
 void self_target_add(const struct camera_view *view, struct self_target *target, int terms,
                      double *H, double *g) {
     struct normal n;
@@ -269,7 +286,7 @@ void self_target_add(const struct camera_view *view, struct self_target *target,
     }
     for (int s = 0; s < target->sights; s++) {
         const int first = VIEW_TERMS * target->sight[s].view;
-        INVARIANT(first >= 0 && first + VIEW_TERMS <= terms);
+        INVARIANT(first + VIEW_TERMS <= terms);
         struct row row;
         if (!look(view, target, &target->sight[s], &row)) {
             continue;
@@ -289,18 +306,5 @@ void self_target_add(const struct camera_view *view, struct self_target *target,
             }
         }
     }
-    // What a change of the pose absorbs shows nothing of the views.
-    factorize(n.pose);
-    forward(n.pose, n.side, 1);
-    for (int c = 0; c < terms; c++) {
-        forward(n.pose, &n.mixed[0][c], SELF_TERMS_MAX);
-    }
-    for (int k = 0; k < POSE; k++) {
-        for (int a = 0; a < terms; a++) {
-            g[a] -= n.mixed[k][a] * n.side[k];
-            for (int b = 0; b < terms; b++) {
-                H[a * terms + b] -= n.mixed[k][a] * n.mixed[k][b];
-            }
-        }
-    }
+    eliminate(&n, terms, H, g);
 }

@@ -67,6 +67,7 @@ static bool is_inside(const struct image_u8 *image, double x, double y) {
 // Moves (x, y) to the best agreement with the window; brightness and contrast may differ. Returns
 // false if it does not converge near the start or the windows are not alike.
 static bool align(const struct window *w, const struct image_u8 *image, double px[2]) {
+    INVARIANT(w->xx >= 0 && w->yy >= 0);
     const double determinant = w->xx * w->yy - w->xy * w->xy;
     const double start[2] = {px[0], px[1]};
     double correlation = 0;

@@ -232,6 +232,7 @@ int sparse_picture_make(const struct image_u8 *image, int max, struct arena *are
             describe(&picture->level, pattern, &picture->corner[picture->count++]);
         }
     }
+    INVARIANT(picture->count <= max);
     arena_release(arena, mark);
     return ERROR_OK;
 }
@@ -266,6 +267,7 @@ struct search {
 };
 
 static struct search search_of(const struct sparse_region *region, int factor) {
+    INVARIANT(region->across >= 0 && region->beyond >= 0);
     struct search s = {.across = region->across / factor, .beyond = region->beyond / factor};
     double to[2];
     for (int i = 0; i < 2; i++) {
@@ -300,6 +302,7 @@ static int first_at(const struct sparse_picture *picture, const int *row_start, 
 
 // Sorts by rows: counting sort into `sorted`; row_start[y] is the first corner at y or below.
 static void sort_rows(const struct sparse_picture *picture, int *row_start, uint16_t *sorted) {
+    INVARIANT(picture->count <= SPARSE_RIGHT_MAX);
     const int height = picture->level.height;
     memset(row_start, 0, ((size_t)height + 2) * sizeof *row_start);
     for (int i = 0; i < picture->count; i++) {

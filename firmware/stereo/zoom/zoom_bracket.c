@@ -37,6 +37,7 @@ static double reduced(double px, double ratio) {
 // One row of the reduced picture, or all columns: weights of the pixels that a reduced one covers.
 static void reduce_row(const uint8_t *from, int count, double ratio, float weight, float *sums,
                        int small) {
+    INVARIANT(ratio >= 1);
     for (int u = 0; u < small; u++) {
         const double begin = u * ratio, end = begin + ratio;
         float sum = 0;
@@ -107,6 +108,7 @@ static bool carry(const struct placing *p, const double tele_px[2], double wide_
 static bool choose_part(const struct placing *p) {
     const struct image_u8 *tele = &p->picture[1].grey[p->side],
                           *wide = &p->picture[0].grey[p->side];
+    INVARIANT(tele->width > 0 && wide->width > 0);
     const double corner[2][2] = {{0, 0}, {tele->width - 1, tele->height - 1}};
     int range[2][2];
     for (int end = 0; end < 2; end++) {
@@ -259,6 +261,7 @@ static bool take_cell(const struct side_pictures *s, const struct self_track *tr
 static int carry_tracks(struct placing *p, struct side_pictures side[2], const bool found[2],
                         struct refine_tracks *tracks, int first) {
     uint8_t taken[CELLS_MAX] = {0};
+    INVARIANT(first >= 0 && first <= tracks->count);
     int carried = 0;
     for (int i = first; i < tracks->count; i++) {
         struct self_track *track = &tracks->track[i];
@@ -342,6 +345,7 @@ static int compare(const struct refine_picture picture[2], struct arena *arena,
 int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
                  struct self_calibration *self, struct bracket_report *report) {
     const size_t mark = arena_mark(arena);
+    INVARIANT(picture[0].state == 0 && picture[1].state == 1 && self->views == 4);
     *report = (struct bracket_report){.carried = 0};
     struct refine_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    2 * SPARSE_LEFT_MAX};
