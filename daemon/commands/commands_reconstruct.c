@@ -72,7 +72,8 @@ static bool find_newest(int root, char *name, struct session_pairs *pairs) {
         if (entry->d_name[0] == '.' || strlen(entry->d_name) > FILES_NAME_MAX) {
             continue;
         }
-        snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, entry->d_name);
+        snprintf(index, sizeof index, "%.*s/" SESSION_INDEX_NAME, (int)FILES_NAME_MAX,
+                 entry->d_name);
         if (fstatat(root, index, &about, AT_SYMLINK_NOFOLLOW) != 0) {
             continue;
         }

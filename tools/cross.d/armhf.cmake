@@ -18,6 +18,6 @@ set(ENV{PKG_CONFIG_LIBDIR} ${VERGENCE_CROSS_ROOT}/usr/lib/arm-linux-gnueabihf/pk
 set(ENV{PKG_CONFIG_SYSROOT_DIR} ${VERGENCE_CROSS_ROOT})
 set(PKG_CONFIG_ARGN --static)
 
-# Only what is called: a tenth of vergenced less in flash and RAM.
-add_compile_options(-ffunction-sections -fdata-sections)
+# Small, but for the loops over pixels, which set their own -O3; and only what is called.
+add_compile_options(-Os -ffunction-sections -fdata-sections)
 add_link_options(-Wl,--gc-sections)
