@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/zoom/zoom_solve.hpp"
 
+#include "calib/zoom/zoom_check.hpp"
 #include "calib/zoom/zoom_order.hpp"
 #include "core/invariant.h"
 
@@ -44,11 +45,23 @@ class zoom_solver {
         if (reject_outliers()) {
             estimate_variances();
         }
+        widen();
         describe_zoom(&result_);
+        check_fit(&result_);
+        if (options_.leave_out) {
+            check_left_out(&result_, options_.threads,
+                           [this] { show_stage("predicting zooms that are left out"); });
+        }
         return result_;
     }
 
   private:
+    // Error bars cover what the corners' own noise does not explain.
+    void widen() {
+        const double ratio = result_.noise_ratio;
+        result_.covariance.shared *= ratio > 1 ? ratio * ratio : 1;
+    }
+
     // The paper's way. False: there is nothing to draw lines through.
     bool draw_straight_lines() {
         const zoom_orders orders = {2, 1, 2, 2, 2, 2, 0, 2, 2, 0};

@@ -15,6 +15,8 @@ struct zoom_options {
     int threads = 1;
     /// The paper's way, for comparison: each setting alone, f and all else on straight lines.
     bool paper = false;
+    /// Whether each setting is also predicted from the others, for the validation block.
+    bool leave_out = true;
     /// Receives a progress text for the user. Called often and may throw to end the work early; may
     /// be empty.
     std::function<void(const char *)> progress;

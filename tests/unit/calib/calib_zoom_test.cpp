@@ -218,7 +218,8 @@ void count_named(const synthetic::ZoomViews &views, const calib::zoom_solution &
 }
 
 outcome solve_rigs(const char *what, const synthetic::ZoomPlan &plan, int rigs,
-                   const calib::zoom_options &options = {}) {
+                   calib::zoom_options options = {}) {
+    options.leave_out = false;
     const uint64_t seed = synthetic::test_seed();
     outcome result;
     figures all;
@@ -305,6 +306,11 @@ TEST_CASE("the solver's cameras are those of the calibration that it writes") {
     const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
     const calib::zoom_solution solution = calib::solve_zoom(views.seen, {});
     REQUIRE(solution.failure == "");
+    CHECK(solution.warnings.empty());
+    CHECK(std::fabs(solution.rig->validation.chi_square_z) < 6);
+    CHECK(solution.rig->validation.held_out_px > 0);
+    CHECK(solution.rig->validation.held_out_px < 1);
+    CHECK(solution.rig->validation.held_out_focal < 0.05);
     zoom_state state{};
     const ZoomMoment moment[2] = {{431, 590, 0.05}, {577, 620, -0.09}};
     for (int side = 0; side < 2; side++) {

@@ -19,7 +19,7 @@ const double pixel_mm = 0.0032;  // of the MT9T001
 const double rad_per_degree = 3.14159265358979323846 / 180;
 const double apart_counts = 20;
 const int min_zooms = 4;
-const int solve_steps = 4;
+const int solve_steps = 5;
 const char *const side_name[] = {"left", "right"};
 
 const calibration_axis &axis_of(const calibrate_shot &shot, size_t side, int axis) {
@@ -267,7 +267,12 @@ std::string calibrate_zoom_text(const calibrate_zoom_job &job) {
                                    std::exp(camera.log_focal.min), std::exp(camera.log_focal.max),
                                    camera.zoom.min, camera.zoom.max);
     }
-    text += report_text_format("residuals   %.3f px rms\n", solution.rms_px);
+    text += report_text_format("residuals   %.3f px rms, %d corners left out\n", solution.rms_px,
+                               checked.rejected_corners);
+    if (checked.held_out_px > 0) {
+        text += report_text_format("prediction  rows to %.2f px, f to %.3f %% at zooms left out\n",
+                                   checked.held_out_px, 100 * checked.held_out_focal);
+    }
     return text;
 }
 
@@ -281,6 +286,10 @@ std::string calibrate_zoom_json(const calibrate_zoom_job &job) {
     root["corners"] = rig.validation.corners;
     root["rms_px"] = job.solution.rms_px;
     root["noise_ratio"] = job.solution.noise_ratio;
+    root["held_out_px"] = rig.validation.held_out_px;
+    root["held_out_focal"] = rig.validation.held_out_focal;
+    root["chi_square_z"] = rig.validation.chi_square_z;
+    root["warnings"] = job.solution.warnings;
     for (size_t side = 0; side < 2; side++) {
         ordered_json camera;
         for (const calib::zoom_setting &one : job.solution.settings) {

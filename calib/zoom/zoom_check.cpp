@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/zoom/zoom_check.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "core/invariant.h"
+#include "stereo/geometry/geometry.h"
+
+namespace calib {
+
+namespace {
+
+const int CELLS_X = 4, CELLS_Y = 3;
+const double ALARM_Z = 6, ALARM_SHARE = 0.3;  // of a pattern in the noise of a corner
+const double ALARM_NOISE = 1.5;               // residuals over what the corners' noise explains
+const int REFIT_ITERATIONS = 6;
+
+// Sums over left-out settings.
+struct left_out {
+    double focal = 0, epipolar_px = 0;
+    int settings = 0, corners = 0;
+};
+
+// The ray of a corner in the instrument's frame; false where the pixel has none.
+bool ray_of(const zoom_problem &problem, const zoom_eye &eye, int camera,
+            const bundle_corner &corner, double direction[3]) {
+    const lens lens = lens_from_state(problem.side[size_t(camera)].frame, eye.lens);
+    const double pixel[2] = {corner.x_px, corner.y_px};
+    double ray[3];
+    if (!lens_ray(&lens, pixel, ray)) {
+        return false;
+    }
+    geometry_rotate_back(eye.T_camera_instrument.R, ray, direction);
+    return true;
+}
+
+// How far the rays of corners that both cameras see miss each other, as the right one sees it.
+void add_epipolar(const zoom_problem &problem, const zoom_layout &layout,
+                  const zoom_estimate &estimate, size_t capture,
+                  const std::array<bundle_view, CAMERAS> &views, left_out *sum) {
+    const zoom_eye eye[CAMERAS] = {eye_of(problem, layout, estimate, capture, LEFT),
+                                   eye_of(problem, layout, estimate, capture, RIGHT)};
+    const rigid back[CAMERAS] = {inverse(eye[LEFT].T_camera_instrument),
+                                 inverse(eye[RIGHT].T_camera_instrument)};
+    std::map<int, const bundle_corner *> left;
+    for (const bundle_corner &corner : views[LEFT].corners) {
+        if (views[LEFT].used && corner.used) {
+            left[corner.index] = &corner;
+        }
+    }
+    for (const bundle_corner &corner : views[RIGHT].corners) {
+        const auto other = left.find(corner.index);
+        double a[3], b[3];
+        geometry_midpoint met;
+        if (!views[RIGHT].used || !corner.used || other == left.end() ||
+            !ray_of(problem, eye[LEFT], LEFT, *other->second, a) ||
+            !ray_of(problem, eye[RIGHT], RIGHT, corner, b) ||
+            !geometry_rays_midpoint(back[LEFT].t_mm, a, back[RIGHT].t_mm, b, &met)) {
+            continue;
+        }
+        const double off_px =
+            met.miss_mm / (met.t * geometry_norm(b)) * std::exp(eye[RIGHT].lens.value[LOG_FOCAL]);
+        sum->epipolar_px += off_px * off_px;
+        sum->corners++;
+    }
+}
+
+void forget_setting(const zoom_layout &layout, int setting, zoom_estimate *estimate) {
+    for (int function = 0; function < ZOOM_FUNCTIONS; function++) {
+        const int at = layout.effect_at(LEFT, function, setting);
+        if (at >= 0) {
+            estimate->shared[size_t(at)] = 0;
+        }
+    }
+}
+
+void leave_out(const zoom_solution &solution, int setting, int threads,
+               const std::function<void()> &between, left_out *sum) {
+    zoom_problem problem = solution.problem;
+    zoom_estimate estimate = solution.estimate;
+    forget_setting(solution.layout, setting, &estimate);
+    std::vector<size_t> captures;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        if (problem.captures[i].setting[LEFT] == setting) {
+            captures.push_back(i);
+            problem.captures[i].view[LEFT].used = problem.captures[i].view[RIGHT].used = false;
+            estimate.latent[i] = {};
+        }
+    }
+    fit_zoom(problem, solution.layout, solution.prior, {0, threads}, REFIT_ITERATIONS, between,
+             &estimate);
+    for (int camera = 0; camera < CAMERAS && !captures.empty(); camera++) {
+        const int own = problem.captures[captures[0]].setting[size_t(camera)];
+        const double counts = problem.side[size_t(camera)].settings[size_t(own)];
+        const double all = focal_at(problem, solution.layout, solution.estimate.shared.data(),
+                                    camera, own, counts);
+        const double predicted =
+            focal_at(problem, solution.layout, estimate.shared.data(), camera, own, counts);
+        sum->focal += (predicted / all - 1) * (predicted / all - 1);
+        sum->settings++;
+    }
+    for (const size_t capture : captures) {
+        add_epipolar(problem, solution.layout, estimate, capture,
+                     solution.problem.captures[capture].view, sum);
+    }
+}
+
+// Residuals of one camera at one setting in one part of the image.
+struct cell {
+    double x = 0, y = 0;  // sums in sigmas
+    int count = 0;
+};
+
+std::vector<cell> cells_of(const zoom_solution &solution) {
+    const zoom_problem &problem = solution.problem;
+    std::map<std::array<int, 3>, cell> cells;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            const bundle_view &view = problem.captures[i].view[size_t(camera)];
+            const lens_frame &frame = problem.side[size_t(camera)].frame;
+            const zoom_eye eye = eye_of(problem, solution.layout, solution.estimate, i, camera);
+            for (const bundle_corner &corner : view.corners) {
+                double r[2];
+                if (!view.used || !corner.used ||
+                    !zoom_residual(problem, solution.layout, solution.estimate, eye, i, camera,
+                                   corner, r)) {
+                    continue;
+                }
+                const int column = int(corner.x_px * CELLS_X / frame.width_px);
+                const int row = int(corner.y_px * CELLS_Y / frame.height_px);
+                cell &one = cells[{camera, problem.captures[i].setting[size_t(camera)],
+                                   row * CELLS_X + column}];
+                one.x += r[0] / corner.sigma_px;
+                one.y += r[1] / corner.sigma_px;
+                one.count++;
+            }
+        }
+    }
+    std::vector<cell> result;
+    for (const auto &one : cells) {
+        result.push_back(one.second);
+    }
+    return result;
+}
+
+std::string warning_of(const char *before, double value, const char *after) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.1f", value);
+    return std::string(before) + text + after;
+}
+
+}  // namespace
+
+void check_left_out(zoom_solution *solution, int threads, const std::function<void()> &between) {
+    left_out sum;
+    const int settings = solution->layout.settings(LEFT);
+    for (int setting = 1; setting + 1 < settings; setting++) {
+        leave_out(*solution, setting, threads, between, &sum);
+    }
+    zoom_validation &out = solution->rig->validation;
+    out.held_out_px = sum.corners > 0 ? std::sqrt(sum.epipolar_px / sum.corners) : 0;
+    out.held_out_focal = sum.settings > 0 ? std::sqrt(sum.focal / sum.settings) : 0;
+}
+
+void check_fit(zoom_solution *solution) {
+    double squares = 0, excess = 0, corners = 0;
+    int freedom = 0;
+    const double noise2 = solution->noise_ratio * solution->noise_ratio;
+    INVARIANT(noise2 > 0);
+    for (const cell &one : cells_of(*solution)) {
+        const double chi2 = (one.x * one.x + one.y * one.y) / one.count / noise2;
+        squares += chi2;
+        freedom += 2;
+        excess += chi2 - 2;
+        corners += one.count;
+    }
+    const double z = freedom > 0 ? (squares - freedom) / std::sqrt(2.0 * freedom) : 0;
+    const double share = corners > 0 ? std::sqrt(std::fmax(0, excess) / (2 * corners)) : 0;
+    solution->rig->validation.chi_square_z = z;
+    if (solution->noise_ratio > ALARM_NOISE) {
+        solution->warnings.push_back(warning_of(
+            "corners are off by ", solution->noise_ratio,
+            " times what their noise explains: the lenses or the servos do not repeat, or the "
+            "rig moved while the pictures were taken"));
+    }
+    if (z > ALARM_Z && share > ALARM_SHARE) {
+        solution->warnings.push_back(
+            warning_of("residuals have a pattern of ", share * solution->rms_px,
+                       " px over the images that the model does not explain"));
+    }
+}
+
+}  // namespace calib
