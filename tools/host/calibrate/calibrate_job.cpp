@@ -22,6 +22,7 @@
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_mirror.hpp"
 #include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/calibrate/calibrate_touch_up.hpp"
 #include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/calibrate/calibrate_zoom.hpp"
 #include "tools/host/calibration_report/calibration_report.hpp"
@@ -116,8 +117,8 @@ class runner {
         if (!have_enough()) {
             return CLIENT_BAD_INPUT;
         }
-        if (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots)) {
-            return zoom_steps();
+        if (concerns_zooms()) {
+            return job_.touch_up.empty() ? zoom_steps() : touch_up_steps();
         }
         if (is_plainly_mirrored()) {
             return fail(CLIENT_BAD_INPUT, mirrored_text());
@@ -144,6 +145,23 @@ class runner {
         return code != CLIENT_OK        ? code
                : solution_.verdict.good ? CLIENT_OK
                                         : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+    }
+
+    bool concerns_zooms() const {
+        return !job_.touch_up.empty() ||
+               (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots));
+    }
+
+    /// A look at the board with a calibration of all zooms; the last pair's is written.
+    int touch_up_steps() {
+        std::vector<touch_up_look> looks;
+        if (!calibrate_touch_up(job_.touch_up, job_.inputs.shots, views_, &looks, &message_)) {
+            return CLIENT_BAD_INPUT;
+        }
+        zoom_text_ = touch_up_text(looks);
+        json_ = touch_up_json(looks);
+        result_.rig = looks.back().rig;
+        return write_results({{"rig.calibration", rig_text()}, {"corners.vnl", corners_text()}});
     }
 
     /// All zooms of a rig at once.

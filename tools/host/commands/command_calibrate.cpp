@@ -23,6 +23,7 @@ const int operands_max = 4096;
 struct request {
     calibrate_board_request board;
     const char *out, *corner_cache, *id, *date, *note;
+    const char *touch_up;
     int threads, model;
     bool single, paper, json, quiet;
 };
@@ -63,6 +64,10 @@ const command_argument options[] = {
     text_option("corners", offsetof(request, corner_cache), "FILE",
                 "Known corners, in mrcal's and mrgingham's format (vnlog); pictures that it does "
                 "not name are searched. Every run writes such a file, corners.vnl."),
+    text_option("touch-up", offsetof(request, touch_up), "FILE.zoom",
+                "Correct a calibration of all zooms for the state of the pairs, by the board's "
+                "size: prints how well it holds, and writes rig.calibration for the last pair, "
+                "valid until pan or lenses move."),
     flag_option("single", offsetof(request, single),
                 "Only one camera: calibrate its lens. rig.calibration is not written."),
     flag_option("paper", offsetof(request, paper),
@@ -215,6 +220,7 @@ void fill_job(const request &asked, calibrate_job *job) {
     job->id = text_or(asked.id, "");
     job->date = text_or(asked.date, "");
     job->note = text_or(asked.note, "");
+    job->touch_up = text_or(asked.touch_up, "");
 }
 
 }  // namespace
