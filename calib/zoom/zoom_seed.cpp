@@ -137,34 +137,41 @@ std::vector<zoom_setting> solve_each(const zoom_observations &seen, const zoom_p
     }
     int done = 0;
     const auto solve_one = [&](int index) {
-        zoom_setting &one = result[size_t(index)];
+        const size_t camera = size_t(index) % CAMERAS;
+        zoom_setting &one = result[size_t(index) / CAMERAS];
         observations alone;
+        alone.cameras = 1;
         alone.target = seen.boards[problem.captures[one.captures[0]].board];
-        alone.width_px = seen.width_px;
-        alone.height_px = seen.height_px;
-        for (const size_t capture : one.captures) {
-            alone.captures.push_back({seen.captures[capture].name, seen.captures[capture].view});
+        alone.width_px[0] = seen.width_px[camera];
+        alone.height_px[0] = seen.height_px[camera];
+        for (const size_t at : one.captures) {
+            const zoom_capture &from = seen.captures[at];
+            capture view;
+            view.name[0] = from.name[camera];
+            view.view[0] = from.view[camera];
+            alone.captures.push_back(view);
         }
         solve_options options;
         options.choose_model = false;
         options.second_start = false;
         options.model.distortion = lens_model::K1_K2_P1_P2;
-        one.alone = solve(alone, options);
+        one.alone[camera] = solve(alone, options);
         std::vector<double> distances;
-        for (size_t i = 0; i < one.alone.T_left_board.size(); i++) {
-            if (one.alone.board_known[i]) {
-                distances.push_back(one.alone.T_left_board[i].t_mm[2]);
+        for (size_t i = 0; i < one.alone[camera].T_left_board.size(); i++) {
+            if (one.alone[camera].board_known[i]) {
+                distances.push_back(one.alone[camera].T_left_board[i].t_mm[2]);
             }
         }
         if (!distances.empty()) {
             const auto middle = distances.begin() + long(distances.size() / 2);
             std::nth_element(distances.begin(), middle, distances.end());
-            one.focused_mm = *middle;
+            one.focused_mm[camera] = *middle;
         }
     };
-    parallel_pieces(threads, int(result.size()), solve_one, [&] {
+    const int pieces = CAMERAS * int(result.size());
+    parallel_pieces(threads, pieces, solve_one, [&] {
         if (progress) {
-            progress(done++, int(result.size()));
+            progress(done++, pieces);
         }
     });
     return result;
@@ -219,13 +226,15 @@ seen_focals focals_of(const std::vector<zoom_setting> &settings, const zoom_side
                       int camera) {
     seen_focals result;
     for (const zoom_setting &one : settings) {
-        if (one.alone.solved) {
-            const double seen_px = one.alone.camera[camera].fx_px;
+        const solution &alone = one.alone[size_t(camera)];
+        if (alone.solved) {
+            const double seen_px = alone.camera[0].fx_px;
             const double counts = side.settings[size_t(one.setting[size_t(camera)])];
             result.solved.push_back(&one);
             result.at.push_back(zoom_unit(side.zoom, counts));
-            result.px.push_back(focal_at_infinity(seen_px, side.pixel_mm, one.focused_mm));
-            result.sigma_px.push_back(one.alone.sigma.focal_px[size_t(camera)] + 2e-3 * seen_px);
+            result.px.push_back(
+                focal_at_infinity(seen_px, side.pixel_mm, one.focused_mm[size_t(camera)]));
+            result.sigma_px.push_back(alone.sigma.focal_px[0] + 2e-3 * seen_px);
         }
     }
     return result;
@@ -270,11 +279,11 @@ bool seed_lens(const std::vector<zoom_setting> &settings, int camera, zoom_probl
         }
         std::vector<double> u, value, sigma;
         for (size_t i = 0; i < seen.solved.size(); i++) {
-            const solution &alone = seen.solved[i]->alone;
-            const lens_state own = state_from_lens(side.frame, alone.camera[camera]);
+            const solution &alone = seen.solved[i]->alone[size_t(camera)];
+            const lens_state own = state_from_lens(side.frame, alone.camera[0]);
             u.push_back(zoom_unit(side.log_focal, std::log(seen.px[i])));
             value.push_back(own.value[size_t(parameter)]);
-            sigma.push_back(1 + alone.sigma.centre_x_px[size_t(camera)]);
+            sigma.push_back(1 + alone.sigma.centre_x_px[0]);
         }
         terms[function] = fit_series(u, value, sigma, std::min(orders[size_t(function)], 2));
     }
@@ -314,27 +323,37 @@ void seed_mounts(const std::vector<zoom_setting> &settings, const zoom_problem &
     std::vector<rigid> mounts;
     std::vector<double> weights;
     for (const zoom_setting &one : settings) {
-        if (!one.alone.solved) {
-            continue;
+        const solution &first = one.alone[LEFT], &second = one.alone[RIGHT];
+        for (size_t i = 0; first.solved && second.solved && i < one.captures.size(); i++) {
+            if (!first.board_known[i] || !second.board_known[i]) {
+                continue;
+            }
+            const zoom_problem::capture &capture = problem.captures[one.captures[i]];
+            const zoom_eye left =
+                eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), {});
+            const rigid T_instrument_right =
+                inverse(left.T_camera_instrument) *
+                (first.T_left_board[i] * inverse(second.T_left_board[i]));
+            // Turned back to pan 0 about the vertical through a point behind the pupil.
+            const double angle = -capture.axes[RIGHT].pan_rad, back[3] = {0, angle, 0};
+            rigid mount = turned(T_instrument_right, back);
+            const double *z = T_instrument_right.R;
+            const double arm[3] = {z[2] * behind_mm, z[5] * behind_mm, z[8] * behind_mm};
+            double turned_arm[3], turn[9];
+            geometry_rotation_from_vector(back, turn);
+            geometry_rotate(turn, arm, turned_arm);
+            for (int k = 0; k < 3; k++) {
+                mount.t_mm[k] = T_instrument_right.t_mm[k] + arm[k] - turned_arm[k];
+            }
+            mounts.push_back(mount);
+            // The distances are as uncertain as the focal lengths, which counts at long ones.
+            const double sigma = 1e-3 + first.sigma.focal_px[0] / first.camera[0].fx_px +
+                                 second.sigma.focal_px[0] / second.camera[0].fx_px;
+            weights.push_back(1 / (sigma * sigma));
         }
-        const zoom_problem::capture &capture = problem.captures[one.captures[0]];
-        const zoom_eye left = eye_at(problem, layout, shared->data(), moment_of(capture, LEFT), {});
-        const rigid T_instrument_right =
-            inverse(left.T_camera_instrument) * inverse(one.alone.T_right_left);
-        // Turned back to pan 0 about the vertical through a point behind the pupil.
-        const double angle = -capture.axes[RIGHT].pan_rad, back[3] = {0, angle, 0};
-        rigid mount = turned(T_instrument_right, back);
-        const double *z = T_instrument_right.R;
-        const double arm[3] = {z[2] * behind_mm, z[5] * behind_mm, z[8] * behind_mm};
-        double turned_arm[3], turn[9];
-        geometry_rotation_from_vector(back, turn);
-        geometry_rotate(turn, arm, turned_arm);
-        for (int i = 0; i < 3; i++) {
-            mount.t_mm[i] = T_instrument_right.t_mm[i] + arm[i] - turned_arm[i];
-        }
-        mounts.push_back(mount);
-        const double sigma = std::max(1e-6, one.alone.sigma.rotation_rad[1]);
-        weights.push_back(1 / (sigma * sigma));
+    }
+    if (mounts.empty()) {
+        return;
     }
     const rigid mount = average(mounts, weights);
     double rotation[3];
@@ -354,10 +373,11 @@ void seed_places(const zoom_observations &seen, const std::vector<zoom_setting> 
                  const zoom_layout &layout, zoom_problem *problem, zoom_estimate *estimate) {
     std::vector<size_t> best(problem->places.size(), 0);
     for (const zoom_setting &one : settings) {
-        for (size_t i = 0; one.alone.solved && i < one.captures.size(); i++) {
+        const solution &alone = one.alone[LEFT];
+        for (size_t i = 0; alone.solved && i < one.captures.size(); i++) {
             const zoom_problem::capture &capture = problem->captures[one.captures[i]];
             const size_t corners = capture.view[LEFT].corners.size();
-            if (!one.alone.board_known[i] || corners <= best[capture.place]) {
+            if (!alone.board_known[i] || corners <= best[capture.place]) {
                 continue;
             }
             best[capture.place] = corners;
@@ -368,7 +388,7 @@ void seed_places(const zoom_observations &seen, const std::vector<zoom_setting> 
             const zoom_eye left =
                 eye_at(*problem, layout, estimate->shared.data(), moment_of(capture, LEFT), {});
             estimate->T_instrument_board[capture.place] =
-                inverse(left.T_camera_instrument) * (one.alone.T_left_board[i] * middle);
+                inverse(left.T_camera_instrument) * (alone.T_left_board[i] * middle);
         }
     }
     for (zoom_problem::capture &capture : problem->captures) {
@@ -403,8 +423,9 @@ std::string seed_zoom(const zoom_observations &seen, const std::vector<zoom_sett
         double closeness = 0;
         int count = 0;
         for (const zoom_setting &one : settings) {
-            if (one.alone.solved && one.focused_mm > 0) {
-                closeness += 1e3 / one.focused_mm;
+            const double focused_mm = one.focused_mm[size_t(camera)];
+            if (one.alone[size_t(camera)].solved && focused_mm > 0) {
+                closeness += 1e3 / focused_mm;
                 count++;
             }
         }

@@ -16,8 +16,9 @@ namespace calib {
 struct zoom_setting {
     std::array<int, CAMERAS> setting{};
     std::vector<size_t> captures;  // in the caller's order: those with the most frequent board
-    solution alone;
-    double focused_mm = 0;  // median distance of the boards
+    // Each camera separately: between positions of the board they may have been turned to it.
+    std::array<solution, CAMERAS> alone;
+    std::array<double, CAMERAS> focused_mm{};  // median distance of the boards
 };
 
 /// Sorts the captures into settings, places and visits. Returns "" or what is wrong.

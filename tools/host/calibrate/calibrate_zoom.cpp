@@ -296,10 +296,10 @@ std::string calibrate_zoom_json(const calibrate_zoom_job &job) {
             ordered_json setting;
             setting["zoom_counts"] =
                 job.solution.problem.side[side].settings[size_t(one.setting[side])];
-            setting["solved_alone"] = one.alone.solved;
-            if (one.alone.solved) {
-                setting["alone_focal_px"] = one.alone.camera[side].fx_px;
-                setting["alone_focal_sigma_px"] = one.alone.sigma.focal_px[side];
+            setting["solved_alone"] = one.alone[side].solved;
+            if (one.alone[side].solved) {
+                setting["alone_focal_px"] = one.alone[side].camera[0].fx_px;
+                setting["alone_focal_sigma_px"] = one.alone[side].sigma.focal_px[0];
             }
             camera["settings"].push_back(setting);
         }
