@@ -5,8 +5,8 @@
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_REFINE_H
 
 #include "daemon/base/message.h"
+#include "daemon/session/last_pair.h"
 #include "daemon/surface/result/reconstruct_context.h"
-#include "rig/pair.h"
 #include "stereo/zoom/refine_pair.h"
 
 #ifdef __cplusplus
