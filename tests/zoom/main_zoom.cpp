@@ -269,7 +269,7 @@ int main(int count, char **arguments) {
                       (options.rendered + options.captures - 1 - i) / options.captures, figures);
             }
             print(rig, figures);
-            // The harsh rig may say `calibrate`; the default one has nothing that the model lacks.
+            // The harsh rig may say `calibrate`; all that the default one has is in the model.
             failed += rig == "default" && figures.alarms > 0;
         }
     } catch (const std::exception &error) {

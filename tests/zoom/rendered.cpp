@@ -25,7 +25,7 @@ std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     const world::Mechanics still = rig.mechanics(side);
     request.mechanics = [still](double) { return still; };
     const double n = rig.camera(side).optics.f_number;
-    request.exposure_us = 1200 * n * n;
+    request.exposure_us = 3000 * n * n;
     request.frame = frame_number;
     const world::Frame frame = world::render(cylinder(), rig.world(), world::Side(side), request);
     std::vector<uint8_t> grey(size_t(kWidth) * kHeight);
