@@ -15,7 +15,7 @@ namespace {
 
 const int CELLS_X = 4, CELLS_Y = 3;
 const double ALARM_Z = 6, ALARM_SHARE = 0.3;  // of a pattern in the noise of a corner
-const double ALARM_NOISE = 1.5;               // residuals over what the corners' noise explains
+const double ALARM_NOISE = 2;                 // residuals over what the corners' noise explains
 const int REFIT_ITERATIONS = 6;
 
 // Sums over left-out settings.

@@ -62,7 +62,7 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
         }
         const matrix by_shared = product(inverse, place.normal.bottomLeftCorner(own_count, count));
         const matrix own = inverse + carried(by_shared, here);
-        result.own_freedom += POSE_PARAMETERS;
+        result.own_freedom += int(POSE_PARAMETERS);
         for (long i = POSE_PARAMETERS; i < own.rows(); i++) {
             const size_t at = size_t(i - POSE_PARAMETERS), view = at / LATENTS;
             const size_t capture = problem.places[k].captures[view / CAMERAS];

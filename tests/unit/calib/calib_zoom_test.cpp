@@ -140,6 +140,8 @@ void focal_lengths(const zoom_pair *pair, void *, double *values) {
 
 void score(const synthetic::ZoomPlan &plan, const synthetic::ZoomViews &views,
            const calib::zoom_solution &solution, scores *focal, scores *depth) {
+    // The simulated prints are exact.
+    solution.rig->scale_sigma = 0;
     const std::vector<double> &settings = solution.problem.side[0].settings;
     for (size_t k = 0; k + 1 < settings.size(); k++) {
         const double zoom = 0.5 * (settings[k] + settings[k + 1]);

@@ -123,10 +123,11 @@ class collector {
         const calib::capture &capture = job_.views->seen.captures[index];
         calib::zoom_capture one;
         one.name = capture.name;
-        one.position = number_of(&positions_, {shot.session, shot.pan_visit,
-                                               shot.board_position > 0 ? shot.board_position : 0,
-                                               shot.board_position > 0 ? 0 : index});
-        one.visit = number_of(&visits_, {shot.session, shot.pan_visit, 0, 0});
+        // The board stays where it is while the cameras turn.
+        const size_t position = shot.board_position;
+        one.position =
+            number_of(&positions_, {shot.session, position, position > 0 ? 0 : index + 1});
+        one.visit = number_of(&visits_, {shot.session, shot.pan_visit, 0});
         for (size_t side = 0; side < 2; side++) {
             const calibration_axis &pan = axis_of(shot, side, CALIBRATION_PAN);
             one.axes[side] = {axis_of(shot, side, CALIBRATION_ZOOM).mean,
@@ -138,7 +139,7 @@ class collector {
         job_.shot_of.push_back(index);
     }
 
-    using key = std::array<size_t, 4>;
+    using key = std::array<size_t, 3>;
 
     static int number_of(std::vector<key> *known, const key &one) {
         const auto found = std::find(known->begin(), known->end(), one);
