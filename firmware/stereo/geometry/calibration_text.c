@@ -19,6 +19,7 @@ int calibration_refuse(struct calibration_reader *reader, int code, const char *
 }
 
 bool calibration_span_is(struct calibration_span span, const char *word) {
+    INVARIANT(span.text != NULL && word != NULL);
     return span.length == strlen(word) && memcmp(span.text, word, span.length) == 0;
 }
 
@@ -65,6 +66,7 @@ struct calibration_span calibration_cut_word(struct calibration_span *rest, bool
 
 int calibration_copy_text(struct calibration_reader *reader, const char *field,
                           struct calibration_span value, char *target, size_t size) {
+    INVARIANT(size > 0 && target != NULL);
     if (value.length >= size) {
         return calibration_refuse(reader, ERROR_SYNTAX, field, "the text is too long");
     }
@@ -76,6 +78,7 @@ int calibration_copy_text(struct calibration_reader *reader, const char *field,
 int calibration_parse_decimal(struct calibration_reader *reader, const char *field,
                               struct calibration_span word, int decimals, int64_t min, int64_t max,
                               double *value) {
+    INVARIANT(decimals >= 0 && min <= max);
     int64_t scaled;
     const int code = decimal_parse(word.text, word.length, decimals, &scaled);
     if (code == ERROR_SYNTAX) {
@@ -112,6 +115,7 @@ static bool parse_hex(struct calibration_span word, uint32_t *value) {
 }
 
 int calibration_parse_crc(struct calibration_reader *reader, struct calibration_span *name) {
+    INVARIANT(reader->position <= reader->length);
     *name = (struct calibration_span){"", 0};
     const uint32_t crc = crc_update(0, reader->text, reader->position);
     struct calibration_span rest;
@@ -144,6 +148,7 @@ int calibration_parse_crc(struct calibration_reader *reader, struct calibration_
 }
 
 void calibration_put(struct calibration_writer *writer, const char *word) {
+    INVARIANT(writer->text != NULL || writer->size == 0);
     const size_t length = strlen(word);
     if (writer->length + length < writer->size) {
         memcpy(writer->text + writer->length, word, length + 1);
@@ -179,6 +184,7 @@ int calibration_put_crc(struct calibration_writer *writer) {
         digits[i] = "0123456789abcdef"[crc >> (28 - 4 * i) & 15];
     }
     digits[8] = '\0';
+    INVARIANT(writer->text[writer->length - 1] == '\n');
     calibration_put(writer, CALIBRATION_GRAMMAR_CRC);
     calibration_put_value(writer, digits);
     calibration_put(writer, "\n");

@@ -22,6 +22,7 @@ void zoom_point_ahead(const struct zoom_calibration *calibration, double distanc
 
 // Angle about the vertical from a camera's axis to the point, positive to the right.
 static double bearing_rad(const struct zoom_pair *pair, int side, const double point_mm[3]) {
+    INVARIANT(side == 0 || side == 1);
     double arm_mm[3], in_camera_mm[3];
     for (int i = 0; i < 3; i++) {
         arm_mm[i] = point_mm[i] - pair->side[side].position_mm[i];
@@ -74,5 +75,6 @@ double zoom_focus_counts(const struct zoom_camera *camera, double zoom_counts, d
         u -= (a * u + b * (2 * u * u - 1) - missing) / (a + 4 * b * u);
     }
     const struct zoom_range *focus = &camera->focus;
+    INVARIANT(focus->max > focus->min);
     return (focus->min + focus->max + u * (focus->max - focus->min)) / 2;
 }

@@ -54,6 +54,7 @@ static void add_independent(struct propagation *at, double *number, double sigma
 }
 
 static bool is_mount(const struct zoom_camera camera[2], const double *number) {
+    INVARIANT(number != NULL);
     for (int side = 0; side < 2; side++) {
         const double *mount = camera[side].mount;
         for (int i = 0; i < ZOOM_MOUNT_PARAMETERS; i++) {

@@ -245,6 +245,7 @@ int zoom_calibration_parse(const char *text, size_t length, struct zoom_calibrat
 static int print_field(const struct zoom_field *field, int side,
                        struct zoom_calibration *calibration, void *context) {
     struct calibration_writer *writer = context;
+    INVARIANT(field->count > 0 && field->decimals >= 0);
     const void *address = zoom_grammar_address(field, side, calibration);
     calibration_put(writer, field->name[side]);
     switch (field->kind) {
@@ -300,6 +301,7 @@ static double correlation(const double *covariance, int i, int j) {
 
 static void print_sigmas(struct calibration_writer *writer,
                          const struct zoom_calibration *calibration) {
+    INVARIANT(calibration->parameters >= 0 && calibration->parameters <= ZOOM_PARAMETERS_MAX);
     calibration_put(writer, ZOOM_GRAMMAR_PARAMETERS);
     calibration_put_number(writer, 0, calibration->parameters);
     calibration_put(writer, "\n");
@@ -399,6 +401,7 @@ static int check_ranges(const struct zoom_camera *camera, int side,
          "left_pixel_mm"},
         {"right_zoom_counts", "right_focus_counts", "right_log_focal_range", "right_pan_rad",
          "right_pixel_mm"}};
+    INVARIANT(side == 0 || side == 1);
     const struct zoom_range *ranges[3] = {&camera->zoom, &camera->focus, &camera->log_focal};
     for (int i = 0; i < 3; i++) {
         if (ranges[i]->min >= ranges[i]->max) {
