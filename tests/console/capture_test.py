@@ -13,7 +13,7 @@ import unittest
 
 import numpy
 
-from daemon_process import SIMRIG, VERGENCED
+from daemon_process import SIMRIG, VERGENCED, DaemonTest
 from waiting import TIMEOUT_S
 
 KEPT = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "data" / "zoom_capture"
@@ -127,6 +127,60 @@ class Capture(unittest.TestCase):
                                   capture_output=True, text=True, timeout=TIMEOUT_S)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (code, 1), done.stderr)
             self.assertIn(said, done.stderr)
+
+
+class SmallFrames(DaemonTest):
+    """A daemon that serves one capture of three zooms after the other, with small frames."""
+    scene = str(KEPT / "board.yaml")
+
+    @classmethod
+    def start(cls):
+        super().start()
+        cls.make = load(KEPT / "make")
+        cls.control("move board 0 0 -100 8 6 -3")
+        for line in ("bringup", "window 640 512"):
+            assert cls.vergence(*line.split()).returncode == 0
+
+    @classmethod
+    def control(cls, *commands):
+        subprocess.run([pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools/simrig/control",
+                        f"unix:{cls.rig_path}", *commands], check=True, capture_output=True)
+
+    def refused(self, said, meanwhile=None):
+        """A capture fails in one line; `meanwhile`, a control command, is given after the second pair."""
+        with tempfile.TemporaryDirectory() as work:
+            command = subprocess.Popen(
+                [os.environ["VERGENCE"], "calibrate", "capture", work + "/zooms", *self.make.BOARD,
+                 "--connect", f"unix:{self.path}", "--zooms", "4", "--focus", "distance",
+                 "--no-sweep", "--positions", "1", "--range", "1699:1700"], stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            with command:
+                command.stdin.write("\n")
+                command.stdin.flush()
+                wide = 0  # pairs at the widest zoom: before and after the cameras turned to the board
+                for line in command.stdout:
+                    wide += line.startswith("    8.5 mm: ")
+                    if wide == 2 and meanwhile is not None:
+                        self.control(meanwhile)
+                        meanwhile = None
+                text = command.stderr.read()
+            self.assertEqual((command.returncode, text.count("\n")), (3, 1), text)
+            self.assertRegex(text, said)
+            self.assertFalse(os.path.exists(work + "/zooms/incoming"))
+
+
+class BoardMoved(SmallFrames):
+    def test_a_board_that_moves_and_a_lens_that_jams_are_named(self):
+        self.refused("moved during the position.*same command", "move board 30 0 -100 8 6 -3")
+        self.control("move board 0 0 -100 8 6 -3")
+        self.refused("JAMMED.*zoom", "fault lens left zoom jam")
+
+
+class WrongLens(SmallFrames):
+    settings = ("rig.focal_length_tele=40 mm",)
+
+    def test_a_picture_that_does_not_grow_with_the_reading_is_named(self):
+        self.refused("(Left|Right) lens: its picture grew .*read-back")
 
 
 if __name__ == "__main__":

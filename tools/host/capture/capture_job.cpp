@@ -360,6 +360,7 @@ class runner {
                 return false;
             }
             if (!is_seen(shot)) {
+                explain(shot);
                 break;
             }
             if (!is_consistent(last, shot,

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The session that a calibration capture writes: resumed, never mixed with another instrument's.
+#include "tools/host/capture/capture_session.hpp"
+
+#include <doctest/doctest.h>
+#include <fcntl.h>
+
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "daemon/session/session_write.h"
+#include "scratch.hpp"
+
+namespace {
+
+const calib::board board = {3, 2, 24, "4x4_50", 17};
+
+/// A session of one pair, as it comes from an instrument with this serial number.
+void make_incoming(const std::string &path, const char *camera, uint16_t value) {
+    message last_error{};
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    const auto writer = std::make_unique<session_writer>();
+    REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig",
+                                 "2026-11-22T03:00:00Z", &last_error) == 0);
+    session_instrument instrument{};
+    std::snprintf(instrument.camera[0], sizeof instrument.camera[0], "%s", camera);
+    REQUIRE(session_writer_instrument(writer.get(), &instrument, &last_error) == 0);
+    REQUIRE(session_writer_command(writer.get(), "capture readings=16", &last_error) == 0);
+    const auto made = std::make_unique<pair>();
+    std::vector<uint16_t> pixels[2];
+    for (size_t side = 0; side < 2; side++) {
+        pixels[side].assign(64, static_cast<uint16_t>(value + side));
+        pair_frame &frame = made->frame[side];
+        frame.image.data = pixels[side].data();
+        frame.image.width_px = frame.image.height_px = 8;
+        frame.image.stride = 8;
+        frame.image.bits = 10;
+        frame.image.layout = RAW_BAYER_GRBG;
+        frame.before.pan_q4 = frame.after.pan_q4 = 24000;
+        for (size_t axis = 0; axis < LENS_AXES; axis++) {
+            frame.before.lens[axis] = frame.after.lens[axis] = {4800 + value, 4};
+        }
+    }
+    REQUIRE(session_writer_pair(writer.get(), made.get(), &last_error) == 0);
+    REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
+}
+
+void see(capture_shot *shot, uint32_t position) {
+    shot->board_position = position;
+    for (calib::board_view &view : shot->view) {
+        view.corners = {{0, 1.5, 2.5, 0.02}, {4, 5.25, 2.5, 0.04}};
+    }
+}
+
+}  // namespace
+
+TEST_CASE("pairs are added to one session, which is resumed by the next run") {
+    const scratch folder;
+    const std::string path = folder / "zooms", incoming = path + "/incoming";
+    std::string error;
+    for (uint32_t run = 1; run <= 3; run++) {
+        capture_session session(path, board);
+        REQUIRE_MESSAGE(session.load(&error), error);
+        CHECK(session.shots().size() == 2 * (run - 1));
+        for (uint32_t i = 0; i < 2; i++) {
+            capture_shot shot;
+            make_incoming(incoming, "left 1", static_cast<uint16_t>(100 * run + 10 * i));
+            REQUIRE_MESSAGE(session.look(incoming, &shot, &error), error);
+            CHECK(shot.zoom_counts[1] == doctest::Approx(300 + (100 * run + 10 * i) / 16.0));
+            see(&shot, run);
+            REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
+            CHECK(!std::filesystem::exists(incoming));
+        }
+        if (run != 2) {  // the second run ends without a word, as by a kill
+            CHECK(session.close(&error));
+        }
+    }
+    capture_session session(path, board);
+    REQUIRE(session.load(&error));
+    REQUIRE(session.shots().size() == 6);
+    for (size_t i = 0; i < 6; i++) {
+        const capture_shot &shot = session.shots()[i];
+        CHECK(shot.board_position == 1 + i / 2);
+        CHECK(shot.pan_q4[0] == 24000);
+        REQUIRE(shot.view[1].corners.size() == 2);
+        CHECK(shot.view[1].corners[1].index == 4);
+        CHECK(shot.view[1].corners[1].x_px == doctest::Approx(5.25));
+        CHECK(shot.view[1].corners[1].sigma_px == doctest::Approx(0.04).epsilon(1e-4));
+    }
+    // Another board has another number of corners.
+    capture_session other(path, {4, 2, 24, "4x4_50", 17});
+    CHECK(!other.load(&error));
+    CHECK(error.find("same --board") != std::string::npos);
+}
+
+TEST_CASE("a session of another instrument, or of another kind, is left alone") {
+    const scratch folder;
+    const std::string path = folder / "zooms", incoming = path + "/incoming";
+    std::string error;
+    capture_shot shot;
+    {
+        capture_session session(path, board);
+        make_incoming(incoming, "left 1", 100);
+        REQUIRE(session.look(incoming, &shot, &error));
+        see(&shot, 1);
+        REQUIRE(session.add(incoming, shot, &error));
+        CHECK(session.close(&error));
+    }
+    capture_session session(path, board);
+    REQUIRE(session.load(&error));
+    make_incoming(incoming, "left 2", 200);
+    REQUIRE(session.look(incoming, &shot, &error));
+    see(&shot, 2);
+    CHECK(!session.add(incoming, shot, &error));
+    CHECK(error.find("another instrument") != std::string::npos);
+    capture_session again(path, board);
+    REQUIRE(again.load(&error));
+    CHECK(again.shots().size() == 1);
+
+    make_incoming(folder / "plain", "left 1", 100);
+    capture_session plain(folder / "plain", board);
+    CHECK(!plain.load(&error));
+    CHECK(error.find("not a session of") != std::string::npos);
+}
