@@ -36,13 +36,14 @@ class TouchUp(unittest.TestCase):
             looks = json.load(file)["touch_up"]
         self.assertGreater(len(looks), 5)
         for look in looks:
-            # The servos' horns are off by 1.1 degrees together: 13 % of all lengths.
-            self.assertGreater(abs(look["square_mm"] - 24), 1)
-            self.assertLess(abs(look["square_mm"] - 24), 4 * look["square_sigma_mm"])
+            # The servos' horns, which this calibration does not know, are off by 1.1 degrees
+            # together, 2.6 of its standard deviations; the servos rest somewhere beside that.
+            sigmas = abs(look["square_mm"] - 24) / look["square_sigma_mm"]
+            self.assertLess(sigmas, 8)
+            self.assertEqual(look["holds"], sigmas < 4)
             self.assertAlmostEqual(look["corrected_square_mm"], 24, delta=0.02)
             self.assertLess(look["corrected_rows_px"], 0.1)
-            self.assertLess(look["corrected_depth_sigma_mm"], 5)
-            self.assertGreater(look["depth_sigma_mm"], 40)
+            self.assertLess(look["corrected_depth_sigma_mm"], 0.2 * look["depth_sigma_mm"])
 
     def test_the_corrected_calibration_is_one_of_its_state(self):
         self.assertEqual(self.touch_up(self.zoom).returncode, 0)

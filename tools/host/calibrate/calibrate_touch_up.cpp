@@ -19,6 +19,7 @@ namespace {
 
 const int min_corners = 12;
 const double min_sigma_px = 0.03;
+const double max_sigmas = 4;
 
 class looker {
   public:
@@ -133,12 +134,15 @@ class looker {
         target_.sights = int(sights_.size());
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
         target_.sight = sights_.data();
-        target_.sigma_px = sigma_px_;
-        if (!self_target_place(self_.view, &target_)) {
-            return false;
-        }
+        // Robust weights must not take the calibration's own error for outliers: from far to near.
         self_.target = &target_;
-        (void)self_calibration_solve(&self_, nullptr, 0);
+        for (const double factor : {100.0, 10.0, 1.0}) {
+            target_.sigma_px = factor * sigma_px_;
+            if (!self_target_place(self_.view, &target_)) {
+                return false;
+            }
+            (void)self_calibration_solve(&self_, nullptr, 0);
+        }
         double seen[3], offset[3];
         for (int i = 0; i < 3; i++) {
             offset[i] = target_.position_mm[i] - self_.view[0].position_mm[i];
@@ -155,6 +159,8 @@ class looker {
         look->corrected_depth_sigma_mm = self_posterior_sigma(&self_, gradient);
         // A length across is as wrong as its depth.
         look->square_sigma_mm = board_.square_mm * look->depth_sigma_mm / look->depth_mm;
+        look->holds =
+            std::abs(look->square_mm - board_.square_mm) < max_sigmas * look->square_sigma_mm;
         return true;
     }
 
@@ -218,10 +224,11 @@ std::string touch_up_text(const std::vector<touch_up_look> &looks) {
         text += report_text_format(
             "pair %zu: squares %.3f mm (predicted deviation %.3f), rows %.3f px; corrected: "
             "squares %.3f mm, rows %.3f px, depth %.1f mm with a deviation of %.2f mm (%.1f "
-            "before)\n",
+            "before)%s\n",
             look.shot + 1, look.square_mm, look.square_sigma_mm, look.rows_px,
             look.corrected_square_mm, look.corrected_rows_px, look.depth_mm,
-            look.corrected_depth_sigma_mm, look.depth_sigma_mm);
+            look.corrected_depth_sigma_mm, look.depth_sigma_mm,
+            look.holds ? "" : "; more than predicted: calibrate");
     }
     return text;
 }
@@ -234,6 +241,7 @@ std::string touch_up_json(const std::vector<touch_up_look> &looks) {
                          {"square_mm", look.square_mm},
                          {"square_sigma_mm", look.square_sigma_mm},
                          {"rows_px", look.rows_px},
+                         {"holds", look.holds},
                          {"corrected_square_mm", look.corrected_square_mm},
                          {"corrected_rows_px", look.corrected_rows_px},
                          {"depth_mm", look.depth_mm},

@@ -15,6 +15,7 @@ struct touch_up_look {
     size_t shot = 0;
     int corners = 0;  // that both cameras see
     double square_mm = 0, square_sigma_mm = 0, rows_px = 0;
+    bool holds = true;  // the squares are as long as predicted
     double corrected_square_mm = 0, corrected_rows_px = 0;
     double depth_mm = 0, depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
     calibration rig = {};  // of the whole sensor, corrected
