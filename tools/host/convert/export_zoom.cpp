@@ -131,9 +131,10 @@ std::vector<export_file> export_zoom(const zoom_calibration &value, const std::s
         const json table = format == "gyroflow" ? gyroflow(value, side) : opentrackio(value, side);
         files.push_back({std::string(sides[side]) + ".json",
                          table.dump(1, ' ', false, json::error_handler_t::replace) + "\n",
-                         format == "gyroflow" ? "the table holds the lens focused at infinity: it "
-                                                "has no focus axis"
-                                              : ""});
+                         format == "gyroflow" && side == 0
+                             ? "the table holds the lens focused at infinity: it "
+                               "has no focus axis"
+                             : ""});
     }
     return files;
 }
