@@ -152,7 +152,7 @@ class Reconstruct(Surfaces):
         figures = self.asked("reconstruct c pair=1 near=1600 far=2300")
         self.assertEqual((figures["session"], figures["pair"], figures["result"]),
                          ("c", 1, "surface-c-1"))
-        self.assertGreater(figures["density"], 40)
+        self.assertGreater(figures["density"], 30)
         self.assertLess(figures["rows_apart"], 0.2)
         self.assertTrue(1600 < figures["depth_near"] < figures["depth_median"] <
                         figures["depth_far"] < 2400, figures)

@@ -97,6 +97,10 @@ struct Sums {
 /// Averages along the columns, and the paths through them.
 Sums sum_up(const View &left, const Search &search, const Volume &row_averages);
 
+/// Rejects pixels far from texture along the row, and accepts doubtful ones that continue the
+/// surface around them.
+void check_neighbourhood(const View &left, const View &right, const Search &search, Answer *answer);
+
 /// Winners, checks, smoothing, speckles. If `doubtful` is not 0, no winner is better than its
 /// rivals by enough.
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,

@@ -236,6 +236,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
     }
     answer.disparity_q8 = smoothed(answer.disparity_q8);
     if (!search.keep_all) {
+        check_neighbourhood(left, right, search, &answer);
         reject_islands(search, &answer);
     }
     return answer;

@@ -90,7 +90,9 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
     struct match_memory memory = {0};
     match_take_memory(&state, &memory);
     const size_t filtering = speckle_filter_need_bytes(width, options->speckle_px, threads);
-    return memory.need_bytes > filtering ? memory.need_bytes : filtering;
+    const size_t evidence = match_evidence_need_bytes(width, threads);
+    const size_t after = filtering > evidence ? filtering : evidence;
+    return memory.need_bytes > after ? memory.need_bytes : after;
 }
 
 uint64_t match_work(int width, int height, const struct match_options *options) {
@@ -147,6 +149,11 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (!finished) {
         return memory.failed ? ERROR_MEMORY : ERROR_CANCELLED;
     }
-    return options->keep_all ? ERROR_OK
-                             : speckle_filter_run_all(options->speckle_px, parallel, arena, output);
+    if (options->keep_all) {
+        return ERROR_OK;
+    }
+    const int checked = match_evidence_run(input, options, parallel, arena, output);
+    return checked != ERROR_OK
+               ? checked
+               : speckle_filter_run_all(options->speckle_px, parallel, arena, output);
 }

@@ -50,4 +50,15 @@ static inline struct match_believed match_believed_of(const struct match_options
     };
 }
 
+/// Memory that `match_evidence_run` takes, in bytes.
+size_t match_evidence_need_bytes(int width, int threads);
+
+/// Changes REASON_VALID to REASON_NO_TEXTURE far from texture along the row: noise, and structure
+/// that hardly changes along the rows, also find partners. The measure is the noise of the images:
+/// what differs between pixels that match. Then accepts pixels that continue the surface around
+/// them, and that either the limit of the cost or the one of the margin rejected. ERROR_MEMORY.
+int match_evidence_run(const struct match_input *input, const struct match_options *options,
+                       const struct parallel *parallel, struct arena *arena,
+                       struct match_output *output);
+
 #endif

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 
 #include "core/error.h"
 #include "synthetic/matched.hpp"
@@ -174,6 +175,31 @@ TEST_CASE("a textureless window in a textured wall is left empty") {
     }
     CAPTURE(wrong);
     CHECK(wrong < 0.1 * pixels);
+}
+
+TEST_CASE("structure along the rows is not measured, however strong") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    constexpr int kWidth = 256, kHeight = 160;
+    std::mt19937_64 random(seed);
+    std::uniform_int_distribution<int> bright(90, 140);
+    std::normal_distribution<double> noise(0, 1);
+    // Every row of one grey level, as the grain of a table that lies along the rows.
+    std::vector<uint8_t> left, right;
+    for (int y = 0; y < kHeight; y++) {
+        const int grey = bright(random);
+        for (int x = 0; x < kWidth; x++) {
+            left.push_back(static_cast<uint8_t>(grey + std::lround(noise(random))));
+            right.push_back(static_cast<uint8_t>(grey + std::lround(noise(random))));
+        }
+    }
+    for (const match_preset preset : {MATCH_PRESET_STANDARD, MATCH_PRESET_BEST}) {
+        match_options options = match_default_options(0, 32);
+        options.preset = preset;
+        const Matched matched = run_match(left, right, kWidth, kHeight, options);
+        REQUIRE(matched.status == ERROR_OK);
+        CHECK(matched.share(REASON_VALID) < 0.02);
+    }
 }
 
 TEST_CASE("repeated stripes are called ambiguous") {

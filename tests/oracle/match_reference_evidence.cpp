@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// The checks of the slow matcher that look around a pixel: texture along the row
+// against noise, and pixels that continue the surface around them.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "match_reference.hpp"
+#include "stereo/image/reason.h"
+
+namespace reference {
+
+namespace {
+
+constexpr int kBlock = 8;
+
+int whole_px(int disparity_q8) {
+    return static_cast<int>(std::floor((disparity_q8 + 128) / 256.0));
+}
+
+// Second derivative, along row and column, of the difference between the images.
+int difference(const View &left, const View &right, int x, int y, int disparity) {
+    const int weight[3] = {1, -2, 1};
+    int sum = 0;
+    for (int j = -1; j <= 1; j++) {
+        for (int i = -1; i <= 1; i++) {
+            sum += weight[j + 1] * weight[i + 1] *
+                   (left.grey.at(x + i, y + j) - right.grey.at(x + i - disparity, y + j));
+        }
+    }
+    return sum;
+}
+
+// 256 times the variance of the noise; -1: too little was matched.
+double noise_of(const View &left, const View &right, const Answer &answer) {
+    std::vector<int> bins;
+    for (int y = 1; y + kBlock < answer.reason.height; y += 16) {
+        for (int x = 1; x + kBlock < answer.reason.width; x += 16) {
+            const int disparity = whole_px(answer.disparity_q8.at(x + 4, y + 4));
+            if (answer.reason.at(x + 4, y + 4) != REASON_VALID || x - 1 - disparity < 0 ||
+                x + kBlock - disparity >= answer.reason.width) {
+                continue;
+            }
+            int sum = 0;
+            for (int j = 0; j < kBlock; j++) {
+                for (int i = 0; i < kBlock; i++) {
+                    sum += std::abs(difference(left, right, x + i, y + j, disparity));
+                }
+            }
+            bins.push_back(std::min(sum / 16, 1023));
+        }
+    }
+    if (bins.size() < 8) {
+        return -1;
+    }
+    std::sort(bins.begin(), bins.end());
+    const double sum = bins[bins.size() / 10] * 16 + 8;
+    return std::max(std::floor(sum * sum / 530), 21.0);
+}
+
+// The left image's row with its ends repeated beyond what is valid in it and its neighbours,
+// smoothed by (1 2 1) both ways, times 16; column 0 is at index 2.
+std::vector<int> smooth_row(const View &left, int y) {
+    const int width = left.grey.width;
+    int rows[3];
+    Span span = {0, width};
+    for (int j = 0; j < 3; j++) {
+        rows[j] = std::clamp(y + j - 1, 0, left.grey.height - 1);
+        const Span own = left.spans[static_cast<size_t>(rows[j])];
+        span = {std::max(span.begin, own.begin), std::min(span.end, own.end)};
+    }
+    std::vector<int> smooth;
+    for (int x = -2; x < width + 2; x++) {
+        const auto column = [&](int from) {
+            const int at = std::clamp(from, span.begin, span.end - 1);
+            return left.grey.at(at, rows[0]) + 2 * left.grey.at(at, rows[1]) +
+                   left.grey.at(at, rows[2]);
+        };
+        const int at = std::clamp(x, span.begin, std::max(span.end - 1, span.begin));
+        smooth.push_back(
+            span.end - span.begin < 3 ? 0 : column(at - 1) + 2 * column(at) + column(at + 1));
+    }
+    return smooth;
+}
+
+// Squared slopes of the blocks along the rows, and along the columns.
+struct Slopes {
+    Grid<double> along, upright;
+};
+
+Slopes slopes_of(const View &left) {
+    const int width = left.grey.width;
+    const int columns = (width + kBlock - 1) / kBlock;
+    const int rows = (left.grey.height + kBlock - 1) / kBlock;
+    Slopes slopes = {{columns, rows}, {columns, rows}};
+    for (int y = 0; y < left.grey.height; y += 2) {
+        const std::vector<int> above = smooth_row(left, y - 2);
+        const std::vector<int> here = smooth_row(left, y);
+        const std::vector<int> below = smooth_row(left, y + 2);
+        for (int x = 0; x < width; x++) {
+            const auto at = static_cast<size_t>(x);
+            slopes.along.at(x / kBlock, y / kBlock) += std::pow(here[at + 4] - here[at], 2);
+            slopes.upright.at(x / kBlock, y / kBlock) += std::pow(below[at + 2] - above[at + 2], 2);
+        }
+    }
+    return slopes;
+}
+
+bool has_texture(const Slopes &slopes, double noise_q8, int column, int row) {
+    double along = 0, upright = 0;
+    for (int i = column - 1; i <= column + 1; i++) {
+        const int at = std::clamp(i, 0, slopes.along.width - 1);
+        along += slopes.along.at(at, row);
+        upright += slopes.upright.at(at, row);
+    }
+    // 96 slopes with 72 times the variance of a pixel.
+    const double noise = std::floor(noise_q8 * 96 * 72 / 256);
+    return along >= 7 * noise + std::floor(std::max(upright - noise, 0.0) / 10);
+}
+
+void reject_unsupported(const View &left, double noise_q8, Answer *answer) {
+    const Slopes slopes = slopes_of(left);
+    for (int y = 0; y < answer->reason.height; y++) {
+        for (int x = 0; x < answer->reason.width; x++) {
+            bool supported = false;
+            for (int row = y / kBlock - 1; row <= y / kBlock + 1; row++) {
+                for (int column = x / kBlock - 2; column <= x / kBlock + 2; column++) {
+                    supported = supported || (row >= 0 && row < slopes.along.height &&
+                                              column >= 0 && column < slopes.along.width &&
+                                              has_texture(slopes, noise_q8, column, row));
+                }
+            }
+            if (!supported && answer->reason.at(x, y) == REASON_VALID) {
+                answer->reason.at(x, y) = REASON_NO_TEXTURE;
+            }
+        }
+    }
+}
+
+// Accepts pixels that either the limit of the cost or that of the margin rejected, if enough of the
+// 9 x 5 pixels around are accepted and at most 1.5 px away.
+void join(const Search &search, Answer *answer) {
+    const Grid<int> reason = answer->reason;
+    const int beyond = search.disparity_count - search.extra_above;
+    const int ends = beyond - search.extra_below > 2 ? 1 : 0;
+    const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
+    const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
+    for (int y = 0; y < reason.height; y++) {
+        for (int x = 0; x < reason.width; x++) {
+            const int lane = whole_px(answer->disparity_q8.at(x, y)) - search.disparity_min;
+            const bool too_expensive = reason.at(x, y) == REASON_OUT_OF_RANGE && lane >= first &&
+                                       lane <= last && answer->confidence.at(x, y) >= 24;
+            if (!too_expensive && reason.at(x, y) != REASON_AMBIGUOUS) {
+                continue;
+            }
+            int count = 0;
+            for (int j = std::max(y - 2, 0); j <= std::min(y + 2, reason.height - 1); j++) {
+                for (int i = std::max(x - 4, 0); i <= std::min(x + 4, reason.width - 1); i++) {
+                    count += reason.at(i, j) == REASON_VALID &&
+                             std::abs(answer->disparity_q8.at(i, j) -
+                                      answer->disparity_q8.at(x, y)) <= 384;
+                }
+            }
+            if (count >= (too_expensive ? 23 : 30)) {
+                answer->reason.at(x, y) = REASON_VALID;
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void check_neighbourhood(const View &left, const View &right, const Search &search,
+                         Answer *answer) {
+    const double noise_q8 = noise_of(left, right, *answer);
+    if (noise_q8 >= 0) {
+        reject_unsupported(left, noise_q8, answer);
+    }
+    join(search, answer);
+}
+
+}  // namespace reference
