@@ -66,8 +66,8 @@ class Line:
         return data
 
     def show(self, data):
-        """On a terminal as it is, else whole lines, without what a carriage return overwrites there: the
-        prompt before a typed line, progress."""
+        """Unchanged on a terminal, else whole lines, without what a carriage return overwrites there:
+        the prompt before a typed line, progress."""
         if not os.isatty(1):
             *lines, self.unshown = (self.unshown + data).split(b"\n")
             data = b"".join(line.rstrip(b"\r").rsplit(b"\r", 1)[-1] + b"\n" for line in lines)
