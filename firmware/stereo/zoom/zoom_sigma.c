@@ -212,9 +212,10 @@ struct zoom_variance zoom_depth_variance(const struct zoom_calibration *calibrat
     struct seen_points points = {.count = 0};
     struct zoom_variance variance;
     memset(&variance, 0, sizeof variance);
-    if (add_point(&pair, pixel_px, depth_mm, &points)) {
-        zoom_propagate(calibration, state, depths, &points, 1, &variance);
+    if (!add_point(&pair, pixel_px, depth_mm, &points)) {
+        return variance;
     }
+    zoom_propagate(calibration, state, depths, &points, 1, &variance);
     const double by_scale_mm = calibration->scale_sigma * depth_mm;
     variance.lens += by_scale_mm * by_scale_mm;
     return variance;

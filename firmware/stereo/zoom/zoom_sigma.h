@@ -34,7 +34,7 @@ void zoom_propagate(const struct zoom_calibration *calibration, const struct zoo
                     struct zoom_variance *variance);
 
 /// Variances of the depth of a point that the left camera sees at a pixel, at `depth_mm` in its
-/// frame, with scale. Matching is not included.
+/// frame, with scale. Matching is not included. All 0 if the right camera does not see the point.
 struct zoom_variance zoom_depth_variance(const struct zoom_calibration *calibration,
                                          const struct zoom_state *state, const double pixel_px[2],
                                          double depth_mm);

@@ -187,6 +187,10 @@ TEST_CASE("the uncertainty of depth has its parts") {
     CHECK(variance.motor > 0);
     CHECK(variance.mount > 0);
     CHECK(zoom_variance_sum(&variance) > variance.pan);
+    // The right camera at 10x, turned away, does not see a point at 1 m.
+    const zoom_state far_state = zoom_rig::state(840, 10000);
+    const zoom_variance unseen = zoom_depth_variance(zoomed.get(), &far_state, middle_px, 1000);
+    CHECK(zoom_variance_sum(&unseen) == 0);
 }
 
 TEST_CASE("both cameras are turned to a point, and focused for a distance") {
