@@ -161,8 +161,10 @@ class Examples(UserTest):
         for command in commands():
             self.assertTrue(examples_of(page_of(VERGENCE, command)), command)
             self.assertTrue(hasattr(self, f"test_{command}"), command)
+        # Those of tools/board boot a board: tests/board types such lines.
         self.assertEqual([tool for tool in TOOLS if "\nExamples\n" in page_of(ROOT / tool)],
-                         ["tools/simrig/control"], "a tool's examples that are not run here")
+                         ["tools/board", "tools/simrig/control"],
+                         "a tool's examples that are not run here")
 
     # ---- with the simulated rig
     def need_rig(self):
