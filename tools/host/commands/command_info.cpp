@@ -154,6 +154,18 @@ std::string choice_text(const char *choices, int number) {
     return word;
 }
 
+/// Reports the files of an export, and what their format cannot hold.
+void add_exported(const std::vector<std::string> &paths, const std::string &loss, info_page *page) {
+    std::string text;
+    for (const std::string &written : paths) {
+        text += (text.empty() ? "" : ", ") + written;
+    }
+    page->add("exported", "exported", text, paths);
+    if (!loss.empty()) {
+        page->add("loss", "loss", loss, loss);
+    }
+}
+
 /// The requests of --convert and --export.
 bool write_calibration(const std::string &path, const calibration &value, const request &asked,
                        info_page *page, std::string *message) {
@@ -176,14 +188,7 @@ bool write_calibration(const std::string &path, const calibration &value, const 
             *message = path + ": cannot export: " + *message;
             return false;
         }
-        std::string text;
-        for (const std::string &written : paths) {
-            text += (text.empty() ? "" : ", ") + written;
-        }
-        page->add("exported", "exported", text, paths);
-        if (!loss.empty()) {
-            page->add("loss", "loss", loss, loss);
-        }
+        add_exported(paths, loss, page);
     }
     return true;
 }
@@ -200,20 +205,14 @@ bool write_zoom(const std::string &path, const zoom_calibration &value, const re
         return true;
     }
     std::vector<std::string> paths;
-    std::string loss, text;
+    std::string loss;
     const std::string format = choice_text(all_export_formats, asked.export_format);
     if (export_write_files(export_zoom(value, format), asked.out, &paths, &loss, message) !=
         ERROR_OK) {
         *message = path + ": cannot export: " + *message;
         return false;
     }
-    for (const std::string &written : paths) {
-        text += (text.empty() ? "" : ", ") + written;
-    }
-    page->add("exported", "exported", text, paths);
-    if (!loss.empty()) {
-        page->add("loss", "loss", loss, loss);
-    }
+    add_exported(paths, loss, page);
     return true;
 }
 
