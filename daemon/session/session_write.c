@@ -114,9 +114,8 @@ static void copy_text(char *target, size_t bytes, const char *text) {
     snprintf(target, bytes, "%s", text != NULL ? text : "");
 }
 
-int session_writer_begin(struct session_writer *self, int parent, const char *path,
-                         const char *build, const char *profile, const char *date,
-                         struct message *message) {
+/// A writer of the session at `path`, without files yet.
+static int set_up(struct session_writer *self, const char *path, struct message *message) {
     memset(self, 0, sizeof *self);
     self->directory = self->index = -1;
     self->room_bytes = UINT64_MAX;
@@ -124,7 +123,14 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
         return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
     }
     copy_text(self->path, sizeof self->path, path);
-    const int code = begin_directory(self, parent, message);
+    return 0;
+}
+
+int session_writer_begin(struct session_writer *self, int parent, const char *path,
+                         const char *build, const char *profile, const char *date,
+                         struct message *message) {
+    int code = set_up(self, path, message);
+    code = code != 0 ? code : begin_directory(self, parent, message);
     if (code != 0) {
         return code;
     }
@@ -177,14 +183,8 @@ static int find_end(struct session_writer *self, int parent, const char *path,
 
 int session_writer_resume(struct session_writer *self, int parent, const char *path,
                           struct message *message) {
-    memset(self, 0, sizeof *self);
-    self->directory = self->index = -1;
-    self->room_bytes = UINT64_MAX;
-    if (strlen(path) >= sizeof self->path) {
-        return message_set(message, ERROR_ARGUMENT, "%s: name too long", path);
-    }
-    copy_text(self->path, sizeof self->path, path);
-    const int code = find_end(self, parent, path, message);
+    int code = set_up(self, path, message);
+    code = code != 0 ? code : find_end(self, parent, path, message);
     if (code != 0) {
         return code;
     }
