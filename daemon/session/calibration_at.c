@@ -9,8 +9,8 @@
 
 static const double rad_per_degree = 3.14159265358979323846 / 180.0;
 
-static int refuse_text(const char *name, int error, const struct calibration_fault *fault,
-                       struct message *message) {
+int calibration_at_refused(const char *name, int error, const struct calibration_fault *fault,
+                           struct message *message) {
     if (error == ERROR_CRC) {
         return message_set(
             message, error,
@@ -37,7 +37,7 @@ int calibration_at_read_zoom(const char *name, const char *text, size_t length,
     if (error != ERROR_OK) {
         free(*zoom);
         *zoom = NULL;
-        return refuse_text(name, error, &fault, message);
+        return calibration_at_refused(name, error, &fault, message);
     }
     return ERROR_OK;
 }
@@ -98,9 +98,7 @@ int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_
     const int code = zoom_calibration_at(zoom, state, calibration, &fault);
     return code == ERROR_OK
                ? ERROR_OK
-               : message_set(message, code, "the calibration of this state: %s%s%s", fault.field,
-                             fault.field[0] != '\0' ? ": " : "",
-                             fault.reason[0] != '\0' ? fault.reason : error_text(code));
+               : calibration_at_refused("the calibration of this state", code, &fault, message);
 }
 
 static int zoom_text_at(const char *name, const char *text, size_t length,
@@ -129,7 +127,7 @@ int calibration_at(const char *name, const char *text, size_t length,
                                  name);
     }
     const int error = calibration_parse(text, length, calibration, &fault);
-    return error == ERROR_OK ? ERROR_OK : refuse_text(name, error, &fault, message);
+    return error == ERROR_OK ? ERROR_OK : calibration_at_refused(name, error, &fault, message);
 }
 
 int calibration_at_pair(const char *name, const char *text, size_t length,

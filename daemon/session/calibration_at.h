@@ -17,6 +17,11 @@ extern "C" {
 /// Longest text, of either kind.
 enum { CALIBRATION_AT_TEXT_BYTES = ZOOM_TEXT_MAX_BYTES };
 
+/// Sets the message of a refused calibration: `name`, then line, field and reason where `fault` has
+/// them. Returns `error`.
+int calibration_at_refused(const char *name, int error, const struct calibration_fault *fault,
+                           struct message *message);
+
 /// A zoom calibration from its text, allocated by malloc. Errors of the text, with `name`, line and
 /// field in the message; ERROR_MEMORY.
 int calibration_at_read_zoom(const char *name, const char *text, size_t length,

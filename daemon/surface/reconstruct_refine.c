@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/error.h"
+#include "daemon/session/calibration_at.h"
 #include "stereo/develop.h"
 
 enum { STRIP_ROWS = 64 };
@@ -85,11 +86,9 @@ int reconstruct_refine(const struct zoom_calibration *zoom, const struct zoom_st
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
     const int error = refine(zoom, pair, &picture, &arena, calibration, report, &fault);
     free(memory);
-    return error == ERROR_OK
-               ? ERROR_OK
-               : message_set(message, error, "the calibration cannot be refined: %s%s%s",
-                             fault.field, fault.field[0] != '\0' ? ": " : "",
-                             fault.reason[0] != '\0' ? fault.reason : error_text(error));
+    return error == ERROR_OK ? ERROR_OK
+                             : calibration_at_refused("the calibration cannot be refined", error,
+                                                      &fault, message);
 }
 
 void reconstruct_refine_doubt(struct reconstruct_context *context) {
