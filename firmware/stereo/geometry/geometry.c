@@ -143,6 +143,21 @@ int geometry_vector_from_rotation(const double R[9], double r_rad[3]) {
     return ERROR_OK;
 }
 
+int geometry_relative_pose(const double R_frame_a[9], const double position_a_mm[3],
+                           const double R_frame_b[9], const double position_b_mm[3],
+                           double rotation_b_a_rad[3], double translation_b_a_mm[3]) {
+    const double *a = R_frame_a, *b = R_frame_b;
+    double R_b_a[9], arm_mm[3];
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            R_b_a[3 * i + j] = b[i] * a[j] + b[3 + i] * a[3 + j] + b[6 + i] * a[6 + j];
+        }
+        arm_mm[i] = position_a_mm[i] - position_b_mm[i];
+    }
+    geometry_rotate_back(b, arm_mm, translation_b_a_mm);
+    return geometry_vector_from_rotation(R_b_a, rotation_b_a_rad);
+}
+
 bool geometry_rays_midpoint(const double origin_a_mm[3], const double direction_a[3],
                             const double origin_b_mm[3], const double direction_b[3],
                             struct geometry_midpoint *result) {

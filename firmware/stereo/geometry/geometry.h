@@ -31,6 +31,13 @@ void geometry_rotation_from_vector(const double r_rad[3], double R[9]);
 /// nearest rotation first.
 int geometry_vector_from_rotation(const double R[9], double r_rad[3]);
 
+/// Pose of camera A in the frame of camera B, as point_b = R point_a + translation, from both poses
+/// in one frame: their rotations into it, and their positions. Errors:
+/// `geometry_vector_from_rotation`.
+int geometry_relative_pose(const double R_frame_a[9], const double position_a_mm[3],
+                           const double R_frame_b[9], const double position_b_mm[3],
+                           double rotation_b_a_rad[3], double translation_b_a_mm[3]);
+
 /// The two points of closest approach of the rays `origin_a + s direction_a` and
 /// `origin_b + t direction_b` (directions need no unit length), in one frame.
 struct geometry_midpoint {

@@ -180,18 +180,11 @@ bool camera_view_project(const struct camera_view *view, const struct far_point 
 
 void camera_view_pair(const struct camera_view *left, const struct camera_view *right,
                       struct calibration *result) {
-    double R[9], arm[3];
-    const double *a = right->R_instrument_camera, *b = left->R_instrument_camera;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            R[3 * i + j] = a[i] * b[j] + a[3 + i] * b[3 + j] + a[6 + i] * b[6 + j];
-        }
-        arm[i] = left->position_mm[i] - right->position_mm[i];
-    }
     result->left = left->lens;
     result->right = right->lens;
-    const int error = geometry_vector_from_rotation(R, result->rotation_right_left_rad);
+    const int error = geometry_relative_pose(
+        left->R_instrument_camera, left->position_mm, right->R_instrument_camera,
+        right->position_mm, result->rotation_right_left_rad, result->translation_right_left_mm);
     INVARIANT(error == 0);
     (void)error;
-    geometry_rotate_back(a, arm, result->translation_right_left_mm);
 }

@@ -119,18 +119,10 @@ void zoom_pair_at(const struct zoom_camera camera[2], const struct zoom_state *s
 }
 
 int zoom_pair_calibration(const struct zoom_pair *pair, struct calibration *result) {
-    double R_right_left[9], shift_mm[3];
-    const double *R_left = pair->side[0].R_instrument_camera;
-    const double *R_right = pair->side[1].R_instrument_camera;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            R_right_left[3 * i + j] = R_right[i] * R_left[j] + R_right[3 + i] * R_left[3 + j] +
-                                      R_right[6 + i] * R_left[6 + j];
-        }
-        shift_mm[i] = pair->side[0].position_mm[i] - pair->side[1].position_mm[i];
-    }
     result->left = pair->side[0].lens;
     result->right = pair->side[1].lens;
-    geometry_rotate_back(R_right, shift_mm, result->translation_right_left_mm);
-    return geometry_vector_from_rotation(R_right_left, result->rotation_right_left_rad);
+    return geometry_relative_pose(pair->side[0].R_instrument_camera, pair->side[0].position_mm,
+                                  pair->side[1].R_instrument_camera, pair->side[1].position_mm,
+                                  result->rotation_right_left_rad,
+                                  result->translation_right_left_mm);
 }
