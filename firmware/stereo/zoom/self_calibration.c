@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/cholesky.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
@@ -15,31 +16,11 @@ enum {
     SOLVE_STEPS = 8,
 };
 
+// A pivot below this share of a variance: a value without variance of its own.
+static const double no_variance = 1e-11;
+
 // Scale of the Cauchy weights in standard deviations: 95 % efficient for Gaussian noise.
 static const double cauchy_sigmas = 2.385;
-
-// Lower triangle L of a covariance, L L^T; a value without variance of its own gets an empty
-// column.
-static void factorize(double *matrix, int n) {
-    INVARIANT(n >= 0 && n <= SELF_TERMS_MAX);
-    for (int j = 0; j < n; j++) {
-        const double before = matrix[j * n + j];
-        double rest = before;
-        for (int k = 0; k < j; k++) {
-            rest -= matrix[j * n + k] * matrix[j * n + k];
-        }
-        const double pivot = rest > 1e-11 * before && before > 0 ? sqrt(rest) : 0;
-        matrix[j * n + j] = pivot;
-        for (int i = j + 1; i < n; i++) {
-            double value = matrix[i * n + j];
-            for (int k = 0; k < j; k++) {
-                value -= matrix[i * n + k] * matrix[j * n + k];
-            }
-            matrix[i * n + j] = pivot > 0 ? value / pivot : 0;
-            matrix[j * n + i] = 0;
-        }
-    }
-}
 
 static void update_views(struct self_calibration *self) {
     for (int i = 0; i < self->views; i++) {
@@ -77,7 +58,7 @@ int self_calibration_begin(const struct zoom_calibration *calibration,
     if (error != ERROR_OK) {
         return error;
     }
-    factorize(self->prior, self->terms);
+    cholesky_factorize(self->prior, self->terms, no_variance);
     memcpy(self->posterior, self->prior, size * sizeof(double));
     update_views(self);
     return ERROR_OK;
@@ -337,7 +318,7 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
     for (int i = 0; i < n; i++) {
         M[i * n + i] += 1;
     }
-    factorize(M, n);
+    cholesky_factorize(M, n, no_variance);
     // Column by column: G^-1 L^T, whose transpose is the factor of the posterior.
     double *F = self->posterior;
     for (int row = 0; row < n; row++) {

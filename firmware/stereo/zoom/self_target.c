@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/cholesky.h"
 #include "core/invariant.h"
 #include "stereo/geometry/geometry.h"
 
@@ -61,42 +62,8 @@ static double weight_of(const struct self_target *target, const struct row *row)
     return 1 / (sigma * sigma * (1 + square));
 }
 
-// Factor of the pose's equations; a direction that nothing shows (a length turns about itself) gets
-// an empty column.
-static void factorize(double M[POSE][POSE]) {
-    for (int j = 0; j < POSE; j++) {
-        const double before = M[j][j];
-        for (int k = 0; k < j; k++) {
-            M[j][j] -= M[j][k] * M[j][k];
-        }
-        M[j][j] = M[j][j] > 1e-10 * before && before > 0 ? sqrt(M[j][j]) : 0;
-        for (int i = j + 1; i < POSE; i++) {
-            for (int k = 0; k < j; k++) {
-                M[i][j] -= M[i][k] * M[j][k];
-            }
-            M[i][j] = M[j][j] > 0 ? M[i][j] / M[j][j] : 0;
-        }
-    }
-}
-
-// Solves L x = b in place.
-static void forward(const double L[POSE][POSE], double *b, int stride) {
-    for (int i = 0; i < POSE; i++) {
-        for (int k = 0; k < i; k++) {
-            b[i * stride] -= L[i][k] * b[k * stride];
-        }
-        b[i * stride] = L[i][i] > 0 ? b[i * stride] / L[i][i] : 0;
-    }
-}
-
-static void backward(const double L[POSE][POSE], double b[POSE]) {
-    for (int i = POSE - 1; i >= 0; i--) {
-        for (int k = i + 1; k < POSE; k++) {
-            b[i] -= L[k][i] * b[k];
-        }
-        b[i] = L[i][i] > 0 ? b[i] / L[i][i] : 0;
-    }
-}
+// A direction of the pose's equations that nothing shows: a length turns about itself.
+static const double unseen = 1e-10;
 
 static void add_pose(const struct row *row, double weight, struct normal *n) {
     for (int i = 0; i < 2; i++) {
@@ -125,9 +92,9 @@ static bool settle(const struct camera_view *view, struct self_target *target) {
             square += row.residual[0] * row.residual[0] + row.residual[1] * row.residual[1];
         }
         target->residual_px = sqrt(square / (2 * target->sights));
-        factorize(n.pose);
-        forward(n.pose, n.side, 1);
-        backward(n.pose, n.side);
+        cholesky_factorize(&n.pose[0][0], POSE, unseen);
+        cholesky_forward(&n.pose[0][0], POSE, n.side, 1);
+        cholesky_backward(&n.pose[0][0], POSE, n.side);
         double turn[9], turned[9];
         geometry_rotation_from_vector(n.side + 3, turn);
         geometry_multiply(turn, target->R_instrument_target, turned);
@@ -262,10 +229,10 @@ bool self_target_place(const struct camera_view *view, struct self_target *targe
 
 // What a change of the pose absorbs shows nothing of the views.
 static void eliminate(struct normal *n, int terms, double *H, double *g) {
-    factorize(n->pose);
-    forward(n->pose, n->side, 1);
+    cholesky_factorize(&n->pose[0][0], POSE, unseen);
+    cholesky_forward(&n->pose[0][0], POSE, n->side, 1);
     for (int c = 0; c < terms; c++) {
-        forward(n->pose, &n->mixed[0][c], SELF_TERMS_MAX);
+        cholesky_forward(&n->pose[0][0], POSE, &n->mixed[0][c], SELF_TERMS_MAX);
     }
     for (int k = 0; k < POSE; k++) {
         for (int a = 0; a < terms; a++) {
