@@ -3,13 +3,27 @@
 import json
 import os
 import pathlib
+import re
+import subprocess
 import tempfile
 import unittest
 
 from pairs import run
 
 KEPT = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tests" / "data" / "zoom_capture"
+# The simulated rig's lenses, without the ripple of their cams.
+TRUTH = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
+# A lens approached from above rests half of its play above what its potentiometer reads.
+HALF_PLAY_COUNTS = 2
+# A third of a count, and the ripple.
+LIMIT_PX = 16
 BOARD = ("--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker", "17")
+
+
+def focal_lengths(calibration, zoom, focus):
+    done = run("info", str(calibration), "--at", f"zoom={zoom},focus={focus},pan=3,right_pan=-3")
+    assert done.returncode == 0, done.stderr
+    return [float(one) for one in re.findall(r"focal length (\S+) x", done.stdout)[:2]]
 
 
 class ZoomCapture(unittest.TestCase):
@@ -24,7 +38,17 @@ class ZoomCapture(unittest.TestCase):
             self.assertGreater(found["corners"], 13000)
             self.assertLess(found["rms_px"], 0.02)
             self.assertLess(found["held_out_focal"], 0.002)
-            self.assertTrue(os.path.exists(out + "/solved/instrument.zoom"))
+            self.check_focal_lengths(out, out + "/solved/instrument.zoom")
+
+    def check_focal_lengths(self, out, calibration):
+        """Those of both cameras are the simulated rig's with the rings at the same positions."""
+        pathlib.Path(out, "truth.zoom").write_bytes(TRUTH)
+        for zoom in (301, 320, 350, 400, 500, 650, 838):
+            with self.subTest(zoom=zoom):
+                found = focal_lengths(calibration, zoom, 600)
+                expected = focal_lengths(out + "/truth.zoom", zoom + HALF_PLAY_COUNTS, 600 + HALF_PLAY_COUNTS)
+                for one, other in zip(found, expected):
+                    self.assertLess(abs(one - other), LIMIT_PX)
 
     def test_without_corners_the_frames_are_missed(self):
         done = run("calibrate", str(KEPT), *BOARD, "--out", "nowhere")
