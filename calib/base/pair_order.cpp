@@ -7,18 +7,18 @@
 
 #include "calib/base/linear.hpp"
 #include "core/invariant.h"
+#include "core/math.h"
 
 namespace calib {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int max_rounds = 6;
 constexpr size_t fewest_pairs = 3;  // one pair more than an epipolar geometry needs
 // The other order must fit the epipolar geometry worse by this factor.
 constexpr double clear_ratio = 3;
 // How much a board may appear rotated in the right image relative to the other pairs.
-constexpr double clear_turn_rad = pi / 4;
+constexpr double clear_turn_rad = MATH_PI / 4;
 
 struct match {
     Eigen::Vector2d left, right;
@@ -122,14 +122,14 @@ double misfit_px(const matrix3 &F, const std::vector<match> &matches) {
 }
 
 double angle_between(double a_rad, double b_rad) {
-    return std::fabs(std::remainder(a_rad - b_rad, 2 * pi));
+    return std::fabs(std::remainder(a_rad - b_rad, 2 * MATH_PI));
 }
 
 // The rotation of the right image's rows when its view is numbered by option `option`.
 double turn_of(const pair_views &pair, size_t option) {
     INVARIANT(option < pair.by_option.size());
     const double options = static_cast<double>(pair.by_option.size());
-    return pair.turn_rad + 2 * pi * static_cast<double>(option) / options;
+    return pair.turn_rad + 2 * MATH_PI * static_cast<double>(option) / options;
 }
 
 void choose_by_turn(std::vector<pair_views> *pairs, double roll_rad) {
@@ -204,8 +204,8 @@ void decide_together(std::vector<pair_views> *pairs) {
     double min = HUGE_VAL;
     for (size_t option = 0; option < options; option++) {
         std::vector<pair_views> tried = *pairs;
-        choose_by_turn(
-            &tried, roll_rad + 2 * pi * static_cast<double>(option) / static_cast<double>(options));
+        choose_by_turn(&tried, roll_rad + 2 * MATH_PI * static_cast<double>(option) /
+                                              static_cast<double>(options));
         const double misfit = choose_by_geometry(&tried);
         // The first is the smallest roll: another one must be clearly better.
         if (best.empty() || misfit * clear_ratio < min) {

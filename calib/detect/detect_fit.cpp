@@ -14,6 +14,7 @@
 
 #include "calib/base/linear.hpp"
 #include "core/invariant.h"
+#include "core/math.h"
 
 namespace calib::detect {
 
@@ -46,7 +47,7 @@ class step_table {
         for (size_t i = 0; i < size; i++) {
             const double t = static_cast<double>(i) / per_unit;
             value_[i] = std::erf(t * std::sqrt(0.5));
-            slope_[i] = std::sqrt(2 / 3.14159265358979323846) * std::exp(-t * t / 2);
+            slope_[i] = std::sqrt(2 / MATH_PI) * std::exp(-t * t / 2);
         }
     }
     void at(double t, double *value, double *slope) const {

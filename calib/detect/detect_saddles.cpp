@@ -6,13 +6,13 @@
 
 #include "calib/detect/detect_response.hpp"
 #include "core/invariant.h"
+#include "core/math.h"
 
 namespace calib::detect {
 
 namespace {
 
 constexpr int half_circle = 16;  // samples in half a turn
-constexpr double pi = 3.14159265358979323846;
 constexpr double circle_radius_px = 4;
 constexpr double min_contrast = 8 * pixel_scale;
 // Maximum ratio of the unmirrored to the mirrored energy of the circle: perspective and noise cause
@@ -24,7 +24,7 @@ struct circle {
     std::array<direction, half_circle> towards;
     circle() {
         for (int i = 0; i < half_circle; i++) {
-            const double angle = pi * i / half_circle;
+            const double angle = MATH_PI * i / half_circle;
             towards[static_cast<size_t>(i)] = {std::cos(angle), std::sin(angle)};
         }
     }
@@ -64,7 +64,8 @@ bool crossings(const half_turn &even, double middle, double *rising_rad, double 
         if ((here < 0) == (next < 0)) {
             continue;
         }
-        const double angle = (static_cast<double>(i) + here / (here - next)) * pi / half_circle;
+        const double angle =
+            (static_cast<double>(i) + here / (here - next)) * MATH_PI / half_circle;
         if (here < 0) {
             rises++;
             *rising_rad = angle;
@@ -138,14 +139,14 @@ std::optional<saddle> saddle_at(const plane &level, double x, double y, double r
         return std::nullopt;
     }
     if (falling_rad < rising_rad) {
-        falling_rad += pi;
+        falling_rad += MATH_PI;
     }
     const double opening_rad = falling_rad - rising_rad;
-    if (opening_rad < min_angle_rad || opening_rad > pi - min_angle_rad) {
+    if (opening_rad < min_angle_rad || opening_rad > MATH_PI - min_angle_rad) {
         return std::nullopt;
     }
-    const std::array<double, 4> angles_rad = {rising_rad, falling_rad, rising_rad + pi,
-                                              falling_rad + pi};
+    const std::array<double, 4> angles_rad = {rising_rad, falling_rad, rising_rad + MATH_PI,
+                                              falling_rad + MATH_PI};
     for (size_t k = 0; k < 4; k++) {
         found.rays[k] = {std::cos(angles_rad[k]), std::sin(angles_rad[k])};
     }

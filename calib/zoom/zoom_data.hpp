@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/board.hpp"
+#include "core/math.h"
 
 namespace calib {
 
@@ -32,7 +33,7 @@ struct zoom_observations {
     std::array<double, 2> pixel_mm{};
     std::vector<zoom_capture> captures;
     /// Standard deviation of the angle at which a servo comes to rest.
-    double pan_sigma_rad = 0.3 * 3.14159265358979323846 / 180;
+    double pan_sigma_rad = 0.3 * MATH_RAD_PER_DEGREE;
     /// False: the positions of the lenses are exact.
     bool reading_noise = true;
 };

@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
+#include "core/math.h"
 #include "daemon/session/calibration_match.h"
 
 /// Reports cameras and axis positions with which it was made; unknown ones are omitted.
@@ -51,7 +52,6 @@ void calibration_reply_put(const struct command_call *call, const struct calibra
 /// Reports the ranges of a zoom calibration and how well it was checked.
 void calibration_reply_put_zoom(const struct command_call *call,
                                 const struct zoom_calibration *zoom) {
-    static const double degree_per_rad = 180.0 / 3.14159265358979323846;
     reply_text(call, "id", zoom->id);
     if (zoom->date[0] != '\0') {
         reply_text(call, "date", zoom->date);
@@ -69,8 +69,8 @@ void calibration_reply_put_zoom(const struct command_call *call,
         reply_number(call, "zoom_max", camera->zoom.max, 1, "counts");
         reply_number(call, "focus_min", camera->focus.min, 1, "counts");
         reply_number(call, "focus_max", camera->focus.max, 1, "counts");
-        reply_number(call, "pan_min", camera->pan_rad.min * degree_per_rad, 3, "deg");
-        reply_number(call, "pan_max", camera->pan_rad.max * degree_per_rad, 3, "deg");
+        reply_number(call, "pan_min", camera->pan_rad.min * MATH_DEGREE_PER_RAD, 3, "deg");
+        reply_number(call, "pan_max", camera->pan_rad.max * MATH_DEGREE_PER_RAD, 3, "deg");
         reply_group_end(call);
     }
     reply_number(call, "settings", zoom->validation.settings, 0, NULL);

@@ -5,13 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/math.h"
 #include "daemon/commands/commands.h"
 #include "daemon/session/calibration_at.h"
 #include "stereo/zoom/zoom_aim.h"
 
 enum { DISTANCE, RIGHT, ARGUMENTS };
-
-static const double degree_per_rad = 180.0 / 3.14159265358979323846;
 
 /// The state with the zooms as last read, in the middle of the range if they were not.
 static struct zoom_state state_of(const struct rig *rig, const struct zoom_calibration *zoom) {
@@ -31,8 +30,8 @@ static struct zoom_state state_of(const struct rig *rig, const struct zoom_calib
 /// Runs "pan", so that a recording contains it and can be replayed without the store.
 static int turn(const struct command_call *call, const struct zoom_state *state) {
     char line[64];
-    const double left_deg = state->side[RIG_LEFT].pan_rad * degree_per_rad;
-    const double right_deg = state->side[RIG_RIGHT].pan_rad * degree_per_rad;
+    const double left_deg = state->side[RIG_LEFT].pan_rad * MATH_DEGREE_PER_RAD;
+    const double right_deg = state->side[RIG_RIGHT].pan_rad * MATH_DEGREE_PER_RAD;
     snprintf(line, sizeof line, "pan %.4f right=%.4f", left_deg, right_deg);
     const int error = command_give(call, line, NULL);
     if (error == 0) {
@@ -64,8 +63,8 @@ static int run_aim(const struct command_call *call) {
         return command_fail(call, error,
                             "aim: the %s camera would have to turn beyond its calibrated %.3f to "
                             "%.3f deg (choose a point farther away or nearer to the middle)",
-                            rig_side_names[side], range.min * degree_per_rad,
-                            range.max * degree_per_rad);
+                            rig_side_names[side], range.min * MATH_DEGREE_PER_RAD,
+                            range.max * MATH_DEGREE_PER_RAD);
     }
     free(zoom);
     return turn(call, &state);

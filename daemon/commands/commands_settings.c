@@ -5,12 +5,13 @@
 
 #include "console/commands.h"
 #include "console/lens_table_text.h"
+#include "core/math.h"
 #include "daemon/commands/commands.h"
 #include "daemon/settings/saved_settings.h"
 
 enum { SHOW, SAVE, RESTORE, FORGET };
 
-#define URAD_PER_DEGREE (1e6 * 3.14159265358979323846 / 180.0)
+#define URAD_PER_DEGREE (1e6 * MATH_RAD_PER_DEGREE)
 
 // ---- the answer
 

@@ -6,8 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
-
-static const double rad_per_degree = 3.14159265358979323846 / 180.0;
+#include "core/math.h"
 
 int calibration_at_refused(const char *name, int error, const struct calibration_fault *fault,
                            struct message *message) {
@@ -57,7 +56,7 @@ int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_
                     needed[i] == CALIBRATION_PAN ? " (not set since bring-up: run \"pan\")" : "");
             }
         }
-        state->side[side].pan_rad = axis[CALIBRATION_PAN].mean * rad_per_degree;
+        state->side[side].pan_rad = axis[CALIBRATION_PAN].mean * MATH_RAD_PER_DEGREE;
         state->side[side].zoom_counts = axis[CALIBRATION_ZOOM].mean;
         state->side[side].focus_counts = axis[CALIBRATION_FOCUS].mean;
     }
@@ -78,7 +77,7 @@ static int refuse_state(const struct zoom_calibration *zoom, const struct zoom_s
     const double at = pan     ? state->side[side].pan_rad
                       : focus ? state->side[side].focus_counts
                               : state->side[side].zoom_counts;
-    const double unit = pan ? rad_per_degree : 1;
+    const double unit = pan ? MATH_RAD_PER_DEGREE : 1;
     const int axis = pan ? CALIBRATION_PAN : focus ? CALIBRATION_FOCUS : CALIBRATION_ZOOM;
     return message_set(message, ERROR_MISMATCH,
                        "%s %s is at %.*f %s, outside the calibrated %.*f to %.*f %s%s",

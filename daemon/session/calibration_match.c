@@ -7,10 +7,9 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "device/mt9t001.h"
 
-static const double degree_per_rad = 180.0 / 3.14159265358979323846;
-static const double rad_per_degree = 3.14159265358979323846 / 180.0;
 static const double urad_per_rad = 1e6;
 static const double share_per_ppm = 1e-6;
 /// Tolerance for the decimals of the text: a value exactly at the limit passes.
@@ -31,7 +30,7 @@ const char *calibration_match_axis_unit(int axis) {
 
 static double limit_of(const struct session_instrument *instrument, int axis) {
     return axis == CALIBRATION_PAN
-               ? instrument->pan_repeatability_urad / urad_per_rad * degree_per_rad
+               ? instrument->pan_repeatability_urad / urad_per_rad * MATH_DEGREE_PER_RAD
                : instrument->lens_repeatability_counts;
 }
 
@@ -74,7 +73,7 @@ static struct calibration_axis between(double before, double after) {
 static struct calibration_axis pan_of(const struct session_instrument *instrument, int side,
                                       const struct pair_frame *frame) {
     const double centre_q4 = instrument->servo_centre_q4[side];
-    const double q4_per_degree = instrument->servo_q4_per_rad[side] / degree_per_rad;
+    const double q4_per_degree = instrument->servo_q4_per_rad[side] / MATH_DEGREE_PER_RAD;
     if (!(q4_per_degree > 0)) {
         return (struct calibration_axis){
             .kind = frame->before.pan_q4 == 0 ? CALIBRATION_AXIS_NONE : CALIBRATION_AXIS_UNKNOWN};
@@ -290,7 +289,7 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
         defaults = calibration_match_instrument(&rig);
         instrument = &defaults;
     }
-    const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * rad_per_degree;
+    const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * MATH_RAD_PER_DEGREE;
     // The depth scales with the mean of both focal lengths.
     const double zoom_share = instrument->lens_repeatability_counts * instrument->lens_zoom_ppm *
                               share_per_ppm / RIG_SIDES;

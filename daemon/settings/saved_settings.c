@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "daemon/settings/ini_text.h"
 #include "daemon/settings/quantity.h"
 #include "daemon/settings/saved_lens.h"
@@ -376,7 +377,7 @@ int saved_settings_check(const struct saved_settings *saved, struct rig *rig,
 
 /// The value in the unit of its command, with enough decimals to give the same integer.
 static const char *in_command(int value, int32_t number, char text[QUANTITY_BYTES]) {
-    const double degrees = number * 180e-6 / 3.14159265358979323846;
+    const double degrees = number * 1e-6 * MATH_DEGREE_PER_RAD;
     if (value == SAVED_GAIN_Q3 || value == SAVED_PAN_URAD) {
         snprintf(text, QUANTITY_BYTES, "%.*f", value == SAVED_GAIN_Q3 ? 3 : 6,
                  value == SAVED_GAIN_Q3 ? number / 8.0 : degrees);

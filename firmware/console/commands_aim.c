@@ -3,11 +3,12 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/rig.h"
 
 enum { ANGLE_DECIMALS = 3 };
 
-static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
+static const double urad_per_degree = 1e6 * MATH_RAD_PER_DEGREE;
 
 static int show_pan(const struct command_call *call, unsigned sides) {
     for (unsigned side = 0; side < RIG_SIDES; side++) {

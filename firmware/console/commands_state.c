@@ -3,6 +3,7 @@
 #include "console/commands.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "rig/rig.h"
 #include "rig/safe.h"
 
@@ -10,7 +11,7 @@ enum { IDLE_US = 50000 };
 
 static const double us_per_s = 1e6;
 static const double us_per_ms = 1e3;
-static const double urad_per_degree = 1e6 * 3.14159265358979323846 / 180.0;
+static const double urad_per_degree = 1e6 * MATH_RAD_PER_DEGREE;
 
 static const char *state_name(enum rig_state state) {
     static const char *const names[] = {[RIG_DOWN] = "down", [RIG_READY] = "ready", "safe"};

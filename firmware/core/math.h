@@ -10,6 +10,8 @@ extern "C" {
 #endif
 
 #define MATH_PI 3.14159265358979323846
+#define MATH_RAD_PER_DEGREE (MATH_PI / 180.0)
+#define MATH_DEGREE_PER_RAD (180.0 / MATH_PI)
 
 /// Sine and cosine of an angle in rad, |angle_rad| <= 1e6; absolute error <= 4e-16.
 /// NaN for NaN, infinities and larger angles.

@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "core/math.h"
 #include "daemon/base/json.h"
 #include "daemon/surface/result/result_figures.h"
 
@@ -161,7 +162,6 @@ static void print_vertical(const struct reconstruct_context *context, struct jso
 }
 
 static void print_self_calibration(const struct reconstruct_context *context, struct json *json) {
-    static const double degree_per_rad = 180.0 / 3.14159265358979323846;
     const struct refine_report *report = &context->self_calibration;
     if (!context->self_calibrated) {
         json_null(json, "self_calibration");
@@ -178,7 +178,7 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "depth_sigma_mm", report->depth.after, 6);
     json_real(json, "focal_sigma", report->focal.after, 6);
     json_real(json, "ratio_sigma", report->ratio.after, 6);
-    json_real(json, "vergence_sigma_deg", report->vergence_rad.after * degree_per_rad, 6);
+    json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
     json_real(json, "surprise", report->surprise, 6);
     json_text(json, "health", refine_health_text(report->health));
     json_close_object(json);

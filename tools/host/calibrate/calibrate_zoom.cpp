@@ -9,6 +9,7 @@
 #include "core/crc.h"
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "tools/host/calibrate/calibrate_result.hpp"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/formats/report_text.hpp"
@@ -16,7 +17,6 @@
 namespace {
 
 const double pixel_mm = 0.0032;  // of the MT9T001
-const double rad_per_degree = 3.14159265358979323846 / 180;
 const double apart_counts = 20;
 const int min_zooms = 4;
 const int solve_steps = 5;
@@ -130,9 +130,10 @@ class collector {
         one.visit = number_of(&visits_, {shot.session, shot.pan_visit, 0});
         for (size_t side = 0; side < 2; side++) {
             const calibration_axis &pan = axis_of(shot, side, CALIBRATION_PAN);
-            one.axes[side] = {axis_of(shot, side, CALIBRATION_ZOOM).mean,
-                              axis_of(shot, side, CALIBRATION_FOCUS).mean,
-                              pan.kind == CALIBRATION_AXIS_KNOWN ? pan.mean * rad_per_degree : 0};
+            one.axes[side] = {
+                axis_of(shot, side, CALIBRATION_ZOOM).mean,
+                axis_of(shot, side, CALIBRATION_FOCUS).mean,
+                pan.kind == CALIBRATION_AXIS_KNOWN ? pan.mean * MATH_RAD_PER_DEGREE : 0};
             one.view[side] = on_sensor(capture.view[side], shot.state->origin.side[side].window);
         }
         job_.seen.captures.push_back(one);

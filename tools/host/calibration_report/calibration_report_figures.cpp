@@ -7,11 +7,10 @@
 #include "calib/base/rigid.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "core/error.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 
 namespace {
-
-const double DEGREE = 180 / 3.14159265358979323846;
 
 calibration_pose pose_of(const calib::board &board, std::size_t capture,
                          const calib::rigid &T_camera_board) {
@@ -25,8 +24,8 @@ calibration_pose pose_of(const calib::board &board, std::size_t capture,
     // The line of sight itself is inclined where the board is off the axis.
     const double across = std::atan2(normal[0], normal[2]) - std::atan2(middle_mm[0], middle_mm[2]);
     const double down = std::atan2(normal[1], normal[2]) - std::atan2(middle_mm[1], middle_mm[2]);
-    return {capture, distance_mm, DEGREE * std::acos(std::min(1.0, cosine)), DEGREE * across,
-            DEGREE * down};
+    return {capture, distance_mm, MATH_DEGREE_PER_RAD * std::acos(std::min(1.0, cosine)),
+            MATH_DEGREE_PER_RAD * across, MATH_DEGREE_PER_RAD * down};
 }
 
 void count_corner(const calib::corner_residual_px &corner, calibration_camera_figures *figures) {

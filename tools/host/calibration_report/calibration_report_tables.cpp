@@ -3,12 +3,11 @@
 #include <cmath>
 
 #include "calib/solve/uncertainty.hpp"
+#include "core/math.h"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
-
-const double DEGREE = 180 / 3.14159265358979323846;
 
 /// Three columns: name, value, one sigma.
 std::string row(const std::string &name, const std::string &value, const std::string &sigma) {
@@ -81,8 +80,8 @@ std::string rig_table(const calib::solution &result) {
     }
     for (std::size_t i = 0; i < 3; i++) {
         rows += valued(std::string("rotation of the right camera, ") + axes[i],
-                       DEGREE * rig.rotation_right_left_rad[i],
-                       DEGREE * result.sigma.rotation_rad[i], 4, "°");
+                       MATH_DEGREE_PER_RAD * rig.rotation_right_left_rad[i],
+                       MATH_DEGREE_PER_RAD * result.sigma.rotation_rad[i], 4, "°");
     }
     const double verged_mm = calibration_vergence_depth_mm(&rig);
     rows +=

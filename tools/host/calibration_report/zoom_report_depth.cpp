@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math.h"
 #include "stereo/zoom/zoom_sigma.h"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/calibration_report/zoom_report.hpp"
@@ -98,7 +99,7 @@ std::string zoom_report_depth(const zoom_page &page) {
 
 std::string zoom_report_rig(const zoom_page &page) {
     const zoom_calibration &rig = *page.result->rig;
-    const double reach_mm = 1800, cost_rad = 0.1 * 3.14159265358979323846 / 180;
+    const double reach_mm = 1800, cost_rad = 0.1 * MATH_RAD_PER_DEGREE;
     const zoom_state state = aimed(page, 0, reach_mm);
     zoom_pair pair;
     zoom_pair_at(rig.camera, &state, &pair);

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math.h"
 #include "tools/host/capture/capture_plan.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
 
-const double degree = 3.14159265358979323846 / 180;
 const double tile = 116, gap = 8, left_margin = 70, top = 56;
 const char *const colours[2] = {"#1f6fb4", "#c8501e"};
 
@@ -53,7 +53,7 @@ std::string from_above(const capture_optics &optics, const calib::board &board,
     for (int side = 0; side < 2; side++) {
         const double x0 = middle + (side == 0 ? -0.5 : 0.5) * optics.baseline_mm * scale;
         for (const double edge : {-half, half}) {
-            const double angle = pan_deg[static_cast<size_t>(side)] * degree + edge;
+            const double angle = pan_deg[static_cast<size_t>(side)] * MATH_RAD_PER_DEGREE + edge;
             svg += line(x0, bottom, x0 + reach * scale * std::tan(angle), y,
                         (std::string("stroke=\"") + colours[side] + "\" opacity=\"0.5\"").c_str());
         }
@@ -61,8 +61,8 @@ std::string from_above(const capture_optics &optics, const calib::board &board,
                                   bottom, colours[side]);
     }
     const double width = 0.5 * (board.columns + 1) * board.square_mm;
-    const double dx = width * std::cos(place.turn_deg[1] * degree) * scale;
-    const double dz = -width * std::sin(place.turn_deg[1] * degree) * scale;
+    const double dx = width * std::cos(place.turn_deg[1] * MATH_RAD_PER_DEGREE) * scale;
+    const double dz = -width * std::sin(place.turn_deg[1] * MATH_RAD_PER_DEGREE) * scale;
     const double bx = middle + place.x_mm * scale, by = bottom - place.z_mm * scale;
     return svg + line(bx - dx, by + dz, bx + dx, by - dz, "stroke=\"#111\" stroke-width=\"4\"") +
            label(middle - 90, bottom + 20,
@@ -75,13 +75,14 @@ std::string through_the_camera(const capture_optics &optics, const calib::board 
                                double x, double y) {
     const double width = 330, scale = width / optics.width_px, height = scale * optics.height_px;
     const double pan = place.aim ? std::atan2(place.x_mm + 0.5 * optics.baseline_mm, place.z_mm)
-                                 : pan_deg[0] * degree;
+                                 : pan_deg[0] * MATH_RAD_PER_DEGREE;
     std::string points;
     for (const double corner : {0.0, 1.0, 2.0, 3.0}) {
         const double u = corner == 0 || corner == 3 ? -0.5 : 0.5, v = corner < 2 ? -0.5 : 0.5;
         const double bx = u * (board.columns + 1) * board.square_mm;
         const double by = v * (board.rows + 1) * board.square_mm;
-        const double ry = place.turn_deg[1] * degree, rx = place.turn_deg[0] * degree;
+        const double ry = place.turn_deg[1] * MATH_RAD_PER_DEGREE,
+                     rx = place.turn_deg[0] * MATH_RAD_PER_DEGREE;
         const double px = place.x_mm + 0.5 * optics.baseline_mm + bx * std::cos(ry);
         const double pz = place.z_mm - bx * std::sin(ry) + by * std::sin(rx);
         const double cx = std::cos(pan) * px - std::sin(pan) * pz;

@@ -12,6 +12,7 @@
 
 #include "calib/detect/detect.hpp"
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/base/message.h"
 #include "daemon/cli/options.h"
 #include "daemon/files/output_file.h"
@@ -25,7 +26,6 @@ namespace {
 
 const char *const name_there = "calibrate-capture";  // of each pair, on the instrument
 const int readings = 16;
-const double radian = 180 / 3.14159265358979323846;
 const int exit_interrupted = 130;
 const double expose_again_ratio = 2.2;  // of focal lengths, as the open iris changes with zoom
 const double growth_tolerance = 0.15;   // of the picture from one zoom to the next
@@ -315,7 +315,8 @@ class runner {
 
     /// Turns both cameras to the board, if that was planned and they are off.
     bool aim(uint32_t position, capture_shot *wide) {
-        const double half_field = 0.5 * optics_.width_px / optics_.focal_px(zooms_.back()) * radian;
+        const double half_field =
+            0.5 * optics_.width_px / optics_.focal_px(zooms_.back()) * MATH_DEGREE_PER_RAD;
         std::array<double, 2> pan_deg = pan_deg_;
         double off_deg = 0;
         for (size_t side = 0; side < 2 && next_.aim; side++) {
@@ -323,7 +324,7 @@ class runner {
             capture_look_at(job_.board, wide->view[side], optics_.focal_px(zooms_[0]), &look);
             const double off =
                 std::atan2(look.x_px - 0.5 * optics_.width_px, optics_.focal_px(zooms_[0])) *
-                radian;
+                MATH_DEGREE_PER_RAD;
             pan_deg[side] += off;
             off_deg = std::max(off_deg, std::fabs(off));
         }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/math.h"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
 
-const double degree = 3.14159265358979323846 / 180;
 const double edge_px = 8;  // a corner nearer to the edge is not found
 const double blur_allowed_mm = 0.0064;
 const int cell_columns = 4, cell_rows = 3, cells_wanted = 3;
@@ -19,8 +19,8 @@ using vector3 = std::array<double, 3>;
 vector3 turned(const vector3 &point, const double turn_deg[3]) {
     vector3 p = point;
     for (size_t axis = 0; axis < 3; axis++) {
-        const double sine = std::sin(turn_deg[axis] * degree);
-        const double cosine = std::cos(turn_deg[axis] * degree);
+        const double sine = std::sin(turn_deg[axis] * MATH_RAD_PER_DEGREE);
+        const double cosine = std::cos(turn_deg[axis] * MATH_RAD_PER_DEGREE);
         const size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
         const double first = cosine * p[a] - sine * p[b];
         p[b] = sine * p[a] + cosine * p[b];
@@ -61,7 +61,8 @@ std::vector<std::array<double, 2>> seen(const capture_optics &optics,
                                         double pan_deg, double focal_mm, double focused_mm) {
     std::vector<std::array<double, 2>> pixels;
     const double x0 = (side == 0 ? -0.5 : 0.5) * optics.baseline_mm;
-    const double sine = std::sin(pan_deg * degree), cosine = std::cos(pan_deg * degree);
+    const double sine = std::sin(pan_deg * MATH_RAD_PER_DEGREE),
+                 cosine = std::cos(pan_deg * MATH_RAD_PER_DEGREE);
     const double depth_mm =
         blur_allowed_mm * optics.f_number * focused_mm * focused_mm / (focal_mm * focal_mm);
     for (const vector3 &corner : corners) {
@@ -113,8 +114,9 @@ double gain_of(const capture_optics &optics, const std::vector<int> &zooms,
         std::vector<std::array<double, 2>> pixels[2];
         for (int side = 0; side < 2; side++) {
             const double x0 = (side == 0 ? -0.5 : 0.5) * optics.baseline_mm;
-            const double pan = place.aim ? std::atan2(place.x_mm - x0, place.z_mm) / degree
-                                         : pan_deg[static_cast<size_t>(side)];
+            const double pan = place.aim
+                                   ? std::atan2(place.x_mm - x0, place.z_mm) / MATH_RAD_PER_DEGREE
+                                   : pan_deg[static_cast<size_t>(side)];
             pixels[side] = seen(optics, corners, side, pan, optics.focal_mm(zooms[i]), place.z_mm);
         }
         if (std::min(pixels[0].size(), pixels[1].size()) >= CAPTURE_CORNERS_MIN) {
@@ -227,7 +229,8 @@ bool capture_look_at(const calib::board &board, const calib::board_view &view, d
     const double root = std::sqrt(std::max(0.0, sum * sum / 4 - area * area));
     look->scale = std::sqrt(sum / 2 + root);
     look->distance_mm = focal_px / look->scale;
-    look->tilt_deg = std::acos(std::min(1.0, area / (look->scale * look->scale))) / degree;
+    look->tilt_deg =
+        std::acos(std::min(1.0, area / (look->scale * look->scale))) / MATH_RAD_PER_DEGREE;
     look->x_px = mean[2];
     look->y_px = mean[3];
     return true;

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace {
+#include "core/math.h"
 
-constexpr double rad_per_degree = 3.14159265358979323846 / 180;
+namespace {
 
 struct lab {
     double lightness, a, b;
@@ -39,8 +39,8 @@ std::uint8_t srgb_byte(double linear) {
 }
 
 lab polar(double lightness, double chroma, double hue_degrees) {
-    return {lightness, chroma * std::cos(hue_degrees * rad_per_degree),
-            chroma * std::sin(hue_degrees * rad_per_degree)};
+    return {lightness, chroma * std::cos(hue_degrees * MATH_RAD_PER_DEGREE),
+            chroma * std::sin(hue_degrees * MATH_RAD_PER_DEGREE)};
 }
 
 /// A point of a path before its chroma is limited to the sRGB gamut.

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/session/calibration_match.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
@@ -12,8 +13,6 @@
 namespace {
 
 using json = nlohmann::ordered_json;
-
-const double degree = 180 / 3.14159265358979323846;
 
 std::string number(double value, int digits) {
     return number_text(value, digits);
@@ -31,7 +30,7 @@ double angle_deg(const lens &camera, double x0, double y0, double x1, double y1)
         return -1;
     }
     geometry_cross(from, to, normal);
-    return degree * std::atan2(geometry_norm(normal), geometry_dot(from, to));
+    return MATH_DEGREE_PER_RAD * std::atan2(geometry_norm(normal), geometry_dot(from, to));
 }
 
 json lens_json(const lens &camera, double across_deg, double down_deg) {
@@ -72,8 +71,9 @@ void add_pose(const calibration &value, info_page *page) {
                   " mm (left camera in the right frame)",
               json::array({t_mm[0], t_mm[1], t_mm[2]}));
     page->add("rotation_right_left_rad", "  rotation",
-              number(degree * geometry_norm(r_rad), 4) + " degrees (vector " + number(r_rad[0], 6) +
-                  " " + number(r_rad[1], 6) + " " + number(r_rad[2], 6) + " rad)",
+              number(MATH_DEGREE_PER_RAD * geometry_norm(r_rad), 4) + " degrees (vector " +
+                  number(r_rad[0], 6) + " " + number(r_rad[1], 6) + " " + number(r_rad[2], 6) +
+                  " rad)",
               json::array({r_rad[0], r_rad[1], r_rad[2]}));
     const double vergence_mm = calibration_vergence_depth_mm(&value);
     page->add("vergence_depth_mm", "  axes meet",
@@ -183,7 +183,8 @@ void add_origin(const calibration &value, info_page *page) {
     page->add("origin", "", "", object);
     page->add("scale_sigma", "  uncertain by",
               number(100 * value.scale_sigma, 3) + " % of all depths, and " +
-                  number(degree * value.yaw_sigma_rad, 3) + " degrees between the cameras",
+                  number(MATH_DEGREE_PER_RAD * value.yaw_sigma_rad, 3) +
+                  " degrees between the cameras",
               value.scale_sigma);
     page->add("yaw_sigma_rad", "", "", value.yaw_sigma_rad);
 }

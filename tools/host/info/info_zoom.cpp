@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/files/input_file.h"
 #include "daemon/session/calibration_at.h"
 #include "daemon/session/session_pairs.h"
@@ -19,7 +20,6 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-const double degree = 180 / 3.14159265358979323846;
 const char *const sides[2] = {"left", "right"};
 
 std::string number(double value, int digits) {
@@ -53,8 +53,8 @@ void add_camera(const zoom_calibration &value, int side, info_page *page) {
     page->add("", "  calibrated",
               "zoom " + number(camera.zoom.min, 5) + ".." + number(camera.zoom.max, 5) +
                   ", focus " + number(camera.focus.min, 5) + ".." + number(camera.focus.max, 5) +
-                  " counts, pan " + number(degree * camera.pan_rad.min, 4) + ".." +
-                  number(degree * camera.pan_rad.max, 4) + " degrees",
+                  " counts, pan " + number(MATH_DEGREE_PER_RAD * camera.pan_rad.min, 4) + ".." +
+                  number(MATH_DEGREE_PER_RAD * camera.pan_rad.max, 4) + " degrees",
               nullptr);
     json focal = json::array();
     for (int i = 0; i <= 4; i++) {
@@ -76,14 +76,16 @@ void add_camera(const zoom_calibration &value, int side, info_page *page) {
                          {"sigma", sigma},
                          {"motor_sigma", motor}});
     }
-    page->add(sides[side], "", "",
-              {{"camera", camera.name},
-               {"size_px", {camera.width_px, camera.height_px}},
-               {"pixel_mm", camera.pixel_mm},
-               {"zoom_counts", {camera.zoom.min, camera.zoom.max}},
-               {"focus_counts", {camera.focus.min, camera.focus.max}},
-               {"pan_deg", {degree * camera.pan_rad.min, degree * camera.pan_rad.max}},
-               {"focal_length", focal}});
+    page->add(
+        sides[side], "", "",
+        {{"camera", camera.name},
+         {"size_px", {camera.width_px, camera.height_px}},
+         {"pixel_mm", camera.pixel_mm},
+         {"zoom_counts", {camera.zoom.min, camera.zoom.max}},
+         {"focus_counts", {camera.focus.min, camera.focus.max}},
+         {"pan_deg",
+          {MATH_DEGREE_PER_RAD * camera.pan_rad.min, MATH_DEGREE_PER_RAD * camera.pan_rad.max}},
+         {"focal_length", focal}});
 }
 
 void add_checks(const zoom_calibration &value, info_page *page) {
@@ -177,7 +179,7 @@ bool set_pans(const std::map<std::string, double> &all, const double *distance_m
     for (int side = 0; side < 2; side++) {
         double pan_deg = 0;
         given = take(unused, all, side, "pan", &pan_deg) && given;
-        state->side[side].pan_rad = pan_deg / degree;
+        state->side[side].pan_rad = pan_deg / MATH_DEGREE_PER_RAD;
     }
     if (given) {
         return true;
