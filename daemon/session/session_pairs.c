@@ -117,6 +117,7 @@ static void describe(struct reading *reading) {
     calibration_match_pair(reading->profile, pairs->has_instrument ? &pairs->instrument : NULL,
                            &pairs->pair.pair, &files->state);
     files->pair = &pairs->pair.pair;
+    files->number = pairs->count;
     files->board_position = pairs->board_position;
     bool turned = pairs->count == 1;
     for (int side = 0; side < RIG_SIDES; side++) {

@@ -56,6 +56,7 @@ struct session_pair_files {
     bool mosaic;                           // the frames are raw mosaics: rows of G R and of B G
     struct calibration_match_state state;  // what they were taken with
     const struct pair *pair;               // its images have no pixels
+    uint32_t number;                       // of the pair, from 1
     uint32_t board_position;               // 0: none was recorded
     uint32_t pan_visit;  // from 1: grows whenever a camera was turned since the last pair
 };

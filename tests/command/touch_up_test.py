@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`vergence calibrate --touch-up`: pairs of the simulated rig that show the board, whose corners were
-found in rendered frames, with a calibration of all zooms that does not know the horns of the servos."""
+"""`vergence calibrate --touch-up` and `--verify`: pairs of the simulated rig that show the board, whose
+corners were found in rendered frames, with a calibration of all zooms that does not know the horns of
+the servos."""
 import json
 import os
 import shutil
 import subprocess
 import tempfile
 import unittest
+import zlib
 
 VERGENCE = os.environ["VERGENCE"]
 CAPTURE = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "data", "zoom_capture")
@@ -22,12 +24,28 @@ class TouchUp(unittest.TestCase):
         with open(self.zoom, "wb") as file:
             file.write(TEXT)
 
+    def look(self, zoom, *options, session=CAPTURE, board=None):
+        return subprocess.run(
+            [VERGENCE, "calibrate", session, "--corners", os.path.join(CAPTURE, "corners.vnl"),
+             *(board or BOARD), *options[:1], zoom, *options[1:]],
+            capture_output=True, text=True, timeout=300)
+
     def touch_up(self, zoom):
         self.out = os.path.join(self.here, "out")
-        return subprocess.run(
-            [VERGENCE, "calibrate", CAPTURE, "--corners", os.path.join(CAPTURE, "corners.vnl"),
-             *BOARD, "--touch-up", zoom, "--out", self.out],
-            capture_output=True, text=True, timeout=300)
+        return self.look(zoom, "--touch-up", "--out", self.out)
+
+    def changed(self, field, change):
+        """The calibration with the values of a field changed, and the right checksum."""
+        lines = TEXT.decode("ascii").splitlines()
+        for i, line in enumerate(lines):
+            name, *values = line.split(" ")
+            if name == field:
+                lines[i] = " ".join((name, *change(values)))
+        body = "\n".join(lines[:-1]) + "\n"
+        path = os.path.join(self.here, "changed.zoom")
+        with open(path, "w", encoding="ascii") as file:
+            file.write(body + f"crc32 {zlib.crc32(body.encode('ascii')):08x}\n")
+        return path
 
     def test_the_size_of_the_board_corrects_each_pair(self):
         done = self.touch_up(self.zoom)
@@ -35,15 +53,68 @@ class TouchUp(unittest.TestCase):
         with open(os.path.join(self.out, "calibration.json"), encoding="ascii") as file:
             looks = json.load(file)["touch_up"]
         self.assertGreater(len(looks), 5)
+        self.assertEqual([look["pair"] for look in looks], sorted(look["pair"] for look in looks))
         for look in looks:
             # The servos' horns, which this calibration does not know, are off by 1.1 degrees
             # together, 2.6 of its standard deviations; the servos rest somewhere beside that.
-            sigmas = abs(look["square_mm"] - 24) / look["square_sigma_mm"]
+            read, refined, corrected = look["read"], look["refined"], look["corrected"]
+            sigmas = abs(read["square_mm"] - 24) / read["square_sigma_mm"]
+            self.assertAlmostEqual(read["square_z"], sigmas, delta=1e-6)
             self.assertLess(sigmas, 8)
-            self.assertEqual(look["holds"], sigmas < 4)
-            self.assertAlmostEqual(look["corrected_square_mm"], 24, delta=0.02)
-            self.assertLess(look["corrected_rows_px"], 0.1)
-            self.assertLess(look["corrected_depth_sigma_mm"], 0.2 * look["depth_sigma_mm"])
+            self.assertEqual(look["holds"], max(sigmas, read["rows_z"], refined["square_z"]) < 4)
+            self.assertAlmostEqual(corrected["square_mm"], 24, delta=0.02)
+            self.assertLess(corrected["rows_px"], 0.1)
+            self.assertLess(corrected["depth_sigma_mm"], 0.2 * read["depth_sigma_mm"])
+
+    def test_a_look_at_the_board_verifies_the_calibration(self):
+        one = f"{CAPTURE}:8"
+        done = self.look(self.zoom, "--verify", session=one)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("pair 8 ", done.stdout)
+        self.assertIn("Good: ", done.stdout.splitlines()[-1])
+        self.assertEqual(os.listdir(self.here), ["instrument.zoom"])
+        self.assertFalse(os.path.exists("calibration"))
+        done = self.look(self.zoom, "--verify", "--json", session=one)
+        page = json.loads(done.stdout)
+        self.assertTrue(page["verdict"]["good"])
+        look, = page["verify"]
+        self.assertNotIn("corrected", look)
+        # Rows do not show the size: the deviation of depth, and so of the squares, remains.
+        self.assertLess(look["refined"]["rows_px"], 0.1)
+        self.assertLess(look["refined"]["square_z"], 4)
+        self.assertGreater(look["refined"]["depth_sigma_mm"], 1)
+
+    def assert_not_good(self, done, *words):
+        self.assertEqual(done.returncode, 5, done.stdout)
+        line, = done.stderr.splitlines()
+        self.assertTrue(line.startswith("vergence calibrate: Not good: pair "), line)
+        for word in words:
+            self.assertIn(word, line)
+
+    def test_a_knocked_camera_and_a_wrong_side_are_not_as_predicted(self):
+        knocked = self.changed("right_rotation_rad", lambda turn: (f"{float(turn[0]) + 0.01:.12f}",
+                                                                   *turn[1:]))
+        one = f"{CAPTURE}:8"
+        self.assert_not_good(self.look(knocked, "--verify", session=one), "pair 8", "calibrate")
+        larger = [*BOARD[:3], "30", *BOARD[4:]]
+        self.assert_not_good(self.look(self.zoom, "--verify", session=one, board=larger), "squares")
+
+    def test_what_cannot_be_verified_is_refused_in_one_line(self):
+        def refused(code, done, *words):
+            self.assertEqual(done.returncode, code, done.stdout)
+            line, = done.stderr.splitlines()
+            for word in words:
+                self.assertIn(word, line)
+
+        other = self.changed("instrument", lambda name: ("other",))
+        refused(3, self.look(other, "--verify"), "other", "rig")
+        refused(3, self.look(self.changed("left_zoom_counts", lambda range: ("900.000", "950.000")),
+                             "--verify"), "left zoom", "outside")
+        refused(3, self.look(self.zoom, "--verify", session=f"{CAPTURE}:900"), "no pair 900")
+        refused(2, self.look(self.zoom, "--verify", "--touch-up", self.zoom), "combined")
+        # Of another board the kept corners are not; a smaller one has no such corners.
+        smaller = ["--board", "7x5", *BOARD[2:]]
+        refused(3, self.look(self.zoom, "--verify", board=smaller), "board")
 
     def test_the_corrected_calibration_is_one_of_its_state(self):
         self.assertEqual(self.touch_up(self.zoom).returncode, 0)

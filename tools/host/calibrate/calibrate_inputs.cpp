@@ -95,6 +95,11 @@ class expander {
         if (!exists && path.find_first_of("*?[") != std::string::npos) {
             return pattern(path);
         }
+        const size_t colon = path.rfind(':');
+        if (!exists && colon != std::string::npos &&
+            session_pairs_here(path.substr(0, colon).c_str())) {
+            return pair(path.substr(0, colon), path.substr(colon + 1));
+        }
         if (!exists) {
             return fail(path + ": " + std::strerror(error_number));
         }
@@ -145,12 +150,28 @@ class expander {
                                     std::make_shared<calibration_match_state>(files->state),
                                     {files->missing[0], files->missing[1]},
                                     names->sessions,
+                                    files->number,
                                     files->board_position,
                                     files->pan_visit});
         };
         return session_pairs_read(path.c_str(), frames_may_miss_, add_shot, names_, &last_error) >
                    0 ||
                fail(last_error.text);
+    }
+
+    /// One pair of a session.
+    bool pair(const std::string &path, const std::string &number) {
+        const size_t before = names_->shots.size();
+        if (!session(path)) {
+            return false;
+        }
+        auto &shots = names_->shots;
+        shots.erase(std::remove_if(shots.begin() + long(before), shots.end(),
+                                   [&number](const calibrate_shot &shot) {
+                                       return std::to_string(shot.number) != number;
+                                   }),
+                    shots.end());
+        return shots.size() > before || fail(path + ": no pair " + number + " in this session");
     }
 
     bool folder(const std::string &path) {

@@ -21,6 +21,7 @@ struct calibrate_shot {
     std::shared_ptr<const calibration_match_state> state = nullptr;
     std::array<bool, 2> missing = {false, false};  // the session has no such frame any more
     size_t session = 0;                            // number of the session, from 1; 0: none
+    uint32_t number = 0;                           // of the pair in the session, from 1
     /// Of the board and of the pans, as in session_pairs.h; 0: not recorded.
     uint32_t board_position = 0, pan_visit = 0;
 };
@@ -46,9 +47,10 @@ struct calibrate_names {
 };
 
 /// Expands folders (with `left/` and `right/` in them, or not), recorded sessions and folders of
-/// them, patterns, and lists (text with one or two names per line, or OpenCV's image lists in XML
-/// or YAML). `frames_may_miss`: corners are known, so that sessions need no frames. Returns false
-/// with one sentence in `*error` when an operand matches nothing or a session is damaged.
+/// them, SESSION:N for one of its pairs, patterns, and lists (text with one or two names per line,
+/// or OpenCV's image lists in XML or YAML). `frames_may_miss`: corners are known, so that sessions
+/// need no frames. Returns false with one sentence in `*error` when an operand matches nothing or a
+/// session is damaged.
 bool calibrate_names_expand(const std::vector<std::string> &operands, bool frames_may_miss,
                             calibrate_names *names, std::string *error);
 

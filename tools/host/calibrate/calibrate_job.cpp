@@ -101,7 +101,8 @@ class runner {
 
     int begin() {
         message last_error{};
-        if (atomic_dir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
+        if (!job_.verify &&
+            atomic_dir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
             return fail(CLIENT_FAILED, last_error.text);
         }
         threads_.reset(workers_create(job_.threads));
@@ -118,7 +119,7 @@ class runner {
             return CLIENT_BAD_INPUT;
         }
         if (concerns_zooms()) {
-            return job_.touch_up.empty() ? zoom_steps() : touch_up_steps();
+            return job_.zoom.empty() ? zoom_steps() : touch_up_steps();
         }
         if (is_plainly_mirrored()) {
             return fail(CLIENT_BAD_INPUT, mirrored_text());
@@ -148,18 +149,26 @@ class runner {
     }
 
     bool concerns_zooms() const {
-        return !job_.touch_up.empty() ||
-               (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots));
+        return !job_.zoom.empty() || (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots));
     }
 
-    /// A look at the board with a calibration of all zooms; the last pair's is written.
+    /// Looks at the board with a calibration of all zooms; the last pair's is written.
     int touch_up_steps() {
         std::vector<touch_up_look> looks;
-        if (!calibrate_touch_up(job_.touch_up, job_.inputs.shots, views_, &looks, &message_)) {
+        if (!calibrate_touch_up(job_.zoom, job_.inputs.shots, views_, &looks, &result_.notes,
+                                &message_)) {
             return CLIENT_BAD_INPUT;
         }
-        zoom_text_ = touch_up_text(looks);
-        json_ = touch_up_json(looks);
+        const double square_mm = job_.board.square_mm;
+        zoom_text_ = touch_up_text(looks, !job_.verify);
+        json_ = touch_up_json(looks, square_mm, !job_.verify);
+        if (job_.verify) {
+            solution_.verdict.sentence = touch_up_verdict(looks, square_mm);
+            solution_.verdict.good = std::all_of(
+                looks.begin(), looks.end(), [](const touch_up_look &look) { return look.holds; });
+            return solution_.verdict.good ? CLIENT_OK
+                                          : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+        }
         result_.rig = looks.back().rig;
         return write_results({{"rig.calibration", rig_text()}, {"corners.vnl", corners_text()}});
     }
@@ -443,9 +452,11 @@ class runner {
             char cost[64];
             std::snprintf(cost, sizeof cost, "cost        %.2f s, %d threads\n", seconds,
                           workers_parallel(threads_.get())->threads);
-            std::cout << (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) << cost
-                      << "results     " << job_.out_path << "\n";
-            if (zoom_text_.empty() && solution_.verdict.good) {
+            std::cout << (zoom_text_.empty() ? calibrate_result_text(result_) : zoom_text_) << cost;
+            if (!job_.verify) {
+                std::cout << "results     " << job_.out_path << "\n";
+            }
+            if ((zoom_text_.empty() || job_.verify) && solution_.verdict.good) {
                 std::cout << solution_.verdict.sentence << "\n";
             }
         }

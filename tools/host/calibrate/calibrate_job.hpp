@@ -20,7 +20,8 @@ struct calibrate_job {
     bool paper = false;  // several zooms: each alone, and straight lines
     int threads = 0;     // 0: all processors
     std::string out_path, id, date, note;
-    std::string touch_up;  // the calibration of all zooms to correct; "": none
+    std::string zoom;     // the calibration of all zooms to correct or verify; "": none
+    bool verify = false;  // nothing is written
 };
 
 /// Runs it, prints its output, and returns the exit code, see client.h.

@@ -7,11 +7,13 @@
 #include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "core/error.h"
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/calibration_loader.h"
 #include "stereo/geometry/geometry.h"
+#include "stereo/zoom/refine_expect.h"
 #include "stereo/zoom/self_calibration.h"
 #include "tools/host/formats/report_text.hpp"
 
@@ -34,21 +36,24 @@ class looker {
         arena pool{};
         arena_init(&pool, memory.data(), memory.size());
         if (calibration_at_axes(shot_.state.get(), &state, &last_error) != ERROR_OK ||
-            calibration_at_state(&zoom_, &state, "", &look->rig, &last_error) != ERROR_OK) {
+            calibration_at_state(&zoom_, &state, "", &look->rig, &last_error) != ERROR_OK ||
+            calibration_match(&look->rig, shot_.state.get(), nullptr, &last_error) != ERROR_OK) {
             *error = last_error.text;
             return false;
         }
         collect();
         look->corners = int(pairs_.size());
         if (self_calibration_begin(&zoom_, &state, 1, &pool, &self_) != ERROR_OK ||
-            look->corners < min_corners || !measure(&look->square_mm, &look->rows_px)) {
+            look->corners < min_corners || !measure(self_prior_sigma, &look->read)) {
             *error = "too few corners of the board in both pictures";
             return false;
         }
-        if (!correct(look) || !measure(&look->corrected_square_mm, &look->corrected_rows_px)) {
+        if (!fit_rows(look) || !fit_board(look)) {
             *error = "the board does not fit the calibration";
             return false;
         }
+        look->holds = std::max({look->read.square_z(board_.square_mm), look->read.rows_z(),
+                                look->fitted.square_z(board_.square_mm)}) < max_sigmas;
         return finish(look);
     }
 
@@ -58,9 +63,12 @@ class looker {
         std::array<std::array<double, 2>, 2> px;
     };
 
+    using sigma_function = double (*)(const self_calibration *, const double *);
+
     std::array<double, 2> on_sensor(size_t side, const calib::corner &corner) const {
-        const calibration_window &window = shot_.state->origin.side[side].window;
-        return {corner.x_px + window.column_px, corner.y_px + window.row_px};
+        std::array<double, 2> px = {corner.x_px, corner.y_px};
+        refine_to_sensor(&shot_.state->origin.side[side].window, px.data());
+        return px;
     }
 
     void collect() {
@@ -90,51 +98,142 @@ class looker {
         sigma_px_ = std::max(min_sigma_px, std::sqrt(square / count));
     }
 
-    /// Mean side of the squares, and median distance of the corners from the epipolar lines.
-    bool measure(double *square_mm, double *rows_px) const {
+    self_track track_of(const both &pair) const {
+        self_track track{};
+        track.count = 2;
+        track.view[1] = 1;
+        track.sigma_px = sigma_px_;
+        for (size_t side = 0; side < 2; side++) {
+            std::copy(pair.px[side].begin(), pair.px[side].end(), track.pixel_px[side]);
+        }
+        return track;
+    }
+
+    /// Sides of the squares along the board's rows; none if a corner cannot be placed.
+    std::vector<double> sides(const self_calibration &self) const {
         std::vector<std::array<double, 3>> at(points_.size());
         std::vector<bool> known(points_.size());
-        std::vector<double> rows;
+        std::vector<double> found;
         for (const both &pair : pairs_) {
-            self_track track{};
-            track.count = 2;
-            track.view[1] = 1;
-            for (size_t side = 0; side < 2; side++) {
-                std::copy(pair.px[side].begin(), pair.px[side].end(), track.pixel_px[side]);
+            self_track track = track_of(pair);
+            if (!self_track_place(&self, &track) || !(track.point.w > 0)) {
+                return {};
             }
-            double residual = 0, unused[2 * VIEW_TERMS];
-            if (!self_track_epipolar(&self_, &track, &residual, unused) || !(track.point.w > 0)) {
-                return false;
-            }
-            rows.push_back(std::abs(residual) * std::sqrt(2.0));
             const far_point &point = track.point;
             at[size_t(pair.index)] = {point.origin_mm[0] + point.x / point.w,
                                       point.origin_mm[1] + point.y / point.w,
                                       point.origin_mm[2] + 1 / point.w};
             known[size_t(pair.index)] = true;
         }
-        double sum = 0;
-        int count = 0;
         for (size_t i = 0; i + 1 < points_.size(); i++) {
             if (known[i] && known[i + 1] && (i + 1) % size_t(board_.columns) != 0) {
-                sum += std::hypot(at[i][0] - at[i + 1][0], at[i][1] - at[i + 1][1],
-                                  at[i][2] - at[i + 1][2]);
-                count++;
+                found.push_back(std::hypot(at[i][0] - at[i + 1][0], at[i][1] - at[i + 1][1],
+                                           at[i][2] - at[i + 1][2]));
             }
         }
-        std::nth_element(rows.begin(), rows.begin() + long(rows.size() / 2), rows.end());
-        *rows_px = rows[rows.size() / 2];
-        *square_mm = count > 0 ? sum / count : 0;
+        return found;
+    }
+
+    /// Their mean, which is predicted as well as the views are known and the corners found.
+    bool measure_squares(sigma_function sigma_of, board_fit *fit) const {
+        const std::vector<double> found = sides(self_);
+        const double count = double(found.size());
+        double square = 0, gradient[SELF_TERMS_MAX] = {};
+        fit->square_mm = mean(found);
+        for (const double side : found) {
+            square += (side - fit->square_mm) * (side - fit->square_mm);
+        }
+        for (int i = 0; i < self_.terms; i++) {
+            double one[SELF_TERMS_MAX] = {};
+            one[i] = 1;
+            const double step = 0.1 * self_prior_sigma(&self_, one);
+            self_calibration moved = self_;
+            std::array<double, VIEW_TERMS> correction{};
+            correction[size_t(i % VIEW_TERMS)] = step;
+            camera_view_correct(&self_.view[i / VIEW_TERMS], correction.data(),
+                                &moved.view[i / VIEW_TERMS]);
+            gradient[i] = step > 0 ? (mean(sides(moved)) - fit->square_mm) / step : 0;
+        }
+        fit->square_sigma_mm =
+            std::hypot(sigma_of(&self_, gradient), zoom_.scale_sigma * fit->square_mm,
+                       std::sqrt(square) / std::max(1.0, count));
         return count > 0;
     }
 
-    bool correct(touch_up_look *look) {
+    static double mean(const std::vector<double> &values) {
+        return values.empty()
+                   ? 0
+                   : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+    }
+
+    static double median(std::vector<double> values) {
+        const auto middle = values.begin() + long(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        return *middle;
+    }
+
+    /// How far the corners are from the epipolar lines, and squares.
+    bool measure(sigma_function sigma_of, board_fit *fit) const {
+        std::vector<double> rows, sigmas;
+        for (const both &pair : pairs_) {
+            self_track track = track_of(pair);
+            double residual = 0, gradient[SELF_TERMS_MAX] = {};
+            if (!self_track_epipolar(&self_, &track, &residual, gradient)) {
+                return false;
+            }
+            rows.push_back(std::abs(residual) * std::sqrt(2.0));
+            sigmas.push_back(std::hypot(sigma_of(&self_, gradient), sigma_px_) * std::sqrt(2.0));
+        }
+        fit->rows_px = median(rows);
+        fit->rows_sigma_px = median(sigmas);
+        return measure_squares(sigma_of, fit);
+    }
+
+    /// Distance of the board's middle, and how well it is known.
+    bool measure_depth(sigma_function sigma_of, double *depth_mm, double *sigma_mm) const {
+        double gradient[SELF_TERMS_MAX], seen[3], offset[3];
+        self_track track = track_of(pairs_[pairs_.size() / 2]);
+        if (!self_track_place(&self_, &track) || !(track.point.w > 0)) {
+            return false;
+        }
+        const far_point &point = track.point;
+        const double from[3] = {point.x / point.w, point.y / point.w, 1 / point.w};
+        for (int i = 0; i < 3; i++) {
+            offset[i] = point.origin_mm[i] + from[i] - self_.view[0].position_mm[i];
+        }
+        geometry_rotate_back(self_.view[0].R_instrument_camera, offset, seen);
+        *depth_mm = seen[2];
+        if (!(seen[2] > 0) ||
+            !self_depth_gradient(&self_, 0, track.pixel_px[0], seen[2], gradient)) {
+            return false;
+        }
+        *sigma_mm = sigma_of(&self_, gradient);
+        return true;
+    }
+
+    /// As a pair is refined whose scene is not known.
+    bool fit_rows(touch_up_look *look) {
+        if (!measure_depth(self_prior_sigma, &look->depth_mm, &look->depth_sigma_mm)) {
+            return false;
+        }
+        std::vector<self_track> tracks;
+        for (const both &pair : pairs_) {
+            tracks.push_back(track_of(pair));
+        }
+        (void)self_calibration_solve(&self_, tracks.data(), int(tracks.size()));
+        double depth_mm = 0;
+        return measure(self_posterior_sigma, &look->fitted) &&
+               measure_depth(self_posterior_sigma, &depth_mm, &look->fitted_depth_sigma_mm);
+    }
+
+    bool fit_board(touch_up_look *look) {
         target_ = {};
         target_.points = int(points_.size());
         target_.sights = int(sights_.size());
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
         target_.sight = sights_.data();
         // Robust weights must not take the calibration's own error for outliers: from far to near.
+        (void)self_calibration_solve(&self_, nullptr, 0);
         self_.target = &target_;
         for (const double factor : {100.0, 10.0, 1.0}) {
             target_.sigma_px = factor * sigma_px_;
@@ -143,25 +242,9 @@ class looker {
             }
             (void)self_calibration_solve(&self_, nullptr, 0);
         }
-        double seen[3], offset[3];
-        for (int i = 0; i < 3; i++) {
-            offset[i] = target_.position_mm[i] - self_.view[0].position_mm[i];
-        }
-        geometry_rotate_back(self_.view[0].R_instrument_camera, offset, seen);
-        double gradient[SELF_TERMS_MAX];
-        look->depth_mm = seen[2];
-        if (!(seen[2] > 0) ||
-            !self_depth_gradient(&self_, 0, pairs_[pairs_.size() / 2].px[0].data(), seen[2],
-                                 gradient)) {
-            return false;
-        }
-        look->depth_sigma_mm = self_prior_sigma(&self_, gradient);
-        look->corrected_depth_sigma_mm = self_posterior_sigma(&self_, gradient);
-        // A length across is as wrong as its depth.
-        look->square_sigma_mm = board_.square_mm * look->depth_sigma_mm / look->depth_mm;
-        look->holds =
-            std::abs(look->square_mm - board_.square_mm) < max_sigmas * look->square_sigma_mm;
-        return true;
+        return measure(self_posterior_sigma, &look->corrected) &&
+               measure_depth(self_posterior_sigma, &look->depth_mm,
+                             &look->corrected_depth_sigma_mm);
     }
 
     bool finish(touch_up_look *look) {
@@ -188,9 +271,17 @@ class looker {
 
 }  // namespace
 
+double board_fit::square_z(double true_mm) const {
+    return square_sigma_mm > 0 ? std::abs(square_mm - true_mm) / square_sigma_mm : 0;
+}
+
+double board_fit::rows_z() const {
+    return rows_sigma_px > 0 ? rows_px / rows_sigma_px : 0;
+}
+
 bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrate_shot> &shots,
                         const calibrate_views &views, std::vector<touch_up_look> *looks,
-                        std::string *error) {
+                        std::vector<std::string> *notes, std::string *error) {
     message last_error{};
     zoom_calibration *read = nullptr;
     if (calibration_loader_zoom(zoom_path.c_str(), &read, &last_error) != ERROR_OK) {
@@ -210,43 +301,85 @@ bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrat
             continue;
         }
         touch_up_look look;
-        look.shot = i;
+        look.session = shots[i].session;
+        look.pair = shots[i].number;
         if (looker(*zoom, shots[i], views.seen.target, capture).run(&look, error)) {
             looks->push_back(look);
+        } else {
+            *error = report_text_format("pair %u: %s", look.pair, error->c_str());
+            notes->push_back(*error);
         }
     }
+    if (looks->empty()) {
+        notes->clear();  // the error names the last
+    }
+    std::stable_sort(looks->begin(), looks->end(), [](const auto &a, const auto &b) {
+        return std::pair(a.session, a.pair) < std::pair(b.session, b.pair);
+    });
     return !looks->empty();
 }
 
-std::string touch_up_text(const std::vector<touch_up_look> &looks) {
+std::string touch_up_text(const std::vector<touch_up_look> &looks, bool corrected) {
+    const auto line = [](const char *name, const board_fit &fit, double sigma_mm) {
+        return report_text_format(
+            "%-12ssquares %.3f mm (predicted deviation %.3f), rows %.3f px (%.3f), depth %.2f mm\n",
+            name, fit.square_mm, fit.square_sigma_mm, fit.rows_px, fit.rows_sigma_px, sigma_mm);
+    };
     std::string text;
     for (const touch_up_look &look : looks) {
-        text += report_text_format(
-            "pair %zu: squares %.3f mm (predicted deviation %.3f), rows %.3f px; corrected: "
-            "squares %.3f mm, rows %.3f px, depth %.1f mm with a deviation of %.2f mm (%.1f "
-            "before)%s\n",
-            look.shot + 1, look.square_mm, look.square_sigma_mm, look.rows_px,
-            look.corrected_square_mm, look.corrected_rows_px, look.depth_mm,
-            look.corrected_depth_sigma_mm, look.depth_sigma_mm,
-            look.holds ? "" : "; more than predicted: calibrate");
+        text += report_text_format("pair %-7u%d corners, %.0f mm away%s\n", look.pair, look.corners,
+                                   look.depth_mm, look.holds ? "" : ": not as predicted");
+        text += line("as read", look.read, look.depth_sigma_mm);
+        text += line("refined", look.fitted, look.fitted_depth_sigma_mm);
+        text += corrected ? line("corrected", look.corrected, look.corrected_depth_sigma_mm) : "";
     }
     return text;
 }
 
-std::string touch_up_json(const std::vector<touch_up_look> &looks) {
-    nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+std::string touch_up_verdict(const std::vector<touch_up_look> &looks, double square_mm) {
     for (const touch_up_look &look : looks) {
-        pairs.push_back({{"pair", look.shot + 1},
-                         {"corners", look.corners},
-                         {"square_mm", look.square_mm},
-                         {"square_sigma_mm", look.square_sigma_mm},
-                         {"rows_px", look.rows_px},
-                         {"holds", look.holds},
-                         {"corrected_square_mm", look.corrected_square_mm},
-                         {"corrected_rows_px", look.corrected_rows_px},
-                         {"depth_mm", look.depth_mm},
-                         {"depth_sigma_mm", look.depth_sigma_mm},
-                         {"corrected_depth_sigma_mm", look.corrected_depth_sigma_mm}});
+        if (!look.holds) {
+            return report_text_format(
+                "Not good: pair %u: squares are off by %.1f and rows by %.1f predicted standard "
+                "deviations: calibrate again.",
+                look.pair, std::max(look.read.square_z(square_mm), look.fitted.square_z(square_mm)),
+                look.read.rows_z());
+        }
     }
-    return nlohmann::ordered_json{{"touch_up", pairs}}.dump(2) + "\n";
+    return report_text_format("Good: squares and rows are as predicted, in %zu pair%s.",
+                              looks.size(), looks.size() == 1 ? "" : "s");
+}
+
+std::string touch_up_json(const std::vector<touch_up_look> &looks, double square_mm,
+                          bool corrected) {
+    nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+    const auto fit_json = [square_mm](const board_fit &fit, double sigma_mm) {
+        return nlohmann::ordered_json{
+            {"square_mm", fit.square_mm},          {"square_sigma_mm", fit.square_sigma_mm},
+            {"square_z", fit.square_z(square_mm)}, {"rows_px", fit.rows_px},
+            {"rows_sigma_px", fit.rows_sigma_px},  {"rows_z", fit.rows_z()},
+            {"depth_sigma_mm", sigma_mm},
+        };
+    };
+    bool good = true;
+    for (const touch_up_look &look : looks) {
+        nlohmann::ordered_json pair = {
+            {"pair", look.pair},
+            {"corners", look.corners},
+            {"depth_mm", look.depth_mm},
+            {"holds", look.holds},
+            {"read", fit_json(look.read, look.depth_sigma_mm)},
+            {"refined", fit_json(look.fitted, look.fitted_depth_sigma_mm)}};
+        if (corrected) {
+            pair["corrected"] = fit_json(look.corrected, look.corrected_depth_sigma_mm);
+        }
+        pairs.push_back(pair);
+        good = good && look.holds;
+    }
+    return nlohmann::ordered_json{
+               {"verdict", {{"good", good}, {"sentence", touch_up_verdict(looks, square_mm)}}},
+               {"square_mm", square_mm},
+               {corrected ? "touch_up" : "verify", pairs}}
+               .dump(2) +
+           "\n";
 }

@@ -10,24 +10,44 @@
 #include "stereo/geometry/calibration.h"
 #include "tools/host/calibrate/calibrate_views.hpp"
 
-/// What one pair shows, before and after the correction.
-struct touch_up_look {
-    size_t shot = 0;
-    int corners = 0;  // that both cameras see
-    double square_mm = 0, square_sigma_mm = 0, rows_px = 0;
-    bool holds = true;  // the squares are as long as predicted
-    double corrected_square_mm = 0, corrected_rows_px = 0;
-    double depth_mm = 0, depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
-    calibration rig = {};  // of the whole sensor, corrected
+/// How a board measures with a calibration, against how well that is predicted.
+struct board_fit {
+    double square_mm = 0, square_sigma_mm = 0;  // mean side of the squares
+    double rows_px = 0, rows_sigma_px = 0;      // median distance from the epipolar lines
+
+    /// Deviations in predicted standard deviations.
+    double square_z(double true_mm) const;
+    double rows_z() const;
 };
 
-/// Looks at all pairs that show the board in both pictures. False with one sentence in `*error` if
-/// the file is not a calibration of all zooms, or no pair can be used.
+/// What one pair shows.
+struct touch_up_look {
+    size_t session = 0;
+    uint32_t pair = 0;
+    int corners = 0;      // that both cameras see
+    board_fit read;       // with the cameras where the motors read
+    board_fit fitted;     // corrected by the rows, as any pair is
+    board_fit corrected;  // corrected by the size of the board
+    bool holds = true;    // all is as predicted
+    double depth_mm = 0;
+    double depth_sigma_mm = 0, fitted_depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
+    calibration rig = {};  // of the whole sensor, corrected by the size
+};
+
+/// Looks at all pairs that show the board in both pictures, in the order taken; `*notes` names
+/// those that cannot be used. False with one sentence in `*error` if the file is not a calibration
+/// of all zooms, or no pair can be used.
 bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrate_shot> &shots,
                         const calibrate_views &views, std::vector<touch_up_look> *looks,
-                        std::string *error);
+                        std::vector<std::string> *notes, std::string *error);
 
-std::string touch_up_text(const std::vector<touch_up_look> &looks);
-std::string touch_up_json(const std::vector<touch_up_look> &looks);
+/// `corrected`: with what the correction by the size of the board reaches. `square_mm` is the true
+/// side of a square.
+std::string touch_up_text(const std::vector<touch_up_look> &looks, bool corrected);
+std::string touch_up_json(const std::vector<touch_up_look> &looks, double square_mm,
+                          bool corrected);
+
+/// "Good: ..." or "Not good: ...".
+std::string touch_up_verdict(const std::vector<touch_up_look> &looks, double square_mm);
 
 #endif

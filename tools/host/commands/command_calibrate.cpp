@@ -23,7 +23,7 @@ const int operands_max = 4096;
 struct request {
     calibrate_board_request board;
     const char *out, *corner_cache, *id, *date, *note;
-    const char *touch_up;
+    const char *touch_up, *verify;
     int threads, model;
     bool single, paper, json, quiet;
 };
@@ -68,6 +68,12 @@ const command_argument options[] = {
                 "Correct a calibration of all zooms for the state of the pairs, by the board's "
                 "size: prints how well it holds, and writes rig.calibration for the last pair, "
                 "valid until pan or lenses move."),
+    text_option(
+        "verify", offsetof(request, verify), "FILE.zoom",
+        "Compare a calibration of all zooms with the board, at the states of the pairs: "
+        "squares in mm and rows in pixels, against what it predicts, with the cameras where "
+        "the motors read and refined as every pair is. Writes nothing; exit code 5: not as "
+        "predicted."),
     flag_option("single", offsetof(request, single),
                 "Only one camera: calibrate its lens. rig.calibration is not written."),
     flag_option("paper", offsetof(request, paper),
@@ -102,7 +108,8 @@ const option_page page = {
     "corners. Each is named with the reason and left out.\n"
     "IMAGES are pictures, folders, recorded sessions (directories that \"capture\" or \"record\" "
     "of "
-    "vergenced made; all their pairs are used), quoted patterns or lists, in any mixture. The side "
+    "vergenced made; all their pairs are used, or pair N of SESSION:N), quoted patterns or lists, "
+    "in any mixture. The side "
     "comes from "
     "the names (left and right, or L and R, in the file's or the folder's name), pairs from what "
     "else the names contain (left07.png and right07.png). If names state no side, name two folders "
@@ -135,7 +142,8 @@ const option_page page = {
     "vergence calibrate stereo_calib.xml --board 9x6 --square 30 --json\n"
     "vergence calibrate left/ right/ --board 13x9 --square 20 --charuco 5x5_100 --marker 15\n"
     "vergence calibrate pictures/ --board 9x6 --square 30 --model k1-k2\n"
-    "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30",
+    "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30\n"
+    "vergence calibrate files/look:2 --verify instrument.zoom --board 9x6 --square 24",
     options,
     sizeof options / sizeof options[0],
     1,
@@ -171,7 +179,7 @@ bool holds_only(const std::string &text, size_t max, bool (*good)(char)) {
     return text.size() <= max && std::all_of(text.begin(), text.end(), good);
 }
 
-/// Errors in the texts for our own file that the option table cannot check; "" when all is well.
+/// Errors that the option table cannot check; "" when all is well.
 std::string check_texts(const request &asked) {
     if (asked.id != nullptr && !holds_only(asked.id, 47, is_of_id)) {
         return "--id must be up to 47 letters, digits, dots, dashes and underlines";
@@ -181,6 +189,9 @@ std::string check_texts(const request &asked) {
     }
     if (asked.note != nullptr && !holds_only(asked.note, 200, is_printable)) {
         return "--note must be up to 200 printable ASCII characters";
+    }
+    if (asked.touch_up != nullptr && asked.verify != nullptr) {
+        return "--touch-up and --verify cannot be combined";
     }
     return "";
 }
@@ -220,7 +231,8 @@ void fill_job(const request &asked, calibrate_job *job) {
     job->id = text_or(asked.id, "");
     job->date = text_or(asked.date, "");
     job->note = text_or(asked.note, "");
-    job->touch_up = text_or(asked.touch_up, "");
+    job->verify = asked.verify != nullptr;
+    job->zoom = text_or(job->verify ? asked.verify : asked.touch_up, "");
 }
 
 }  // namespace
