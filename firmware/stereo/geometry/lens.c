@@ -21,16 +21,15 @@ void lens_distort(const struct lens *lens, const double ideal[2], double distort
     distorted[1] = y * radial + lens->p1 * (r2 + 2.0 * y * y) + 2.0 * lens->p2 * x * y;
 }
 
-// Partial derivatives of `lens_distort`: {dx/dx, dx/dy, dy/dx, dy/dy}; dx/dy equals dy/dx.
-static void jacobian(const struct lens *lens, const double ideal[2], double J[4]) {
+void lens_distort_slope(const struct lens *lens, const double ideal[2], double slope[4]) {
     const double x = ideal[0], y = ideal[1];
     const double r2 = x * x + y * y;
     const double radial = 1.0 + r2 * (lens->k1 + r2 * (lens->k2 + r2 * lens->k3));
-    const double slope = 2.0 * (lens->k1 + r2 * (2.0 * lens->k2 + r2 * 3.0 * lens->k3));
-    J[0] = radial + slope * x * x + 2.0 * lens->p1 * y + 6.0 * lens->p2 * x;
-    J[1] = slope * x * y + 2.0 * lens->p1 * x + 2.0 * lens->p2 * y;
-    J[2] = J[1];
-    J[3] = radial + slope * y * y + 6.0 * lens->p1 * y + 2.0 * lens->p2 * x;
+    const double change = 2.0 * (lens->k1 + r2 * (2.0 * lens->k2 + r2 * 3.0 * lens->k3));
+    slope[0] = radial + change * x * x + 2.0 * lens->p1 * y + 6.0 * lens->p2 * x;
+    slope[1] = change * x * y + 2.0 * lens->p1 * x + 2.0 * lens->p2 * y;
+    slope[2] = slope[1];
+    slope[3] = radial + change * y * y + 6.0 * lens->p1 * y + 2.0 * lens->p2 * x;
 }
 
 // Derivative of the radial mapping r (1 + k1 r^2 + k2 r^4 + k3 r^6) at r^2 = u.
@@ -175,7 +174,7 @@ static double residual(const struct lens *lens, const double ideal[2], const dou
 static bool newton_step(const struct lens *lens, const double distorted[2], double ideal[2],
                         double rest[2], double *error) {
     double J[4];
-    jacobian(lens, ideal, J);
+    lens_distort_slope(lens, ideal, J);
     const double determinant = J[0] * J[3] - J[1] * J[2];
     if (!(determinant > 0)) {
         return false;
@@ -223,7 +222,7 @@ bool lens_undistort(const struct lens *lens, const double distorted[2], double i
         return false;
     }
     double J[4];
-    jacobian(lens, guess, J);
+    lens_distort_slope(lens, guess, J);
     if (!(J[0] * J[3] - J[1] * J[2] > 0) || !grows_up_to(lens, norm2(guess))) {
         return false;
     }

@@ -31,6 +31,9 @@ bool lens_is_ideal(const struct lens *lens);
 /// Distorted normalised coordinates of the ideal ones (x/z, y/z).
 void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]);
 
+/// Partial derivatives of `lens_distort`: {dx/dx, dx/dy, dy/dx, dy/dy}; dx/dy equals dy/dx.
+void lens_distort_slope(const struct lens *lens, const double ideal[2], double slope[4]);
+
 /// Inverse of `lens_distort` by Newton's method. Returns false (output unchanged) if no solution
 /// within 1e-12 is found, e.g. outside the region where the model is one to one.
 bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]);

@@ -98,28 +98,14 @@ bool camera_view_ray(const struct camera_view *view, const double pixel_px[2],
     return true;
 }
 
-// Of distorted coordinates with respect to ideal ones.
-static void distortion_slope(const struct lens *lens, const double ideal[2],
-                             const double distorted[2], double slope[2][2]) {
-    static const double step = 1e-6;
-    INVARIANT(lens->fx_px > 0);
-    for (int i = 0; i < 2; i++) {
-        double moved[2] = {ideal[0], ideal[1]}, value[2];
-        moved[i] += step;
-        lens_distort(lens, moved, value);
-        slope[0][i] = (value[0] - distorted[0]) / step;
-        slope[1][i] = (value[1] - distorted[1]) / step;
-    }
-}
-
-static void lens_derivatives(const struct lens *lens, const double ideal[2], double slope[2][2],
+static void lens_derivatives(const struct lens *lens, const double ideal[2], const double slope[4],
                              double (*of_view)[VIEW_TERMS]) {
     const double f = lens->fx_px, corner = corner_px(lens);
     const double x = f * ideal[0], y = f * ideal[1];
     const double r2 = (x * x + y * y) / (corner * corner);
     for (int i = 0; i < 2; i++) {
         double *row = of_view[i];
-        row[VIEW_FOCAL] = slope[i][0] * x + slope[i][1] * y;
+        row[VIEW_FOCAL] = slope[2 * i] * x + slope[2 * i + 1] * y;
         row[VIEW_CENTRE_X] = i == 0;
         row[VIEW_CENTRE_Y] = i == 1;
         const double own = (i == 0 ? x : y) / corner;
@@ -154,14 +140,14 @@ bool camera_view_project(const struct camera_view *view, const struct far_point 
     if (of_view == NULL) {
         return true;
     }
-    double slope[2][2];
-    distortion_slope(lens, ideal, distorted, slope);
+    double slope[4];
+    lens_distort_slope(lens, ideal, slope);
     lens_derivatives(lens, ideal, slope, of_view);
     const double *R = view->R_instrument_camera;
     for (int i = 0; i < 2; i++) {
         // Of this coordinate with respect to `seen`, then to `direction`.
-        const double a = lens->fx_px * slope[i][0] / seen[2],
-                     b = lens->fx_px * slope[i][1] / seen[2];
+        const double a = lens->fx_px * slope[2 * i] / seen[2],
+                     b = lens->fx_px * slope[2 * i + 1] / seen[2];
         const double of_seen[3] = {a, b, -a * ideal[0] - b * ideal[1]};
         double of_direction[3], of_turn[3];
         geometry_rotate(R, of_seen, of_direction);

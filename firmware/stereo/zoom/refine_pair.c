@@ -72,12 +72,13 @@ static void linearize(struct matches *m) {
         struct self_track *track = &m->track[i];
         track->rejected = !self_track_epipolar(self, track, &residual, derivative);
         m->residual[i] = track->rejected ? 1e6F : (float)residual;
-        for (int k = 0; k < SELF_TERMS_MAX; k++) {
-            double sum = 0;
-            for (int c = 0; c < REFINE_TERMS && k < self->terms && !track->rejected; c++) {
-                sum += derivative[c] * factor[c * self->terms + k];
+        float *effect = m->effect[i];
+        memset(effect, 0, sizeof m->effect[i]);
+        for (int c = 0; c < REFINE_TERMS && !track->rejected; c++) {
+            const double *row = factor + c * self->terms;
+            for (int k = 0; k < self->terms; k++) {
+                effect[k] += (float)(derivative[c] * row[k]);
             }
-            m->effect[i][k] = (float)sum;
         }
     }
 }
@@ -113,7 +114,7 @@ static bool explain(const struct matches *m, const int sample[SAMPLE],
         for (int j = 0; j < SAMPLE; j++) {
             const float *b = m->effect[sample[j]];
             float sum = 0;
-            for (int k = 0; k < SELF_TERMS_MAX; k++) {
+            for (int k = 0; k < m->self->terms; k++) {
                 sum += a[k] * b[k];
             }
             M[i][j] = (double)sum + (i == j ? first_noise_px * first_noise_px : 0);
@@ -126,7 +127,7 @@ static bool explain(const struct matches *m, const int sample[SAMPLE],
     memset(parts, 0, SELF_TERMS_MAX * sizeof *parts);
     for (int i = 0; i < SAMPLE; i++) {
         const double weight = M[i][SAMPLE] / M[i][i];
-        for (int k = 0; k < SELF_TERMS_MAX; k++) {
+        for (int k = 0; k < m->self->terms; k++) {
             parts[k] += weight * (double)m->effect[sample[i]][k];
         }
     }
@@ -135,7 +136,7 @@ static bool explain(const struct matches *m, const int sample[SAMPLE],
 
 static double remaining(const struct matches *m, int i, const double parts[SELF_TERMS_MAX]) {
     double rest = (double)m->residual[i];
-    for (int k = 0; k < SELF_TERMS_MAX; k++) {
+    for (int k = 0; k < m->self->terms; k++) {
         rest -= parts[k] * (double)m->effect[i][k];
     }
     return rest < 0 ? -rest : rest;

@@ -179,22 +179,20 @@ static bool start_point(const struct self_calibration *self, struct self_track *
 }
 
 bool self_track_place(const struct self_calibration *self, struct self_track *track) {
-    if (!start_point(self, track)) {
-        return false;
-    }
-    for (int step = 0; step < PLACE_STEPS; step++) {
+    track->is_placed = start_point(self, track);
+    for (int step = 0; step < PLACE_STEPS && track->is_placed; step++) {
         struct equations e;
         double projected[3], change[3];
-        if (!write_equations(self, track, &e) || !orthonormalize(&e)) {
-            return false;
+        track->is_placed = write_equations(self, track, &e) && orthonormalize(&e);
+        if (track->is_placed) {
+            project_residual(&e, projected);
+            point_change(&e, projected, change);
+            track->point.x += change[0];
+            track->point.y += change[1];
+            track->point.w += change[2];
         }
-        project_residual(&e, projected);
-        point_change(&e, projected, change);
-        track->point.x += change[0];
-        track->point.y += change[1];
-        track->point.w += change[2];
     }
-    return true;
+    return track->is_placed;
 }
 
 // Removes from residuals and derivatives what a change of the point absorbs.
@@ -219,55 +217,82 @@ static void remove_point(struct equations *e) {
     }
 }
 
-// Places the track's point and writes its reduced equations.
-static bool reduce(const struct self_calibration *self, struct self_track *track,
-                   struct equations *e) {
-    if (!self_track_place(self, track) || !write_equations(self, track, e) || !orthonormalize(e)) {
-        return false;
-    }
-    remove_point(e);
-    double sum = 0;
-    for (int i = 0; i < e->rows; i++) {
-        sum += e->residual[i] * e->residual[i];
-    }
-    track->residual = sqrt(sum / (e->rows - 3));
-    return true;
-}
-
-bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
-                         double *residual_px, double derivative[2 * VIEW_TERMS]) {
-    struct equations e;
-    INVARIANT(track->count == 2);
-    if (!reduce(self, track, &e)) {
-        return false;
-    }
-    // What remains of four dimensions is one: the longest of the unit vectors less their parts
-    // along the basis gives its direction.
+// The one equation that a point leaves of the four of two observations: the longest of the unit
+// vectors less their parts along the basis gives its direction.
+static void remove_point_of_two(struct equations *e) {
     double normal[4] = {0}, longest = 0;
     for (int k = 0; k < 4; k++) {
         double rest[4], square = 0;
         for (int i = 0; i < 4; i++) {
             rest[i] = i == k;
             for (int j = 0; j < 3; j++) {
-                rest[i] -= e.of_point[i][j] * e.of_point[k][j];
+                rest[i] -= e->of_point[i][j] * e->of_point[k][j];
             }
             square += rest[i] * rest[i];
         }
         if (square > longest) {
             longest = square;
-            for (int i = 0; i < 4; i++) {
-                normal[i] = rest[i] / sqrt(square);
-            }
+            memcpy(normal, rest, sizeof rest);
         }
     }
-    *residual_px = 0;
-    memset(derivative, 0, 2 * VIEW_TERMS * sizeof *derivative);
+    const double scale = 1 / sqrt(longest);
+    double residual = 0;
     for (int i = 0; i < 4; i++) {
-        *residual_px += normal[i] * e.residual[i];
-        for (int c = 0; c < 2 * VIEW_TERMS; c++) {
-            derivative[c] += normal[i] * e.of_view[i][c];
-        }
+        normal[i] *= scale;
+        residual += normal[i] * e->residual[i];
     }
+    e->residual[0] = residual;
+    for (int c = 0; c < e->columns; c++) {
+        e->of_view[0][c] = normal[0] * e->of_view[0][c] + normal[1] * e->of_view[1][c] +
+                           normal[2] * e->of_view[2][c] + normal[3] * e->of_view[3][c];
+    }
+    e->rows = 1;
+}
+
+// Writes a track's equations at its point, moves the point to where it fits best, and leaves what
+// it does not absorb.
+static bool reduce(const struct self_calibration *self, struct self_track *track,
+                   struct equations *e) {
+    double projected[3], change[3], sum = 0;
+    if (!write_equations(self, track, e) || !orthonormalize(e)) {
+        return false;
+    }
+    project_residual(e, projected);
+    point_change(e, projected, change);
+    track->point.x += change[0];
+    track->point.y += change[1];
+    track->point.w += change[2];
+    const int freedom = e->rows - 3;
+    if (track->count == 2) {
+        remove_point_of_two(e);
+    } else {
+        remove_point(e);
+    }
+    for (int i = 0; i < e->rows; i++) {
+        sum += e->residual[i] * e->residual[i];
+    }
+    track->residual = sqrt(sum / freedom);
+    return true;
+}
+
+// The same from the point of a fit before, or else from where the first two observations meet.
+static bool place_and_reduce(const struct self_calibration *self, struct self_track *track,
+                             struct equations *e) {
+    if (track->is_placed && reduce(self, track, e)) {
+        return true;
+    }
+    return self_track_place(self, track) && reduce(self, track, e);
+}
+
+bool self_track_epipolar(const struct self_calibration *self, struct self_track *track,
+                         double *residual_px, double derivative[2 * VIEW_TERMS]) {
+    struct equations e;
+    INVARIANT(track->count == 2);
+    if (!self_track_place(self, track) || !reduce(self, track, &e)) {
+        return false;
+    }
+    *residual_px = e.residual[0];
+    memcpy(derivative, e.of_view[0], 2 * VIEW_TERMS * sizeof *derivative);
     return true;
 }
 
@@ -374,7 +399,7 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
         used = 0;
         for (int i = 0; i < count; i++) {
             struct equations e;
-            if (tracks[i].rejected || !reduce(self, &tracks[i], &e)) {
+            if (tracks[i].rejected || !place_and_reduce(self, &tracks[i], &e)) {
                 continue;
             }
             const double sigma_px = tracks[i].sigma_px;
