@@ -136,6 +136,16 @@ view_block view_block_of(const zoom_problem &problem, const zoom_layout &layout,
     return block;
 }
 
+namespace {
+
+// A lens at an end of its range may not have reached the board.
+bool is_at_stop(const zoom_range &range, double counts) {
+    const double near = 0.02 * (range.max - range.min);
+    return counts < range.min + near || counts > range.max - near;
+}
+
+}  // namespace
+
 focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, size_t capture,
                        int camera, const zoom_eye &eye, const rigid &T_instrument_board) {
     const zoom_side &side = problem.side[size_t(camera)];
@@ -143,6 +153,9 @@ focus_row focus_row_of(const zoom_problem &problem, const zoom_layout &layout, s
     double middle[3];
     apply(eye.T_camera_instrument, T_instrument_board.t_mm, middle);
     focus_row row;
+    if (is_at_stop(side.focus, axes.focus_counts)) {
+        return row;
+    }
     row.residual = eye.vergence - 1e3 / std::fmax(1, middle[2]);
     double basis[ZOOM_TERMS_MAX];
     chebyshev(zoom_unit(side.log_focal, std::log(eye.focal_px)), ZOOM_TERMS_MAX, basis);

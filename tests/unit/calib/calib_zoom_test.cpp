@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "calib/zoom/zoom_order.hpp"
 #include "calib/zoom/zoom_solve.hpp"
 #include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_sigma.h"
@@ -344,4 +345,26 @@ TEST_CASE("the solver's cameras are those of the calibration that it writes") {
             CHECK(std::fabs(pair.side[side].position_mm[i] - back.t_mm[i]) < 1e-7);
         }
     }
+}
+
+TEST_CASE("a board nearer than the lens can focus does not say where it was focused") {
+    synthetic::ZoomPlan plan = sweep(3);
+    plan.zooms = 4;
+    const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
+    calib::zoom_problem problem;
+    REQUIRE(calib::make_problem(views.seen, &problem) == "");
+    problem.side[0].log_focal = {7.9, 10.2};
+    const calib::zoom_layout layout(problem, calib::richest_orders(problem));
+    calib::zoom_eye eye;
+    eye.focal_px = 5000;
+    int near = 0, focused = 0;
+    for (size_t i = 0; i < problem.captures.size(); i++) {
+        const bool says = !calib::focus_row_of(problem, layout, i, 0, eye, {}).columns.empty();
+        const bool at_stop = problem.captures[i].axes[0].focus_counts >= 850;
+        CHECK_FALSE((at_stop && says));
+        near += at_stop;
+        focused += says;
+    }
+    CHECK(near > 0);
+    CHECK(focused > 0);
 }
