@@ -255,7 +255,7 @@ static int show_text(const struct command_call *call, const char *name,
             free(zoom);
         }
     } else {
-        error = calibration_at(name, text->data, text->length, NULL, &calibration, &message);
+        error = calibration_at(name, text->data, text->length, &calibration, &message);
         if (error == 0) {
             calibration_reply_put(call, &calibration);
         }
@@ -304,7 +304,7 @@ static int check_one(const struct command_call *call, const char *name,
                      const struct calibration_text *text) {
     struct calibration calibration;
     struct message message;
-    int error = calibration_at(name, text->data, text->length, NULL, &calibration, &message);
+    int error = calibration_at(name, text->data, text->length, &calibration, &message);
     if (error != 0) {
         return command_fail(call, error, "%s", message.text);
     }

@@ -100,50 +100,47 @@ int calibration_at_state(const struct zoom_calibration *zoom, const struct zoom_
                : calibration_at_refused("the calibration of this state", code, &fault, message);
 }
 
-static int zoom_text_at(const char *name, const char *text, size_t length,
-                        const struct zoom_state *state, struct calibration *calibration,
-                        struct message *message) {
-    struct zoom_calibration *zoom;
-    int error = calibration_at_read_zoom(name, text, length, &zoom, message);
-    if (error == ERROR_OK) {
-        error = calibration_at_state(zoom, state, ": move it there, or calibrate more", calibration,
-                                     message);
-        free(zoom);
-    }
-    return error;
-}
-
 int calibration_at(const char *name, const char *text, size_t length,
-                   const struct zoom_state *state, struct calibration *calibration,
-                   struct message *message) {
+                   struct calibration *calibration, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
     if (zoom_calibration_is_text(text, length)) {
-        return state != NULL
-                   ? zoom_text_at(name, text, length, state, calibration, message)
-                   : message_set(message, ERROR_MISSING,
-                                 "%s: is a calibration of all zooms: it needs a captured pair, or "
-                                 "a state (vergence info FILE --at)",
-                                 name);
+        return message_set(message, ERROR_MISSING,
+                           "%s: is a calibration of all zooms: it needs a captured pair, or a "
+                           "state (vergence info FILE --at)",
+                           name);
     }
     const int error = calibration_parse(text, length, calibration, &fault);
     return error == ERROR_OK ? ERROR_OK : calibration_at_refused(name, error, &fault, message);
 }
 
-int calibration_at_pair(const char *name, const char *text, size_t length,
+int calibration_at_zoom(const struct zoom_calibration *zoom,
                         const struct calibration_match_state *axes, struct calibration *calibration,
                         struct message *message) {
     struct zoom_state state;
-    if (!zoom_calibration_is_text(text, length)) {
-        return calibration_at(name, text, length, NULL, calibration, message);
-    }
     int error = calibration_at_axes(axes, &state, message);
     if (error == ERROR_OK) {
-        error = calibration_at(name, text, length, &state, calibration, message);
+        error = calibration_at_state(zoom, &state, ": move it there, or calibrate more",
+                                     calibration, message);
     }
     for (int side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         // The iris too, which does not matter, and how far the axes moved during the pair.
         memcpy(calibration->origin.side[side].axis, axes->origin.side[side].axis,
                sizeof axes->origin.side[side].axis);
+    }
+    return error;
+}
+
+int calibration_at_pair(const char *name, const char *text, size_t length,
+                        const struct calibration_match_state *axes, struct calibration *calibration,
+                        struct message *message) {
+    struct zoom_calibration *zoom;
+    if (!zoom_calibration_is_text(text, length)) {
+        return calibration_at(name, text, length, calibration, message);
+    }
+    int error = calibration_at_read_zoom(name, text, length, &zoom, message);
+    if (error == ERROR_OK) {
+        error = calibration_at_zoom(zoom, axes, calibration, message);
+        free(zoom);
     }
     return error;
 }

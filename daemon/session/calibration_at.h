@@ -32,14 +32,18 @@ int calibration_at_read_zoom(const char *name, const char *text, size_t length,
 int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_state *state,
                         struct message *message);
 
-/// The calibration that a text states; of all zooms: at `state`. `name` is the text's, for
-/// messages. ERROR_MISSING: it is of all zooms and `state` is NULL; ERROR_MISMATCH: an axis is
-/// outside the calibrated range; else errors of the text.
+/// The calibration of one state that a text states. `name` is the text's, for messages.
+/// ERROR_MISSING: it is of all zooms; else errors of the text.
 int calibration_at(const char *name, const char *text, size_t length,
-                   const struct zoom_state *state, struct calibration *calibration,
-                   struct message *message);
+                   struct calibration *calibration, struct message *message);
 
-/// The same for a pair with these axes; ERROR_MISMATCH also if one of them is not known.
+/// A zoom calibration for a pair with these axes. ERROR_MISMATCH: an axis is not known, or outside
+/// the calibrated range.
+int calibration_at_zoom(const struct zoom_calibration *zoom,
+                        const struct calibration_match_state *axes, struct calibration *calibration,
+                        struct message *message);
+
+/// The calibration for a pair from a text of either kind. Errors as above.
 int calibration_at_pair(const char *name, const char *text, size_t length,
                         const struct calibration_match_state *axes, struct calibration *calibration,
                         struct message *message);

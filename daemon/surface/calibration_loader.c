@@ -50,9 +50,8 @@ int calibration_loader_own(const struct calibration_request *request,
         return message_set(message, ERROR_MEMORY, "%s: out of memory", request->path);
     }
     int error = read_text(request->path, text, &length, message);
-    error = error != ERROR_OK
-                ? error
-                : calibration_at(request->path, text, length, request->at, &parsed, message);
+    error =
+        error != ERROR_OK ? error : calibration_at(request->path, text, length, &parsed, message);
     free(text);
     error = error != ERROR_OK ? error : check(request, &parsed, message);
     if (error == ERROR_OK) {

@@ -20,7 +20,6 @@ struct calibration_request {
     const char *unit;  // of lengths in files that state none: "mm", "cm", "m"; or NULL
     bool rectified;    // the images are already rectified: use the file's rectified cameras
     int first_camera;  // number of the left camera in files of several pairs; -1: the default
-    const struct zoom_state *at;  // for calibrations of all zooms; NULL: not known
 };
 
 /// Loads a valid calibration. Returns 0 and sets `format` to the name of the file's format, or

@@ -59,16 +59,28 @@ static int exit_code_of(int error) {
     }
 }
 
-static void print_outcome(const struct reconstruct_job *job) {
-    const struct reconstruct_request *request = job->request;
-    for (int i = 0; i < job->context.warning_count && !request->quiet; i++) {
+static void print_notes(const struct reconstruct_job *job) {
+    for (int i = 0; i < job->context.warning_count && !job->request->quiet; i++) {
         fprintf(stderr, "vergence: note: %s\n", job->context.warnings[i].text);
     }
+}
+
+static void print_outcome(const struct reconstruct_job *job) {
+    const struct reconstruct_request *request = job->request;
+    print_notes(job);
     if (request->json) {
         result_json_print(&job->context, stdout);
     } else if (!request->quiet) {
         reconstruct_summary_print(&job->context, request->out_path, stdout);
     }
+}
+
+static void print_failure(const struct reconstruct_job *job, int error) {
+    if (error == ERROR_NO_SURFACE) {
+        print_notes(job);  // likely causes
+    }
+    fprintf(stderr, "vergence reconstruct: %s%s\n", error == ERROR_MISMATCH ? "ERR MISMATCH " : "",
+            job->message.text);
 }
 
 int reconstruct_command_run(const struct reconstruct_command_abilities *abilities, int argc,
@@ -122,8 +134,7 @@ int reconstruct_command_run(const struct reconstruct_command_abilities *abilitie
     if (error == ERROR_OK) {
         print_outcome(&job);
     } else {
-        fprintf(stderr, "vergence reconstruct: %s%s\n",
-                error == ERROR_MISMATCH ? "ERR MISMATCH " : "", job.message.text);
+        print_failure(&job, error);
     }
     reconstruct_job_end(&job);
     return exit_code_of(error);

@@ -167,8 +167,8 @@ static int assume_calibration(const struct reconstruct_request *request,
 }
 
 static int load_calibration(const struct reconstruct_request *request, calibration_loader *load,
-                            const struct zoom_state *at, struct reconstruct_inputs *inputs,
-                            struct reconstruct_context *context, struct message *message) {
+                            struct reconstruct_inputs *inputs, struct reconstruct_context *context,
+                            struct message *message) {
     const struct calibration_request wanted = {
         .path = request->calibration_path,
         .image_width_px = inputs->left.file_width_px,
@@ -176,7 +176,6 @@ static int load_calibration(const struct reconstruct_request *request, calibrati
         .unit = reconstruct_request_unit(request),
         .rectified = request->rectified,
         .first_camera = request->first_camera,
-        .at = at,
     };
     // Opening a pipe would block until its other end opens; lists of files are not a path.
     struct stat status;
@@ -209,11 +208,10 @@ static void compare_axes(const struct reconstruct_inputs *inputs,
 }
 
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
-                                 calibration_loader *load, const struct zoom_state *at,
-                                 struct reconstruct_inputs *inputs,
+                                 calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message) {
     return request->calibration_path != NULL
-               ? load_calibration(request, load, at, inputs, context, message)
+               ? load_calibration(request, load, inputs, context, message)
                : assume_calibration(request, inputs, context, message);
 }
 
@@ -249,8 +247,8 @@ int reconstruct_inputs_read(void *self, const struct reconstruct_request *reques
         return error;
     }
     inputs->left.request = inputs->right.request = NULL;  // only valid during this call
-    error = reconstruct_inputs_calibrate(request, files->load_calibration, NULL, inputs, context,
-                                         message);
+    error =
+        reconstruct_inputs_calibrate(request, files->load_calibration, inputs, context, message);
     if (error == ERROR_OK && request->calibration_path != NULL) {
         compare_axes(inputs, context);
         error = reconstruct_inputs_fit(inputs, request->calibration_path, message);

@@ -42,11 +42,9 @@ int reconstruct_inputs_read(void *files, const struct reconstruct_request *reque
                             struct message *message);
 
 /// For sources, once the images are read: loads the calibration that the request names, unchanged,
-/// or assumes one for the images if it names none. `at`: state of the images, for calibrations of
-/// all zooms; NULL: not known.
+/// or assumes one for the images if it names none.
 int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
-                                 calibration_loader *load, const struct zoom_state *at,
-                                 struct reconstruct_inputs *inputs,
+                                 calibration_loader *load, struct reconstruct_inputs *inputs,
                                  struct reconstruct_context *context, struct message *message);
 
 /// For sources: fits the calibration named `name` to the images in memory, which may have been

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/session/calibration_at.h"
 #include "stereo/develop.h"
 
@@ -36,26 +37,39 @@ static int develop_grey(const struct raw_image *raw, const struct arena *free, u
     return error;
 }
 
-static size_t need_bytes(const struct pair *pair) {
-    size_t bytes = 0;
-    for (int side = 0; side < RIG_SIDES; side++) {
-        const struct raw_image *raw = &pair->frame[side].image;
-        const size_t width = (size_t)raw->width_px, height = (size_t)raw->height_px;
-        const size_t developing =
-            arena_need_bytes(width * STRIP_ROWS, 3) + develop_need_bytes(raw->width_px, 16, 1);
-        const size_t refining = refine_calibration_need_bytes(raw->width_px, raw->height_px);
-        const size_t larger = developing > refining ? developing : refining;
-        bytes += arena_need_bytes(width * height, 1) + larger;
-    }
-    return bytes;
+static size_t larger(size_t one, size_t other) {
+    return one > other ? one : other;
 }
 
-static int refine(const struct zoom_calibration *zoom, const struct pair *pair,
-                  struct refine_picture *picture, struct arena *arena,
-                  struct calibration *calibration, struct refine_report *report,
-                  struct calibration_fault *fault) {
+/// For `count` pairs: their grey pictures, and the larger of developing and refining.
+static size_t need_bytes(const struct reconstruct_refine_pair *pairs, int count) {
+    size_t bytes = 0, most = 0;
+    for (int i = 0; i < count; i++) {
+        for (int side = 0; side < RIG_SIDES; side++) {
+            const struct raw_image *raw = &pairs[i].pair->frame[side].image;
+            const size_t width = (size_t)raw->width_px, height = (size_t)raw->height_px;
+            const size_t developing =
+                arena_need_bytes(width * STRIP_ROWS, 3) + develop_need_bytes(raw->width_px, 16, 1);
+            const size_t refining =
+                count > 1 ? self_calibration_need_bytes(2) +
+                                zoom_bracket_need_bytes(raw->width_px, raw->height_px)
+                          : refine_calibration_need_bytes(raw->width_px, raw->height_px);
+            bytes += arena_need_bytes(width * height, 1);
+            most = larger(most, larger(developing, refining));
+        }
+    }
+    return bytes + most;
+}
+
+static int make_picture(const struct reconstruct_refine_pair *from, const double depth_mm[2],
+                        struct arena *arena, struct refine_picture *picture) {
+    *picture = (struct refine_picture){
+        .axes = from->state,
+        .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
+        .depth_far_mm = depth_mm[1] > 0 ? depth_mm[1] : INFINITY,
+    };
     for (int side = 0; side < RIG_SIDES; side++) {
-        const struct pair_frame *frame = &pair->frame[side];
+        const struct pair_frame *frame = &from->pair->frame[side];
         picture->window[side] = (struct calibration_window){
             frame->window.column_px, frame->window.row_px, frame->window.skip};
         uint8_t *pixels =
@@ -67,38 +81,117 @@ static int refine(const struct zoom_calibration *zoom, const struct pair *pair,
             return error;
         }
     }
-    return refine_calibration(zoom, picture, arena, calibration, report, fault);
+    return ERROR_OK;
 }
 
-int reconstruct_refine(const struct zoom_calibration *zoom, const struct zoom_state *state,
-                       const struct pair *pair, const double depth_mm[2],
-                       struct calibration *calibration, struct refine_report *report,
-                       struct message *message) {
-    struct refine_picture picture = {
-        .axes = *state,
-        .depth_near_mm = depth_mm[0] > 0 ? depth_mm[0] : nearest_mm,
-        .depth_far_mm = depth_mm[1] > 0 ? depth_mm[1] : INFINITY,
-    };
+/// Refines `picture[0]` with the help of `picture[1]`, of the same scene at another zoom.
+static int refine_bracket(const struct zoom_calibration *zoom,
+                          const struct refine_picture picture[2], struct arena *arena,
+                          struct calibration *calibration, struct reconstruct_context *context,
+                          struct calibration_fault *fault) {
+    struct refine_picture by_zoom[2];  // the wider first
+    struct zoom_state states[2];
+    struct zoom_pair at[2];
+    for (int i = 0; i < 2; i++) {
+        const int error = zoom_state_check(zoom, &picture[i].axes, fault);
+        if (error != ERROR_OK) {
+            return error;
+        }
+        zoom_pair_at(zoom->camera, &picture[i].axes, &at[i]);
+    }
+    const int first = at[0].side[0].lens.fx_px > at[1].side[0].lens.fx_px;
+    for (int i = 0; i < 2; i++) {
+        by_zoom[i] = picture[i ^ first];
+        by_zoom[i].state = i;
+        states[i] = by_zoom[i].axes;
+    }
+    struct self_calibration self;
+    int error = self_calibration_begin(zoom, states, 2, arena, &self);
+    if (error == ERROR_OK) {
+        error = zoom_bracket(by_zoom, arena, &self, &context->bracket);
+    }
+    if (error == ERROR_OK) {
+        context->self_calibration = context->bracket.pair[first];
+        error = refine_conclude(zoom, &by_zoom[first], &self, &context->self_calibration,
+                                calibration, fault);
+    }
+    return error;
+}
+
+static int refine(const struct zoom_calibration *zoom, const struct reconstruct_refine_pair *pairs,
+                  int count, const double depth_mm[2], struct arena *arena,
+                  struct calibration *calibration, struct reconstruct_context *context,
+                  struct calibration_fault *fault) {
+    struct refine_picture picture[2];
+    for (int i = 0; i < count; i++) {
+        const int error = make_picture(&pairs[i], depth_mm, arena, &picture[i]);
+        if (error != ERROR_OK) {
+            return error;
+        }
+    }
+    const size_t mark = arena_mark(arena);
+    int error = ERROR_OK;
+    if (count > 1) {
+        error = refine_bracket(zoom, picture, arena, calibration, context, fault);
+        context->bracketed = error == ERROR_OK && !zoom_bracket_turned(&context->bracket) &&
+                             context->bracket.carried > 0;
+        arena_release(arena, mark);
+    }
+    return error == ERROR_OK && !context->bracketed
+               ? refine_calibration(zoom, picture, arena, calibration, &context->self_calibration,
+                                    fault)
+               : error;
+}
+
+int reconstruct_refine(const struct zoom_calibration *zoom,
+                       const struct reconstruct_refine_pair *pairs, int count,
+                       const double depth_mm[2], struct calibration *calibration,
+                       struct reconstruct_context *context, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
-    const size_t bytes = need_bytes(pair);
+    const size_t bytes = need_bytes(pairs, count);
     void *memory = malloc(bytes);
     struct arena arena;
     arena_init(&arena, memory, memory == NULL ? 0 : bytes);
-    const int error = refine(zoom, pair, &picture, &arena, calibration, report, &fault);
+    context->bracket_pair = count > 1 ? pairs[1].pair->number : 0;
+    const int error = refine(zoom, pairs, count, depth_mm, &arena, calibration, context, &fault);
     free(memory);
     return error == ERROR_OK ? ERROR_OK
                              : calibration_at_refused("the calibration cannot be refined", error,
                                                       &fault, message);
 }
 
+/// Warns of a bracket that could not be used.
+static void doubt_bracket(struct reconstruct_context *context) {
+    const struct bracket_report *bracket = &context->bracket;
+    if (bracket->carried == 0) {
+        reconstruct_context_warn(context,
+                                 "pair %u is no bracket of this one: their pictures cannot be "
+                                 "compared (the same scene is needed, zoomed by 1.3 or more)",
+                                 (unsigned)context->bracket_pair);
+        return;
+    }
+    const int side = fabs(bracket->turn_rad[1] / bracket->turn_sigma_rad[1]) >
+                     fabs(bracket->turn_rad[0] / bracket->turn_sigma_rad[0]);
+    reconstruct_context_warn(context,
+                             "the %s camera turned by %.3f degrees between this pair and pair %u, "
+                             "which is not used as a bracket: take it again with pan untouched",
+                             rig_side_names[side],
+                             fabs(bracket->turn_rad[side]) * MATH_DEGREE_PER_RAD,
+                             (unsigned)context->bracket_pair);
+}
+
 void reconstruct_refine_doubt(struct reconstruct_context *context) {
     const struct refine_report *report = &context->self_calibration;
+    if (context->bracket_pair > 0 && !context->bracketed) {
+        doubt_bracket(context);
+    }
     if (report->used == 0) {
-        reconstruct_context_warn(context,
-                                 "only %d points of the pair match: the cameras are taken to be "
-                                 "where the motors read, and all depths share a deviation of %.3g "
-                                 "mm at %.0f mm (more texture, or \"calibrate touch-up\")",
-                                 report->matches, report->depth.after, report->depth_mm);
+        reconstruct_context_warn(
+            context,
+            "only %d points of the pair match: the cameras are taken to be "
+            "where the motors read, and all depths share a deviation of %.3g "
+            "mm at %.0f mm (more texture, or \"vergence calibrate --touch-up\")",
+            report->matches, report->depth.after, report->depth_mm);
     } else if (report->health == REFINE_CALIBRATE) {
         reconstruct_context_warn(context,
                                  "the cameras are not where the calibration expects them (%.1f "

@@ -13,12 +13,19 @@
 extern "C" {
 #endif
 
-/// `depth_mm`: nearest and farthest depth of the scene; 0 0: not known. Returns 0 with the
-/// calibration of the frames as they are, or an error with `message` set.
-int reconstruct_refine(const struct zoom_calibration *zoom, const struct zoom_state *state,
-                       const struct pair *pair, const double depth_mm[2],
-                       struct calibration *calibration, struct refine_report *report,
-                       struct message *message);
+struct reconstruct_refine_pair {
+    const struct pair *pair;
+    struct zoom_state state;
+};
+
+/// Refines the first of `count` pairs; the second, if there is one, is of the same scene at another
+/// zoom, with pan untouched (a bracket). `depth_mm`: nearest and farthest depth of the scene; 0 0:
+/// not known. Returns 0 with the calibration of the frames as they are and the reports in
+/// `context`, or an error with `message` set.
+int reconstruct_refine(const struct zoom_calibration *zoom,
+                       const struct reconstruct_refine_pair *pairs, int count,
+                       const double depth_mm[2], struct calibration *calibration,
+                       struct reconstruct_context *context, struct message *message);
 
 /// Warns of what the pictures did not show, if it matters.
 void reconstruct_refine_doubt(struct reconstruct_context *context);

@@ -24,6 +24,11 @@ const struct command_argument reconstruct_arguments[] = {
     {.name = "pair", .kind = COMMAND_INTEGER, .offset = FIELD(pair), .value_name = "N",
      .min = 1, .max = 1000000,
      .help = "Number of the pair in the session, from 1. Default: the last."},
+    {.name = "bracket", .kind = COMMAND_INTEGER, .offset = FIELD(bracket), .value_name = "N",
+     .min = 1, .max = 1000000,
+     .help = "Pair N of the session, before or after zooming with pan and scene untouched, helps to find where the "
+             "cameras are: what a wide pair shows of pan holds for a tele pair, which hardly shows it. Requires a "
+             "calibration of all zooms."},
     {.name = "near", .kind = COMMAND_NUMBER, .offset = FIELD(depth_mm[0]), .value_name = "MM",
      .unit = "mm", .min = 1e-3, .max = 1e6,
      .help = "Minimum depth to search, from the left camera. No point lies outside near to far unless keep-all "
@@ -176,6 +181,9 @@ static const char *check_images(const struct reconstruct_request *request) {
     }
     if (request->session_path == NULL && request->pair != 0) {
         return "--pair requires a recorded session";
+    }
+    if (request->session_path == NULL && request->bracket != 0) {
+        return "--bracket requires a recorded session";
     }
     if (request->session_path != NULL &&
         (request->bits != 0 || request->bayer >= 0 || request->raw_px[0] != 0)) {

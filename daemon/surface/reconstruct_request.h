@@ -15,6 +15,7 @@ struct reconstruct_request {
     const char *left_path, *right_path;
     const char *session_path;  // a session directory instead; NULL: not given
     int pair;                  // of the session, from 1; 0: not given
+    int bracket;               // pair at another zoom; 0: not given
     const char *calibration_path, *out_path;
     double depth_mm[2];  // near, far; 0 0: not given
     int disparity[2];    // minimum, count; count 0: not given
@@ -46,7 +47,7 @@ struct reconstruct_request {
 
 /// The options, with offsets into the request. The first RECONSTRUCT_SHARED are those of the
 /// console's command `reconstruct`, too.
-enum { RECONSTRUCT_SHARED = 12 };
+enum { RECONSTRUCT_SHARED = 13 };
 extern const struct command_argument reconstruct_arguments[];
 
 /// The request with all defaults.

@@ -13,6 +13,8 @@
 #include "daemon/surface/reconstruct_refine.h"
 #include "device/mt9t001.h"
 
+static const char saved_name[] = "the saved calibration";
+
 static void axes_of_pair(const struct reconstruct_session *self,
                          struct calibration_match_state *axes) {
     calibration_match_pair(self->pair.profile,
@@ -20,13 +22,31 @@ static void axes_of_pair(const struct reconstruct_session *self,
                            &self->pair.pair, axes);
 }
 
-/// A text at the pair's axes.
-static int parse_calibration(const struct reconstruct_session *self, const char *text,
-                             size_t length, struct calibration *calibration,
-                             struct message *message) {
-    struct calibration_match_state state;
-    axes_of_pair(self, &state);
-    return calibration_at_pair(self->calibration_name, text, length, &state, calibration, message);
+/// The session's own text, the calibration of all zooms, or the saved text.
+static int read_text(struct reconstruct_session *self, struct calibration *calibration,
+                     struct message *message) {
+    struct calibration_match_state axes;
+    axes_of_pair(self, &axes);
+    if (self->own) {
+        return calibration_at_pair(self->calibration_name, self->pair.calibration,
+                                   self->pair.calibration_length, &axes, calibration, message);
+    }
+    if (self->zoom != NULL) {
+        return calibration_at_zoom(self->zoom, &axes, calibration, message);
+    }
+    if (self->stored_text != NULL) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "%s", saved_name);
+        return calibration_at(saved_name, self->stored_text, self->stored_length, calibration,
+                              message);
+    }
+    if (self->stored_error != 0) {
+        return message_set(
+            message, self->stored_error,
+            "%s: no calibration in the session, and the saved one cannot be read: %s", self->path,
+            error_text(self->stored_error));
+    }
+    return message_set(message, ERROR_MISSING, "%s: no calibration in the session%s", self->path,
+                       self->missing);
 }
 
 /// Reads the request's calibration, else the session's own, else the saved one.
@@ -35,35 +55,14 @@ static int read_calibration(struct reconstruct_session *self,
                             struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                             struct message *message) {
     struct calibration *const calibration = &inputs->calibration;
-    if (request->calibration_path != NULL || request->rectified) {
+    self->own = self->pair.calibration_length > 0;
+    if (self->zoom == NULL && (request->calibration_path != NULL || request->rectified)) {
         snprintf(self->calibration_name, sizeof self->calibration_name, "%s",
                  request->calibration_path != NULL ? request->calibration_path : "");
-        struct calibration_match_state axes;
-        struct zoom_state state;
-        struct message unknown;
-        axes_of_pair(self, &axes);
-        const bool known = calibration_at_axes(&axes, &state, &unknown) == ERROR_OK;
-        return reconstruct_inputs_calibrate(request, self->load_calibration, known ? &state : NULL,
-                                            inputs, context, message);
+        return reconstruct_inputs_calibrate(request, self->load_calibration, inputs, context,
+                                            message);
     }
-    self->own = self->pair.calibration_length > 0;
-    int error = ERROR_OK;
-    if (self->own) {
-        error = parse_calibration(self, self->pair.calibration, self->pair.calibration_length,
-                                  calibration, message);
-    } else if (self->stored_text != NULL) {
-        snprintf(self->calibration_name, sizeof self->calibration_name, "the saved calibration");
-        error =
-            parse_calibration(self, self->stored_text, self->stored_length, calibration, message);
-    } else if (self->stored_error != 0) {
-        return message_set(
-            message, self->stored_error,
-            "%s: no calibration in the session, and the saved one cannot be read: %s", self->path,
-            error_text(self->stored_error));
-    } else {
-        return message_set(message, ERROR_MISSING, "%s: no calibration in the session%s",
-                           self->path, self->missing);
-    }
+    const int error = read_text(self, calibration, message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -180,23 +179,6 @@ static int match(struct reconstruct_session *self, const struct reconstruct_requ
     return ERROR_OK;
 }
 
-/// The calibration of all zooms that the pair's calibration comes from, allocated; NULL: none.
-static int find_zoom(const struct reconstruct_session *self,
-                     const struct reconstruct_request *request, struct zoom_calibration **zoom,
-                     struct message *message) {
-    *zoom = NULL;
-    if (request->calibration_path != NULL || request->rectified) {
-        return request->calibration_path != NULL
-                   ? calibration_loader_zoom(request->calibration_path, zoom, message)
-                   : ERROR_OK;
-    }
-    return self->stored_text != NULL &&
-                   zoom_calibration_is_text(self->stored_text, self->stored_length)
-               ? calibration_at_read_zoom("the saved calibration", self->stored_text,
-                                          self->stored_length, zoom, message)
-               : ERROR_OK;
-}
-
 /// Whether the session's own calibration, if it has one, comes from this one.
 static bool is_from(const struct reconstruct_session *self, const struct zoom_calibration *zoom) {
     struct calibration own;
@@ -206,24 +188,86 @@ static bool is_from(const struct reconstruct_session *self, const struct zoom_ca
             strcmp(own.id, zoom->id) == 0);
 }
 
-/// Corrects the calibration by what the frames show, if it is of all zooms and known at their axes;
-/// else reading it says what is wrong.
+/// Sets the calibration of all zooms that the pair's calibration comes from, allocated; NULL: none.
+static int find_zoom(struct reconstruct_session *self, const struct reconstruct_request *request,
+                     struct message *message) {
+    const char *name = request->calibration_path != NULL ? request->calibration_path : saved_name;
+    int error = ERROR_OK;
+    if (request->rectified) {
+        return ERROR_OK;
+    }
+    if (request->calibration_path != NULL) {
+        error = calibration_loader_zoom(name, &self->zoom, message);
+    } else if (self->stored_text != NULL &&
+               zoom_calibration_is_text(self->stored_text, self->stored_length)) {
+        error = calibration_at_read_zoom(name, self->stored_text, self->stored_length, &self->zoom,
+                                         message);
+    }
+    if (self->zoom != NULL && !is_from(self, self->zoom)) {
+        free(self->zoom);
+        self->zoom = NULL;
+    }
+    if (self->zoom != NULL && self->pair.calibration_length == 0) {
+        snprintf(self->calibration_name, sizeof self->calibration_name, "%s", name);
+    }
+    return error;
+}
+
+/// Rejects a bracket whose servos were set in between.
+static int check_bracket(const struct reconstruct_session *self, struct message *message) {
+    for (int side = 0; side < RIG_SIDES; side++) {
+        if (self->pair.pair.frame[side].before.pan_q4 != self->bracket.frame[side].before.pan_q4) {
+            return message_set(message, ERROR_MISMATCH,
+                               "%s: %s pan moved between pairs %u and %u: a bracket needs it "
+                               "untouched",
+                               self->path, rig_side_names[side], (unsigned)self->pair.pair.number,
+                               (unsigned)self->bracket.number);
+        }
+    }
+    return ERROR_OK;
+}
+
+/// Sets where the motors were. An error names the axis that is unknown or outside its range.
+static int find_states(struct reconstruct_session *self, struct reconstruct_refine_pair *pairs,
+                       int count, struct message *message) {
+    int error = count > 1 ? check_bracket(self, message) : ERROR_OK;
+    for (int i = 0; i < count && error == ERROR_OK; i++) {
+        struct calibration_match_state axes;
+        calibration_match_pair(self->pair.profile,
+                               self->pair.has_instrument ? &self->pair.instrument : NULL,
+                               pairs[i].pair, &axes);
+        error = calibration_at_axes(&axes, &pairs[i].state, message);
+        if (error == ERROR_OK) {
+            error = calibration_at_zoom(self->zoom, &axes, &self->calibration, message);
+        }
+    }
+    return error;
+}
+
+/// Corrects the calibration by what the frames show, if it is of all zooms.
 static int refine(struct reconstruct_session *self, const struct reconstruct_request *request,
                   struct reconstruct_context *context, struct message *message) {
-    struct zoom_calibration *zoom;
-    struct calibration_match_state axes;
-    struct zoom_state state;
-    struct message unused;
-    axes_of_pair(self, &axes);
-    int error = find_zoom(self, request, &zoom, message);
-    if (error == ERROR_OK && zoom != NULL && is_from(self, zoom) &&
-        calibration_at_axes(&axes, &state, &unused) == ERROR_OK &&
-        zoom_state_check(zoom, &state, NULL) == ERROR_OK) {
-        error = reconstruct_refine(zoom, &state, &self->pair.pair, request->depth_mm,
-                                   &self->calibration, &context->self_calibration, message);
+    struct reconstruct_refine_pair pairs[2] = {{.pair = &self->pair.pair},
+                                               {.pair = &self->bracket}};
+    const int count = request->bracket > 0 ? 2 : 1;
+    int error = find_zoom(self, request, message);
+    if (error == ERROR_OK && self->zoom == NULL && count > 1) {
+        error = message_set(
+            message, ERROR_MISSING, "a bracket needs a calibration of all zooms, which %s is not",
+            request->calibration_path != NULL ? request->calibration_path : "the pair's");
+    }
+    if (error != ERROR_OK || self->zoom == NULL) {
+        return error;
+    }
+    error = find_states(self, pairs, count, message);
+    if (error == ERROR_MISMATCH && self->pair.calibration_length > 0 && count == 1) {
+        return ERROR_OK;  // the session's own calibration will do
+    }
+    if (error == ERROR_OK) {
+        error = reconstruct_refine(self->zoom, pairs, count, request->depth_mm, &self->calibration,
+                                   context, message);
         self->refined = context->self_calibrated = error == ERROR_OK;
     }
-    free(zoom);
     return error;
 }
 
@@ -246,13 +290,14 @@ static int fit_calibration(struct reconstruct_session *self,
                              : reconstruct_inputs_fit(inputs, self->calibration_name, message);
 }
 
-/// Makes the pair's images and a calibration the inputs.
+/// Makes the pair's images and a calibration the inputs; frees `zoom` and the bracket.
 static int use_pair(struct reconstruct_session *self, const struct reconstruct_request *request,
                     struct reconstruct_inputs *inputs, struct reconstruct_context *context,
                     struct message *message) {
     struct image_file *const files[RIG_SIDES] = {&inputs->left, &inputs->right};
     const struct image_request image_request = {.scale = request->scale};
     int error = refine(self, request, context, message);
+    pair_release(self->bracket.frame);
     for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
         files[side]->path = self->name[side];
         files[side]->request = &image_request;
@@ -266,6 +311,8 @@ static int use_pair(struct reconstruct_session *self, const struct reconstruct_r
     if (error == ERROR_OK) {
         error = read_calibration(self, request, inputs, context, message);
     }
+    free(self->zoom);
+    self->zoom = NULL;
     if (error == ERROR_OK) {
         error = fit_calibration(self, request, inputs, context, message);
     }
@@ -285,21 +332,31 @@ static void set_label(struct reconstruct_session *self) {
     snprintf(self->label, sizeof self->label, "%.*s", (int)(end - begin), begin);
 }
 
-/// Reads the images of the pair found, and the session's calibration unless the request has one.
-static int load_pair(struct reconstruct_session *self, const struct session_reader *reader,
-                     const struct session_pairs *pairs, const struct reconstruct_request *request,
-                     struct message *message) {
-    char file[SESSION_NAME_MAX + 1];
+/// Reads the images of a pair found.
+static int load_images(const struct reconstruct_session *self, const struct session_reader *reader,
+                       const struct session_pairs *pairs, struct pair *pair,
+                       char name[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES],
+                       struct message *message) {
+    *pair = pairs->pair.pair;
+    pair->number = pairs->count;
     for (int side = 0; side < RIG_SIDES; side++) {
+        char file[SESSION_NAME_MAX + 1];
         const uint32_t crc32 = pairs->pair.frame_crc[side];
         session_frame_name(crc32, file);
-        snprintf(self->name[side], sizeof self->name[side], "%s/%s", self->path, file);
-        const int error =
-            session_reader_load(reader, &self->pair.pair.frame[side].image, crc32, message);
+        snprintf(name[side], RECONSTRUCT_SESSION_NAME_BYTES, "%s/%s", self->path, file);
+        const int error = session_reader_load(reader, &pair->frame[side].image, crc32, message);
         if (error != ERROR_OK) {
             return error;
         }
     }
+    return ERROR_OK;
+}
+
+/// Reads the session's calibration unless the request has one.
+static int load_calibration(struct reconstruct_session *self, const struct session_reader *reader,
+                            const struct session_pairs *pairs,
+                            const struct reconstruct_request *request, struct message *message) {
+    char file[SESSION_NAME_MAX + 1];
     if (!pairs->has_calibration || request->calibration_path != NULL || request->rectified) {
         return ERROR_OK;
     }
@@ -321,8 +378,6 @@ static int read_pair(struct reconstruct_session *self, struct session_reader *re
     if (error != ERROR_OK) {
         return error;
     }
-    self->pair.pair = pairs->pair.pair;
-    self->pair.pair.number = pairs->count;
     self->pair.has_instrument = pairs->has_instrument;
     self->pair.instrument = pairs->instrument;
     if (reader->cut) {
@@ -330,11 +385,34 @@ static int read_pair(struct reconstruct_session *self, struct session_reader *re
             context, "%s was cut off or is still being written: there may be more pairs",
             self->path);
     }
-    return load_pair(self, reader, pairs, request, message);
+    const int loaded = load_images(self, reader, pairs, &self->pair.pair, self->name, message);
+    return loaded != ERROR_OK ? loaded : load_calibration(self, reader, pairs, request, message);
 }
 
-static int read_session(struct reconstruct_session *self, const struct reconstruct_request *request,
+/// Finds the pair at another zoom and reads its images.
+static int read_bracket(struct reconstruct_session *self, struct session_reader *reader,
+                        struct session_pairs *pairs, const struct reconstruct_request *request,
                         struct reconstruct_context *context, struct message *message) {
+    (void)context;
+    char unused[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];
+    if ((uint32_t)request->bracket == self->pair.pair.number) {
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: pair %d cannot be its own bracket (it needs another zoom)",
+                           self->path, request->bracket);
+    }
+    const int error = session_pairs_find(pairs, reader, (uint32_t)request->bracket, message);
+    return error != ERROR_OK ? error
+                             : load_images(self, reader, pairs, &self->bracket, unused, message);
+}
+
+/// Reads the pair, or its bracket.
+typedef int read_function(struct reconstruct_session *self, struct session_reader *reader,
+                          struct session_pairs *pairs, const struct reconstruct_request *request,
+                          struct reconstruct_context *context, struct message *message);
+
+static int read_session(struct reconstruct_session *self, const struct reconstruct_request *request,
+                        read_function *read, struct reconstruct_context *context,
+                        struct message *message) {
     struct session_reader reader;
     struct session_pairs *pairs = calloc(1, sizeof *pairs);
     if (pairs == NULL) {
@@ -342,7 +420,7 @@ static int read_session(struct reconstruct_session *self, const struct reconstru
     }
     int error = session_reader_open(&reader, self->parent, self->path, &pairs->event, message);
     if (error == ERROR_OK) {
-        error = read_pair(self, &reader, pairs, request, context, message);
+        error = read(self, &reader, pairs, request, context, message);
         session_reader_close(&reader);
     }
     free(pairs);
@@ -366,12 +444,17 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     struct reconstruct_session *self = session;
     memset(inputs, 0, sizeof *inputs);
     memset(&self->pair, 0, sizeof self->pair);
+    memset(&self->bracket, 0, sizeof self->bracket);
+    self->zoom = NULL;
     self->own = self->cut = self->refined = false;
     int error = ERROR_OK;
     if (self->captured != NULL) {
         borrow_pair(self);
     } else {
-        error = read_session(self, request, context, message);
+        error = read_session(self, request, read_pair, context, message);
+    }
+    if (error == ERROR_OK && request->bracket > 0) {
+        error = read_session(self, request, read_bracket, context, message);
     }
     if (error == ERROR_OK) {
         set_label(self);
@@ -380,6 +463,7 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     }
     if (error != ERROR_OK) {
         pair_release(self->pair.pair.frame);
+        pair_release(self->bracket.frame);
         reconstruct_inputs_free(inputs);
         return error;
     }

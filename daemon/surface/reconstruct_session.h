@@ -40,6 +40,10 @@ struct reconstruct_session {
     bool cut;      // cut to the part of the sensor that the frames show
     bool refined;  // `calibration` was corrected by what the frames show
     struct calibration calibration;
+    // Only during a read:
+    struct zoom_calibration *zoom;  // where the calibration comes from; NULL: none
+    struct pair bracket;            // the pair at another zoom
+
     struct captured_pair pair;                   // what was read; the images went to the inputs
     char label[RECONSTRUCT_SESSION_NAME_BYTES];  // the session's name in results, without
                                                  // directories

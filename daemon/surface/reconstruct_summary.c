@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/math.h"
 #include "daemon/surface/reconstruct_pictures.h"
 #include "daemon/surface/result/result_figures.h"
 
@@ -47,6 +48,12 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
                 "cameras     corrected by %d points: rows %.2f px before, %.2f px after; %s\n",
                 report->used, report->rows_before_px, report->rows_px,
                 refine_health_text(report->health));
+    }
+    if (context->bracketed) {
+        const struct bracket_report *bracket = &context->bracket;
+        fprintf(stream, "bracket     pair %u: pan stood still, within %.4f and %.4f degrees\n",
+                (unsigned)context->bracket_pair, bracket->turn_sigma_rad[0] * MATH_DEGREE_PER_RAD,
+                bracket->turn_sigma_rad[1] * MATH_DEGREE_PER_RAD);
     }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {

@@ -4,12 +4,15 @@ import zlib
 
 
 class Session:
-    """A session under construction; frames of 8 bits."""
+    """A session under construction; frames of 8 bits, or of 10 in words of 16."""
 
-    def __init__(self, path):
+    def __init__(self, path, profile="two-cameras", instrument=None):
         path.mkdir()
         self.path, self.index, self.pairs = path, b"", 0
-        self.line("begin version=1 build=test profile=two-cameras date=2026-11-22T00:00:00Z")
+        self.line(f"begin version={5 if instrument else 1} build=test profile={profile} "
+                  "date=2026-11-22T00:00:00Z")
+        if instrument:
+            self.line(f"instrument {instrument}")
 
     def line(self, text):
         self.index += text.encode() + b" "
@@ -24,20 +27,25 @@ class Session:
     def calibration(self, text):
         self.line("calibration file=" + self.file("calibration-{}.txt", text))
 
-    def pair(self, *images, layout="grey", size=None):
-        """`size`: the size stated in the index instead of the true one."""
+    def pair(self, *images, layout="grey", size=None, axes=None, window=None):
+        """`size`: the size stated in the index instead of the true one. `axes`: of each side, as in
+        the index; `window`: of both sensors."""
         self.pairs += 1
         words = [f"pair number={self.pairs} skew_us=100 checked=no change_permille=0"]
         for side, image in zip(("left", "right"), images):
             height, width = image.shape[:2]
             kind, layout = ("P6", "rgb") if image.ndim == 3 else ("P5", layout)
-            head = f"{kind}\n{width} {height}\n255\n".encode()
-            crc = self.file("frame-{}.pnm", head + image.tobytes())
-            axes = "0,none,none,none"
-            values = {"frame": crc, "size": size or f"{width}x{height}", "bits": 8, "layout": layout,
+            bits = 10 if image.dtype.itemsize == 2 else 8
+            head = f"{kind}\n{width} {height}\n{2 ** bits - 1}\n".encode()
+            data = image.astype(image.dtype.newbyteorder(">")).tobytes()
+            crc = self.file("frame-{}.pnm", head + data)
+            at = axes[side == "right"] if axes else "0,none,none,none"
+            values = {"frame": crc, "size": size or f"{width}x{height}", "bits": bits, "layout": layout,
                       "sequence": self.pairs, "begin_us": 1000 * self.pairs,
                       "end_us": 1000 * self.pairs + 30, "exposure_us": 0, "gain_q3": 0,
-                      "before": axes, "after": axes}
+                      "before": at, "after": at}
+            if window:
+                values["window"] = window
             words += [f"{side}_{key}={value}" for key, value in values.items()]
         self.line(" ".join(words))
 

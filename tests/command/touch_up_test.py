@@ -91,11 +91,11 @@ class TouchUp(unittest.TestCase):
         for word in words:
             self.assertIn(word, line)
 
-    def test_a_knocked_camera_and_a_wrong_side_are_not_as_predicted(self):
-        knocked = self.changed("right_rotation_rad", lambda turn: (f"{float(turn[0]) + 0.01:.12f}",
+    def test_a_bumped_camera_and_a_wrong_side_are_not_as_predicted(self):
+        bumped = self.changed("right_rotation_rad", lambda turn: (f"{float(turn[0]) + 0.01:.12f}",
                                                                    *turn[1:]))
         one = f"{CAPTURE}:8"
-        self.assert_not_good(self.look(knocked, "--verify", session=one), "pair 8", "calibrate")
+        self.assert_not_good(self.look(bumped, "--verify", session=one), "pair 8", "calibrate")
         larger = [*BOARD[:3], "30", *BOARD[4:]]
         self.assert_not_good(self.look(self.zoom, "--verify", session=one, board=larger), "squares")
 

@@ -14,7 +14,7 @@
 #include "daemon/surface/result/result_figures.h"
 #include "stereo/image/picture_stats.h"
 #include "stereo/reconstruct.h"
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/zoom_bracket.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,6 +70,9 @@ struct reconstruct_context {
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
     bool self_calibrated;
     struct refine_report self_calibration;
+    uint32_t bracket_pair;  // of the session, to help with it; 0: none
+    bool bracketed;         // it did
+    struct bracket_report bracket;
 
     /// Standard deviation that all depths share, at the median depth: see
     /// calibration_match_sigma_mm. Negative: unknown.

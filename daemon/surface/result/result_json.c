@@ -181,6 +181,24 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "vergence_sigma_deg", report->vergence_rad.after * MATH_DEGREE_PER_RAD, 6);
     json_real(json, "surprise", report->surprise, 6);
     json_text(json, "health", refine_health_text(report->health));
+    if (context->bracket_pair == 0) {
+        json_null(json, "bracket");
+    } else {
+        const struct bracket_report *bracket = &context->bracket;
+        json_open_object(json, "bracket");
+        json_integer(json, "pair", context->bracket_pair);
+        json_bool(json, "used", context->bracketed);
+        json_integer(json, "points", bracket->carried);
+        json_real(json, "off_px", bracket->carried_px, 6);
+        double turn_deg[2], sigma_deg[2];
+        for (int side = 0; side < 2; side++) {
+            turn_deg[side] = bracket->turn_rad[side] * MATH_DEGREE_PER_RAD;
+            sigma_deg[side] = bracket->turn_sigma_rad[side] * MATH_DEGREE_PER_RAD;
+        }
+        json_reals(json, "turn_deg", turn_deg, 2, 6);
+        json_reals(json, "turn_sigma_deg", sigma_deg, 2, 6);
+        json_close_object(json);
+    }
     json_close_object(json);
 }
 

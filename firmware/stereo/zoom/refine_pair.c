@@ -413,22 +413,15 @@ static void to_window(const struct calibration_window *window, const struct imag
     lens->height_px = grey->height;
 }
 
-int refine_calibration(const struct zoom_calibration *calibration,
-                       const struct refine_picture *picture, struct arena *arena,
-                       struct calibration *result, struct refine_report *report,
-                       struct calibration_fault *fault) {
-    const size_t mark = arena_mark(arena);
+int refine_conclude(const struct zoom_calibration *calibration,
+                    const struct refine_picture *picture, const struct self_calibration *self,
+                    const struct refine_report *report, struct calibration *result,
+                    struct calibration_fault *fault) {
     struct calibration refined;
-    struct self_calibration self;
+    const struct camera_view *view = &self->view[self_view(picture->state, 0)];
     int error = zoom_calibration_at(calibration, &picture->axes, &refined, fault);
     if (error == ERROR_OK) {
-        error = self_calibration_begin(calibration, &picture->axes, 1, arena, &self);
-    }
-    if (error == ERROR_OK) {
-        error = refine_pair(picture, arena, &self, report);
-    }
-    if (error == ERROR_OK) {
-        camera_view_pair(&self.view[0], &self.view[1], &refined);
+        camera_view_pair(&view[0], &view[1], &refined);
         to_window(&picture->window[0], &picture->grey[0], &refined.left);
         to_window(&picture->window[1], &picture->grey[1], &refined.right);
         refined.origin.side[0].window = picture->window[0];
@@ -444,6 +437,25 @@ int refine_calibration(const struct zoom_calibration *calibration,
     }
     if (error == ERROR_OK) {
         *result = refined;
+    }
+    return error;
+}
+
+int refine_calibration(const struct zoom_calibration *calibration,
+                       const struct refine_picture *picture, struct arena *arena,
+                       struct calibration *result, struct refine_report *report,
+                       struct calibration_fault *fault) {
+    const size_t mark = arena_mark(arena);
+    struct self_calibration self;
+    int error = zoom_state_check(calibration, &picture->axes, fault);
+    if (error == ERROR_OK) {
+        error = self_calibration_begin(calibration, &picture->axes, 1, arena, &self);
+    }
+    if (error == ERROR_OK) {
+        error = refine_pair(picture, arena, &self, report);
+    }
+    if (error == ERROR_OK) {
+        error = refine_conclude(calibration, picture, &self, report, result, fault);
     }
     arena_release(arena, mark);
     return error;

@@ -60,6 +60,13 @@ int refine_pair(const struct refine_picture *picture, struct arena *arena,
                 struct self_calibration *self, struct refine_report *report);
 size_t refine_pair_need_bytes(int width, int height);
 
+/// The calibration of a pair's pictures as they are, from a solved state and its assessed report.
+/// Errors of zoom_calibration_at.
+int refine_conclude(const struct zoom_calibration *calibration,
+                    const struct refine_picture *picture, const struct self_calibration *self,
+                    const struct refine_report *report, struct calibration *result,
+                    struct calibration_fault *fault);
+
 /// The pair's calibration for its pictures as they are, from a calibration of any zoom: refined as
 /// far as the pictures allow, with its remaining uncertainty. Errors of zoom_calibration_at.
 int refine_calibration(const struct zoom_calibration *calibration,

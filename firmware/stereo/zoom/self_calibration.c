@@ -328,6 +328,16 @@ static void multiply_transposed(const double *A, const double *B, int n, double 
     }
 }
 
+// From the normal equations for corrections from zero.
+static void set_pull(struct self_calibration *self, const double *H, const double *g) {
+    for (int i = 0; i < self->terms; i++) {
+        self->pull[i] = g[i];
+        for (int j = 0; j < self->terms; j++) {
+            self->pull[i] -= H[i * self->terms + j] * self->correction[j];
+        }
+    }
+}
+
 // The most probable corrections for the normal equations, and what remains unknown.
 static void conclude(struct self_calibration *self, double *H, double *g) {
     const int n = self->terms;
@@ -368,6 +378,7 @@ static void conclude(struct self_calibration *self, double *H, double *g) {
             self->correction[i] += F[i * n + k] * mixed[k];
         }
     }
+    set_pull(self, H, g);
     update_views(self);
 }
 
@@ -440,6 +451,18 @@ double self_prior_sigma(const struct self_calibration *self, const double *gradi
 
 double self_posterior_sigma(const struct self_calibration *self, const double *gradient) {
     return sigma_of(self->posterior, self->terms, gradient);
+}
+
+void self_calibration_beside(const struct self_calibration *self, int term, double *change,
+                             double *sigma) {
+    const double *row = self->work + (size_t)term * (size_t)self->terms;
+    INVARIANT(term >= 0 && term < self->terms);
+    // What the corrections do not absorb of it.
+    const double absorbed = self_posterior_sigma(self, row);
+    const double weight = row[term] - absorbed * absorbed;
+    const bool seen = weight > no_variance * row[term];
+    *change = seen ? self->pull[term] / weight : 0;
+    *sigma = seen ? 1 / sqrt(weight) : INFINITY;
 }
 
 bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],

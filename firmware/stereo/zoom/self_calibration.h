@@ -19,10 +19,11 @@ struct self_calibration {
     int views, terms;
     struct camera_view nominal[SELF_VIEWS_MAX], view[SELF_VIEWS_MAX];  // before, corrected
     double correction[SELF_TERMS_MAX];
-    struct self_target *target;  // in view, placed; NULL: none
-    double *prior;               // terms x terms: covariance = prior prior^T, lower triangle
-    double *posterior;           // the same, of what remains
-    double *work;                // three of that size
+    double pull[SELF_TERMS_MAX];  // of the observations on each correction, which the prior resists
+    struct self_target *target;   // in view, placed; NULL: none
+    double *prior;                // terms x terms: covariance = prior prior^T, lower triangle
+    double *posterior;            // the same, of what remains
+    double *work;                 // three of that size; the first: normal equations of the last fit
 };
 
 /// A point that several views see.
@@ -61,6 +62,12 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
 /// Standard deviation of `gradient` times the corrections, before and after.
 double self_prior_sigma(const struct self_calibration *self, const double *gradient);
 double self_posterior_sigma(const struct self_calibration *self, const double *gradient);
+
+/// The most probable change of a term beside all corrections, and its standard deviation, from the
+/// last fit: what the prior holds to be impossible, such as a camera that turned between states.
+/// INFINITY: nothing shows it.
+void self_calibration_beside(const struct self_calibration *self, int term, double *change,
+                             double *sigma);
 
 /// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
 /// in the left view at `left_px`, at `depth_mm`.

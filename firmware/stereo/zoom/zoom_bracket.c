@@ -18,7 +18,8 @@ enum {
 
 static const double reach_px = 16;  // of the search for the place, px of the wide picture
 static const double agree_px = 1.0;
-static const double ratio_min = 1.3;  // of scales: else nothing is gained
+static const double still_rad = 5e-5;  // 1 mm of depth at 2 m
+static const double ratio_min = 1.3;   // of scales: else nothing is gained
 static const double first_noise_px = 0.1, least_noise_px = 0.03, outlier_sigmas = 4;
 
 // The tele picture of a side at the scale of the wide one, and where it is in the part of that.
@@ -338,6 +339,10 @@ static int compare(const struct refine_picture picture[2], struct arena *arena,
     if (found[0] || found[1]) {
         report->carried = carry_tracks(&p, side, found, tracks, first);
         fit(self, tracks, report);
+        for (int k = 0; k < 2 && report->carried > 0; k++) {
+            self_calibration_beside(self, VIEW_TERMS * self_view(1, k) + VIEW_ROTATION_Y,
+                                    &report->turn_rad[k], &report->turn_sigma_rad[k]);
+        }
     }
     return ERROR_OK;
 }
@@ -346,7 +351,7 @@ int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
                  struct self_calibration *self, struct bracket_report *report) {
     const size_t mark = arena_mark(arena);
     INVARIANT(picture[0].state == 0 && picture[1].state == 1 && self->views == 4);
-    *report = (struct bracket_report){.carried = 0};
+    *report = (struct bracket_report){.turn_sigma_rad = {INFINITY, INFINITY}};
     struct refine_tracks tracks = {arena_take(arena, 2 * SPARSE_LEFT_MAX, sizeof *tracks.track), 0,
                                    2 * SPARSE_LEFT_MAX};
     int error = tracks.track == NULL ? ERROR_MEMORY : ERROR_OK;
@@ -363,6 +368,15 @@ int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
     }
     arena_release(arena, mark);
     return error;
+}
+
+bool zoom_bracket_turned(const struct bracket_report *report) {
+    bool turned = false;
+    for (int side = 0; side < 2; side++) {
+        const double turn = fabs(report->turn_rad[side]);
+        turned = turned || (turn > still_rad && turn > 4 * report->turn_sigma_rad[side]);
+    }
+    return turned;
 }
 
 size_t zoom_bracket_need_bytes(int width, int height) {

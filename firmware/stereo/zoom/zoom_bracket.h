@@ -15,6 +15,9 @@ struct bracket_report {
     struct refine_report pair[2];  // wide, tele; their sigmas after all of it
     int carried;                   // observations of the tele pair's points in the wide pictures
     double carried_px;  // median of what the corrected views leave of them, px of the wide sensor
+    /// How far each camera turned between the pairs, if pan did not stay untouched, and the
+    /// standard deviation; INFINITY: unknown.
+    double turn_rad[2], turn_sigma_rad[2];
 };
 
 /// `picture[0]` is the wider pair, of state 0, `picture[1]` the other, of state 1; `self` was begun
@@ -23,6 +26,9 @@ struct bracket_report {
 int zoom_bracket(const struct refine_picture picture[2], struct arena *arena,
                  struct self_calibration *self, struct bracket_report *report);
 size_t zoom_bracket_need_bytes(int width, int height);
+
+/// Whether a camera turned between the pairs.
+bool zoom_bracket_turned(const struct bracket_report *report);
 
 #ifdef __cplusplus
 }

@@ -193,12 +193,13 @@ import_pair read_own(const import_file &file, const import_options &options) {
     return pair;
 }
 
-import_pair read_zoom(const import_file &file, const import_options &options) {
+/// Refuses it: without a pair it has no state.
+import_pair read_zoom(const import_file &file) {
     import_pair pair;
     message why;
     pair.format = "vergence";
-    const int code = calibration_at(file.path.c_str(), file.text.data(), file.text.size(),
-                                    options.at, &pair.value, &why);
+    const int code =
+        calibration_at(file.path.c_str(), file.text.data(), file.text.size(), &pair.value, &why);
     if (code != ERROR_OK) {
         fail(code, why.text);
     }
@@ -311,7 +312,7 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
         return read_own(first, options);
     }
     if (single && zoom_calibration_is_text(first.text.data(), first.text.size())) {
-        return read_zoom(first, options);
+        return read_zoom(first);
     }
     if (first.text.find('\0') != std::string::npos) {
         fail(ERROR_SYNTAX, first.path + ": not a calibration (not a text file)");
@@ -467,7 +468,6 @@ int calibration_file_loader(const calibration_request *request, calibration *val
         options.unit = request->unit != nullptr ? request->unit : "";
         options.rectified = request->rectified;
         options.first_camera = request->first_camera;
-        options.at = request->at;
         calibration_file_report report;
         std::string text;
         const int code = calibration_file_load(request->path, options, value, &report, &text);

@@ -20,10 +20,9 @@ struct import_file {
 struct import_options {
     int width_px = 0, height_px = 0;  // of the raw images, 0: unknown; used where the file has none
     std::string unit;                 // "mm", "cm" or "m"; "": not stated
-    bool rectified = false;          // the images are already rectified: use the file's projections
-    int first_camera = -1;           // KITTI: the left camera, 0 or 2; -1: 2 where the file has it
-    bool accept_edits = false;       // our own text: a wrong checksum is corrected, not rejected
-    const zoom_state *at = nullptr;  // a calibration of all zooms: at this state
+    bool rectified = false;     // the images are already rectified: use the file's projections
+    int first_camera = -1;      // KITTI: the left camera, 0 or 2; -1: 2 where the file has it
+    bool accept_edits = false;  // our own text: a wrong checksum is corrected, not rejected
 };
 
 /// An imported pair before it is rounded and validated.

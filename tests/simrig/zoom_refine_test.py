@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`vergence reconstruct` with a calibration of all zooms: rendered pairs of a rig whose servos and rings
+are not where they read, refined by themselves and by a pair at another zoom, against the same surface
+with the true cameras; and what cannot be refined, in one line each."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+import numpy
+
+from recorded import Session
+
+VERGENCE = os.environ["VERGENCE"]
+SIMRIG = pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools" / "simrig"
+RENDER = pathlib.Path(os.environ["SIMRIG"]).parent / "simrig-render"
+TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
+COLUMN, ROW, WIDTH, HEIGHT = 384, 288, 1280, 960
+PAN_DEG, FOCUS = 3.97, 544.0
+WIDE, TELE = 340.0, 700.0
+# What the motors do not tell: degrees of both servos, counts of both zoom rings.
+OFF_DEG, OFF_COUNTS = (0.15, -0.2), (0.8, -0.6)
+INSTRUMENT = ("left_camera= right_camera= left_servo=24000,9442 right_servo=24000,9442 "
+              "pan_repeatability_urad=5236 lens_repeatability_counts=4 lens_zoom_ppm=4187")
+SIDES = ("left", "right")
+
+
+def axes(zoom, extra_deg=0):
+    """As a session states them, of both sides."""
+    stated = []
+    for sign in (1, -1):
+        pulse = 24000 + round((sign * PAN_DEG + extra_deg) * 9442 * numpy.pi / 180)
+        stated.append(f"{pulse},{16 * zoom:.0f}:4,{16 * FOCUS:.0f}:4,7952:4")
+    return stated
+
+
+def render(folder, zoom, turned_deg=0):
+    """Both frames, with the servos off, and the left one turned more; the truth is in `folder`."""
+    folder.mkdir()
+    frames = []
+    running = [subprocess.Popen(
+        [RENDER, SIMRIG / "scenes/cylinder.yaml", SIMRIG / "rigs/default.yaml", "--out", folder / side,
+         "--camera", side, "--zoom", str(zoom + OFF_COUNTS[number]), "--focus", str(FOCUS), "--iris",
+         "497", "--exposure", "150000", "--window", f"{COLUMN},{ROW},{WIDTH},{HEIGHT}", "--seed",
+         str(number), "--pan", str((1, -1)[number] * PAN_DEG + OFF_DEG[number] +
+                                   (turned_deg if number == 0 else 0))])
+        for number, side in enumerate(SIDES)]
+    for side, process in zip(SIDES, running):
+        if process.wait(200) != 0:
+            raise RuntimeError("simrig-render failed")
+        data = (folder / f"{side}.pgm").read_bytes()[-2 * WIDTH * HEIGHT:]
+        frames.append(numpy.frombuffer(data, ">u2").reshape(HEIGHT, WIDTH).astype("uint16"))
+    return frames
+
+
+def changed(text, field, values):
+    """A calibration with other values of a field, and the checksum that it needs."""
+    lines = text.decode("ascii").splitlines()[:-1]
+    lines = [f"{field} {values}" if line.split(" ")[0] == field else line for line in lines]
+    body = "\n".join(lines) + "\n"
+    return (body + f"crc32 {zlib.crc32(body.encode()):08x}\n").encode()
+
+
+class ZoomRefine(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="vergence-refine-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.zoom = cls.write("instrument.zoom", TEXT)
+        session = Session(cls.folder / "scene", "rig", INSTRUMENT)
+
+        def pair(frames, zoom, extra_deg=0):
+            session.pair(*frames, layout="grbg", axes=axes(zoom, extra_deg),
+                         window=f"{COLUMN},{ROW},1")
+        pair(render(cls.folder / "wide", WIDE), WIDE)
+        tele = render(cls.folder / "tele", TELE)
+        pair(tele, TELE)
+        pair(render(cls.folder / "turned", TELE, turned_deg=0.2), TELE)
+        pair(tele, TELE, extra_deg=1)  # as if the servos had been set in between
+        pair([numpy.full((HEIGHT, WIDTH), 300, "uint16")] * 2, TELE)
+        session.end()
+
+    @classmethod
+    def write(cls, name, data):
+        path = cls.folder / name
+        path.write_bytes(data)
+        return path
+
+    def run_on(self, *options, calibration=None):
+        return subprocess.run(
+            [VERGENCE, "reconstruct", self.folder / "scene", "--calibration",
+             calibration or self.zoom, "--near", "1500", "--far", "2700", "--scale", "0.25", "--files",
+             "result.json", "--out", self.folder / "out", *map(str, options)],
+            capture_output=True, text=True, timeout=200)
+
+    def figures(self, *options, **calibration):
+        done = self.run_on(*options, **calibration)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads((self.folder / "out/result.json").read_text()), done
+
+    def true_depth(self, folder, pair):
+        true = self.folder / f"{folder}.calibration"
+        subprocess.run([VERGENCE, "info", self.folder / folder, "--convert", true], check=True,
+                       capture_output=True, timeout=60)
+        figures, _ = self.figures("--pair", pair, "--accept-mismatch", calibration=true)
+        self.assertIsNone(figures["self_calibration"])
+        return figures["depth_mm"]["median"]
+
+    def test_each_pair_is_refined_as_well_as_it_says(self):
+        for folder, pair, bracket in (("wide", 1, 2), ("tele", 2, 1)):
+            depth_mm = self.true_depth(folder, pair)
+            alone, done = self.figures("--pair", pair)
+            found = alone["self_calibration"]
+            self.assertIn("cameras     corrected by", done.stdout)
+            self.assertIsNone(found["bracket"])
+            self.assertGreater(found["rows_before_px"], 0.4)
+            self.assertLess(found["rows_px"], 0.3)
+            self.assertLess(found["depth_sigma_mm"], 0.8 * found["depth_sigma_before_mm"])
+            self.assertIn(found["health"], ("good", "touch up"))
+            self.assertLess(abs(alone["depth_mm"]["median"] - depth_mm),
+                            4 * alone["depth_sigma_common_mm"] + 2)
+            both, done = self.figures("--pair", pair, "--bracket", bracket)
+            found = both["self_calibration"]
+            self.assertIn(f"pair {bracket}: pan stood still", done.stdout)
+            self.assertTrue(found["bracket"]["used"])
+            self.assertGreater(found["bracket"]["points"], 50)
+            for turn, sigma in zip(found["bracket"]["turn_deg"], found["bracket"]["turn_sigma_deg"]):
+                self.assertLess(abs(turn), 4 * sigma)
+            self.assertLess(both["depth_sigma_common_mm"],
+                            (0.9 if folder == "wide" else 0.6) * alone["depth_sigma_common_mm"])
+            self.assertLess(abs(both["depth_mm"]["median"] - depth_mm),
+                            4 * both["depth_sigma_common_mm"] + 2)
+
+    def test_a_camera_that_turned_between_is_found(self):
+        figures, done = self.figures("--pair", 3, "--bracket", 1)
+        bracket = figures["self_calibration"]["bracket"]
+        self.assertFalse(bracket["used"])
+        self.assertAlmostEqual(bracket["turn_deg"][0], 0.2, delta=4 * bracket["turn_sigma_deg"][0])
+        self.assertIn("the left camera turned by 0.", done.stderr)
+        self.assertNotIn("stood still", done.stdout)
+
+    def refused(self, done, code, *words):
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        line, = done.stderr.splitlines()
+        for word in words:
+            self.assertIn(word, line)
+
+    def test_what_cannot_help_is_refused(self):
+        self.refused(self.run_on("--pair", 4, "--bracket", 1), 3, "MISMATCH", "pan moved", "4 and 1")
+        self.refused(self.run_on("--pair", 2, "--bracket", 2), 3, "own bracket")
+        self.refused(self.run_on("--pair", 2, "--bracket", 9), 3, "no pair 9")
+        one = self.folder / "one.calibration"
+        subprocess.run([VERGENCE, "info", self.zoom, "--at", f"{self.folder / 'scene'}:2", "--convert",
+                        one], check=True, capture_output=True, timeout=60)
+        self.refused(self.run_on("--pair", 2, "--bracket", 1, calibration=one), 3, "all zooms")
+        done = self.run_on("--pair", 2, "--bracket", 3)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("pair 3 is no bracket", done.stderr)
+
+    def test_bad_calibrations_are_refused_or_doubted(self):
+        other = self.write("other.zoom", changed(TEXT, "instrument", "other"))
+        self.refused(self.run_on("--pair", 2, calibration=other), 3, "MISMATCH", "other")
+        short = self.write("short.zoom", changed(TEXT, "left_zoom_counts", "300.000 600.000"))
+        self.refused(self.run_on("--pair", 2, calibration=short), 3, "left zoom", "700", "600")
+        edited = self.write("edited.zoom", TEXT.replace(b"instrument rig", b"instrument rug"))
+        self.refused(self.run_on("--pair", 2, calibration=edited), 3, "checksum")
+        cut = self.write("cut.zoom", TEXT[:3000])
+        self.refused(self.run_on("--pair", 2, calibration=cut), 3, "cut.zoom")
+        # A camera that was bumped by half a degree, ten of its standard deviations and more.
+        turn = next(line for line in TEXT.decode().splitlines()
+                    if line.startswith("right_rotation_rad ")).split(" ")[1:]
+        turn[0] = f"{float(turn[0]) + 0.009:.12f}"
+        bumped = self.write("bumped.zoom", changed(TEXT, "right_rotation_rad", " ".join(turn)))
+        for pair in (1, 2):
+            done = self.run_on("--pair", pair, calibration=bumped)
+            self.assertTrue(done.returncode != 0 or "calibrate again" in done.stderr or
+                            "points of the pair match" in done.stderr, done.stderr)
+
+    def test_without_texture_the_deviation_of_the_prior_is_said(self):
+        done = self.run_on("--pair", 5)
+        self.assertEqual(done.returncode, 4, done.stdout)
+        self.assertRegex(done.stderr, r"only \d+ points of the pair match.* deviation of \d{2,3} mm")
+
+
+if __name__ == "__main__":
+    unittest.main()
