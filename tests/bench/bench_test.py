@@ -43,6 +43,27 @@ class Bench(unittest.TestCase):
         for method in ("fast", "standard", "best", "board", "paper", "SGBM HH4", "SGBM"):
             self.assertLess(float(rows[method][0]), 5, method)
 
+    def test_rendered_scene(self):
+        scenes, sheet = self.folder / "scenes", self.folder / "sheet.jpg"
+        prepare = (sys.executable, "-B", ROOT / "tools/bench.d/prepare_scenes.py", scenes, "--part",
+                   "check", "--only", "cylinder_10x", "--skip", "8", "--render",
+                   os.environ["SIMRIG_RENDER"], "--vergence", os.environ["VERGENCE"])
+        self.output_of(*prepare)
+        written = scenes / "check/cylinder_10x/left.png"
+        before = written.stat().st_mtime_ns
+        self.output_of(*prepare)  # nothing is rendered again
+        self.assertEqual(written.stat().st_mtime_ns, before)
+        text = self.output_of(os.environ["STEREO_BENCH"], "--errors-only", "--only", "best,HH4",
+                              "--sheet", sheet, self.pair, scenes / "check")
+        self.assertIn("check/cylinder_10x", text)
+        table = text.split("mean of 1 rendered view")[1].split("\n  cylinder ")[1].splitlines()
+        right = {line[:32].strip(): float(line[32:].split()[0].rstrip("%")) for line in table[1:4]}
+        self.assertGreater(right["best"], 50)
+        self.assertGreater(right["SGBM HH4"], 50)
+        self.assertIn("noise", text)
+        left, *_ = cv2.imread(str(sheet)).shape
+        self.assertGreater(left, 100)
+
     def test_disturbance(self):
         text = self.output_of(os.environ["DISTURBANCE_BENCH"], "--quick", "--only", "standard",
                               self.pair)

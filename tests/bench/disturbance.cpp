@@ -150,7 +150,7 @@ const std::vector<disturbance> &photometric_disturbances() {
         {"gamma1.4", "right image to the power of 1.4", [](bench_pair &p) { gamma(p.right, 1.4); }},
         {"vignette", "right image by cos^4, 40 % less in the corners",
          [](bench_pair &p) { vignette(p.right, 0.4); }},
-        {"noise", "right image with shot and read noise of 1 % of the exposure",
+        {disturbance_noise, "right image with shot and read noise of 1 % of the exposure",
          [](bench_pair &p) { low_light(p.right, kSeed); }},
         {"noise2", "both images with that noise",
          [](bench_pair &p) {

@@ -23,6 +23,8 @@ const std::vector<disturbance> &photometric_disturbances();
 
 /// The one whose growth measures a matcher's tolerance of exposure differences.
 constexpr const char *disturbance_exposure = "exposure";
+/// The one with noise of 1 % of the exposure.
+constexpr const char *disturbance_noise = "noise";
 
 /// A pair without a surface: every pixel kept of it is wrong.
 struct disturbance_nothing {

@@ -21,7 +21,7 @@ def write_pfm(path, values):
         file.write(numpy.flipud(values).astype("<f4").tobytes())
 
 
-def write_pair(out, left, right, truth, disparities):
+def write_pair(out, left, right, truth, disparities, name_of_set):
     """Writes into a temporary folder first, so that an interrupted run leaves no incomplete pair."""
     os.makedirs(os.path.dirname(out), exist_ok=True)
     folder = tempfile.mkdtemp(dir=os.path.dirname(out))
@@ -29,7 +29,7 @@ def write_pair(out, left, right, truth, disparities):
     cv2.imwrite(os.path.join(folder, "right.png"), right)
     write_pfm(os.path.join(folder, "disparity.pfm"), truth)
     with open(os.path.join(folder, "meta.json"), "w", encoding="ascii") as file:
-        json.dump({"disparity_search": [0, disparities]}, file)
+        json.dump({"disparity_search": [0, disparities], "set": name_of_set}, file)
     os.chmod(folder, 0o755)
     os.rename(folder, out)
 
@@ -39,7 +39,7 @@ def aloe(out, samples):
     truth = cv2.imread(os.path.join(samples, "aloeGT.png"), cv2.IMREAD_GRAYSCALE).astype("f4")
     truth[truth == 0] = numpy.inf
     left, right = (cv2.imread(os.path.join(samples, f"aloe{side}.jpg")) for side in "LR")
-    write_pair(out, left, right, truth, 224)
+    write_pair(out, left, right, truth, 224, "opencv")
 
 
 def motorcycle(out, wheel):
@@ -52,7 +52,7 @@ def motorcycle(out, wheel):
         with archive.open("skimage/data/motorcycle_disp.npz") as file, numpy.load(file) as arrays:
             truth = arrays[arrays.files[0]].astype("f4")
         truth[~numpy.isfinite(truth) | (truth <= 0)] = numpy.inf
-        write_pair(out, image("left"), image("right"), truth, 64)
+        write_pair(out, image("left"), image("right"), truth, 64, "mb2014")
 
 
 def main():

@@ -13,7 +13,8 @@ struct bench_arguments {
     std::vector<std::string> paths;
     int rounds = 7;
     bool quick = false, errors_only = false;
-    std::string only;  // part of a method's name
+    std::string only;   // parts of methods' names
+    std::string sheet;  // file to write; empty: none
 };
 
 /// One program: its name, its help text, and which of the options it accepts.

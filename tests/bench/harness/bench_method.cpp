@@ -16,6 +16,18 @@ double processor_ms() {
     return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+// Whether `name` contains one of the texts between commas.
+bool has_part_of(const std::string &name, const std::string &texts) {
+    std::size_t begin = 0;
+    for (std::size_t end = 0; end != std::string::npos; begin = end + 1) {
+        end = texts.find(',', begin);
+        if (name.find(texts.substr(begin, end - begin)) != std::string::npos) {
+            return true;
+        }
+    }
+    return false;
+}
+
 std::vector<bench_method_entry> our_methods() {
     return {
         {"fast", "ours: every other row, near a coarse surface", true,
@@ -63,7 +75,7 @@ std::vector<bench_method_entry> bench_methods(const std::string &only) {
     std::vector<bench_method_entry> wanted;
     bool found = false;
     for (bench_method_entry &entry : all) {
-        const bool named = entry.name.find(only) != std::string::npos;
+        const bool named = has_part_of(entry.name, only);
         found = found || named;
         if (named || entry.name == bench_reference) {
             wanted.push_back(std::move(entry));

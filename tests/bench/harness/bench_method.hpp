@@ -41,8 +41,8 @@ struct bench_method_entry {
     std::function<std::unique_ptr<bench_method>(const bench_pair &pair)> make;
 };
 
-/// Ours first, then OpenCV's: those whose name contains `only`, and the reference. Throws when
-/// `only` matches no method.
+/// Ours first, then OpenCV's: those whose name contains one of the texts in `only`, which commas
+/// separate, and the reference. Throws when `only` matches no method.
 std::vector<bench_method_entry> bench_methods(const std::string &only);
 
 /// Names of the methods that times and errors are compared with.

@@ -30,6 +30,10 @@ cv::Mat load_grey(const fs::path &path) {
     return grey;
 }
 
+std::string text_of(const cv::FileNode &node, const std::string &otherwise) {
+    return node.isString() ? static_cast<std::string>(node) : otherwise;
+}
+
 bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
     const fs::path path = folder / "meta.json";
     const std::string wanted = " (expected disparity_search: [min, end])";
@@ -48,6 +52,11 @@ bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
         end = static_cast<int>(search[1]);
         const cv::FileNode round = meta["round_disparity"];
         pair->round_disparity = round.isInt() && static_cast<int>(round) != 0;
+        pair->set = text_of(meta["set"], pair->name);
+        pair->part = text_of(meta["part"], "");
+        for (const cv::FileNode &name : meta["regions"]) {
+            pair->region_names.push_back(static_cast<std::string>(name));
+        }
     } catch (const cv::Exception &) {
         return fail(message, path.string() + ": not valid JSON" + wanted);
     }
@@ -56,6 +65,19 @@ bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
     }
     pair->disparity_min = begin;
     pair->disparity_count = end - begin;
+    return true;
+}
+
+bool load_regions(const fs::path &folder, bench_pair *pair, std::string *message) {
+    if (pair->region_names.empty()) {
+        return true;
+    }
+    const fs::path path = folder / "regions.png";
+    const cv::Mat region = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
+    if (region.size() != pair->left.size() || pair->truth_px.empty()) {
+        return fail(message, path.string() + ": no image, differs in size, or there is no truth");
+    }
+    pair->region.assign(region.begin<uint8_t>(), region.end<uint8_t>());
     return true;
 }
 
@@ -113,8 +135,12 @@ bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *m
     if (loaded.left.empty() || loaded.left.size() != loaded.right.size()) {
         return fail(message, folder + ": left.png and right.png must be images of one size");
     }
-    if (!load_meta(path, &loaded, message) || !load_truth(path, &loaded, message)) {
+    if (!load_meta(path, &loaded, message) || !load_truth(path, &loaded, message) ||
+        !load_regions(path, &loaded, message)) {
         return false;
+    }
+    if (!loaded.part.empty()) {
+        loaded.name = loaded.part + "/" + loaded.name;
     }
     *pair = loaded;
     return true;

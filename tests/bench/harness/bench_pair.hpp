@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+/// Added to the number of a region where the rendered image has texture along the row.
+enum { BENCH_REGION_TEXTURED = 128 };
+
 struct bench_pair {
     std::string name;
     cv::Mat left, right;  // grey, 8 bit, continuous
@@ -17,15 +20,21 @@ struct bench_pair {
     std::vector<uint8_t>
         mask;                 // enum of evaluate.hpp; derived from the truth when there is no file
     std::string mask_origin;  // "mask.png" or "from the truth"
+    std::string set;          // recorded pairs of one origin; its own name if not given
+    std::string part;         // of rendered scenes: "develop" or "check"
+    std::vector<uint8_t> region;            // numbers of objects, from 1; empty: not given
+    std::vector<std::string> region_names;  // of the objects
+
+    bool is_rendered() const { return !region_names.empty(); }
 };
 
 /// The folders to load: `path` itself if it contains left.png, else its sub-folders that do, in
 /// order of their names. May be empty.
 std::vector<std::string> bench_pair_folders(const std::string &path);
 
-/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional round_disparity)
-/// and, if present, disparity.pfm and mask.png. On failure returns false and the reason with the
-/// file's name.
+/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional round_disparity,
+/// set, part) and, if present, disparity.pfm, mask.png and regions.png, the objects that meta.json
+/// names (regions: ["wall", ...]). On failure returns false and the reason with the file's name.
 bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *message);
 
 /// Mask derived from the truth. A pixel is occluded when its match is outside the right image, or

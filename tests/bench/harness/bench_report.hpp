@@ -13,8 +13,10 @@ void bench_print_methods(const std::vector<bench_method_entry> &methods);
 /// The results of all methods on one pair.
 void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> &outcomes);
 
-/// One line per method over all pairs, in the order of the methods' first appearance: errors, then
-/// time and memory. Times are pooled over pairs with similar counts of searched disparities.
+/// One line per method over all recorded pairs, in the order of the methods' first appearance:
+/// errors, errors with one set left out, time and memory. Times are pooled over pairs with similar
+/// counts of searched disparities. Then the rendered scenes by object, with and without those for
+/// checking.
 void bench_print_summaries(const std::vector<bench_outcome> &outcomes);
 
 #endif

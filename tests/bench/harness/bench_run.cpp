@@ -22,18 +22,24 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
                         bench_method &method) {
     bench_outcome result;
     result.pair = pair.name;
+    result.set = pair.set;
+    result.part = pair.part;
     result.method = entry.name;
     result.is_ours = entry.is_ours;
     result.width = pair.left.cols;
     result.height = pair.left.rows;
     result.disparities = pair.disparity_count;
     result.memory_bytes = method.first_run_bytes();
-    const std::vector<float> disparity_px = method.disparity_px();
+    std::vector<float> disparity_px = method.disparity_px();
     result.density_percent = bench_density_percent(disparity_px);
     result.has_truth = !pair.truth_px.empty();
     if (result.has_truth) {
         result.error = bench_error_of(pair, disparity_px);
+        if (pair.is_rendered()) {
+            result.regions = bench_regions_of(pair, disparity_px);
+        }
     }
+    result.disparity_px = std::move(disparity_px);
     return result;
 }
 

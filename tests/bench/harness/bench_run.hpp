@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/harness/bench_method.hpp"
+#include "bench/harness/bench_region.hpp"
 #include "tools/host/evaluate/evaluate.hpp"
 
 /// Quality of the pixels, seen by both cameras, that the method did not reject.
@@ -42,12 +43,15 @@ struct bench_times {
 };
 
 struct bench_outcome {
-    std::string pair, method;
+    std::string pair, set, part, method;  // see bench_pair.hpp
     bool is_ours = false;
     int width = 0, height = 0, disparities = 0;
     bool has_truth = false;
     bench_error error;
-    double density_percent = 0;  // of all pixels
+    std::vector<float> disparity_px;    // not finite where rejected
+    std::vector<double> noise_bad_1px;  // bad-1.0 with noise of 1 % exposure; empty: not measured
+    std::vector<bench_region> regions;  // of rendered scenes
+    double density_percent = 0;         // of all pixels
     std::size_t memory_bytes = 0;
     std::map<int, bench_times> times;  // by threads
     std::vector<double> speedups;      // one thread's time over that of two, one per round

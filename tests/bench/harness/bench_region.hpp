@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Scores of a disparity map on the objects of a rendered scene.
+#ifndef VERGENCE_TESTS_BENCH_BENCH_REGION_HPP
+#define VERGENCE_TESTS_BENCH_BENCH_REGION_HPP
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "bench/harness/bench_pair.hpp"
+
+/// What is measured of an object's pixels that both cameras see: percent, but for the median.
+/// Right: kept, and off by at most 1 px; wrong: kept, and off by more.
+enum bench_figure {
+    BENCH_RIGHT,           // of all pixels
+    BENCH_TEXTURED_RIGHT,  // of the textured pixels
+    BENCH_TEXTURED_WRONG,
+    BENCH_KEPT,          // of all pixels
+    BENCH_KEPT_BAD_1PX,  // of the kept, off by more than that
+    BENCH_KEPT_BAD_3PX,
+    BENCH_MEDIAN_PX,  // of the error of the kept; where there is texture, if there is any
+    BENCH_FIGURES
+};
+
+struct bench_region {
+    std::string object;                           // "all": every pixel of the scene
+    std::array<double, BENCH_FIGURES> figures{};  // NaN: of no pixel
+};
+
+/// "all", and one per object of the pair that has visible pixels.
+std::vector<bench_region> bench_regions_of(const bench_pair &pair,
+                                           const std::vector<float> &disparity_px);
+
+/// The scores of one method on some views.
+struct bench_region_scores {
+    std::string method;
+    std::vector<std::vector<bench_region>> views;
+};
+
+/// Prints a table for each object: a line per method with the means over the views that show it.
+/// With several views also the largest share of bad pixels among the kept, and on how many views
+/// the method `rival` has more right textured pixels. The methods have the same views.
+void bench_print_regions(const std::vector<bench_region_scores> &methods, const std::string &rival);
+
+#endif
