@@ -2,7 +2,9 @@
 #include "stereo/zoom/sparse_align.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "core/cholesky.h"
 #include "core/invariant.h"
 
 enum {
@@ -10,6 +12,10 @@ enum {
     WINDOW = (2 * RADIUS + 1) * (2 * RADIUS + 1),
     STEPS = 10,
 };
+
+// Surfaces are rather seen straight than aslant: weight of that, of what the shift along x has.
+static const double straightness = 0.02;
+static const double bend_max_px = 2;  // of the shift, from the middle to the edge
 
 static double value_at(const struct image_u8 *image, double x, double y) {
     const int ix = (int)x, iy = (int)y;
@@ -19,15 +25,37 @@ static double value_at(const struct image_u8 *image, double x, double y) {
     return (1 - ty) * (a[0] + tx * (a[1] - a[0])) + ty * (b[0] + tx * (b[1] - b[0]));
 }
 
-// A window of the left picture with its gradients, without their means.
+// What differs between the windows: a shift along x and y, and of that along x how it grows with x
+// and y, as on a surface that is seen aslant.
+enum shape { SHIFT_X, SHIFT_Y, STRETCH, SHEAR, SHAPE };
+
+// A window of the left picture with its derivatives, without their means.
 struct window {
-    float value[WINDOW], gx[WINDOW], gy[WINDOW];
-    double xx, xy, yy, square;
+    float value[WINDOW], slope[SHAPE][WINDOW];
+    double normal[SHAPE][SHAPE], square;
 };
+
+static double product(const float *a, const float *b) {
+    float sum = 0;
+    for (int n = 0; n < WINDOW; n++) {
+        sum += a[n] * b[n];
+    }
+    return (double)sum;
+}
+
+static void subtract_mean(float *values) {
+    float sum = 0;
+    for (int n = 0; n < WINDOW; n++) {
+        sum += values[n];
+    }
+    for (int n = 0; n < WINDOW; n++) {
+        values[n] -= sum / WINDOW;
+    }
+}
 
 static void take_window(const struct image_u8 *image, double x, double y, struct window *w) {
     enum { SIDE = 2 * RADIUS + 3 };  // with the neighbours that the gradients need
-    double value[SIDE][SIDE], mean = 0, mean_x = 0, mean_y = 0;
+    double value[SIDE][SIDE];
     for (int j = 0; j < SIDE; j++) {
         for (int i = 0; i < SIDE; i++) {
             value[j][i] = value_at(image, x + i - RADIUS - 1, y + j - RADIUS - 1);
@@ -36,79 +64,106 @@ static void take_window(const struct image_u8 *image, double x, double y, struct
     int n = 0;
     for (int j = 1; j < SIDE - 1; j++) {
         for (int i = 1; i < SIDE - 1; i++, n++) {
-            const double gx = 0.5 * (value[j][i + 1] - value[j][i - 1]);
-            const double gy = 0.5 * (value[j + 1][i] - value[j - 1][i]);
+            const float gx = (float)(0.5 * (value[j][i + 1] - value[j][i - 1]));
             w->value[n] = (float)value[j][i];
-            w->gx[n] = (float)gx;
-            w->gy[n] = (float)gy;
-            mean += value[j][i];
-            mean_x += gx;
-            mean_y += gy;
+            w->slope[SHIFT_X][n] = gx;
+            w->slope[SHIFT_Y][n] = (float)(0.5 * (value[j + 1][i] - value[j - 1][i]));
+            w->slope[STRETCH][n] = gx * (float)(i - RADIUS - 1) / RADIUS;
+            w->slope[SHEAR][n] = gx * (float)(j - RADIUS - 1) / RADIUS;
         }
     }
-    w->xx = w->xy = w->yy = w->square = 0;
-    for (n = 0; n < WINDOW; n++) {
-        w->value[n] -= (float)(mean / WINDOW);
-        w->gx[n] -= (float)(mean_x / WINDOW);
-        w->gy[n] -= (float)(mean_y / WINDOW);
-        w->xx += (double)(w->gx[n] * w->gx[n]);
-        w->xy += (double)(w->gx[n] * w->gy[n]);
-        w->yy += (double)(w->gy[n] * w->gy[n]);
-        w->square += (double)(w->value[n] * w->value[n]);
+    subtract_mean(w->value);
+    w->square = product(w->value, w->value);
+    for (int a = 0; a < SHAPE; a++) {
+        subtract_mean(w->slope[a]);
+    }
+    for (int a = 0; a < SHAPE; a++) {
+        for (int b = 0; b < SHAPE; b++) {
+            w->normal[a][b] = product(w->slope[a], w->slope[b]);
+        }
     }
 }
 
 static bool is_inside(const struct image_u8 *image, double x, double y) {
-    const double margin = RADIUS + 2;
+    const double margin = RADIUS + 2 + 2 * bend_max_px;
     return x >= margin && y >= margin && x < image->width - 1 - margin &&
            y < image->height - 1 - margin;
+}
+
+// The right window at a shape: values without their mean.
+static void sample(const struct image_u8 *image, const double shape[SHAPE], float value[WINDOW]) {
+    int n = 0;
+    for (int j = -RADIUS; j <= RADIUS; j++) {
+        for (int i = -RADIUS; i <= RADIUS; i++, n++) {
+            const double bend = (shape[STRETCH] * i + shape[SHEAR] * j) / RADIUS;
+            value[n] = (float)value_at(image, shape[SHIFT_X] + i + bend, shape[SHIFT_Y] + j);
+        }
+    }
+    subtract_mean(value);
+}
+
+// Factors of the normal equations with what is known beforehand; false if the shift is not
+// determined.
+static bool factorize(const struct window *w, double weight, double factor[SHAPE][SHAPE]) {
+    const double xx = w->normal[SHIFT_X][SHIFT_X], yy = w->normal[SHIFT_Y][SHIFT_Y];
+    const double xy = w->normal[SHIFT_X][SHIFT_Y];
+    memcpy(factor, w->normal, sizeof w->normal);
+    factor[STRETCH][STRETCH] += weight;
+    factor[SHEAR][SHEAR] += weight;
+    cholesky_factorize(&factor[0][0], SHAPE, 1e-6);
+    return xx * yy - xy * xy > 1e-3 * xx * yy;
+}
+
+// The change of the shape by a window whose values at the present one are given; they become the
+// difference. Returns how alike the windows are.
+static double improve(const struct window *w, double factor[SHAPE][SHAPE], double weight,
+                      float value[WINDOW], const double shape[SHAPE], double change[SHAPE]) {
+    const double square = product(value, value);
+    const double alike = product(value, w->value) / sqrt(square * w->square + 1e-9);
+    const float gain = square > 0 ? (float)sqrt(w->square / square) : 1;
+    for (int n = 0; n < WINDOW; n++) {
+        value[n] = w->value[n] - gain * value[n];
+    }
+    for (int a = 0; a < SHAPE; a++) {
+        change[a] = product(w->slope[a], value);
+    }
+    change[STRETCH] -= weight * shape[STRETCH];
+    change[SHEAR] -= weight * shape[SHEAR];
+    cholesky_forward(&factor[0][0], SHAPE, change, 1);
+    cholesky_backward(&factor[0][0], SHAPE, change);
+    return alike;
 }
 
 // Moves (x, y) to the best agreement with the window; brightness and contrast may differ. Returns
 // false if it does not converge near the start or the windows are not alike.
 static bool align(const struct window *w, const struct image_u8 *image, double px[2]) {
-    INVARIANT(w->xx >= 0 && w->yy >= 0);
-    const double determinant = w->xx * w->yy - w->xy * w->xy;
-    const double start[2] = {px[0], px[1]};
-    double correlation = 0;
-    if (!(determinant > 1e-3 * w->xx * w->yy)) {
+    static const double away_max_px = 4, alike_min = 0.85;
+    const double weight = straightness * w->normal[SHIFT_X][SHIFT_X];
+    double shape[SHAPE] = {px[0], px[1], 0, 0}, factor[SHAPE][SHAPE], change[SHAPE];
+    INVARIANT(w->square >= 0 && weight >= 0);
+    if (!factorize(w, weight, factor)) {
         return false;
     }
     for (int round = 0; round < STEPS; round++) {
-        double value[WINDOW], mean = 0, square = 0, product = 0, bx = 0, by = 0;
-        if (!is_inside(image, px[0], px[1])) {
+        float value[WINDOW];
+        if (!is_inside(image, shape[SHIFT_X], shape[SHIFT_Y])) {
             return false;
         }
-        int n = 0;
-        for (int j = -RADIUS; j <= RADIUS; j++) {
-            for (int i = -RADIUS; i <= RADIUS; i++, n++) {
-                value[n] = value_at(image, px[0] + i, px[1] + j);
-                mean += value[n];
-            }
+        sample(image, shape, value);
+        const double alike = improve(w, factor, weight, value, shape, change);
+        for (int a = 0; a < SHAPE; a++) {
+            shape[a] += change[a];
         }
-        mean /= WINDOW;
-        for (n = 0; n < WINDOW; n++) {
-            value[n] -= mean;
-            square += value[n] * value[n];
-            product += value[n] * (double)w->value[n];
-        }
-        correlation = product / sqrt(square * w->square + 1e-9);
-        const double gain = square > 0 ? sqrt(w->square / square) : 1;
-        for (n = 0; n < WINDOW; n++) {
-            const double difference = gain * value[n] - (double)w->value[n];
-            bx += (double)w->gx[n] * difference;
-            by += (double)w->gy[n] * difference;
-        }
-        const double dx = -(w->yy * bx - w->xy * by) / determinant;
-        const double dy = -(w->xx * by - w->xy * bx) / determinant;
-        px[0] += dx;
-        px[1] += dy;
-        const double away_x = px[0] - start[0], away_y = px[1] - start[1];
-        if (!(away_x * away_x + away_y * away_y < 16.0)) {
+        const double away_x = shape[SHIFT_X] - px[0], away_y = shape[SHIFT_Y] - px[1];
+        const double bend = shape[STRETCH] * shape[STRETCH] + shape[SHEAR] * shape[SHEAR];
+        if (!(away_x * away_x + away_y * away_y < away_max_px * away_max_px &&
+              bend < bend_max_px * bend_max_px)) {
             return false;
         }
-        if (dx * dx + dy * dy < 1e-4) {
-            return correlation > 0.85;
+        if (change[SHIFT_X] * change[SHIFT_X] + change[SHIFT_Y] * change[SHIFT_Y] < 1e-4) {
+            px[0] = shape[SHIFT_X];
+            px[1] = shape[SHIFT_Y];
+            return alike > alike_min;
         }
     }
     return false;

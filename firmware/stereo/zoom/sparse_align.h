@@ -13,8 +13,9 @@ extern "C" {
 #endif
 
 /// Moves `right_px` to where the right picture agrees best with the window around (x, y) of the
-/// left one; brightness and contrast may differ. False if a window leaves its picture, if it
-/// does not converge within 4 px of the start, or if the windows are not alike.
+/// left one; brightness and contrast may differ, and the surface may be aslant: the shift along x
+/// may grow by 2 px from the window's middle to its edge. False if a window leaves its picture, if
+/// it does not converge within 4 px of the start, or if the windows are not alike.
 bool sparse_align(const struct image_u8 *left, double x, double y, const struct image_u8 *right,
                   double right_px[2]);
 

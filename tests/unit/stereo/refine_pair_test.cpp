@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "stereo/zoom/sparse_align.h"
 #include "stereo/zoom/zoom_bracket.h"
 #include "synthetic/zoom_rig.hpp"
 
@@ -209,3 +210,31 @@ TEST_CASE("too little memory is reported") {
 }
 
 }  // namespace
+
+TEST_CASE("windows are aligned on a surface that is seen aslant") {
+    constexpr int kSide = 64, kPlaces = 100;
+    constexpr double kStretch = 0.10, kShear = 0.15, kAlong = 31.3, kDown = 30.6;
+    double squares = 0;
+    int aligned = 0;
+    for (int place = 0; place < kPlaces; place++) {
+        std::vector<uint8_t> left(kSide * kSide), right(kSide * kSide);
+        for (int v = 0; v < kSide; v++) {
+            for (int u = 0; u < kSide; u++) {
+                const auto at = size_t(v * kSide + u);
+                left[at] = uint8_t(20 + 200 * grain((u - 32) / 3.0 + 50 * place, (v - 32) / 3.0));
+                const double y = v - kDown;
+                const double x = (u - kAlong - kShear * y) / (1 + kStretch);
+                right[at] = uint8_t(20 + 200 * grain(x / 3.0 + 50 * place, y / 3.0));
+            }
+        }
+        const image_u8 a = {left.data(), kSide, kSide, kSide};
+        const image_u8 b = {right.data(), kSide, kSide, kSide};
+        double px[2] = {32, 31};
+        if (sparse_align(&a, 32, 32, &b, px)) {
+            aligned++;
+            squares += std::pow(px[0] - kAlong, 2) + std::pow(px[1] - kDown, 2);
+        }
+    }
+    CHECK(aligned > 90);
+    CHECK(std::sqrt(squares / (2 * aligned)) < 0.03);
+}
