@@ -205,7 +205,7 @@ class chooser {
 }  // namespace
 
 zoom_orders richest_orders(const zoom_problem &problem) {
-    const zoom_orders richest = {7, 3, 6, 6, 6, 5, 2, 3, 3, 5};
+    const zoom_orders richest = {7, 3, 6, 6, 6, 6, 5, 5, 5, 5};
     const int settings =
         int(std::min(problem.side[LEFT].settings.size(), problem.side[RIGHT].settings.size()));
     zoom_orders orders;
