@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -70,6 +71,65 @@ TEST_CASE("corners leave the frame as the focal length grows") {
     CHECK(tele >= CAPTURE_CORNERS_MIN);
     CHECK(tele < 40);
     CHECK(capture_corners_after_zoom(optics, view, 100) < CAPTURE_CORNERS_MIN);
+}
+
+namespace {
+
+/// What both cameras see of a board at a place at all zooms, without its tilt, as shots of a
+/// position.
+void see_all(const capture_optics &optics, const std::vector<int> &zooms,
+             const capture_place &place, uint32_t position, std::vector<capture_shot> *shots) {
+    for (const int zoom : zooms) {
+        const double focal_px = optics.focal_px(zoom);
+        calib::board_view view = view_of(
+            focal_px, place.z_mm, 0, 1024 + (place.aim ? 0 : focal_px * place.x_mm / place.z_mm));
+        const auto outside = [&](const calib::corner &c) {
+            return std::fabs(c.x_px - 1024) > 1016 || std::fabs(c.y_px - 768) > 760;
+        };
+        view.corners.erase(std::remove_if(view.corners.begin(), view.corners.end(), outside),
+                           view.corners.end());
+        if (view.corners.size() >= CAPTURE_CORNERS_MIN) {
+            shots->push_back(shot_at(zoom, view));
+            shots->back().board_position = position;
+            shots->back().pan_deg = {4, -4};
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("twelve places see all zooms, far and near, turned in many ways, and are known again") {
+    const capture_optics optics;
+    const std::vector<int> zooms = capture_zooms(optics, 300, 840, 13);
+    std::vector<capture_shot> shots;
+    std::vector<capture_place> places;
+    for (uint32_t position = 1; position <= 12; position++) {
+        capture_coverage covered = capture_coverage_of(optics, zooms, shots);
+        covered.tried = places;
+        places.push_back(capture_next_place(optics, zooms, board, covered, {4, -4}, 800, 2400));
+        see_all(optics, zooms, places.back(), position, &shots);
+    }
+    int aimed = 0, far = 0, near = 0, steep = 0;
+    for (const capture_place &place : places) {
+        aimed += place.aim;
+        far += place.aim && place.z_mm > 1500;
+        near += place.z_mm < 1000;
+        steep += std::hypot(place.turn_deg[0], place.turn_deg[1]) > 30;
+    }
+    CHECK(aimed >= 5);
+    CHECK(far >= 2);
+    CHECK(near >= 2);
+    CHECK(steep >= 3);
+    for (const auto &zoom : capture_coverage_of(optics, zooms, shots).zoom) {
+        CHECK(zoom[0].boards >= 3);
+    }
+    // A capture that is resumed plans as if it had not ended.
+    const std::vector<capture_place> again =
+        capture_places_before(optics, zooms, board, shots, 800, 2400);
+    REQUIRE(again.size() == places.size());
+    for (size_t i = 0; i < places.size(); i++) {
+        CHECK(capture_place_text(again[i]) == capture_place_text(places[i]));
+    }
 }
 
 TEST_CASE("the next place is where most is missing") {

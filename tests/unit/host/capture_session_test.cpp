@@ -4,7 +4,9 @@
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -18,7 +20,7 @@ namespace {
 const calib::board board = {3, 2, 24, "4x4_50", 17};
 
 /// A session of one pair, as it comes from an instrument with this serial number.
-void make_incoming(const std::string &path, const char *camera, uint16_t value) {
+void make_incoming(const std::string &path, const char *camera, uint16_t value, int moved_q4 = 0) {
     message last_error{};
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     const auto writer = std::make_unique<session_writer>();
@@ -38,11 +40,14 @@ void make_incoming(const std::string &path, const char *camera, uint16_t value) 
         frame.image.stride = 8;
         frame.image.bits = 10;
         frame.image.layout = RAW_BAYER_GRBG;
+        frame.begin_us = 1000000 + 20000 * side;
+        frame.end_us = frame.begin_us + 20000;
         frame.before.pan_q4 = frame.after.pan_q4 = 24000;
         for (size_t axis = 0; axis < LENS_AXES; axis++) {
             frame.before.lens[axis] = frame.after.lens[axis] = {4800 + value, 4};
         }
     }
+    made->frame[1].after.lens[LENS_FOCUS].position_q4 += moved_q4;
     REQUIRE(session_writer_pair(writer.get(), made.get(), &last_error) == 0);
     REQUIRE(session_writer_end(writer.get(), &last_error) == 0);
 }
@@ -68,6 +73,9 @@ TEST_CASE("pairs are added to one session, which is resumed by the next run") {
             capture_shot shot;
             make_incoming(incoming, "left 1", static_cast<uint16_t>(100 * run + 10 * i));
             REQUIRE_MESSAGE(session.look(incoming, &shot, &error), error);
+            CHECK(shot.moved.empty());
+            CHECK(shot.begin_us == 1000000);
+            CHECK(shot.end_us == 1040000);
             CHECK(shot.zoom_counts[1] == doctest::Approx(300 + (100 * run + 10 * i) / 16.0));
             see(&shot, run);
             REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
@@ -123,4 +131,58 @@ TEST_CASE("a session of another instrument, or of another kind, is left alone") 
     capture_session plain(folder / "plain", board);
     CHECK(!plain.load(&error));
     CHECK(error.find("not a session of") != std::string::npos);
+}
+
+TEST_CASE("a ring that moves while a pair is taken is named, noise is not") {
+    const scratch folder;
+    std::string error;
+    for (const int moved_q4 : {-30, 30, 60}) {
+        const std::string path = folder / std::to_string(moved_q4);
+        capture_session session(path, board);
+        capture_shot shot;
+        make_incoming(path + "/incoming", "left 1", 100, moved_q4);
+        REQUIRE(session.look(path + "/incoming", &shot, &error));
+        CHECK(shot.moved == (moved_q4 == 60 ? "right focus" : ""));
+    }
+}
+
+TEST_CASE("a full disk is one sentence, and what was there before remains") {
+    const scratch folder;
+    const std::string path = folder / "zooms", incoming = path + "/incoming";
+    std::string error;
+    capture_shot shot;
+    {
+        capture_session session(path, board);
+        make_incoming(incoming, "left 1", 100);
+        REQUIRE(session.look(incoming, &shot, &error));
+        see(&shot, 1);
+        REQUIRE(session.add(incoming, shot, &error));
+    }
+    {
+        capture_session session(path, board);
+        REQUIRE(session.load(&error));
+        make_incoming(incoming, "left 1", 200);
+        REQUIRE(session.look(incoming, &shot, &error));
+        see(&shot, 2);
+        rlimit before{};
+        getrlimit(RLIMIT_FSIZE, &before);
+        const auto handled = std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit full = {100, before.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &full);
+        CHECK(!session.add(incoming, shot, &error));
+        setrlimit(RLIMIT_FSIZE, &before);
+        std::signal(SIGXFSZ, handled);
+        CHECK(!error.empty());
+        CHECK(error.find('\n') == std::string::npos);
+    }
+    capture_session session(path, board);
+    REQUIRE_MESSAGE(session.load(&error), error);
+    REQUIRE(session.shots().size() == 1);
+    CHECK(session.shots()[0].view[0].corners.size() == 2);
+    capture_remove_directory(incoming);
+    make_incoming(incoming, "left 1", 200);
+    REQUIRE(session.look(incoming, &shot, &error));
+    see(&shot, 2);
+    REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
+    CHECK(session.close(&error));
 }

@@ -81,6 +81,7 @@ bool calibrate_image_read(const std::string &path, bool mosaic, calibrate_image 
     image->file_width_px = file->file_width_px;
     image->file_height_px = file->file_height_px;
     image->shrink = file->shrink;
+    image->full_scale = ((1 << file->image.bits) - 1) >> surplus_bits(file->brightest);
     image->orientation = file->orientation;
     grey_rows(*file, &image->grey);
     return true;

@@ -17,6 +17,7 @@
 #include "daemon/cli/options.h"
 #include "daemon/files/output_file.h"
 #include "tools/host/calibrate/calibrate_views.hpp"
+#include "tools/host/capture/capture_check.hpp"
 #include "tools/host/capture/capture_instrument.hpp"
 #include "tools/host/capture/capture_plan.hpp"
 #include "tools/host/capture/capture_session.hpp"
@@ -27,16 +28,9 @@ namespace {
 const char *const name_there = "calibrate-capture";  // of each pair, on the instrument
 const int readings = 16;
 const int exit_interrupted = 130;
-const double expose_again_ratio = 2.2;  // of focal lengths, as the open iris changes with zoom
-const double growth_tolerance = 0.15;   // of the picture from one zoom to the next
-const double shift_allowed = 0.05;      // of the frame's width, by the centre's wander
-const double aim_tolerance = 0.3;       // of half the narrowest field
-const double sweep_deg[][2] = {{5, 5}, {-5, -5}, {3, -3}};
+const double aim_tolerance = 0.3;  // of half the narrowest field
+const double sweep_deg[] = {5, -5};
 const char *const sides[2] = {"left", "right"};
-
-std::string capitalised(const char *side) {
-    return side[0] == 'l' ? "Left" : "Right";
-}
 
 class runner {
   public:
@@ -84,6 +78,8 @@ class runner {
         for (const capture_shot &shot : session_.shots()) {
             position = std::max(position, shot.board_position);
         }
+        planned_ = capture_places_before(optics_, zooms_, job_.board, session_.shots(),
+                                         job_.near_mm, job_.far_mm);
         if (position > 0) {
             std::printf("%s has %zu pairs of %u positions\n", job_.path.c_str(),
                         session_.shots().size(), static_cast<unsigned>(position));
@@ -167,12 +163,52 @@ class runner {
     /// Takes a pair at a zoom, looks for the board, and leaves the pair in `incoming_`.
     bool take(uint32_t position, int zoom, bool autofocus, const capture_look *middle,
               capture_shot *shot) {
-        const double focal = optics_.focal_mm(zoom);
+        double whites = 0;
         if (!command("zoom " + std::to_string(zoom)) || !focus(autofocus, middle) ||
-            !expose(focal) || !fetch_pair(shot)) {
+            (!exposed_ && !command("autoexpose whites=yes iris=no")) || !fetch_pair(shot) ||
+            !detect(shot, &whites) || !expose_board(shot, &whites)) {
             return false;
         }
+        exposed_ = true;
+        if (!shot->moved.empty()) {
+            return fail("the " + shot->moved +
+                        " ring moved while a pair was taken, which was not kept (the same command "
+                        "continues with a new position)");
+        }
         shot->board_position = position;
+        std::printf("  %5.1f mm: %zu and %zu corners\n", optics_.focal_mm(zoom),
+                    shot->view[0].corners.size(), shot->view[1].corners.size());
+        return true;
+    }
+
+    /// Takes the pair again with another exposure if the board's white is not as it should be.
+    bool expose_board(capture_shot *shot, double *whites) {
+        const bool too_bright = *whites > CAPTURE_WHITES_MAX;
+        const bool too_dark = *whites > 0 && *whites < CAPTURE_WHITES_MIN && !brightened_;
+        if (!too_bright && !too_dark) {
+            return true;
+        }
+        std::printf("  white at %.0f %%: exposed for the board\n", 100 * *whites);
+        brightened_ = true;
+        const capture_region region = capture_region_of(optics_, *shot);
+        std::string why;
+        if (!instrument_.run(
+                report_text_format("autoexpose whites=yes iris=no region=%d,%d,%d,%d", region.x_px,
+                                   region.y_px, region.width_px, region.height_px),
+                &why) &&
+            (too_bright || instrument_.interrupted())) {
+            return fail(why);
+        }
+        return fetch_pair(shot) && detect(shot, whites) &&
+               (*whites <= CAPTURE_WHITES_MAX ||
+                fail(report_text_format("the board's white is at %.0f %% of the range, and not at "
+                                        "80 %% or less (avoid reflections on the board)",
+                                        100 * *whites)));
+    }
+
+    /// Looks for the board; `*whites`: the brighter camera's.
+    bool detect(capture_shot *shot, double *whites) {
+        *whites = 0;
         for (size_t side = 0; side < 2; side++) {
             calibrate_image image;
             if (!calibrate_image_read(incoming_ + "/" + shot->frame[side], true, &image, &error_)) {
@@ -181,19 +217,10 @@ class runner {
             const image_u8 grey = {image.grey.data(), image.width_px, image.height_px,
                                    image.width_px};
             shot->view[side] = calib::detect_board(job_.board, grey, {});
+            *whites = std::max(
+                *whites, capture_whites(job_.board, grey, image.full_scale, shot->view[side]));
         }
-        std::printf("  %5.1f mm: %zu and %zu corners\n", focal, shot->view[0].corners.size(),
-                    shot->view[1].corners.size());
         return true;
-    }
-
-    bool expose(double focal_mm) {
-        const double ratio = exposed_at_mm_ > 0 ? focal_mm / exposed_at_mm_ : HUGE_VAL;
-        if (ratio < expose_again_ratio && ratio > 1 / expose_again_ratio) {
-            return true;
-        }
-        exposed_at_mm_ = focal_mm;
-        return command("autoexpose whites=yes iris=no");
     }
 
     bool fetch_pair(capture_shot *shot) {
@@ -250,7 +277,8 @@ class runner {
         const capture_coverage covered = coverage();
         next_ = capture_next_place(optics_, zooms_, job_.board, covered, pan_deg_, job_.near_mm,
                                    job_.far_mm);
-        distance_mm_ = exposed_at_mm_ = 0;
+        distance_mm_ = 0;
+        brightened_ = false;
         if (!draw(covered, &next_)) {
             return false;
         }
@@ -263,8 +291,7 @@ class runner {
         }
         planned_.push_back(next_);
         return session_.add(incoming_, wide, &error_) && measure(wide) && aim(position, &wide) &&
-               take_zooms(position, wide) &&
-               (!job_.sweep || position % 3 != 2 || take_sweep(position));
+               take_zooms(position, wide) && (!job_.sweep || take_sweep(position));
     }
 
     /// Asks for the board until both cameras see it at the widest zoom.
@@ -364,9 +391,9 @@ class runner {
                 explain(shot);
                 break;
             }
-            if (!is_consistent(last, shot,
-                               optics_.focal_mm(zooms_[i]) / optics_.focal_mm(zooms_[i - 1])) ||
-                !session_.add(incoming_, shot, &error_)) {
+            error_ = capture_check_zoomed(
+                optics_, last, shot, optics_.focal_mm(zooms_[i]) / optics_.focal_mm(zooms_[i - 1]));
+            if (!error_.empty() || !session_.add(incoming_, shot, &error_)) {
                 return false;
             }
             last = shot;
@@ -380,60 +407,12 @@ class runner {
                capture_corners_after_zoom(optics_, shot.view[1], ratio) >= CAPTURE_CORNERS_MIN;
     }
 
-    /// Whether the pictures changed as the zoom did, and only so.
-    bool is_consistent(const capture_shot &before, const capture_shot &after, double ratio) {
-        for (size_t side = 0; side < 2; side++) {
-            double count = 0, mean[4] = {0, 0, 0, 0}, spread[2] = {0, 0};
-            std::vector<std::array<double, 4>> common;
-            for (const calib::corner &b : after.view[side].corners) {
-                for (const calib::corner &a : before.view[side].corners) {
-                    if (a.index == b.index) {
-                        common.push_back({a.x_px, a.y_px, b.x_px, b.y_px});
-                    }
-                }
-            }
-            for (const auto &c : common) {
-                count++;
-                for (size_t i = 0; i < 4; i++) {
-                    mean[i] += (c[i] - mean[i]) / count;
-                }
-            }
-            for (const auto &c : common) {
-                spread[0] += std::hypot(c[0] - mean[0], c[1] - mean[1]);
-                spread[1] += std::hypot(c[2] - mean[2], c[3] - mean[3]);
-            }
-            if (count < 4) {
-                return fail(moved());
-            }
-            if (std::fabs(spread[1] / spread[0] / ratio - 1) > growth_tolerance) {
-                return fail(capitalised(sides[side]) +
-                            report_text_format(
-                                " lens: its picture grew %.2f times, its zoom's reading %.2f "
-                                "times (read-back constant or reversed, or wrong focal lengths "
-                                "in the profile)",
-                                spread[1] / spread[0], ratio));
-            }
-            const double x0 = 0.5 * optics_.width_px, y0 = 0.5 * optics_.height_px;
-            if (std::hypot(x0 + (mean[0] - x0) * ratio - mean[2],
-                           y0 + (mean[1] - y0) * ratio - mean[3]) >
-                shift_allowed * ratio * optics_.width_px) {
-                return fail(moved());
-            }
-        }
-        return true;
-    }
-
-    static std::string moved() {
-        return "the board or a camera moved during the position; its last pair was not kept (the "
-               "same command continues with a new position)";
-    }
-
     /// The board from other pans, at the widest zoom.
     bool take_sweep(uint32_t position) {
         const std::array<double, 2> home = pan_deg_;
-        for (const auto &offset : sweep_deg) {
+        for (const double offset : sweep_deg) {
             capture_shot shot;
-            if (!turn({home[0] + offset[0], home[1] + offset[1]}) ||
+            if (!turn({home[0] + offset, home[1] + offset}) ||
                 !take(position, zooms_[0], false, nullptr, &shot)) {
                 return false;
             }
@@ -472,7 +451,8 @@ class runner {
         for (const auto &zoom : covered.zoom) {
             missing += std::min(zoom[0].boards, zoom[1].boards) < CAPTURE_BOARDS_WANTED;
         }
-        std::printf("%s: %zu pairs%s\n", job_.path.c_str(), session_.shots().size(),
+        std::printf("%s: %zu pairs in %.1f minutes of the instrument's time%s\n", job_.path.c_str(),
+                    session_.shots().size(), capture_minutes(session_.shots()),
                     missing == 0 ? ""
                                  : report_text_format("; %d of %zu zooms have fewer than %d boards",
                                                       missing, zooms_.size(), CAPTURE_BOARDS_WANTED)
@@ -489,7 +469,8 @@ class runner {
     std::array<double, 2> pan_deg_{}, pan_limit_deg_{};
     capture_place next_;
     std::vector<capture_place> planned_;
-    double distance_mm_ = 0, exposed_at_mm_ = 0;
+    double distance_mm_ = 0;
+    bool exposed_ = false, brightened_ = false;  // in this run; for this position
 };
 
 }  // namespace

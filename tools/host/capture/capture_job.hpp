@@ -16,7 +16,7 @@ struct capture_job {
     double near_mm = 800, far_mm = 2400;  // where boards are proposed
     double baseline_mm = 250;
     bool autofocus = true;  // else the focus follows the measured distance
-    bool sweep = true;      // every third position is also seen at other pans
+    bool sweep = true;      // each position is also seen at other pans
 };
 
 /// Runs it, prints its output, and returns the exit code, see client.h.

@@ -10,9 +10,10 @@
 
 namespace {
 
-const double edge_px = 8;  // a corner nearer to the edge is not found
-const double blur_allowed_mm = 0.0064;
+const double edge_px = 8;               // a corner nearer to the edge is not found
+const double blur_allowed_mm = 0.0128;  // the detector finds corners with twice as much
 const int cell_columns = 4, cell_rows = 3, cells_wanted = 3;
+const double alike_deg = 20;
 
 using vector3 = std::array<double, 3>;
 
@@ -78,10 +79,24 @@ std::vector<std::array<double, 2>> seen(const capture_optics &optics,
     return pixels;
 }
 
+/// How much pixels say about a focal length: the sum of their squared distances from the middle,
+/// in those of a corner of the frame.
+double reach_of(const capture_optics &optics, const std::vector<std::array<double, 2>> &pixels) {
+    const double x0 = 0.5 * optics.width_px, y0 = 0.5 * optics.height_px;
+    double reach = 0;
+    for (const auto &pixel : pixels) {
+        const double x = pixel[0] - x0, y = pixel[1] - y0;
+        reach += (x * x + y * y) / (x0 * x0 + y0 * y0);
+    }
+    return reach;
+}
+
 /// What these pixels add to what a camera has seen at a zoom.
 double camera_gain(const capture_optics &optics, const capture_coverage::camera &camera,
                    const std::vector<std::array<double, 2>> &pixels) {
-    double gain = camera.boards < CAPTURE_BOARDS_WANTED ? 2.0 / (1 + camera.boards) : 0;
+    const double missing = camera.boards < CAPTURE_BOARDS_WANTED ? 1.0 / (1 + camera.boards) : 0;
+    const double known = reach_of(optics, camera.points);
+    double gain = missing + 2 * std::log1p(reach_of(optics, pixels) / (1 + known));
     std::array<bool, CAPTURE_CELLS> hit{};
     for (const auto &pixel : pixels) {
         hit[static_cast<size_t>(cell_of(optics, pixel[0], pixel[1]))] = true;
@@ -95,12 +110,14 @@ double camera_gain(const capture_optics &optics, const capture_coverage::camera 
 
 /// Below 1 for a place like one before: at the same distance, or tilted the same way.
 double novelty_of(const capture_place &place, const std::vector<capture_place> &tried) {
+    const vector3 normal = turned({0, 0, 1}, place.turn_deg);
     double novelty = 1;
     for (const capture_place &before : tried) {
+        const vector3 other = turned({0, 0, 1}, before.turn_deg);
+        const double cosine = normal[0] * other[0] + normal[1] * other[1] + normal[2] * other[2];
         const bool near = std::fabs(std::log(before.z_mm / place.z_mm)) < 0.1;
-        const bool alike = before.turn_deg[0] * place.turn_deg[0] > 0 &&
-                           before.turn_deg[1] * place.turn_deg[1] > 0;
-        novelty *= (near ? 0.85 : 1) * (alike ? 0.9 : 1);
+        const bool alike = cosine > std::cos(alike_deg * MATH_RAD_PER_DEGREE);
+        novelty *= (near ? 0.85 : 1) * (alike ? 0.7 : 1);
     }
     return novelty;
 }
@@ -130,8 +147,8 @@ double gain_of(const capture_optics &optics, const std::vector<int> &zooms,
 std::vector<capture_place> candidates(const capture_optics &optics, double near_mm, double far_mm) {
     std::vector<capture_place> places;
     const double shares[] = {0.75, 0.45, 0.15, 0};
-    const double tilts[][2] = {{12, 14}, {-12, 14},  {12, -14}, {-12, -14},
-                               {22, 24}, {-22, -24}, {22, -24}, {-22, 24}};
+    const double tilts[][2] = {{12, 14},  {-12, 14},  {12, -14}, {-12, -14}, {25, 25}, {-25, 25},
+                               {25, -25}, {-25, -25}, {35, 5},   {-35, -5},  {5, 38},  {-5, -38}};
     const double field_x = 0.5 * optics.width_px * optics.pixel_mm / optics.focal_wide_mm;
     const double field_y = 0.5 * optics.height_px * optics.pixel_mm / optics.focal_wide_mm;
     for (int step = 0; step < 6; step++) {
@@ -281,6 +298,25 @@ capture_place capture_next_place(const capture_optics &optics, const std::vector
         }
     }
     return best;
+}
+
+std::vector<capture_place> capture_places_before(const capture_optics &optics,
+                                                 const std::vector<int> &zooms,
+                                                 const calib::board &board,
+                                                 const std::vector<capture_shot> &shots,
+                                                 double near_mm, double far_mm) {
+    std::vector<capture_place> places;
+    for (size_t i = 0; i < shots.size(); i++) {
+        if (i > 0 && shots[i].board_position == shots[i - 1].board_position) {
+            continue;
+        }
+        const auto end = shots.begin() + static_cast<std::ptrdiff_t>(i);
+        capture_coverage covered = capture_coverage_of(optics, zooms, {shots.begin(), end});
+        covered.tried = places;
+        places.push_back(
+            capture_next_place(optics, zooms, board, covered, shots[i].pan_deg, near_mm, far_mm));
+    }
+    return places;
 }
 
 std::string capture_place_text(const capture_place &place) {

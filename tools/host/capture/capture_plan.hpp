@@ -72,6 +72,13 @@ capture_place capture_next_place(const capture_optics &optics, const std::vector
                                  const std::array<double, 2> &pan_deg, double near_mm,
                                  double far_mm);
 
+/// The places that were planned for the positions of these shots, for a capture that is resumed.
+std::vector<capture_place> capture_places_before(const capture_optics &optics,
+                                                 const std::vector<int> &zooms,
+                                                 const calib::board &board,
+                                                 const std::vector<capture_shot> &shots,
+                                                 double near_mm, double far_mm);
+
 /// "1.80 m away, 12 cm right of the middle between the cameras, ..." for a person.
 std::string capture_place_text(const capture_place &place);
 

@@ -6,7 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -21,18 +23,40 @@ namespace {
 
 const char *const corners_name = "corners.vnl";
 const double q4 = 16;
+const double moved_counts = 3, moved_sigmas = 5;  // more than noise
+const char *const sides[2] = {"left ", "right "};
 
 std::string base_name(const std::string &path) {
     return path.substr(path.rfind('/') + 1);
 }
 
+/// The lens that was not at the same position before and after the frames; "" if all were.
+std::string moved_lens(const pair &taken) {
+    for (size_t side = 0; side < 2; side++) {
+        const pair_frame &frame = taken.frame[side];
+        for (const int axis : {LENS_ZOOM, LENS_FOCUS}) {
+            const lens_mean &before = frame.before.lens[axis], &after = frame.after.lens[axis];
+            const double sigma = std::hypot(before.sigma_q4, after.sigma_q4) / q4;
+            if (std::fabs(before.position_q4 - after.position_q4) / q4 >
+                std::max(moved_counts, moved_sigmas * sigma)) {
+                return std::string(sides[side]) + lens_axis_names[axis];
+            }
+        }
+    }
+    return "";
+}
+
 capture_shot shot_of(const session_pair_files &files) {
     capture_shot shot;
     shot.board_position = files.board_position;
+    shot.begin_us = std::min(files.pair->frame[0].begin_us, files.pair->frame[1].begin_us);
+    shot.end_us = std::max(files.pair->frame[0].end_us, files.pair->frame[1].end_us);
+    shot.moved = moved_lens(*files.pair);
     for (size_t side = 0; side < 2; side++) {
         const pair_axes &axes = files.pair->frame[side].before;
         shot.zoom_counts[side] = axes.lens[LENS_ZOOM].position_q4 / q4;
         shot.pan_q4[side] = axes.pan_q4;
+        shot.pan_deg[side] = files.state.origin.side[side].axis[CALIBRATION_PAN].mean;
         shot.frame[side] = base_name(files.path[side]);
     }
     return shot;

@@ -20,8 +20,11 @@ struct capture_shot {
     uint32_t board_position = 0;  // from 1
     std::array<double, 2> zoom_counts{};
     std::array<uint16_t, 2> pan_q4{};
+    std::array<double, 2> pan_deg{};
     std::array<std::string, 2> frame;  // names of the files
     std::array<calib::board_view, 2> view;
+    uint64_t begin_us = 0, end_us = 0;  // of the exposures, by the instrument's clock
+    std::string moved;  // a lens that moved while the pair was taken, as "left zoom"; "": none
 };
 
 class capture_session {

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/host/capture/capture_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "tools/host/formats/report_text.hpp"
+
+namespace {
+
+const double growth_tolerance = 0.15;  // of the picture from one zoom to the next
+const double shift_allowed = 0.05;     // of the frame's width, by the centre's wander
+const double bright_share = 0.9;       // of the white squares' pixels are darker
+const char *const sides[2] = {"Left", "Right"};
+
+/// Corners that both views have: their middles, and mean distances from these.
+struct common_corners {
+    int count = 0;
+    double middle[2][2] = {{0, 0}, {0, 0}}, spread[2] = {0, 0};
+
+    common_corners(const calib::board_view &before, const calib::board_view &after) {
+        std::map<int, const calib::corner *> known;
+        for (const calib::corner &one : before.corners) {
+            known[one.index] = &one;
+        }
+        std::vector<std::array<const calib::corner *, 2>> pairs;
+        for (const calib::corner &one : after.corners) {
+            if (known.count(one.index) != 0) {
+                pairs.push_back({known[one.index], &one});
+            }
+        }
+        count = static_cast<int>(pairs.size());
+        for (size_t i = 0; i < 2; i++) {
+            for (const auto &pair : pairs) {
+                middle[i][0] += pair[i]->x_px / count;
+                middle[i][1] += pair[i]->y_px / count;
+            }
+            for (const auto &pair : pairs) {
+                spread[i] +=
+                    std::hypot(pair[i]->x_px - middle[i][0], pair[i]->y_px - middle[i][1]) / count;
+            }
+        }
+    }
+};
+
+std::string moved() {
+    return "the board or a camera moved during the position; its last pair was not kept (the same "
+           "command continues with a new position)";
+}
+
+}  // namespace
+
+double capture_whites(const calib::board &board, const image_u8 &image, int full_scale,
+                      const calib::board_view &view) {
+    std::map<int, const calib::corner *> at;
+    for (const calib::corner &one : view.corners) {
+        at[one.index] = &one;
+    }
+    // Between the square's corner and that of the marker in it, if it has one. Which squares are
+    // white need not be known: the brighter ones.
+    const double inset = 0.3 * (1 - board.marker_mm / board.square_mm);
+    std::vector<int> levels[2];
+    for (const auto &[index, near] : at) {
+        const auto opposite = at.find(index + board.columns + 1);
+        if (index % board.columns + 1 == board.columns || opposite == at.end()) {
+            continue;
+        }
+        const double x = near->x_px + inset * (opposite->second->x_px - near->x_px);
+        const double y = near->y_px + inset * (opposite->second->y_px - near->y_px);
+        const long column = std::clamp(std::lround(x), 0L, image.width - 1L);
+        const long row = std::clamp(std::lround(y), 0L, image.height - 1L);
+        levels[(index / board.columns + index % board.columns) % 2].push_back(
+            image.data[row * image.stride + column]);
+    }
+    int level = 0;
+    for (std::vector<int> &one : levels) {
+        std::sort(one.begin(), one.end());
+        level = std::max(level, one.empty() ? 0 : one[size_t(bright_share * double(one.size()))]);
+    }
+    return static_cast<double>(level) / full_scale;
+}
+
+capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot) {
+    const int size_min = 64;
+    double low[2] = {double(optics.width_px), double(optics.height_px)}, high[2] = {0, 0};
+    for (const calib::board_view &view : shot.view) {
+        for (const calib::corner &c : view.corners) {
+            low[0] = std::min(low[0], c.x_px);
+            low[1] = std::min(low[1], c.y_px);
+            high[0] = std::max(high[0], c.x_px);
+            high[1] = std::max(high[1], c.y_px);
+        }
+    }
+    // Rows and columns come in pairs of colours.
+    const auto even = [](double value) { return static_cast<int>(value) / 2 * 2; };
+    const auto begin = [&](double at, int limit) {
+        return even(std::clamp(at, 0.0, double(limit - size_min)));
+    };
+    const int x = begin(low[0], optics.width_px), y = begin(low[1], optics.height_px);
+    return {x, y, std::clamp(even(high[0]) - x, size_min, optics.width_px - x),
+            std::clamp(even(high[1]) - y, size_min, optics.height_px - y)};
+}
+
+std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,
+                                 const capture_shot &after, double ratio) {
+    const double centre[2] = {0.5 * optics.width_px, 0.5 * optics.height_px};
+    for (size_t side = 0; side < 2; side++) {
+        const common_corners common(before.view[side], after.view[side]);
+        if (common.count < 4) {
+            return moved();
+        }
+        const double growth = common.spread[1] / common.spread[0];
+        if (std::fabs(growth / ratio - 1) > growth_tolerance) {
+            return report_text_format(
+                "%s lens: its picture grew %.2f times, its zoom's reading %.2f times (read-back "
+                "constant or reversed, or wrong focal lengths in the profile)",
+                sides[side], growth, ratio);
+        }
+        const auto off = [&](int axis) {
+            return centre[axis] + (common.middle[0][axis] - centre[axis]) * ratio -
+                   common.middle[1][axis];
+        };
+        if (std::hypot(off(0), off(1)) > shift_allowed * ratio * optics.width_px) {
+            return moved();
+        }
+    }
+    return "";
+}
+
+double capture_minutes(const std::vector<capture_shot> &shots) {
+    double us = 0;
+    for (size_t i = 0; i < shots.size(); i++) {
+        const bool begins = i == 0 || shots[i].board_position != shots[i - 1].board_position;
+        // The clock begins again when the instrument does.
+        const uint64_t from_us = begins ? shots[i].begin_us : shots[i - 1].end_us;
+        us += shots[i].end_us > from_us ? static_cast<double>(shots[i].end_us - from_us) : 0;
+    }
+    return us / 60e6;
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Whether pairs of a capture are what they should be.
+#ifndef VERGENCE_TOOLS_HOST_CAPTURE_CAPTURE_CHECK_HPP
+#define VERGENCE_TOOLS_HOST_CAPTURE_CAPTURE_CHECK_HPP
+
+#include <string>
+
+#include "stereo/image/image.h"
+#include "tools/host/capture/capture_plan.hpp"
+
+/// Range of the board's white: beyond it the sensor is not linear, below it corners are noisy.
+const double CAPTURE_WHITES_MIN = 0.4, CAPTURE_WHITES_MAX = 0.82;
+
+/// How bright the board's white squares are, as a part of `full_scale`; 0: no square was seen.
+double capture_whites(const calib::board &board, const image_u8 &image, int full_scale,
+                      const calib::board_view &view);
+
+/// The part of the frames that shows the board in either picture.
+struct capture_region {
+    int x_px, y_px, width_px, height_px;
+};
+capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot);
+
+/// Whether both pictures changed between two pairs as the focal length did, `ratio` times, and only
+/// so. Returns "", or one sentence that says what moved.
+std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,
+                                 const capture_shot &after, double ratio);
+
+/// From the first to the last picture of each position, in minutes.
+double capture_minutes(const std::vector<capture_shot> &shots);
+
+#endif
