@@ -180,6 +180,9 @@ static int open_store(struct program *self, struct message *message) {
     }
     const int error = store_open(&self->store, path, message);
     self->store_open = error == 0;
+    if (error == 0) {
+        atomic_store(&self->daemon.health.set_s, store_saved_s(&self->store, STORE_CALIBRATION));
+    }
     if (error == 0 && self->daemon.files_fd >= 0 &&
         are_same(self->daemon.files_fd, self->store.directory_fd)) {
         return message_set(message, ERROR_ARGUMENT,

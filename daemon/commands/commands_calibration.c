@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "daemon/commands/calibration_reply.h"
@@ -13,6 +14,7 @@
 #include "daemon/session/capture.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration.h"
+#include "stereo/zoom/refine_pair.h"
 
 enum { SHOW, SET, FORGET };
 enum { WHAT, FILE_NAME, ACCEPT, UNIT, ARGUMENTS };
@@ -223,6 +225,45 @@ static int put_match(const struct command_call *call, const struct calibration_t
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
+/// Adds how well it fits: by the last pair that it was refined by, and since when it holds.
+static void put_health(const struct command_call *call) {
+    struct daemon_health *health = &daemon_of(call)->health;
+    const int64_t set_s = atomic_load(&health->set_s);
+    const int64_t age_s = (int64_t)time(NULL) - set_s;
+    reply_group_begin(call, "health", false);
+    if (atomic_load(&health->is_refined)) {
+        reply_text(call, "says", atomic_load(&health->word));
+        reply_number(call, "rows", atomic_load(&health->rows_milli_px) / 1e3, 3, "px");
+        reply_number(call, "depth_sigma", atomic_load(&health->depth_sigma_um) / 1e3, 3, "mm");
+        reply_number(call, "depth", atomic_load(&health->depth_um) / 1e3, 1, "mm");
+    } else {
+        reply_text(call, "says", "not known");
+    }
+    reply_number(call, "moves", atomic_load(&health->moves), 0, NULL);
+    if (set_s > 0 && age_s >= 0) {  // else the clock was not set
+        reply_number(call, "hours", (double)age_s / 3600, 1, "h");
+    }
+    reply_group_end(call);
+}
+
+void commands_calibration_refined(const struct command_call *call,
+                                  const struct refine_report *report) {
+    struct daemon_health *health = &daemon_of(call)->health;
+    atomic_store(&health->word, refine_health_text(report->health));
+    atomic_store(&health->rows_milli_px, (uint32_t)(1e3 * report->rows_px + 0.5));
+    atomic_store(&health->depth_sigma_um, (uint32_t)(1e3 * report->depth.after + 0.5));
+    atomic_store(&health->depth_um, (uint32_t)(1e3 * report->depth_mm + 0.5));
+    atomic_store(&health->is_refined, true);
+}
+
+/// A calibration was set: nothing has happened since.
+static void reset_health(const struct command_call *call) {
+    struct daemon_health *health = &daemon_of(call)->health;
+    atomic_store(&health->is_refined, false);
+    atomic_store(&health->moves, 0);
+    atomic_store(&health->set_s, (int64_t)time(NULL));
+}
+
 int commands_calibration_put_state(const struct command_call *call) {
     char id[CALIBRATION_ID_BYTES];
     int error;
@@ -235,6 +276,7 @@ int commands_calibration_put_state(const struct command_call *call) {
     reply_text(call, "id", id);
     error = call->rig->state == RIG_READY ? put_match(call, text) : 0;
     reply_group_end(call);
+    put_health(call);
     free(text);
     return error;
 }
@@ -347,6 +389,9 @@ static int set_text(const struct command_call *call, const char *name,
         return error;
     }
     error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
+    if (error == 0) {
+        reset_health(call);
+    }
     return error != 0 ? command_fail_store(call, error, "calibration", "save to")
                       : show_text(call, name, text);
 }

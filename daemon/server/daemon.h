@@ -108,6 +108,17 @@ struct session {
     char name[CAPTURED_PAIR_NAME_BYTES];
 };
 
+/// How well the saved calibration fits, for all threads: what the last pair that it was refined by
+/// showed, and what has happened since it was set.
+struct daemon_health {
+    _Atomic int64_t set_s;  ///< when, in seconds since 1970; 0: unknown
+    _Atomic uint32_t
+        moves;  ///< commands since then, or since the start, that moved pan, zoom, focus
+    atomic_bool is_refined;
+    _Atomic uint32_t rows_milli_px, depth_sigma_um, depth_um;
+    _Atomic(const char *) word;  ///< of refine_health_text
+};
+
 /// Use static storage: it is large, and must not move.
 struct daemon {
     struct config config;
@@ -124,6 +135,7 @@ struct daemon {
     struct disk_writer disk_writer;  ///< for the rig worker's thread only
     struct session session;
     struct last_pair last_pair;  ///< for `reconstruct`
+    struct daemon_health health;
     /// Stages of the last reconstruction, and the memory that each took; a name of NULL: none.
     struct {
         const char *_Atomic name;

@@ -136,6 +136,37 @@ static void advise(const struct worker *self, int error, char *message, size_t b
     }
 }
 
+/// Where pan, zoom and focus were commanded to.
+struct axes {
+    int32_t at[RIG_SIDES][3];
+};
+
+static struct axes axes_of(const struct rig *rig) {
+    struct axes axes;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct rig_camera *camera = &rig->camera[side];
+        axes.at[side][0] = camera->pan_q4;
+        axes.at[side][1] = camera->lens.commanded[LENS_ZOOM];
+        axes.at[side][2] = camera->lens.commanded[LENS_FOCUS];
+    }
+    return axes;
+}
+
+static int run_command(struct worker *self, const struct job *job,
+                       const struct command_call *call) {
+    struct daemon *daemon = self->daemon;
+    if (!self->has_rig) {
+        return record_run(&daemon->record, job->command, call, job->line);
+    }
+    const struct axes before = axes_of(&daemon->rig);
+    const int error = record_run(&daemon->record, job->command, call, job->line);
+    const struct axes after = axes_of(&daemon->rig);
+    if (memcmp(&before, &after, sizeof before) != 0) {
+        atomic_fetch_add(&daemon->health.moves, 1);
+    }
+    return error;
+}
+
 static void run(struct worker *self, struct job *job) {
     INVARIANT(job->worker == self && job->command != NULL);
     char message[JOB_MESSAGE_BYTES] = "";
@@ -153,7 +184,7 @@ static void run(struct worker *self, struct job *job) {
     self->progress_what = NULL;
     int error = ERROR_CANCELLED;
     if (!atomic_load(&self->stopping) && !atomic_load(&job->cancelled)) {
-        error = record_run(&self->daemon->record, job->command, &call, job->line);
+        error = run_command(self, job, &call);
     }
     if (error == ERROR_CANCELLED && message[0] == '\0') {
         strcpy(message, error_text(error));

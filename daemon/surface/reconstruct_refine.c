@@ -165,7 +165,7 @@ static void doubt_bracket(struct reconstruct_context *context) {
     const struct bracket_report *bracket = &context->bracket;
     if (bracket->carried == 0) {
         reconstruct_context_warn(context,
-                                 "pair %u is no bracket of this one: their pictures cannot be "
+                                 "pair %u is not a bracket of this one: their pictures cannot be "
                                  "compared (the same scene is needed, zoomed by 1.3 or more)",
                                  (unsigned)context->bracket_pair);
         return;

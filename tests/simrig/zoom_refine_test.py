@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`vergence reconstruct` with a calibration of all zooms: rendered pairs of a rig whose servos and rings
-are not where they read, refined by themselves and by a pair at another zoom, against the same surface
+are not where they read, refined alone and by a pair at another zoom, against the same surface
 with the true cameras; and what cannot be refined, in one line each."""
 import json
 import os
@@ -22,7 +22,7 @@ TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, ch
 COLUMN, ROW, WIDTH, HEIGHT = 384, 288, 1280, 960
 PAN_DEG, FOCUS = 3.97, 544.0
 WIDE, TELE = 340.0, 700.0
-# What the motors do not tell: degrees of both servos, counts of both zoom rings.
+# What no reading shows: degrees of both servos, counts of both zoom rings.
 OFF_DEG, OFF_COUNTS = (0.15, -0.2), (0.8, -0.6)
 INSTRUMENT = ("left_camera= right_camera= left_servo=24000,9442 right_servo=24000,9442 "
               "pan_repeatability_urad=5236 lens_repeatability_counts=4 lens_zoom_ppm=4187")
@@ -159,7 +159,7 @@ class ZoomRefine(unittest.TestCase):
         self.refused(self.run_on("--pair", 2, "--bracket", 1, calibration=one), 3, "all zooms")
         done = self.run_on("--pair", 2, "--bracket", 3)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("pair 3 is no bracket", done.stderr)
+        self.assertIn("pair 3 is not a bracket", done.stderr)
 
     def test_bad_calibrations_are_refused_or_doubted(self):
         other = self.write("other.zoom", changed(TEXT, "instrument", "other"))

@@ -265,3 +265,10 @@ void store_close(struct store *self) {
         self->directory_fd = -1;
     }
 }
+
+int64_t store_saved_s(const struct store *self, const char *name) {
+    struct stat status;
+    return is_name(name) && fstatat(self->directory_fd, name, &status, AT_SYMLINK_NOFOLLOW) == 0
+               ? (int64_t)status.st_mtime
+               : 0;
+}

@@ -11,6 +11,8 @@
 #ifndef VERGENCE_DAEMON_BACKENDS_STORE_STORE_H
 #define VERGENCE_DAEMON_BACKENDS_STORE_STORE_H
 
+#include <stdint.h>
+
 #include "daemon/base/message.h"
 #include "hal/store.h"
 
@@ -29,6 +31,9 @@ struct store {
 /// has it), ERROR_FULL, ERROR_IO, with `message` set; nothing is open then.
 int store_open(struct store *self, const char *path, struct message *message);
 void store_close(struct store *self);
+
+/// When a record was saved, in seconds since 1970 by the clock of the system; 0: no such record.
+int64_t store_saved_s(const struct store *self, const char *name);
 
 #ifdef __cplusplus
 }

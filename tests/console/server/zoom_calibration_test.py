@@ -64,6 +64,9 @@ class ZoomCalibration(DaemonTest):
         shown = works("calibration set instrument.zoom")
         self.assertEqual((shown["id"], shown["left"]["zoom_max"]), ("default-rig", 850))
         self.assertEqual(works("calibration")["id"], "default-rig")
+        health = client.ask_json("status")["result"]["health"]
+        self.assertEqual((health["says"], health["moves"]), ("not known", 0))
+        self.assertLess(health["hours"], 0.2)
         works("window 128 96")
         works("exposure 2000")
         refused("capture early", "MISMATCH", "left pan", "unknown")
@@ -74,7 +77,9 @@ class ZoomCalibration(DaemonTest):
         self.assertAlmostEqual(turned["right"], aimed["right"], delta=0.01)
         works("zoom 422")
         works("focus 500")
-        self.assertEqual(works("status")["calibration"], {"id": "default-rig", "match": "yes"})
+        status = works("status")
+        self.assertEqual(status["calibration"], {"id": "default-rig", "match": "yes"})
+        self.assertEqual(status["health"]["moves"], 3)  # aim, zoom, focus
         works("capture one")
         text, = calibrations("one")
         self.assertIn("vergence-calibration 3\nid default-rig\n", text)

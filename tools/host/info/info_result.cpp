@@ -91,6 +91,9 @@ const line lines_of_reconstruction[] = {
     {"extent", "from {bounds_mm/least} mm"},
     {"", "to {bounds_mm/greatest} mm (x y z)"},
     {"common", "{depth_sigma_common_mm} mm common deviation of all depths"},
+    {"cameras",
+     "{self_calibration/health}: corrected by {self_calibration/used} points, rows "
+     "{self_calibration/rows_px} px, depth {self_calibration/depth_sigma_mm} mm"},
     {"vertical",
      "median {vertical_disparity/median_px} px, p95 {vertical_disparity/p95_px} px "
      "(health of the calibration)"},

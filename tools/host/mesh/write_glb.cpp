@@ -192,6 +192,9 @@ json asset_of(const reconstruct_context &context) {
     if (context.depth_sigma_common_mm >= 0) {
         extras["depth_sigma_common_mm"] = context.depth_sigma_common_mm;
     }
+    if (context.self_calibrated) {
+        extras["health"] = refine_health_text(context.self_calibration.health);
+    }
     extras.update(json_of([&](auto *out) { capture_info_json(&context.capture, out); }));
     return {
         {"version", "2.0"},

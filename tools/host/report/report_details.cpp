@@ -84,6 +84,19 @@ std::string calibration_table(const reconstruct_context &context, const report_f
                     report_text_format("%.3g mm predicted, from calibration and axes",
                                        context.depth_sigma_common_mm));
     }
+    if (context.self_calibrated) {
+        const refine_report &refined = context.self_calibration;
+        rows += row("cameras, corrected by the pair",
+                    report_text_format("%s; %d points, rows %.2f px before and %.2f px after",
+                                       refine_health_text(refined.health), refined.used,
+                                       refined.rows_before_px, refined.rows_px));
+        rows += row("depth left uncertain by it",
+                    report_text_format("%.3g mm at %.0f mm; before %.3g mm", refined.depth.after,
+                                       refined.depth_mm, refined.depth.before));
+    }
+    if (context.bracketed) {
+        rows += row("bracket, pan stood still", "pair " + std::to_string(context.bracket_pair));
+    }
     const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {
         rows += row("vertical disparity, matches measured",
