@@ -88,6 +88,26 @@ class Demo(unittest.TestCase):
                      for zoom in ("3x", "1x"))
         self.assertLess(near["median_error_mm"], 0.8 * far["median_error_mm"])
 
+    def test_the_calibration_of_all_zooms_holds_at_others(self):
+        folder = os.path.join(self.folder.name, "zoom-calibration")
+        found = load(folder, "verify.json")
+        self.assertTrue(found["verdict"]["good"])
+        calibrated = [setting["zoom_counts"]
+                      for setting in load(folder, "calibration.json")["left"]["settings"]]
+        self.assertEqual(len(found["verify"]), 2)
+        for look in found["verify"]:
+            self.assertGreater(min(abs(look["zoom"] - zoom) for zoom in calibrated), 5)
+            self.assertLess(look["read"]["rows_z"], 4)
+            self.assertLess(look["refined"]["rows_px"], 0.1)
+            self.assertLess(look["refined"]["square_z"], 4)
+            self.assertLess(look["refined"]["depth_sigma_mm"], look["read"]["depth_sigma_mm"] / 2)
+        page = os.path.join(folder, "calibration.html")
+        self.assertIn(page, self.first.stdout)
+        with open(page, encoding="utf-8") as file:
+            text = file.read()
+        for words in ("Focal length against zoom position", "Verified at zooms"):
+            self.assertIn(words, text)
+
     def test_second_run_does_no_needless_work(self):
         second = run("demo", "--quick", "--out", self.folder.name)
         self.assertEqual(second.returncode, 0, second.stderr)

@@ -269,6 +269,12 @@ class looker {
     self_target target_ = {};
 };
 
+/// SESSION:N, of the last part of the session's path.
+std::string name_of(const calibrate_shot &shot) {
+    const std::string folder = shot.path[0].substr(0, shot.path[0].rfind('/'));
+    return report_text_file_name(folder) + ":" + std::to_string(shot.number);
+}
+
 }  // namespace
 
 double board_fit::square_z(double true_mm) const {
@@ -301,21 +307,20 @@ bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrat
             continue;
         }
         touch_up_look look;
-        look.session = shots[i].session;
-        look.pair = shots[i].number;
+        look.order = {shots[i].session, shots[i].number};
+        look.name = name_of(shots[i]);
         if (looker(*zoom, shots[i], views.seen.target, capture).run(&look, error)) {
             looks->push_back(look);
         } else {
-            *error = report_text_format("pair %u: %s", look.pair, error->c_str());
+            *error = look.name + ": " + *error;
             notes->push_back(*error);
         }
     }
     if (looks->empty()) {
         notes->clear();  // the error names the last
     }
-    std::stable_sort(looks->begin(), looks->end(), [](const auto &a, const auto &b) {
-        return std::pair(a.session, a.pair) < std::pair(b.session, b.pair);
-    });
+    std::stable_sort(looks->begin(), looks->end(),
+                     [](const auto &a, const auto &b) { return a.order < b.order; });
     return !looks->empty();
 }
 
@@ -327,8 +332,9 @@ std::string touch_up_text(const std::vector<touch_up_look> &looks, bool correcte
     };
     std::string text;
     for (const touch_up_look &look : looks) {
-        text += report_text_format("pair %-7u%d corners, %.0f mm away%s\n", look.pair, look.corners,
-                                   look.depth_mm, look.holds ? "" : ": not as predicted");
+        text +=
+            report_text_format("%-11s %d corners, %.0f mm away%s\n", look.name.c_str(),
+                               look.corners, look.depth_mm, look.holds ? "" : ": not as predicted");
         text += line("as read", look.read, look.depth_sigma_mm);
         text += line("refined", look.fitted, look.fitted_depth_sigma_mm);
         text += corrected ? line("corrected", look.corrected, look.corrected_depth_sigma_mm) : "";
@@ -340,9 +346,10 @@ std::string touch_up_verdict(const std::vector<touch_up_look> &looks, double squ
     for (const touch_up_look &look : looks) {
         if (!look.holds) {
             return report_text_format(
-                "Not good: pair %u: squares are off by %.1f and rows by %.1f predicted standard "
+                "Not good: %s: squares are off by %.1f and rows by %.1f predicted standard "
                 "deviations: calibrate again.",
-                look.pair, std::max(look.read.square_z(square_mm), look.fitted.square_z(square_mm)),
+                look.name.c_str(),
+                std::max(look.read.square_z(square_mm), look.fitted.square_z(square_mm)),
                 look.read.rows_z());
         }
     }
@@ -364,7 +371,7 @@ std::string touch_up_json(const std::vector<touch_up_look> &looks, double square
     bool good = true;
     for (const touch_up_look &look : looks) {
         nlohmann::ordered_json pair = {
-            {"pair", look.pair},
+            {"pair", look.name},
             {"corners", look.corners},
             {"depth_mm", look.depth_mm},
             {"holds", look.holds},

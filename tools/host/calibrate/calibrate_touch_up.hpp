@@ -5,6 +5,7 @@
 #define VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_TOUCH_UP_HPP
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stereo/geometry/calibration.h"
@@ -22,13 +23,13 @@ struct board_fit {
 
 /// What one pair shows.
 struct touch_up_look {
-    size_t session = 0;
-    uint32_t pair = 0;
-    int corners = 0;      // that both cameras see
-    board_fit read;       // with the cameras where the motors read
-    board_fit fitted;     // corrected by the rows, as any pair is
-    board_fit corrected;  // corrected by the size of the board
-    bool holds = true;    // all is as predicted
+    std::string name;                   // SESSION:N
+    std::pair<size_t, uint32_t> order;  // as it was taken
+    int corners = 0;                    // that both cameras see
+    board_fit read;                     // with the cameras where the motors read
+    board_fit fitted;                   // corrected by the rows, as any pair is
+    board_fit corrected;                // corrected by the size of the board
+    bool holds = true;                  // all is as predicted
     double depth_mm = 0;
     double depth_sigma_mm = 0, fitted_depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
     calibration rig = {};  // of the whole sensor, corrected by the size
