@@ -231,25 +231,37 @@ static double median_depth(struct matches *m) {
     return (double)middle_of(m->work, n);
 }
 
-// Fits all tracks, estimates the noise of these, and rejects what lies outside of it.
-static int fit(struct matches *m, struct refine_report *report) {
-    double noise = first_noise_px;
+// Rejects the tracks outside of the noise. Returns the number of the others.
+static int reject(struct matches *m, double noise_px, double *rms_px) {
     int kept = 0;
+    double square = 0;
+    for (int i = 0; i < m->count; i++) {
+        struct self_track *track = &m->track[i];
+        track->rejected = track->rejected || track->residual > outlier_sigmas * noise_px;
+        kept += !track->rejected;
+        square += track->rejected ? 0 : track->residual * track->residual;
+    }
+    *rms_px = kept > 0 ? sqrt(square / kept) : 0;
+    return kept;
+}
+
+// Fits all tracks, estimates the noise of these, and rejects what lies outside of it. The median
+// finds outliers; the noise of the others, which has longer tails than a normal one, is their rms.
+static int fit(struct matches *m, struct refine_report *report) {
+    int kept = 0;
+    report->noise_px = first_noise_px;
     for (int round = 0; round < 3; round++) {
         for (int i = 0; i < m->count; i++) {
-            m->track[i].sigma_px = noise;
+            m->track[i].sigma_px = report->noise_px;
         }
         (void)self_calibration_solve(m->self, m->all->track, m->all->count + m->count);
-        report->rows_px = median_residual(m) * sqrt(2.0);
-        noise = noise_of(median_residual(m));
-        kept = 0;
-        for (int i = 0; i < m->count; i++) {
-            m->track[i].rejected =
-                m->track[i].rejected || m->track[i].residual > outlier_sigmas * noise;
-            kept += !m->track[i].rejected;
-        }
+        const double median_px = median_residual(m);
+        double rms_px;
+        report->rows_px = median_px * sqrt(2.0);
+        report->noise_px = noise_of(median_px);
+        kept = reject(m, report->noise_px, &rms_px);
+        report->noise_px = rms_px > report->noise_px ? rms_px : report->noise_px;
     }
-    report->noise_px = noise;
     return kept;
 }
 
@@ -337,20 +349,6 @@ static struct refine_sigma sigma_of(const struct self_calibration *self, const d
                                  self_posterior_sigma(self, gradient)};
 }
 
-// The largest correction, in sigmas of the prior.
-static double surprise_of(const struct self_calibration *self) {
-    double gradient[SELF_TERMS_MAX] = {0}, largest = 0;
-    for (int i = 0; i < self->terms; i++) {
-        gradient[i] = 1;
-        const double sigma = self_prior_sigma(self, gradient);
-        const double part = sigma > 0 ? self->correction[i] / sigma : 0;
-        const double size = part < 0 ? -part : part;
-        largest = size > largest ? size : largest;
-        gradient[i] = 0;
-    }
-    return largest;
-}
-
 void refine_assess(const struct refine_picture *picture, const struct self_calibration *self,
                    struct refine_report *report) {
     const int left = VIEW_TERMS * self_view(picture->state, 0);
@@ -372,7 +370,7 @@ void refine_assess(const struct refine_picture *picture, const struct self_calib
     if (self_depth_gradient(self, picture->state, px, report->depth_mm, gradient)) {
         report->depth = sigma_of(self, gradient);
     }
-    report->surprise = surprise_of(self);
+    report->surprise = self_surprise(self);
     // Rows may fit while the depth does not: the word considers both.
     report->health =
         report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? REFINE_CALIBRATE

@@ -29,7 +29,7 @@ struct refine_report {
     struct refine_sigma focal;  // relative, common to both cameras
     struct refine_sigma ratio;  // relative, of the focal lengths, right to left
     struct refine_sigma vergence_rad;
-    double surprise;  // largest correction that pictures showed, in sigmas of the prior
+    double surprise;  // of self_surprise
     enum refine_health health;
 };
 

@@ -433,38 +433,6 @@ int self_calibration_solve(struct self_calibration *self, struct self_track *tra
     return used;
 }
 
-static double sigma_of(const double *factor, int n, const double *gradient) {
-    double square = 0;
-    for (int j = 0; j < n; j++) {
-        double sum = 0;
-        for (int i = 0; i < n; i++) {
-            sum += gradient[i] * factor[i * n + j];
-        }
-        square += sum * sum;
-    }
-    return sqrt(square);
-}
-
-double self_prior_sigma(const struct self_calibration *self, const double *gradient) {
-    return sigma_of(self->prior, self->terms, gradient);
-}
-
-double self_posterior_sigma(const struct self_calibration *self, const double *gradient) {
-    return sigma_of(self->posterior, self->terms, gradient);
-}
-
-void self_calibration_beside(const struct self_calibration *self, int term, double *change,
-                             double *sigma) {
-    const double *row = self->work + (size_t)term * (size_t)self->terms;
-    INVARIANT(term >= 0 && term < self->terms);
-    // What the corrections do not absorb of it.
-    const double absorbed = self_posterior_sigma(self, row);
-    const double weight = row[term] - absorbed * absorbed;
-    const bool seen = weight > no_variance * row[term];
-    *change = seen ? self->pull[term] / weight : 0;
-    *sigma = seen ? 1 / sqrt(weight) : INFINITY;
-}
-
 bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],
                          double depth_mm, double gradient[SELF_TERMS_MAX]) {
     INVARIANT(self_view(state, 1) < self->views && depth_mm > 0);

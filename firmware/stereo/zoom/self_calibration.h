@@ -69,6 +69,11 @@ double self_posterior_sigma(const struct self_calibration *self, const double *g
 void self_calibration_beside(const struct self_calibration *self, int term, double *change,
                              double *sigma);
 
+/// How much larger the corrections are than the calibration allows: the standard score of the sum
+/// of their squares in independent parts of the prior, with as many degrees of freedom as the
+/// pictures show. Beyond 4 the rig is not the one that was calibrated.
+double self_surprise(const struct self_calibration *self);
+
 /// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
 /// in the left view at `left_px`, at `depth_mm`.
 bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],

@@ -212,6 +212,24 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
     }
 }
 
+TEST_CASE("a camera that was pushed is a surprise, one that moved as it may is none") {
+    const auto calibration = zoom_rig::calibration();
+    Random random(synthetic::test_seed());
+    const zoom_state state = zoom_rig::state(600, 1800);
+    zoom_state pushed = state;
+    pushed.side[0].pan_rad += 20 * calibration->camera[0].pan_sigma_rad;
+    for (const bool was_pushed : {false, true}) {
+        Memory memory(self_calibration_need_bytes(1));
+        self_calibration self;
+        REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+        CHECK(self_surprise(&self) == 0);
+        std::vector<self_track> tracks =
+            observe(off(*calibration, was_pushed ? pushed : state, random), 0.1, 400, random);
+        (void)self_calibration_solve(&self, tracks.data(), 400);
+        CHECK((self_surprise(&self) > 4) == was_pushed);
+    }
+}
+
 TEST_CASE("a pair shows the ratio of the focal lengths, not what both have in common") {
     const auto calibration = zoom_rig::calibration();
     Random random(synthetic::test_seed());
