@@ -6,44 +6,101 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 
 #include "calib/zoom/zoom_solve.hpp"
 #include "stereo/zoom/zoom_sigma.h"
 #include "tests/zoom/rendered.hpp"
+#include "tests/zoom/rendered_board.hpp"
 #include "tests/zoom/trial.hpp"
 
 namespace {
 
 using namespace zoom_study;
 
-// Matches of rendered pairs are good to 0.09 to 0.11 px; their number differs.
-constexpr double kMatchPx = 0.12;
-constexpr int kMatches = 200;
+struct Focal {
+    const char *name;
+    double mm;
+    // Number and noise of matches, as rendered pairs of the default rig show them.
+    int matches;
+    double match_px;
+};
+constexpr Focal kFocals[] = {
+    {"1x", 8.75, 430, 0.08}, {"3x", 25.5, 350, 0.04}, {"10x", 82, 320, 0.045}};
+constexpr int kPlaces = 3;
+constexpr double kFarMatchPx = 0.12;  // of a thing in pictures at both ends of the zoom
 
 struct Options {
     std::vector<std::string> rigs = {"default", "harsh"};
     int runs = 100, captures = 5, rendered = 0;
     uint64_t seed = 20261126;
+    std::string render, corners;  // files
+    int check = -1;
 };
 
-// Row 4: one pair.
-void try_pair(const zoom_calibration &calibration, const Moment &moment, simrig::Noise &noise,
-              Result &result) {
+std::vector<self_track> matches_of(const Moment &moment, int state, const Focal &focal,
+                                   simrig::Noise &noise) {
+    return tracks_of({&moment}, state, focal.match_px, focal.matches, noise);
+}
+
+// What the same matches would leave unknown if all were as the calibration expects.
+double sigma_mm(const zoom_calibration &calibration, const Moment &moment,
+                std::vector<self_track> tracks) {
     Memory memory(self_calibration_need_bytes(1));
     self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, kMatches, noise);
+    for (self_track &track : tracks) {
+        track.rejected = !self_track_place(&self, &track);
+        for (int i = 0; i < track.count; i++) {
+            (void)camera_view_project(&self.view[track.view[i]], &track.point, track.pixel_px[i],
+                                      nullptr, nullptr);
+        }
+    }
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    judge(moment, self, 0, noise, is_surprised(self), result);
+    return depth_sigma_mm(self, 0);
+}
+
+// What limits a pair: the sigma that it leaves, then with an exact calibration, then also with
+// lenses that do not drift.
+struct Limits {
+    Sample all, exact, still;
+};
+
+void find_limits(const zoom_calibration &calibration, const Moment &moment,
+                 const std::vector<self_track> &tracks, Limits &limits) {
+    auto ideal = std::make_unique<zoom_calibration>(calibration);
+    limits.all.add(sigma_mm(*ideal, moment, tracks));
+    ideal->parameters = 0;
+    for (zoom_camera &camera : ideal->camera) {
+        for (zoom_function &function : camera.function) {
+            function.irregularity = 0;
+        }
+    }
+    limits.exact.add(sigma_mm(*ideal, moment, tracks));
+    for (zoom_camera &camera : ideal->camera) {
+        camera.drift_sigma_counts = 0;
+    }
+    limits.still.add(sigma_mm(*ideal, moment, tracks));
+}
+
+// Row 4: one pair.
+void try_pair(const zoom_calibration &calibration, const Moment &moment, const Focal &focal,
+              simrig::Noise &noise, Result &result, Limits &limits) {
+    Memory memory(self_calibration_need_bytes(1));
+    self_calibration self = begin(calibration, {moment.state}, memory);
+    std::vector<self_track> tracks = matches_of(moment, 0, focal, noise);
+    find_limits(calibration, moment, tracks, limits);
+    (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
+    judge(moment, self, 0, noise, self_surprise(&self) > 4, result);
 }
 
 // Row 6: the pair with a board in view, whose print is off.
-void try_board(const zoom_calibration &calibration, const Moment &moment, simrig::Noise &noise,
-               Result &result) {
+void try_board(const zoom_calibration &calibration, const Moment &moment, const Focal &focal,
+               simrig::Noise &noise, Result &result) {
     constexpr double kCornerPx = 0.05, kPrint = 2e-4;
     Memory memory(self_calibration_need_bytes(1));
     self_calibration self = begin(calibration, {moment.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&moment}, 0, kMatchPx, kMatches, noise);
+    std::vector<self_track> tracks = matches_of(moment, 0, focal, noise);
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
     const BoardSeen board = board_of(moment, 1 + kPrint * noise.gauss(), kCornerPx, noise);
     self_target target = {};
@@ -58,7 +115,7 @@ void try_board(const zoom_calibration &calibration, const Moment &moment, simrig
     }
     self.target = &target;
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    judge(moment, self, 0, noise, is_surprised(self), result, kPrint);
+    judge(moment, self, 0, noise, self_surprise(&self) > 4, result, kPrint);
 }
 
 // Row 5: the pair before and after zooming, pan untouched.
@@ -66,15 +123,15 @@ void try_bracket(const zoom_calibration &calibration, const Moment &wide, const 
                  simrig::Noise &noise, Result &at_wide, Result &at_narrow) {
     Memory memory(self_calibration_need_bytes(2));
     self_calibration self = begin(calibration, {wide.state, narrow.state}, memory);
-    std::vector<self_track> tracks = tracks_of({&wide, &narrow}, 0, kMatchPx, 100, noise);
-    for (const self_track &track : tracks_of({&wide}, 0, kMatchPx, kMatches, noise)) {
+    std::vector<self_track> tracks = tracks_of({&wide, &narrow}, 0, kFarMatchPx, 100, noise);
+    for (const self_track &track : matches_of(wide, 0, kFocals[0], noise)) {
         tracks.push_back(track);
     }
-    for (const self_track &track : tracks_of({&narrow}, 1, kMatchPx, kMatches, noise)) {
+    for (const self_track &track : matches_of(narrow, 1, kFocals[2], noise)) {
         tracks.push_back(track);
     }
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
-    const bool surprised = is_surprised(self);
+    const bool surprised = self_surprise(&self) > 4;
     judge(wide, self, 0, noise, surprised, at_wide);
     judge(narrow, self, 1, noise, surprised, at_narrow);
 }
@@ -89,13 +146,6 @@ void print(const char *what, const Result &r) {
         r.unsaid);
 }
 
-struct Focal {
-    const char *name;
-    double mm;
-};
-constexpr Focal kFocals[] = {{"1x", 8.75}, {"3x", 25.5}, {"10x", 82}};
-constexpr int kPlaces = 3;
-
 void focal_logs(const zoom_pair *pair, void *context, double *values) {
     (void)context;
     for (int side = 0; side < 2; side++) {
@@ -107,6 +157,7 @@ void focal_logs(const zoom_pair *pair, void *context, double *values) {
 struct Figures {
     Sample exact[kPlaces], read[kPlaces], exact_z[kPlaces];  // relative errors of f
     Result pair[kPlaces], board[kPlaces], wide, narrow;
+    Limits limits[kPlaces];
     Rendered frames[kPlaces];
     int captures = 0, alarms = 0, failed = 0;
 };
@@ -121,13 +172,7 @@ void try_zooms(const std::string &name, const zoom_calibration &calibration, uin
         for (int run = 0; run < runs; run++) {
             zoom_both(rig, kFocals[i].mm * (1 + 0.03 * (noise.uniform() - 0.5)));
             const Moment moment = moment_of(rig);
-            zoom_state at = moment.state;
-            for (int side = 0; side < 2; side++) {
-                const world::Mechanics m = rig.mechanics(side);
-                // What the potentiometers read at rest: the ring lags by half of the play.
-                at.side[side].zoom_counts = m.zoom - 2;
-                at.side[side].focus_counts = m.focus - 2;
-            }
+            const zoom_state at = rig.exact();
             zoom_variance variance[2];
             zoom_propagate(&calibration, &moment.state, focal_logs, nullptr, 2, variance);
             zoom_pair read, known;
@@ -154,8 +199,8 @@ void try_moves(const std::string &name, const zoom_calibration &calibration, uin
         for (int i = 0; i < kPlaces; i++) {
             zoom_both(rig, kFocals[i].mm);
             at[i] = moment_of(rig);
-            try_pair(calibration, at[i], noise, figures.pair[i]);
-            try_board(calibration, at[i], noise, figures.board[i]);
+            try_pair(calibration, at[i], kFocals[i], noise, figures.pair[i], figures.limits[i]);
+            try_board(calibration, at[i], kFocals[i], noise, figures.board[i]);
         }
         try_bracket(calibration, at[0], at[2], noise, figures.wide, figures.narrow);
     }
@@ -222,21 +267,65 @@ void print(const std::string &name, const Figures &figures) {
     for (int i = 0; i < kPlaces; i++) {
         print((std::string("board in view, ") + kFocals[i].name).c_str(), figures.board[i]);
     }
+    std::printf(
+        "\n| what limits a pair: predicted sigma of depth | | with an exact calibration | and "
+        "lenses that do not drift |\n|---|---|---|---|\n");
+    for (int i = 0; i < kPlaces; i++) {
+        const Limits &limits = figures.limits[i];
+        std::printf("| %s, %d matches to %.3f px | %.1f mm | %.1f mm | %.1f mm |\n",
+                    kFocals[i].name, kFocals[i].matches, kFocals[i].match_px, limits.all.rms(),
+                    limits.exact.rms(), limits.still.rms());
+    }
     if (figures.frames[0].frames.trials > 0) {
         std::printf(
-            "\n| rendered pairs, cylinder | matches, used | matched to | refined in | rows, "
+            "\n| rendered pairs, cylinder | matches, used | matched to | refined in, with matching "
+            "| rows, "
             "median | depth at 1.8 m, rms | relief, rms | error over predicted sigma | "
             "beyond 4 sigma |\n|---|---|---|---|---|---|---|---|---|\n");
     }
     for (int i = 0; i < kPlaces && figures.frames[0].frames.trials > 0; i++) {
         const Rendered &r = figures.frames[i];
         char what[120];
-        std::snprintf(what, sizeof what, "%s | %.0f, %.0f | %.2f px | %.0f ms", kFocals[i].name,
-                      r.matches.quantile(0.5), r.used.quantile(0.5), r.noise_px.quantile(0.5),
+        std::snprintf(what, sizeof what, "%s | %.0f, %.0f | %.3f px | %.0f, %.0f ms",
+                      kFocals[i].name, r.matches.quantile(0.5), r.used.quantile(0.5),
+                      r.noise_px.quantile(0.5), 1000 * r.refining_seconds.quantile(0.5),
                       1000 * r.seconds.quantile(0.5));
         print(what, r.frames);
     }
     std::fflush(stdout);
+}
+
+// Row 2: what is solved from corners that the detector found in rendered frames.
+void study_rendered(const calib::zoom_observations &seen, uint64_t seed, int runs) {
+    size_t corners = 0;
+    for (const calib::zoom_capture &pair : seen.captures) {
+        corners += pair.view[0].corners.size() + pair.view[1].corners.size();
+    }
+    const calib::zoom_solution solution = calib::solve_zoom(seen, {});
+    if (!solution.failure.empty()) {
+        throw std::runtime_error(solution.failure);
+    }
+    Figures figures;
+    try_zooms("default", *solution.rig, seed, runs, figures);
+    std::printf(
+        "\n## Rendered frames, detected corners, exact positions: default rig, %zu pairs\n\n"
+        "%zu corners, residuals %.3f px, %.2f times what the detector predicts.\n\n"
+        "| unseen zooms | f, rms | its error over predicted sigma |\n|---|---|---|\n",
+        seen.captures.size(), corners, solution.rms_px, solution.noise_ratio);
+    for (int i = 0; i < kPlaces; i++) {
+        std::printf("| %s | %.3f %% | %.2f |\n", kFocals[i].name, 100 * figures.exact[i].rms(),
+                    figures.exact_z[i].rms());
+    }
+}
+
+// The capture whose corners are kept. `check`: a pair that is rendered again.
+constexpr uint64_t kRenderedSeed = 20261130;
+
+int check_corners(const std::string &kept, int pair) {
+    const double px = corner_distance(rendered_capture("default", kRenderedSeed, pair),
+                                      read_corners(kept), size_t(pair));
+    std::printf("pair %d: corners within %.4f px of those that are kept\n", pair, px);
+    return px < 0.002 ? 0 : 1;
 }
 
 }  // namespace
@@ -253,6 +342,12 @@ int main(int count, char **arguments) {
             options.captures = std::max(std::atoi(arguments[i + 1]), 1);
         } else if (name == "--rendered") {
             options.rendered = std::atoi(arguments[i + 1]);
+        } else if (name == "--render") {
+            options.render = arguments[i + 1];
+        } else if (name == "--corners") {
+            options.corners = arguments[i + 1];
+        } else if (name == "--check") {
+            options.check = std::atoi(arguments[i + 1]);
         } else if (name == "--seed") {
             options.seed = std::strtoull(arguments[i + 1], nullptr, 10);
         } else {
@@ -262,6 +357,13 @@ int main(int count, char **arguments) {
     }
     int failed = 0;
     try {
+        if (!options.render.empty()) {
+            write_corners(rendered_capture("default", kRenderedSeed, -1), options.render);
+            return 0;
+        }
+        if (options.check >= 0) {
+            return check_corners(options.corners, options.check);
+        }
         for (const std::string &rig : options.rigs) {
             Figures figures;
             for (int i = 0; i < options.captures; i++) {
@@ -271,6 +373,9 @@ int main(int count, char **arguments) {
             print(rig, figures);
             // The harsh rig may say `calibrate`; all that the default one has is in the model.
             failed += rig == "default" && figures.alarms > 0;
+        }
+        if (!options.corners.empty()) {
+            study_rendered(read_corners(options.corners), options.seed, options.runs);
         }
     } catch (const std::exception &error) {
         std::fprintf(stderr, "zoom_campaign: %s\n", error.what());

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/zoom/rendered.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "stereo/zoom/refine_pair.h"
+#include "tests/zoom/rendered_board.hpp"
 #include "tools/simrig/render/frame.hpp"
 
 namespace zoom_study {
 namespace {
 
-constexpr int kWidth = world::kArrayColumns / 2, kHeight = world::kArrayRows / 2;
+constexpr int kWidth = world::kArrayColumns, kHeight = world::kArrayRows;
 
 const world::Scene &cylinder() {
     static const world::Scene scene =
@@ -19,7 +19,7 @@ const world::Scene &cylinder() {
     return scene;
 }
 
-// Means of the mosaic's four, in 8 bits, exposed so that most of the picture is below white.
+// Developed as the daemon does.
 std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     world::FrameRequest request;
     const world::Mechanics still = rig.mechanics(side);
@@ -27,17 +27,25 @@ std::vector<uint8_t> grey_of(StudyRig &rig, int side, uint64_t frame_number) {
     const double n = rig.camera(side).optics.f_number;
     request.exposure_us = 3000 * n * n;
     request.frame = frame_number;
-    const world::Frame frame = world::render(cylinder(), rig.world(), world::Side(side), request);
-    std::vector<uint8_t> grey(size_t(kWidth) * kHeight);
-    for (int y = 0; y < kHeight; y++) {
-        for (int x = 0; x < kWidth; x++) {
-            const uint16_t *at =
-                &frame.pixels[size_t(2 * y) * size_t(frame.columns) + size_t(2 * x)];
-            const int sum = at[0] + at[1] + at[frame.columns] + at[frame.columns + 1];
-            grey[size_t(y) * kWidth + size_t(x)] = uint8_t(std::clamp((sum - 4 * 42) / 15, 0, 255));
-        }
+    return develop_grey(world::render(cylinder(), rig.world(), world::Side(side), request));
+}
+
+// Finds corners and matches as `refine_pair` does, before and after it has corrected `self`.
+double matching_seconds(const refine_picture &picture, const self_calibration &before,
+                        const self_calibration &after, Memory &memory) {
+    const double begin_s = cpu_s();
+    sparse_picture corners[2];
+    std::vector<sparse_pair> pairs(SPARSE_LEFT_MAX);
+    if (sparse_picture_make(&picture.grey[0], SPARSE_LEFT_MAX, &memory.pool, &corners[0]) != 0 ||
+        sparse_picture_make(&picture.grey[1], SPARSE_RIGHT_MAX, &memory.pool, &corners[1]) != 0) {
+        throw std::runtime_error("a pair has no corners");
     }
-    return grey;
+    for (const self_calibration *self : {&before, &after}) {
+        refine_expectation expectation = {&picture, self, 3.0 * corners[1].factor};
+        (void)sparse_match(&corners[0], &corners[1], refine_expect, &expectation, &memory.pool,
+                           pairs.data());
+    }
+    return cpu_s() - begin_s;
 }
 
 }  // namespace
@@ -53,8 +61,7 @@ void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::No
     for (int side = 0; side < 2; side++) {
         grey[side] = grey_of(rig, side, noise.next() % 1000000);
         picture.grey[side] = {grey[side].data(), kWidth, kHeight, kWidth};
-        // The middle of a mosaic's four is half a pixel further.
-        picture.window[side] = {1, 1, 2};
+        picture.window[side] = {0, 0, 1};
     }
     Memory memory(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
     self_calibration self = begin(calibration, {moment.state}, memory);
@@ -63,7 +70,11 @@ void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::No
     if (refine_pair(&picture, &memory.pool, &self, &report) != 0) {
         throw std::runtime_error("a pair cannot be refined");
     }
-    result.seconds.add(cpu_s() - begin_s);
+    const double seconds = cpu_s() - begin_s;
+    Memory again(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
+    const self_calibration before = begin(calibration, {moment.state}, again);
+    result.seconds.add(seconds);
+    result.refining_seconds.add(seconds - matching_seconds(picture, before, self, again));
     result.matches.add(report.matches);
     result.used.add(report.used);
     result.noise_px.add(report.noise_px);

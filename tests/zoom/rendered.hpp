@@ -9,7 +9,7 @@ namespace zoom_study {
 
 struct Rendered {
     Result frames;
-    Sample matches, used, noise_px, seconds;
+    Sample matches, used, noise_px, seconds, refining_seconds;
 };
 
 /// Renders the cylinder at the rig's present state, refines the pair and judges what it says.

@@ -95,6 +95,17 @@ zoom_state StudyRig::read() {
     return state;
 }
 
+zoom_state StudyRig::exact() {
+    zoom_state state = {};
+    for (int side = 0; side < 2; side++) {
+        const world::Mechanics at = mechanics(side);
+        state.side[side].zoom_counts = at.zoom - 2;
+        state.side[side].focus_counts = at.focus - 2;
+        state.side[side].pan_rad = pan_rad_[size_t(side)];
+    }
+    return state;
+}
+
 world::Mechanics StudyRig::mechanics(int side) {
     world::Mechanics mechanics;
     mechanics.pan_rad = servos_[size_t(side)].angle_deg(time_us_) * kPi / 180;
@@ -130,6 +141,16 @@ using world::Mat3;
 using world::Vec2;
 using world::Vec3;
 
+calib::board coded_board() {
+    calib::board board;
+    board.columns = 10;
+    board.rows = 7;
+    board.square_mm = 24;
+    board.dictionary = "4x4_50";
+    board.marker_mm = 17;
+    return board;
+}
+
 struct Placed {
     Mat3 rotation;
     Vec3 middle_mm;
@@ -139,15 +160,7 @@ class Capture {
   public:
     Capture(StudyRig &rig, const CapturePlan &plan, uint64_t seed)
         : rig_(rig), plan_(plan), noise_(seed) {
-        board_.columns = 10;
-        board_.rows = 7;
-        board_.square_mm = 24;
-        board_.dictionary = "4x4_50";
-        board_.marker_mm = 17;
-        seen_.boards = {board_};
-        seen_.width_px = {world::kArrayColumns, world::kArrayColumns};
-        seen_.height_px = {world::kArrayRows, world::kArrayRows};
-        seen_.pixel_mm = {0.0032, 0.0032};
+        seen_.reading_noise = !plan.is_exact;
         // Logarithmic in f, within both lenses' ranges and with room for the approach.
         for (int i = 0; i < plan.zooms; i++) {
             const double focal = 8.62 * std::pow(84.0 / 8.62, double(i) / (plan.zooms - 1));
@@ -228,7 +241,7 @@ class Capture {
         capture.board = 0;
         capture.position = position;
         capture.visit = visit_;
-        const zoom_state state = rig_.read();
+        const zoom_state state = plan_.is_exact ? rig_.exact() : rig_.read();
         for (int side = 0; side < 2; side++) {
             const auto &axes = state.side[side];
             capture.axes[size_t(side)] = {axes.zoom_counts, axes.focus_counts, axes.pan_rad};
@@ -238,6 +251,10 @@ class Capture {
         }
         if (capture.view[0].corners.size() < min || capture.view[1].corners.size() < min) {
             return false;
+        }
+        for (int side = 0; side < 2 && plan_.detect; side++) {
+            std::vector<calib::corner> &corners = capture.view[size_t(side)].corners;
+            corners = plan_.detect(board_, {at.rotation, at.middle_mm}, side, corners);
         }
         seen_.captures.push_back(capture);
         return true;
@@ -265,14 +282,23 @@ class Capture {
     StudyRig &rig_;
     const CapturePlan plan_;
     simrig::Noise noise_;
-    calib::board board_;
-    calib::zoom_observations seen_;
+    calib::zoom_observations seen_ = empty_observations();
+    const calib::board board_ = seen_.boards[0];
     std::vector<double> focal_mm_;
     int visit_ = 0;
     double meet_mm_ = kToeInMm;
 };
 
 }  // namespace
+
+calib::zoom_observations empty_observations() {
+    calib::zoom_observations seen;
+    seen.boards = {coded_board()};
+    seen.width_px = {world::kArrayColumns, world::kArrayColumns};
+    seen.height_px = {world::kArrayRows, world::kArrayRows};
+    seen.pixel_mm = {0.0032, 0.0032};
+    return seen;
+}
 
 calib::zoom_observations capture(StudyRig &rig, const CapturePlan &plan, uint64_t seed) {
     return Capture(rig, plan, seed).run();

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,8 @@ class StudyRig {
     zoom_state read();
     world::Camera camera(int side);
     world::Mechanics mechanics(int side);
+    /// What the potentiometers would read on average: the rings lag by half of the play.
+    zoom_state exact();
 
   private:
     simrig::LensMotor &motor(int side, int axis) { return motors_[size_t(side)][size_t(axis)]; }
@@ -59,7 +62,16 @@ struct CapturePlan {
     int zooms = 13, positions = 12, visits = 4;
     // Of corners as the detector finds them: calib/RESULTS.md has 0.003 to 0.024 px.
     double noise_px = 0.03;
+    bool is_exact = false;  // the lenses' positions are known
+    /// What is found instead of the corners that are expected; empty: those.
+    std::function<std::vector<calib::corner>(const calib::board &board,
+                                             const world::Pose &world_board, int side,
+                                             const std::vector<calib::corner> &expected)>
+        detect;
 };
+
+/// Without pairs: the board and the cameras' frames.
+calib::zoom_observations empty_observations();
 
 /// A capture as the guide makes it: at each position of the board all zooms that see enough of it,
 /// in both cameras, focused on it; other pans at each visit.

@@ -112,6 +112,8 @@ std::vector<self_track> tracks_of(const std::vector<const Moment *> &moments, in
 
 namespace {
 
+constexpr double kMiddle[2] = {1023.5, 767.5};
+
 // Depth along the left camera's axis at which two views see a true point; its error.
 double depth_error(const Moment &moment, const camera_view view[2], double column, double row,
                    double depth_mm) {
@@ -141,6 +143,14 @@ double depth_error(const Moment &moment, const camera_view view[2], double colum
 
 }  // namespace
 
+double depth_sigma_mm(const self_calibration &self, int state) {
+    double gradient[SELF_TERMS_MAX];
+    if (!self_depth_gradient(&self, state, kMiddle, kDepthMm, gradient)) {
+        throw std::runtime_error("no gradient of depth");
+    }
+    return self_posterior_sigma(&self, gradient);
+}
+
 void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
            bool says, Result &result, double scale_sigma) {
     Sample rows;
@@ -152,22 +162,16 @@ void judge(const Moment &moment, const self_calibration &self, int state, simrig
     }
     result.rows_px.add(rows.quantile(0.5));
     const camera_view *view = &self.view[self_view(state, 0)];
-    const double centre[2] = {1023.5, 767.5};
-    double gradient[SELF_TERMS_MAX];
-    if (!self_depth_gradient(&self, state, centre, kDepthMm, gradient)) {
-        throw std::runtime_error("no gradient of depth");
-    }
-    const double sigma_mm =
-        std::hypot(self_posterior_sigma(&self, gradient), scale_sigma * kDepthMm);
-    const double error_mm = depth_error(moment, view, centre[0], centre[1], kDepthMm);
+    const double sigma_mm = std::hypot(depth_sigma_mm(self, state), scale_sigma * kDepthMm);
+    const double error_mm = depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm);
     result.depth_mm.add(error_mm);
     result.sigma_mm.add(sigma_mm);
     result.z.add(error_mm / sigma_mm);
     result.before_mm.add(
-        depth_error(moment, &self.nominal[self_view(state, 0)], centre[0], centre[1], kDepthMm));
+        depth_error(moment, &self.nominal[self_view(state, 0)], kMiddle[0], kMiddle[1], kDepthMm));
     // Of a body of 100 mm: how much of its relief is wrong.
-    result.relief.add((depth_error(moment, view, 1023.5, 767.5, kDepthMm + 50) -
-                       depth_error(moment, view, 1023.5, 767.5, kDepthMm - 50)) /
+    result.relief.add((depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm + 50) -
+                       depth_error(moment, view, kMiddle[0], kMiddle[1], kDepthMm - 50)) /
                       100);
     result.trials++;
     result.calibrate += says;
@@ -192,20 +196,6 @@ BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::
         board.points.push_back({x, y, 0});
     }
     return board;
-}
-
-bool is_surprised(const self_calibration &self) {
-    for (int term = 0; term < self.terms; term++) {
-        double unit[SELF_TERMS_MAX] = {};
-        unit[term] = 1;
-        const double prior = self_prior_sigma(&self, unit);
-        const double posterior = self_posterior_sigma(&self, unit);
-        const double shown = std::sqrt(std::max(prior * prior - posterior * posterior, 0.0));
-        if (shown > 0.1 * prior && std::fabs(self.correction[term]) > 4 * shown) {
-            return true;
-        }
-    }
-    return false;
 }
 
 self_calibration begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,

@@ -60,6 +60,9 @@ struct Result {
 void judge(const Moment &moment, const self_calibration &self, int state, simrig::Noise &noise,
            bool says, Result &result, double scale_sigma = 0);
 
+/// Predicted for the middle of the left picture.
+double depth_sigma_mm(const self_calibration &self, int state);
+
 /// A board of 24 mm squares at kDepthMm as both cameras see it; its true squares are larger by
 /// `scale`.
 struct BoardSeen {
@@ -67,9 +70,6 @@ struct BoardSeen {
     std::vector<target_sight> sights;
 };
 BoardSeen board_of(const Moment &moment, double scale, double noise_px, simrig::Noise &noise);
-
-/// Whether pictures showed a correction of more than four sigmas.
-bool is_surprised(const self_calibration &self);
 
 self_calibration begin(const zoom_calibration &calibration, const std::vector<zoom_state> &states,
                        Memory &memory);
