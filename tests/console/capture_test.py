@@ -143,29 +143,39 @@ class SmallFrames(DaemonTest):
 
     @classmethod
     def control(cls, *commands):
-        subprocess.run([pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools/simrig/control",
-                        f"unix:{cls.rig_path}", *commands], check=True, capture_output=True)
+        done = subprocess.run([pathlib.Path(os.environ["VERGENCE_SOURCE"]) / "tools/simrig/control",
+                               f"unix:{cls.rig_path}", *commands], check=True, capture_output=True,
+                              text=True)
+        return done.stdout
 
-    def refused(self, said, meanwhile=None):
-        """A capture fails in one line; `meanwhile`, a control command, is given after the second pair."""
+    def capture(self, session, *options, meanwhile=None):
+        """Runs a capture of one position; `meanwhile`, a control command, is given after the second
+        pair. Exit code and output."""
+        command = subprocess.Popen(
+            [os.environ["VERGENCE"], "calibrate", "capture", session, *self.make.BOARD, "--connect",
+             f"unix:{self.path}", "--zooms", "4", "--no-sweep", "--positions", "1", "--range",
+             "1699:1700", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, text=True)
+        shown, wide = "", 0  # pairs at the widest zoom: before and after the cameras turned
+        with command:
+            command.stdin.write("\n")
+            command.stdin.flush()
+            for line in command.stdout:
+                shown += line
+                wide += line.startswith("    8.5 mm: ")
+                if wide == 2 and meanwhile is not None:
+                    self.control(meanwhile)
+                    meanwhile = None
+            said = command.stderr.read()
+        return command.returncode, shown, said
+
+    def refused(self, text, meanwhile=None):
+        """A capture fails in one line."""
         with tempfile.TemporaryDirectory() as work:
-            command = subprocess.Popen(
-                [os.environ["VERGENCE"], "calibrate", "capture", work + "/zooms", *self.make.BOARD,
-                 "--connect", f"unix:{self.path}", "--zooms", "4", "--focus", "distance",
-                 "--no-sweep", "--positions", "1", "--range", "1699:1700"], stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-            with command:
-                command.stdin.write("\n")
-                command.stdin.flush()
-                wide = 0  # pairs at the widest zoom: before and after the cameras turned to the board
-                for line in command.stdout:
-                    wide += line.startswith("    8.5 mm: ")
-                    if wide == 2 and meanwhile is not None:
-                        self.control(meanwhile)
-                        meanwhile = None
-                text = command.stderr.read()
-            self.assertEqual((command.returncode, text.count("\n")), (3, 1), text)
-            self.assertRegex(text, said)
+            code, shown, said = self.capture(work + "/zooms", "--focus", "distance",
+                                             meanwhile=meanwhile)
+            self.assertEqual((code, said.count("\n")), (3, 1), shown + said)
+            self.assertRegex(said, text)
             self.assertFalse(os.path.exists(work + "/zooms/incoming"))
 
 
@@ -174,6 +184,35 @@ class BoardMoved(SmallFrames):
         self.refused("moved during the position.*same command", "move board 30 0 -100 8 6 -3")
         self.control("move board 0 0 -100 8 6 -3")
         self.refused("JAMMED.*zoom", "fault lens left zoom jam")
+
+
+class Light(SmallFrames):
+    def test_a_board_that_becomes_too_bright_is_exposed_again(self):
+        with tempfile.TemporaryDirectory() as work:
+            code, shown, said = self.capture(work + "/zooms", "--focus", "distance",
+                                             meanwhile="light 3")
+            self.assertEqual(code, 0, said)
+            # The last time, and never twice at one setting.
+            before, after = shown.rsplit("exposed for the board", 1)
+            self.assertGreater(int(before.split("white at ")[-1].split(" %")[0]), 80)
+            self.assertEqual(after.count(" mm: "), 1, shown)
+            # One position is not enough for a calibration, which is said.
+            self.assertIn("; 4 of 4 zooms have fewer than 4 boards", shown)
+            self.assertRegex(shown, r"3 pairs in \d+\.\d minutes")
+
+
+class Autofocus(SmallFrames):
+    settings = ("rig.focus_nearest=900 mm",)  # the lens's own scale is wrong
+
+    def test_the_longest_zoom_is_focused_by_its_pictures(self):
+        with tempfile.TemporaryDirectory() as work:
+            code, shown, said = self.capture(work + "/zooms")
+            self.assertEqual(code, 0, said)
+            self.assertNotIn("autofocus failed", shown)
+            for side in ("left", "right"):
+                there = self.control(f"sharp {side} 920 660 200 200")
+                self.assertLess(float(there.split("median: ")[1].split("blur_px: ")[1].split("}")[0]),
+                                0.7, there)
 
 
 class WrongLens(SmallFrames):

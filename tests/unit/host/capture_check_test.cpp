@@ -78,6 +78,13 @@ TEST_CASE("the region for the exposure holds the board of both pictures") {
     CHECK(small.width_px >= 64);
 }
 
+TEST_CASE("the corner to focus by is the one nearest to the middle, where it will be") {
+    const capture_optics optics;
+    const capture_point at = capture_middle_corner(optics, shot_of(5, 1000, 700).view[0], 1.2);
+    CHECK(at.x_px == doctest::Approx(1024 + 1.2 * (1000 + 60 - 1024)));
+    CHECK(at.y_px == doctest::Approx(768 + 1.2 * (700 - 768 + 120)));
+}
+
 TEST_CASE("from one zoom to the next the picture grows as the zoom does, and does not move") {
     const capture_optics optics;
     const capture_shot before = shot_of(1, 1000, 700);

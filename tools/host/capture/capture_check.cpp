@@ -102,6 +102,18 @@ capture_region capture_region_of(const capture_optics &optics, const capture_sho
             std::clamp(even(high[1]) - y, size_min, optics.height_px - y)};
 }
 
+capture_point capture_middle_corner(const capture_optics &optics, const calib::board_view &view,
+                                    double ratio) {
+    const double x0 = 0.5 * optics.width_px, y0 = 0.5 * optics.height_px;
+    const auto off_px = [&](const calib::corner &c) {
+        return std::hypot(c.x_px - x0, c.y_px - y0);
+    };
+    const auto nearest = std::min_element(
+        view.corners.begin(), view.corners.end(),
+        [&](const calib::corner &a, const calib::corner &b) { return off_px(a) < off_px(b); });
+    return {x0 + ratio * (nearest->x_px - x0), y0 + ratio * (nearest->y_px - y0)};
+}
+
 std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,
                                  const capture_shot &after, double ratio) {
     const double centre[2] = {0.5 * optics.width_px, 0.5 * optics.height_px};

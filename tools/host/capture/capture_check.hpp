@@ -21,6 +21,14 @@ struct capture_region {
 };
 capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot);
 
+/// The corner nearest to the middle of the frame, as it will be when the focal length has grown by
+/// `ratio`; the view has one.
+struct capture_point {
+    double x_px, y_px;
+};
+capture_point capture_middle_corner(const capture_optics &optics, const calib::board_view &view,
+                                    double ratio);
+
 /// Whether both pictures changed between two pairs as the focal length did, `ratio` times, and only
 /// so. Returns "", or one sentence that says what moved.
 std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,

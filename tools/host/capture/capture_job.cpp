@@ -26,7 +26,7 @@
 namespace {
 
 const char *const name_there = "calibrate-capture";  // of each pair, on the instrument
-const int readings = 16;
+const int readings = 16, focus_px = 100;
 const int exit_interrupted = 130;
 const double aim_tolerance = 0.3;  // of half the narrowest field
 const double sweep_deg[] = {5, -5};
@@ -138,6 +138,11 @@ class runner {
         }
         instrument_.number("width", &width);
         instrument_.number("height", &height);
+        for (size_t side = 0; side < 2; side++) {
+            // A camera with its own port has no window.
+            instrument_.number(std::string(sides[side]) + ".column", &window_px_[side][0]);
+            instrument_.number(std::string(sides[side]) + ".row", &window_px_[side][1]);
+        }
         optics_.width_px = static_cast<int>(width);
         optics_.height_px = static_cast<int>(height);
         // The servos get the angles at which they are, so that every pair states them.
@@ -161,10 +166,10 @@ class runner {
     // ---- pairs
 
     /// Takes a pair at a zoom, looks for the board, and leaves the pair in `incoming_`.
-    bool take(uint32_t position, int zoom, bool autofocus, const capture_look *middle,
-              capture_shot *shot) {
+    /// `corners`: of both pictures, to focus by; null: focused at the measured distance.
+    bool take(uint32_t position, int zoom, const capture_point *corners, capture_shot *shot) {
         double whites = 0;
-        if (!command("zoom " + std::to_string(zoom)) || !focus(autofocus, middle) ||
+        if (!command("zoom " + std::to_string(zoom)) || !focus(corners) ||
             (!exposed_ && !command("autoexpose whites=yes iris=no")) || !fetch_pair(shot) ||
             !detect(shot, &whites) || !expose_board(shot, &whites)) {
             return false;
@@ -191,11 +196,13 @@ class runner {
         std::printf("  white at %.0f %%: exposed for the board\n", 100 * *whites);
         brightened_ = true;
         const capture_region region = capture_region_of(optics_, *shot);
+        const int window_x = static_cast<int>(window_px_[0][0]);
+        const int window_y = static_cast<int>(window_px_[0][1]);
         std::string why;
-        if (!instrument_.run(
-                report_text_format("autoexpose whites=yes iris=no region=%d,%d,%d,%d", region.x_px,
-                                   region.y_px, region.width_px, region.height_px),
-                &why) &&
+        if (!instrument_.run(report_text_format("autoexpose whites=yes iris=no region=%d,%d,%d,%d",
+                                                region.x_px + window_x, region.y_px + window_y,
+                                                region.width_px, region.height_px),
+                             &why) &&
             (too_bright || instrument_.interrupted())) {
             return fail(why);
         }
@@ -234,35 +241,45 @@ class runner {
                session_.look(incoming_, shot, &error_);
     }
 
-    bool focus(bool autofocus, const capture_look *middle) {
+    bool focus(const capture_point *corners) {
         const double distance = distance_mm_ > 0 ? distance_mm_ : next_.z_mm;
-        if (!command(report_text_format("focus %.0f mm",
-                                        std::max(distance, optics_.focus_nearest_mm)))) {
+        const std::string by_scale =
+            report_text_format("focus %.0f mm", std::max(distance, optics_.focus_nearest_mm));
+        if (!command(by_scale)) {
             return false;
         }
-        if (!autofocus) {
-            return true;
-        }
-        const int size = 200;
-        const auto corner = [](double at, int limit) {
-            return static_cast<int>(std::clamp(at - size / 2.0, 0.0, double(limit - size))) / 2 * 2;
-        };
-        for (size_t side = 0; side < 2; side++) {
+        for (size_t side = 0; side < 2 && corners != nullptr; side++) {
             std::string why;
-            if (!instrument_.run(
-                    report_text_format("autofocus side=%s region=%d,%d,%d,%d", sides[side],
-                                       corner(middle[side].x_px, optics_.width_px),
-                                       corner(middle[side].y_px, optics_.height_px), size, size),
-                    &why)) {
+            if (!autofocus(side, corners[side], &why)) {
                 if (instrument_.interrupted()) {
                     return fail(why);
                 }
                 std::printf("  autofocus failed (%s): focused at the measured distance\n",
                             why.c_str());
-                return command(report_text_format("focus %.0f mm", distance));
+                return command(by_scale);
             }
         }
         return true;
+    }
+
+    /// Regions are stated on the whole sensor.
+    bool autofocus(size_t side, const capture_point &corner, std::string *why) {
+        const auto begin = [](double at, int limit, double window) {
+            const double first = std::clamp(at - focus_px / 2.0, 0.0, double(limit - focus_px));
+            return static_cast<int>(first + window) / 2 * 2;
+        };
+        if (!instrument_.run(
+                report_text_format("autofocus side=%s region=%d,%d,%d,%d", sides[side],
+                                   begin(corner.x_px, optics_.width_px, window_px_[side][0]),
+                                   begin(corner.y_px, optics_.height_px, window_px_[side][1]),
+                                   focus_px, focus_px),
+                why)) {
+            return false;
+        }
+        std::string verdict;
+        instrument_.text(std::string(sides[side]) + ".verdict", &verdict);
+        *why = sides[side] + (" camera: " + verdict);
+        return verdict == "focused" || verdict == "sharp everywhere";
     }
 
     static bool is_seen(const capture_shot &shot) {
@@ -304,7 +321,7 @@ class runner {
             if (*ended) {
                 return true;
             }
-            if (!take(position, zooms_[0], false, nullptr, wide)) {
+            if (!take(position, zooms_[0], nullptr, wide)) {
                 return false;
             }
             if (is_seen(*wide)) {
@@ -362,7 +379,7 @@ class runner {
             return false;
         }
         std::printf("  turned to %.2f and %.2f deg\n", pan_deg_[0], pan_deg_[1]);
-        return take(position, zooms_[0], false, nullptr, wide) &&
+        return take(position, zooms_[0], nullptr, wide) &&
                (is_seen(*wide) || fail("the board is no longer in view after the cameras turned "
                                        "to it (was it moved?)")) &&
                session_.add(incoming_, *wide, &error_);
@@ -379,20 +396,19 @@ class runner {
             if (!visible(last, zooms_[i - 1], zooms_[i])) {
                 break;
             }
-            capture_look middle[2];
-            for (size_t side = 0; side < 2; side++) {
-                capture_look_at(job_.board, last.view[side], 1, &middle[side]);
-            }
+            const double ratio = optics_.focal_mm(zooms_[i]) / optics_.focal_mm(zooms_[i - 1]);
+            const capture_point corners[2] = {capture_middle_corner(optics_, last.view[0], ratio),
+                                              capture_middle_corner(optics_, last.view[1], ratio)};
             capture_shot shot;
-            if (!take(position, zooms_[i], job_.autofocus && i + 1 == end, middle, &shot)) {
+            if (!take(position, zooms_[i], job_.autofocus && i + 1 == end ? corners : nullptr,
+                      &shot)) {
                 return false;
             }
             if (!is_seen(shot)) {
                 explain(shot);
                 break;
             }
-            error_ = capture_check_zoomed(
-                optics_, last, shot, optics_.focal_mm(zooms_[i]) / optics_.focal_mm(zooms_[i - 1]));
+            error_ = capture_check_zoomed(optics_, last, shot, ratio);
             if (!error_.empty() || !session_.add(incoming_, shot, &error_)) {
                 return false;
             }
@@ -413,7 +429,7 @@ class runner {
         for (const double offset : sweep_deg) {
             capture_shot shot;
             if (!turn({home[0] + offset, home[1] + offset}) ||
-                !take(position, zooms_[0], false, nullptr, &shot)) {
+                !take(position, zooms_[0], nullptr, &shot)) {
                 return false;
             }
             if (is_seen(shot) && !session_.add(incoming_, shot, &error_)) {
@@ -467,6 +483,7 @@ class runner {
     capture_optics optics_;
     std::vector<int> zooms_;
     std::array<double, 2> pan_deg_{}, pan_limit_deg_{};
+    double window_px_[2][2] = {{0, 0}, {0, 0}};  // where the frames begin on the sensors
     capture_place next_;
     std::vector<capture_place> planned_;
     double distance_mm_ = 0;
