@@ -74,6 +74,7 @@ size_t self_calibration_need_bytes(int states) {
 // pixels. Columns are those of the views in the order of the observations.
 struct equations {
     int rows, columns;
+    int unknowns;  // of the point: x, y, and w unless it is at infinity
     double residual[ROWS_MAX];
     double of_view[ROWS_MAX][COLUMNS_MAX];
     double of_point[ROWS_MAX][3];
@@ -85,6 +86,7 @@ static bool write_equations(const struct self_calibration *self, const struct se
     INVARIANT(track->count >= 2 && track->count <= SELF_SEEN_MAX);
     e->rows = 2 * track->count;
     e->columns = VIEW_TERMS * track->count;
+    e->unknowns = track->at_infinity ? 2 : 3;
     INVARIANT(e->rows <= ROWS_MAX && e->columns <= COLUMNS_MAX);
     for (int i = 0; i < track->count; i++) {
         double pixel[2], of_view[2][VIEW_TERMS];
@@ -105,7 +107,7 @@ static bool write_equations(const struct self_calibration *self, const struct se
 
 // Makes the columns of `of_point` orthonormal (modified Gram-Schmidt). False if they are dependent.
 static bool orthonormalize(struct equations *e) {
-    for (int j = 0; j < 3; j++) {
+    for (int j = 0; j < e->unknowns; j++) {
         double before = 0, after = 0;
         for (int i = 0; i < e->rows; i++) {
             before += e->of_point[i][j] * e->of_point[i][j];
@@ -136,9 +138,10 @@ static bool orthonormalize(struct equations *e) {
 
 // The change of the point that fits residuals of which `projected` are the parts along the basis.
 static void point_change(const struct equations *e, const double projected[3], double change[3]) {
-    for (int j = 2; j >= 0; j--) {
+    change[2] = 0;
+    for (int j = e->unknowns - 1; j >= 0; j--) {
         double rest = projected[j];
-        for (int k = j + 1; k < 3; k++) {
+        for (int k = j + 1; k < e->unknowns; k++) {
             rest -= e->triangle[j][k] * change[k];
         }
         change[j] = rest / e->triangle[j][j];
@@ -146,7 +149,7 @@ static void point_change(const struct equations *e, const double projected[3], d
 }
 
 static void project_residual(const struct equations *e, double projected[3]) {
-    for (int j = 0; j < 3; j++) {
+    for (int j = 0; j < e->unknowns; j++) {
         projected[j] = 0;
         for (int i = 0; i < e->rows; i++) {
             projected[j] += e->of_point[i][j] * e->residual[i];
@@ -174,7 +177,7 @@ static bool start_point(const struct self_calibration *self, struct self_track *
     const double square = geometry_dot(arm_x, arm_x);
     track->point.x = first[0];
     track->point.y = first[1];
-    track->point.w = square > 0 ? -geometry_dot(first_x, arm_x) / square : 0;
+    track->point.w = square > 0 && !track->at_infinity ? -geometry_dot(first_x, arm_x) / square : 0;
     return true;
 }
 
@@ -199,7 +202,7 @@ bool self_track_place(const struct self_calibration *self, struct self_track *tr
 static void remove_point(struct equations *e) {
     double projected[3];
     project_residual(e, projected);
-    for (int j = 0; j < 3; j++) {
+    for (int j = 0; j < e->unknowns; j++) {
         for (int i = 0; i < e->rows; i++) {
             e->residual[i] -= e->of_point[i][j] * projected[j];
         }
@@ -262,8 +265,8 @@ static bool reduce(const struct self_calibration *self, struct self_track *track
     track->point.x += change[0];
     track->point.y += change[1];
     track->point.w += change[2];
-    const int freedom = e->rows - 3;
-    if (track->count == 2) {
+    const int freedom = e->rows - e->unknowns;
+    if (track->count == 2 && !track->at_infinity) {
         remove_point_of_two(e);
     } else {
         remove_point(e);

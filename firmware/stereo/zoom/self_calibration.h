@@ -32,9 +32,10 @@ struct self_track {
     int view[SELF_SEEN_MAX];
     double pixel_px[SELF_SEEN_MAX][2];
     struct far_point point;
-    bool is_placed;   // `point` is where a fit before has put it
-    double sigma_px;  // standard deviation of one coordinate of an observation
-    double residual;  // rms in px of the last fit, of what the point cannot absorb
+    bool at_infinity;  // known to be: both cameras see it in one direction
+    bool is_placed;    // `point` is where a fit before has put it
+    double sigma_px;   // standard deviation of one coordinate of an observation
+    double residual;   // rms in px of the last fit, of what the point cannot absorb
     bool rejected;
 };
 

@@ -321,6 +321,59 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
     }
 }
 
+TEST_CASE("a thing at infinity gives the depth, as well as predicted") {
+    Random random(synthetic::test_seed());
+    const auto calibration = zoom_rig::calibration();
+    const int draws = synthetic::rounds(30, 2);
+    for (const double zoom : {320.0, 600.0, 840.0}) {
+        zoom_state state = zoom_rig::state(zoom, 1800);
+        // Toed in, tele lenses would not share anything far away.
+        state.side[0].pan_rad = state.side[1].pan_rad = 0;
+        double square = 0, before = 0, after = 0;
+        for (int draw = 0; draw < draws; draw++) {
+            Memory memory(self_calibration_need_bytes(1));
+            self_calibration self;
+            REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
+            const Truth truth = off(*calibration, state, random);
+            self_track far = {};
+            far.count = 2;
+            far.view[1] = 1;
+            far.sigma_px = 0.5;
+            far.at_infinity = true;
+            const double point[3] = {1e7 * 0.01, -1e7 * 0.005, 1e7};
+            for (int side = 0; side < 2; side++) {
+                REQUIRE(see(truth.camera[side], point, far.pixel_px[side]));
+                far.pixel_px[side][0] += 0.5 * normal(random);
+                far.pixel_px[side][1] += 0.5 * normal(random);
+            }
+            const double centre[2] = {1024, 768};
+            double gradient[SELF_TERMS_MAX];
+            REQUIRE(self_depth_gradient(&self, 0, centre, 5000, gradient));
+            before = self_prior_sigma(&self, gradient);
+            REQUIRE(self_calibration_solve(&self, &far, 1) == 1);
+            after = self_posterior_sigma(&self, gradient);
+            // What remains of the direction between both rays, against what is predicted.
+            double turn[SELF_TERMS_MAX] = {};
+            turn[VIEW_ROTATION_Y] = -1;
+            turn[VIEW_TERMS + VIEW_ROTATION_Y] = 1;
+            double offset = 0;
+            const double *R[2] = {self.view[0].R_instrument_camera,
+                                  self.view[1].R_instrument_camera};
+            const double *T[2] = {truth.camera[0].R_world_camera, truth.camera[1].R_world_camera};
+            offset = (std::atan2(T[1][2], T[1][8]) - std::atan2(T[0][2], T[0][8])) -
+                     (std::atan2(R[1][2], R[1][8]) - std::atan2(R[0][2], R[0][8]));
+            const double sigma = self_posterior_sigma(&self, turn);
+            square += offset * offset / (sigma * sigma) / draws;
+        }
+        CAPTURE(zoom);
+        CHECK(after < 0.2 * before);
+        if (draws >= 30) {
+            CHECK(std::sqrt(square) < 1.4);
+            CHECK(std::sqrt(square) > 0.4);
+        }
+    }
+}
+
 TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide to tele") {
     Random random(synthetic::test_seed());
     const auto calibration = zoom_rig::calibration();
