@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMassOne = 512;
+// Prices of leaning along a column and along a row.
+constexpr double kLeanDown = 3;
+constexpr double kLeanAlong = 8;
 
 // What arrives along a row or a column at some pixel.
 struct Running {
@@ -101,10 +104,10 @@ Lanes arriving(const Lanes &average, const Lanes &own) {
 }
 
 // Each lane, or a neighbour at a price: the average along a slanted surface.
-Lanes leaning(const Lanes &lanes) {
+Lanes leaning(const Lanes &lanes, double price) {
     Lanes result;
     for (size_t i = 0; i < lanes.size(); i++) {
-        result.push_back(std::min(lanes[i], lower_neighbour(lanes, i) + 3));
+        result.push_back(std::min(lanes[i], lower_neighbour(lanes, i) + price));
     }
     return result;
 }
@@ -114,16 +117,15 @@ double carry(const Running &running, int step) {
 }
 
 // A recursive average of the first `count` pixels after each of them: `cost(n)` are the n-th
-// pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n.
+// pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n. `price`: of leaning.
 template <typename Cost, typename Step>
-std::vector<Running> averages_along(int count, Cost cost, Step step, bool leans) {
+std::vector<Running> averages_along(int count, Cost cost, Step step, double price) {
     std::vector<Running> result = {{cost(0), 0}};
     for (int n = 1; n < count; n++) {
         const Running &before = result.back();
         const double carried = carry(before, step(n));
-        const Lanes lanes = arriving(before.average, cost(n));
-        result.push_back(
-            {blend(leans ? leaning(lanes) : lanes, cost(n), share_of(carried, kMassOne)), carried});
+        const Lanes lanes = leaning(arriving(before.average, cost(n)), price);
+        result.push_back({blend(lanes, cost(n), share_of(carried, kMassOne)), carried});
     }
     return result;
 }
@@ -143,7 +145,7 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
     const int height = averages.height;
     const std::vector<Running> down = averages_along(
         height, [&](int y) { return averages.at(x, y); },
-        [&](int y) { return step_between(left, x, y, x, y - 1); }, true);
+        [&](int y) { return step_between(left, x, y, x, y - 1); }, kLeanDown);
     std::vector<Lanes> result;
     for (int y = 0; y < height; y++) {
         const Running &above = down[static_cast<size_t>(y)];
@@ -155,11 +157,11 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
         const Running below =
             averages_along(
                 last - y, [&](int n) { return averages.at(x, last - n); },
-                [&](int n) { return step_between(left, x, last - n, x, last - n + 1); }, true)
+                [&](int n) { return step_between(left, x, last - n, x, last - n + 1); }, kLeanDown)
                 .back();
         const double carried = carry(below, step_between(left, x, y + 1, x, y));
         const double share = 128 - share_of(above.mass(), carried);
-        const Lanes lanes = leaning(arriving(below.average, averages.at(x, y)));
+        const Lanes lanes = leaning(arriving(below.average, averages.at(x, y)), kLeanDown);
         result.push_back(blend(lanes, above.average, share));
     }
     return result;
@@ -288,16 +290,16 @@ Volume row_averages(const View &left, const Volume &costs) {
             return std::abs(grey_at(left, x, y) - grey_at(left, x - 1, y));
         };
         const std::vector<Running> from_left = averages_along(
-            width, [&](int x) { return costs.at(x, y); }, step, false);
+            width, [&](int x) { return costs.at(x, y); }, step, kLeanAlong);
         const std::vector<Running> from_right = averages_along(
             width, [&](int n) { return costs.at(width - 1 - n, y); },
-            [&](int n) { return step(width - n); }, false);
+            [&](int n) { return step(width - n); }, kLeanAlong);
         for (int x = 0; x < width; x++) {
             const Running &before = from_left[static_cast<size_t>(x)];
             result.at(x, y) = before.average;
             if (x + 1 < width) {
                 const Running &after = from_right[static_cast<size_t>(width - 2 - x)];
-                const Lanes lanes = arriving(after.average, costs.at(x, y));
+                const Lanes lanes = leaning(arriving(after.average, costs.at(x, y)), kLeanAlong);
                 const double share = share_of(before.mass(), carry(after, step(x + 1)));
                 result.at(x, y) = blend(before.average, lanes, share);
             }

@@ -71,25 +71,22 @@ static inline uint8_t *ring_cells(const struct column_view *view, const struct m
     return match_cell(view->level->ring[y % view->level->ring_rows], tile, 0);
 }
 
-// The blend in which each lane of `a` may be replaced by a neighbour's value plus MATCH_LEAN: an
-// average along a surface that is slanted by up to one disparity per row, and not only along a
-// vertical one.
+// The blend in which `a` leans: an average along a surface that is slanted by up to one disparity
+// per row, and not only along a vertical one.
 /*@ requires are_lanes(lanes) && shares.first + shares.second == MATCH_WEIGHT_ONE;
     requires \valid_read(a) && \valid_read(b) && \valid(result);
     assigns result->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void blend_leaning(const struct lanes *a, const struct lanes *b,
                                 struct vector_shares shares, struct lanes *result,
                                 const int lanes) {
-    const struct vector lean = vector_all(MATCH_LEAN);
+    const struct vector price = vector_all(MATCH_LEAN_DOWN);
     struct vector before = vector_all(UINT8_MAX);
     /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
         loop assigns k, before, result->part[0 .. lanes / MATCH_LANES - 1];
         loop variant lanes - k; */
     for (int k = 0; k < lanes / MATCH_LANES; k++) {
         const struct vector here = a->part[k];
-        const struct vector beside = lower_neighbour(a, k, before, lanes);
-        const struct vector leaning = vector_min(here, vector_add(beside, lean));
-        result->part[k] = vector_blend(leaning, b->part[k], shares);
+        result->part[k] = vector_blend(leaning(a, k, before, price, lanes), b->part[k], shares);
         before = here;
     }
 }

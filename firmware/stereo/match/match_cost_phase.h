@@ -124,14 +124,16 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
             \valid(of->averaged[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&
             \valid(of->running[r] + (0 .. lanes - 1)) && \valid_read(of->line + r)); */
 
-// Averages of the costs up to each column, weighted by the edges between.
+// Averages of the costs up to each column from column `first` of the tile on, weighted by the edges
+// between. They lean, as a surface may be slanted along the row.
 /*@ requires VECTOR_MEMBERS == 1;
-    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes);
+    requires tile_in_rows(of, tile, x_begin, columns, groups, lanes) && 0 <= first <= columns;
     requires \forall integer r; 0 <= r < groups ==>
         \valid_read(of->line[r].cost.forward + (x_begin .. x_begin + columns - 1)) &&
         are_shares(of->line[r].cost.forward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
-                                  int x_begin, int columns, const int groups, const int lanes) {
+                                  int x_begin, int first, int columns, const int groups,
+                                  const int lanes) {
     // A local copy, as stores of bytes might alias the original.
     const struct cost_view view = *of;
     /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
@@ -153,13 +155,14 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
-    ptrdiff_t cell = tile->offset;
-    /*@ loop invariant x_begin <= x <= x_begin + columns;
+    const struct vector price = vector_all(MATCH_LEAN_ALONG);
+    ptrdiff_t cell = tile->offset + (ptrdiff_t)first * lanes;
+    /*@ loop invariant x_begin + first <= x <= x_begin + columns;
         loop invariant cell == tile->offset + (x - x_begin) * lanes;
         loop assigns x, cell, average[0 .. groups - 1],
             view.averaged[0 .. groups - 1][tile->offset .. tile->offset + columns * lanes - 1];
         loop variant x_begin + columns - x; */
-    for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
+    for (int x = x_begin + first; x < x_begin + columns; x++, cell += lanes) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, average[0 .. groups - 1],
@@ -168,15 +171,19 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares shares = vector_shares_each(shares_at + r, x);
+            struct vector before = vector_all(UINT8_MAX);
             /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-                loop assigns k, average[q].part[0 .. lanes / MATCH_LANES - 1],
+                loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
                     view.averaged[r][cell .. cell + lanes - 1];
                 loop variant lanes - k; */
             for (int k = 0; k < lanes / MATCH_LANES; k++) {
                 const ptrdiff_t at = cell + (ptrdiff_t)k * MATCH_LANES;
                 const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
-                average[q].part[k] = vector_blend(average[q].part[k], cost, shares);
+                const struct vector here = average[q].part[k];
+                average[q].part[k] =
+                    vector_blend(leaning(&average[q], k, before, price, lanes), cost, shares);
                 vector_store(view.averaged + r, at, average[q].part[k]);
+                before = here;
             }
         }
     }
@@ -221,6 +228,7 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
         load_lanes((const uint8_t *const *)view.running + q * VECTOR_MEMBERS, 0, &average[q],
                    lanes);
     }
+    const struct vector price = vector_all(MATCH_LEAN_ALONG);
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
     /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
         loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
@@ -238,8 +246,9 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares joined = vector_shares_each(joined_at + r, x);
             const struct vector_shares backward = vector_shares_each(backward_at + r, x);
+            struct vector before = vector_all(UINT8_MAX);
             /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
-                loop assigns k, average[q].part[0 .. lanes / MATCH_LANES - 1],
+                loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
                     view.averaged[r][cell .. cell + lanes - 1];
                 loop variant lanes - k; */
             for (int k = 0; k < lanes / MATCH_LANES; k++) {
@@ -247,9 +256,11 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
                 const struct vector from_left =
                     vector_load((const uint8_t *const *)view.averaged + r, at);
                 const struct vector cost = vector_load((const uint8_t *const *)view.raw + r, at);
-                vector_store(view.averaged + r, at,
-                             vector_blend(from_left, average[q].part[k], joined));
-                average[q].part[k] = vector_blend(average[q].part[k], cost, backward);
+                const struct vector here = average[q].part[k];
+                const struct vector from_right = leaning(&average[q], k, before, price, lanes);
+                vector_store(view.averaged + r, at, vector_blend(from_left, from_right, joined));
+                average[q].part[k] = vector_blend(from_right, cost, backward);
+                before = here;
             }
         }
     }
@@ -304,7 +315,11 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
 #undef TILE_COSTS
         }
         enter_tile_with_averages(view, rows, t == 0 ? NULL : tile - 1, tile, 0);
-#define AVERAGE_FORWARD(lanes) average_forward(view, tile, x, columns, groups, lanes)
+        for (int r = 0; r < rows && t == 0; r++) {
+            memcpy(view->averaged[r] + tile->offset, view->running[r], (size_t)tile->lanes);
+        }
+#define AVERAGE_FORWARD(lanes) \
+    average_forward(view, tile, x, t == 0 ? 1 : 0, columns, groups, lanes)
         MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_FORWARD);
 #undef AVERAGE_FORWARD
     }

@@ -69,6 +69,17 @@ MATCH_INLINE struct vector lower_neighbour(const struct lanes *of, int k, struct
     return vector_min(vector_up(of->part[k], before), vector_down(of->part[k], after));
 }
 
+// Part k of an average, in which each lane may be replaced by a neighbour's value plus `price`: an
+// average along a slanted surface. `before` as above.
+/*@ requires are_lanes(lanes) && 0 <= k < lanes / MATCH_LANES;
+    requires \valid_read(of);
+    assigns \nothing; */
+MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector before,
+                                   struct vector price, const int lanes) {
+    const struct vector beside = lower_neighbour(of, k, before, lanes);
+    return vector_min(of->part[k], vector_add(beside, price));
+}
+
 // message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
 // path cost in `path_cost` and neighbours beyond the ends are infinite; then its lowest lane is
 // subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual

@@ -38,7 +38,9 @@ enum {
     MATCH_CENSUS_WEIGHT = 4,
     MATCH_CENSUS_RADIUS = 2,
     MATCH_GRADIENT_TRUNCATION = 18,
-    MATCH_LEAN = 3,  // price of a neighbouring disparity in an average along a column
+    // Prices of a neighbouring disparity in an average along a column and along a row.
+    MATCH_LEAN_DOWN = 3,
+    MATCH_LEAN_ALONG = 8,
     MATCH_TILE_COLUMNS = 16,
     MATCH_BAND_ROWS = 8,
     MATCH_AHEAD_ROWS = 6,
