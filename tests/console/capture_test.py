@@ -235,6 +235,8 @@ class Board(OnePosition):
             self.assertEqual(after.count(" mm: "), 1, shown)
             # One position is not enough for a calibration, which is said.
             self.assertIn("; 4 of 4 zooms have fewer than 4 boards", shown)
+            # Ten counts of play below the end of the motor's range.
+            self.assertIn("4 zooms from 8.5 to 83.6 mm", shown)
             self.assertRegex(shown, r"3 pairs in \d+\.\d minutes")
 
 

@@ -128,6 +128,8 @@ class runner {
         const double first = optics_.zoom_min + (approach == "below" ? backlash : 0);
         const double last = optics_.zoom_max - (approach == "above" ? backlash : 0);
         zooms_ = capture_zooms(optics_, first, last, job_.zooms);
+        std::printf("%d zooms from %.1f to %.1f mm\n", job_.zooms, optics_.focal_mm(zooms_.front()),
+                    optics_.focal_mm(zooms_.back()));
         return prepare_cameras();
     }
 
