@@ -9,7 +9,8 @@ namespace calib {
 
 namespace {
 
-const double LOSS = 3;
+const double LOSS = 3, FIRST_LOSS = 30;
+const double FIXED_AXES = 0.03;  // share of their standard deviations
 const int VARIANCE_ROUNDS = 12, CLEANING_ROUNDS = 6;
 
 class zoom_solver {
@@ -36,6 +37,7 @@ class zoom_solver {
         }
         result_.layout = zoom_layout(result_.problem, orders);
         result_.prior = wide_prior(result_.problem, result_.layout, result_.estimate);
+        fit_with_fixed_axes();
         fit(LOSS, 60);
         clean();
         estimate_variances();
@@ -96,6 +98,19 @@ class zoom_solver {
         fit_zoom(
             result_.problem, result_.layout, result_.prior, weights(loss), iterations,
             [this] { show_stage("solving all zooms together"); }, &result_.estimate);
+    }
+
+    // From far off. Free pan axes, which corners determine badly, would be led astray by outliers;
+    // the wide loss keeps a setting from being drawn to its one wrong picture.
+    void fit_with_fixed_axes() {
+        const zoom_prior prior = result_.prior;
+        for (int camera = 0; camera < CAMERAS; camera++) {
+            for (int i = ZOOM_AXIS_DIRECTION_X; i <= ZOOM_PAN_SCALE; i++) {
+                result_.prior.sigma[size_t(result_.layout.mount_at(camera, i))] *= FIXED_AXES;
+            }
+        }
+        fit(FIRST_LOSS, 30);
+        result_.prior = prior;
     }
 
     bool reject_outliers() {

@@ -221,9 +221,8 @@ void count_named(const synthetic::ZoomViews &views, const calib::zoom_solution &
 }
 
 outcome solve_rigs(const char *what, const synthetic::ZoomPlan &plan, int rigs,
-                   calib::zoom_options options = {}) {
+                   calib::zoom_options options = {}, uint64_t seed = synthetic::test_seed()) {
     options.leave_out = false;
-    const uint64_t seed = synthetic::test_seed();
     outcome result;
     figures all;
     for (int rig = 0; rig < rigs; rig++) {
@@ -293,10 +292,12 @@ TEST_CASE("figures: each zoom alone, straight lines between") {
 TEST_CASE("figures: wrong pictures and corners are named") {
     synthetic::ZoomPlan plan = sweep(12);
     plan.wrong_views = plan.wrong_corners = 0.05;
-    const outcome found = solve_rigs("13 x 12, 5 % wrong", plan, synthetic::draws(1));
+    // By default a rig with a setting that its one wrong picture may attract.
+    const outcome found = solve_rigs("13 x 12, 5 % wrong", plan, synthetic::draws(1), {},
+                                     synthetic::draws(1) > 1 ? synthetic::test_seed() : 1303);
     CHECK(found.wrong > 50);
     CHECK(found.missed == 0);
-    CHECK(found.rejected_good <= 1);
+    CHECK(found.rejected_good == 0);
     CHECK(found.error.focal < 9e-4);
     CHECK(found.error.epipolar_px < 0.15);
     CHECK(found.error.depth_mm < 1.5);
