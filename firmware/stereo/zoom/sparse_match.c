@@ -108,8 +108,8 @@ struct cells {
 static void collect(const struct image_u8 *level, const struct sums *work, int32_t *score,
                     struct cells *cells) {
     enum {
-        // Noise of +-2 grey levels gives less.
-        SCORE_MIN = 300,
+        // Noise of +-1 grey level gives less.
+        SCORE_MIN = 120,
     };
     struct sums sums = *work;
     const size_t bytes = (size_t)level->width * sizeof(int32_t);
