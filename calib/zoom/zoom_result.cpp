@@ -106,6 +106,7 @@ void describe_camera(const zoom_solution &solution, int camera, zoom_camera *out
         irregularity = std::hypot(irregularity, latent[size_t(LATENT_CENTRE_X + axis)]);
     }
     out->pan_sigma_rad = solution.problem.pan_sigma_rad;
+    out->creep_sigma_rad = latent[LATENT_PAN];
 }
 
 void describe_data(zoom_solution *solution) {

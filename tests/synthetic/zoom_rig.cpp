@@ -267,6 +267,7 @@ std::unique_ptr<zoom_calibration> calibration() {
         camera.reading_sigma_counts = 0.25;
         camera.drift_sigma_counts = 1;
         camera.pan_sigma_rad = 0.3 * kPi / 180;
+        camera.creep_sigma_rad = 1e-6;
         set_lens(side, camera);
         set_mount(side, camera);
         camera.function[ZOOM_FOCAL].irregularity = lens[side].ripple_mm / kPixelMm / std::sqrt(2.0);

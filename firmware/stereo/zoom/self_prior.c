@@ -86,12 +86,21 @@ static void add_common(struct prior *prior, int side, enum motor motor, double s
 }
 
 static void add_motors(struct prior *prior, double *covariance) {
+    static const enum zoom_mount_parameter tilt[] = {ZOOM_ROTATION_X, ZOOM_ROTATION_Z};
     for (int side = 0; side < 2; side++) {
         const struct zoom_camera *camera = &prior->camera[side];
         add_common(prior, side, PAN, camera->pan_sigma_rad, covariance);
         add_common(prior, side, ZOOM, camera->drift_sigma_counts, covariance);
         add_common(prior, side, FOCUS, camera->drift_sigma_counts, covariance);
+        // A servo that moved about its axis during the calibration is taken to tilt as far about
+        // the other ones until it is used.
+        for (int i = 0; i < 2; i++) {
+            add_deviation(prior, &prior->camera[side].mount[tilt[i]], camera->creep_sigma_rad,
+                          covariance);
+        }
         for (int state = 0; state < prior->states; state++) {
+            add_deviation(prior, position(prior, state, side, PAN), camera->creep_sigma_rad,
+                          covariance);
             add_deviation(prior, position(prior, state, side, ZOOM), camera->reading_sigma_counts,
                           covariance);
             add_deviation(prior, position(prior, state, side, FOCUS), camera->reading_sigma_counts,

@@ -94,8 +94,9 @@ struct zoom_camera {
     double focus_vergence[ZOOM_FOCUS_TERMS];  // 1/m
     double mount[ZOOM_MOUNT_PARAMETERS];
     // What the motors add: standard deviations of one reading's mean (counts), of the drift between
-    // calibration and use (counts), and of the servo's resting angle (rad).
-    double reading_sigma_counts, drift_sigma_counts, pan_sigma_rad;
+    // calibration and use (counts), of the servo's resting angle, and of how it moves at rest
+    // (rad).
+    double reading_sigma_counts, drift_sigma_counts, pan_sigma_rad, creep_sigma_rad;
 };
 
 /// How well the calibration was checked: on settings that were left out.

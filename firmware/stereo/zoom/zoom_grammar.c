@@ -70,6 +70,8 @@ static const struct zoom_field fields[] = {
            "standard deviation of the drift between calibration and use", drift_sigma_counts),
     CAMERA(DECIMALS, "pan_sigma_rad", 1, 9, 0, 1, "rad",
            "standard deviation of the angle at which the servo rests", pan_sigma_rad),
+    CAMERA(DECIMALS, "creep_sigma_rad", 1, 9, 0, 1, "rad",
+           "standard deviation of the angle by which it moves from there", creep_sigma_rad),
     END(DECIMALS, "scale_sigma", 9, 1, "", "standard deviation of all lengths, relative",
         scale_sigma),
     END(INTEGERS, "settings", 0, 100000, "", "settings of zoom and focus seen",

@@ -212,7 +212,7 @@ TEST_CASE("a pair brings rows together, and its error agrees with the predicted 
     }
 }
 
-TEST_CASE("a camera that was pushed is a surprise, one that moved as it may is none") {
+TEST_CASE("only a camera that was pushed is a surprise") {
     const auto calibration = zoom_rig::calibration();
     Random random(synthetic::test_seed());
     const zoom_state state = zoom_rig::state(600, 1800);
@@ -227,6 +227,27 @@ TEST_CASE("a camera that was pushed is a surprise, one that moved as it may is n
             observe(off(*calibration, was_pushed ? pushed : state, random), 0.1, 400, random);
         (void)self_calibration_solve(&self, tracks.data(), 400);
         CHECK((self_surprise(&self) > 4) == was_pushed);
+    }
+}
+
+TEST_CASE("a servo that creeps moves between states, and tilts") {
+    const auto calibration = zoom_rig::calibration();
+    const zoom_state states[2] = {zoom_rig::state(310, 1800), zoom_rig::state(840, 1800)};
+    for (const double creep_rad : {0.0, 1e-3}) {
+        for (zoom_camera &camera : calibration->camera) {
+            camera.creep_sigma_rad = creep_rad;
+        }
+        Memory memory(self_calibration_need_bytes(2));
+        self_calibration self;
+        REQUIRE(self_calibration_begin(calibration.get(), states, 2, &memory.pool, &self) == 0);
+        double turn[SELF_TERMS_MAX] = {}, tilt[SELF_TERMS_MAX] = {};
+        turn[VIEW_TERMS * self_view(0, 0) + VIEW_ROTATION_Y] = -1;
+        turn[VIEW_TERMS * self_view(1, 0) + VIEW_ROTATION_Y] = 1;
+        tilt[VIEW_TERMS * self_view(0, 1) + VIEW_ROTATION_X] = 1;
+        const double turned = self_prior_sigma(&self, turn), tilted = self_prior_sigma(&self, tilt);
+        CHECK(std::fabs(turned - std::sqrt(2) * creep_rad) < 1e-5);
+        CHECK(tilted > creep_rad);
+        CHECK(tilted < creep_rad + 2e-4);
     }
 }
 
