@@ -19,16 +19,18 @@ namespace {
 
 using namespace zoom_study;
 
+// A zoom, and number and noise of matches as rendered pairs of a rig show them there.
 struct Focal {
     const char *name;
     double mm;
-    // Number and noise of matches, as rendered pairs of the default rig show them.
     int matches;
     double match_px;
 };
-constexpr Focal kFocals[] = {
-    {"1x", 8.75, 430, 0.08}, {"3x", 25.5, 350, 0.04}, {"10x", 82, 320, 0.045}};
 constexpr int kPlaces = 3;
+constexpr Focal kDefault[kPlaces] = {
+    {"1x", 8.75, 600, 0.075}, {"3x", 25.5, 450, 0.05}, {"10x", 82, 400, 0.047}};
+constexpr Focal kHarsh[kPlaces] = {
+    {"1x", 8.75, 40, 0.08}, {"3x", 25.5, 240, 0.1}, {"10x", 82, 150, 0.12}};
 constexpr double kFarMatchPx = 0.12;  // of a thing in pictures at both ends of the zoom
 
 struct Options {
@@ -120,14 +122,15 @@ void try_board(const zoom_calibration &calibration, const Moment &moment, const 
 
 // Row 5: the pair before and after zooming, pan untouched.
 void try_bracket(const zoom_calibration &calibration, const Moment &wide, const Moment &narrow,
-                 simrig::Noise &noise, Result &at_wide, Result &at_narrow) {
+                 const Focal focals[kPlaces], simrig::Noise &noise, Result &at_wide,
+                 Result &at_narrow) {
     Memory memory(self_calibration_need_bytes(2));
     self_calibration self = begin(calibration, {wide.state, narrow.state}, memory);
     std::vector<self_track> tracks = tracks_of({&wide, &narrow}, 0, kFarMatchPx, 100, noise);
-    for (const self_track &track : matches_of(wide, 0, kFocals[0], noise)) {
+    for (const self_track &track : matches_of(wide, 0, focals[0], noise)) {
         tracks.push_back(track);
     }
-    for (const self_track &track : matches_of(narrow, 1, kFocals[2], noise)) {
+    for (const self_track &track : matches_of(narrow, 1, focals[2], noise)) {
         tracks.push_back(track);
     }
     (void)self_calibration_solve(&self, tracks.data(), int(tracks.size()));
@@ -155,6 +158,7 @@ void focal_logs(const zoom_pair *pair, void *context, double *values) {
 
 // All figures of one rig.
 struct Figures {
+    const Focal *focals = kDefault;
     Sample exact[kPlaces], read[kPlaces], exact_z[kPlaces];  // relative errors of f
     Result pair[kPlaces], board[kPlaces], wide, narrow;
     Limits limits[kPlaces];
@@ -170,7 +174,7 @@ void try_zooms(const std::string &name, const zoom_calibration &calibration, uin
     simrig::Noise noise(seed + 77);
     for (int i = 0; i < kPlaces; i++) {
         for (int run = 0; run < runs; run++) {
-            zoom_both(rig, kFocals[i].mm * (1 + 0.03 * (noise.uniform() - 0.5)));
+            zoom_both(rig, figures.focals[i].mm * (1 + 0.03 * (noise.uniform() - 0.5)));
             const Moment moment = moment_of(rig);
             const zoom_state at = rig.exact();
             zoom_variance variance[2];
@@ -197,12 +201,13 @@ void try_moves(const std::string &name, const zoom_calibration &calibration, uin
         Moment at[kPlaces];
         move_about(rig, noise);
         for (int i = 0; i < kPlaces; i++) {
-            zoom_both(rig, kFocals[i].mm);
+            zoom_both(rig, figures.focals[i].mm);
             at[i] = moment_of(rig);
-            try_pair(calibration, at[i], kFocals[i], noise, figures.pair[i], figures.limits[i]);
-            try_board(calibration, at[i], kFocals[i], noise, figures.board[i]);
+            try_pair(calibration, at[i], figures.focals[i], noise, figures.pair[i],
+                     figures.limits[i]);
+            try_board(calibration, at[i], figures.focals[i], noise, figures.board[i]);
         }
-        try_bracket(calibration, at[0], at[2], noise, figures.wide, figures.narrow);
+        try_bracket(calibration, at[0], at[2], figures.focals, noise, figures.wide, figures.narrow);
     }
 }
 
@@ -239,7 +244,7 @@ void study(const std::string &name, uint64_t seed, int runs, int rendered, Figur
         simrig::Noise noise(seed + 5000 + uint64_t(run));
         move_about(used, noise);
         for (int i = 0; i < kPlaces; i++) {
-            zoom_both(used, kFocals[i].mm);
+            zoom_both(used, figures.focals[i].mm);
             try_rendered(calibration, used, noise, figures.frames[i]);
         }
     }
@@ -252,7 +257,7 @@ void print(const std::string &name, const Figures &figures) {
         "| unseen zooms, unrefined | f, exact positions | its error over predicted sigma | "
         "f, 16 readings: rms, worst |\n|---|---|---|---|\n");
     for (int i = 0; i < kPlaces; i++) {
-        std::printf("| %s | %.3f %% | %.2f | %.3f, %.3f %% |\n", kFocals[i].name,
+        std::printf("| %s | %.3f %% | %.2f | %.3f, %.3f %% |\n", figures.focals[i].name,
                     100 * figures.exact[i].rms(), figures.exact_z[i].rms(),
                     100 * figures.read[i].rms(), 100 * figures.read[i].worst());
     }
@@ -260,12 +265,12 @@ void print(const std::string &name, const Figures &figures) {
         "\n| self-calibration | rows, median | depth at 1.8 m, rms | relief, rms | error "
         "over predicted sigma | beyond 4 sigma |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < kPlaces; i++) {
-        print((std::string("pair, ") + kFocals[i].name).c_str(), figures.pair[i]);
+        print((std::string("pair, ") + figures.focals[i].name).c_str(), figures.pair[i]);
     }
     print("bracket 1x and 10x, at 1x", figures.wide);
     print("bracket 1x and 10x, at 10x", figures.narrow);
     for (int i = 0; i < kPlaces; i++) {
-        print((std::string("board in view, ") + kFocals[i].name).c_str(), figures.board[i]);
+        print((std::string("board in view, ") + figures.focals[i].name).c_str(), figures.board[i]);
     }
     std::printf(
         "\n| what limits a pair: predicted sigma of depth | | with an exact calibration | and "
@@ -273,8 +278,8 @@ void print(const std::string &name, const Figures &figures) {
     for (int i = 0; i < kPlaces; i++) {
         const Limits &limits = figures.limits[i];
         std::printf("| %s, %d matches to %.3f px | %.1f mm | %.1f mm | %.1f mm |\n",
-                    kFocals[i].name, kFocals[i].matches, kFocals[i].match_px, limits.all.rms(),
-                    limits.exact.rms(), limits.still.rms());
+                    figures.focals[i].name, figures.focals[i].matches, figures.focals[i].match_px,
+                    limits.all.rms(), limits.exact.rms(), limits.still.rms());
     }
     if (figures.frames[0].frames.trials > 0) {
         std::printf(
@@ -287,7 +292,7 @@ void print(const std::string &name, const Figures &figures) {
         const Rendered &r = figures.frames[i];
         char what[120];
         std::snprintf(what, sizeof what, "%s | %.0f, %.0f | %.3f px | %.0f, %.0f ms",
-                      kFocals[i].name, r.matches.quantile(0.5), r.used.quantile(0.5),
+                      figures.focals[i].name, r.matches.quantile(0.5), r.used.quantile(0.5),
                       r.noise_px.quantile(0.5), 1000 * r.refining_seconds.quantile(0.5),
                       1000 * r.seconds.quantile(0.5));
         print(what, r.frames);
@@ -313,8 +318,8 @@ void study_rendered(const calib::zoom_observations &seen, uint64_t seed, int run
         "| unseen zooms | f, rms | its error over predicted sigma |\n|---|---|---|\n",
         seen.captures.size(), corners, solution.rms_px, solution.noise_ratio);
     for (int i = 0; i < kPlaces; i++) {
-        std::printf("| %s | %.3f %% | %.2f |\n", kFocals[i].name, 100 * figures.exact[i].rms(),
-                    figures.exact_z[i].rms());
+        std::printf("| %s | %.3f %% | %.2f |\n", figures.focals[i].name,
+                    100 * figures.exact[i].rms(), figures.exact_z[i].rms());
     }
 }
 
@@ -366,6 +371,7 @@ int main(int count, char **arguments) {
         }
         for (const std::string &rig : options.rigs) {
             Figures figures;
+            figures.focals = rig == "harsh" ? kHarsh : kDefault;
             for (int i = 0; i < options.captures; i++) {
                 study(rig, options.seed + 100000 * uint64_t(i), options.runs / options.captures,
                       (options.rendered + options.captures - 1 - i) / options.captures, figures);
