@@ -163,6 +163,7 @@ struct Figures {
     Result pair[kPlaces], board[kPlaces], wide, narrow;
     Limits limits[kPlaces];
     Rendered frames[kPlaces];
+    RenderedBracket bracket;
     int captures = 0, alarms = 0, failed = 0;
 };
 
@@ -243,10 +244,13 @@ void study(const std::string &name, uint64_t seed, int runs, int rendered, Figur
         StudyRig used(name, seed + 5000 + uint64_t(run), 1);
         simrig::Noise noise(seed + 5000 + uint64_t(run));
         move_about(used, noise);
+        RenderedPair pair[kPlaces];
         for (int i = 0; i < kPlaces; i++) {
             zoom_both(used, figures.focals[i].mm);
-            try_rendered(calibration, used, noise, figures.frames[i]);
+            pair[i] = render_pair(used, noise);
+            try_rendered(calibration, pair[i], noise, figures.frames[i]);
         }
+        try_rendered_bracket(calibration, pair[0], pair[2], noise, figures.bracket);
     }
 }
 
@@ -296,6 +300,15 @@ void print(const std::string &name, const Figures &figures) {
                       r.noise_px.quantile(0.5), 1000 * r.refining_seconds.quantile(0.5),
                       1000 * r.seconds.quantile(0.5));
         print(what, r.frames);
+    }
+    if (figures.bracket.wide.trials > 0) {
+        const RenderedBracket &r = figures.bracket;
+        char what[120];
+        std::snprintf(what, sizeof what, "bracket, at 1x | %.0f carried | %.3f px | %.0f ms",
+                      r.carried.quantile(0.5), r.carried_px.quantile(0.5),
+                      1000 * r.seconds.quantile(0.5));
+        print(what, r.wide);
+        print("bracket, at 10x | | |", r.narrow);
     }
     std::fflush(stdout);
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "stereo/zoom/refine_pair.h"
+#include "stereo/zoom/zoom_bracket.h"
 #include "tests/zoom/rendered_board.hpp"
 #include "tools/simrig/render/frame.hpp"
 
@@ -48,23 +48,36 @@ double matching_seconds(const refine_picture &picture, const self_calibration &b
     return cpu_s() - begin_s;
 }
 
-}  // namespace
-
-void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::Noise &noise,
-                  Rendered &result) {
-    const Moment moment = moment_of(rig);
-    std::vector<uint8_t> grey[2];
+refine_picture picture_of(RenderedPair &pair, int state) {
     refine_picture picture = {};
-    picture.axes = moment.state;
+    picture.axes = pair.moment.state;
+    picture.state = state;
     picture.depth_near_mm = 800;
     picture.depth_far_mm = INFINITY;
     for (int side = 0; side < 2; side++) {
-        grey[side] = grey_of(rig, side, noise.next() % 1000000);
-        picture.grey[side] = {grey[side].data(), kWidth, kHeight, kWidth};
+        picture.grey[side] = {pair.grey[side].data(), kWidth, kHeight, kWidth};
         picture.window[side] = {0, 0, 1};
     }
+    return picture;
+}
+
+}  // namespace
+
+RenderedPair render_pair(StudyRig &rig, simrig::Noise &noise) {
+    RenderedPair pair;
+    pair.moment = moment_of(rig);
+    for (int side = 0; side < 2; side++) {
+        pair.grey[side] = grey_of(rig, side, noise.next() % 1000000);
+    }
+    return pair;
+}
+
+void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simrig::Noise &noise,
+                  Rendered &result) {
+    const zoom_state &state = pair.moment.state;
+    const refine_picture picture = picture_of(pair, 0);
     Memory memory(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
-    self_calibration self = begin(calibration, {moment.state}, memory);
+    self_calibration self = begin(calibration, {state}, memory);
     refine_report report;
     const double begin_s = cpu_s();
     if (refine_pair(&picture, &memory.pool, &self, &report) != 0) {
@@ -72,13 +85,30 @@ void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::No
     }
     const double seconds = cpu_s() - begin_s;
     Memory again(self_calibration_need_bytes(1) + refine_pair_need_bytes(kWidth, kHeight));
-    const self_calibration before = begin(calibration, {moment.state}, again);
+    const self_calibration before = begin(calibration, {state}, again);
     result.seconds.add(seconds);
     result.refining_seconds.add(seconds - matching_seconds(picture, before, self, again));
     result.matches.add(report.matches);
     result.used.add(report.used);
     result.noise_px.add(report.noise_px);
-    judge(moment, self, 0, noise, report.health != REFINE_GOOD, result.frames);
+    judge(pair.moment, self, 0, noise, report.health == REFINE_CALIBRATE, result.frames);
+}
+
+void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
+                          RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result) {
+    const refine_picture pictures[2] = {picture_of(wide, 0), picture_of(narrow, 1)};
+    Memory memory(self_calibration_need_bytes(2) + zoom_bracket_need_bytes(kWidth, kHeight));
+    self_calibration self = begin(calibration, {wide.moment.state, narrow.moment.state}, memory);
+    bracket_report report;
+    const double begin_s = cpu_s();
+    if (zoom_bracket(pictures, &memory.pool, &self, &report) != 0) {
+        throw std::runtime_error("a bracket cannot be refined");
+    }
+    result.seconds.add(cpu_s() - begin_s);
+    result.carried.add(report.carried);
+    result.carried_px.add(report.carried_px);
+    judge(wide.moment, self, 0, noise, report.pair[0].health == REFINE_CALIBRATE, result.wide);
+    judge(narrow.moment, self, 1, noise, report.pair[1].health == REFINE_CALIBRATE, result.narrow);
 }
 
 }  // namespace zoom_study

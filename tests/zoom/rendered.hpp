@@ -12,9 +12,24 @@ struct Rendered {
     Sample matches, used, noise_px, seconds, refining_seconds;
 };
 
-/// Renders the cylinder at the rig's present state, refines the pair and judges what it says.
-void try_rendered(const zoom_calibration &calibration, StudyRig &rig, simrig::Noise &noise,
+struct RenderedBracket {
+    Result wide, narrow;
+    Sample carried, carried_px, seconds;
+};
+
+/// The cylinder as both cameras see it at the rig's present state.
+struct RenderedPair {
+    Moment moment;
+    std::vector<uint8_t> grey[2];
+};
+RenderedPair render_pair(StudyRig &rig, simrig::Noise &noise);
+
+/// Refines a pair and judges what it says.
+void try_rendered(const zoom_calibration &calibration, RenderedPair &pair, simrig::Noise &noise,
                   Rendered &result);
+/// The same with pairs before and after zooming.
+void try_rendered_bracket(const zoom_calibration &calibration, RenderedPair &wide,
+                          RenderedPair &narrow, simrig::Noise &noise, RenderedBracket &result);
 
 }  // namespace zoom_study
 
