@@ -11,13 +11,8 @@ namespace calib {
 
 namespace {
 
-// Index within a place's own parameters.
-int latent_at(size_t order, int camera) {
-    return POSE_PARAMETERS + (int(order) * CAMERAS + camera) * LATENTS;
-}
-
 struct one_view {
-    size_t order;  // of the capture within the place
+    size_t capture;
     int camera;
     view_block block;
 };
@@ -43,18 +38,12 @@ class place_sum {
         for (int i = 0; i < WARP_PARAMETERS; i++) {
             want(layout_.warp_at(of_.board) + i);
         }
-        const bool latents = prior_.has_latents();
-        const long own = latents ? latent_at(of_.captures.size(), 0) : int(POSE_PARAMETERS);
-        const long count = sum_.shared_count() + own;
+        const long count = sum_.shared_count() + POSE_PARAMETERS;
         sum_.normal = matrix::Zero(count, count);
         sum_.gradient = vector::Zero(count);
         for (const one_view &view : views) {
             add_view(view);
             add_focused(view);
-        }
-        for (size_t order = 0; latents && order < of_.captures.size(); order++) {
-            add_latents(order, LEFT);
-            add_latents(order, RIGHT);
         }
         return sum_;
     }
@@ -69,18 +58,16 @@ class place_sum {
 
     int own(int index) const { return int(sum_.columns.size()) + index; }
 
-    // Adds a view's quadratic form, carried over to the parameters of its place.
+    // Adds a view's quadratic form, carried over to the parameters of its place and without its
+    // latents, which are the last ones of `D`.
     void add_view(const one_view &view) {
         const view_block &block = view.block;
-        const int latents = prior_.has_latents() ? int(LATENTS) : 0;
-        const long eye = long(block.columns.size()) + latents;
-        const long count = eye + POSE_PARAMETERS + WARP_PARAMETERS;
+        const long columns = long(block.columns.size());
+        const long count = columns + POSE_PARAMETERS + WARP_PARAMETERS;
+        const long latents = prior_.has_latents() ? long(LATENTS) : 0;
         std::vector<int> at;
         for (const int column : block.columns) {
             at.push_back(place_of_[size_t(column)]);
-        }
-        for (int i = 0; i < latents; i++) {
-            at.push_back(own(latent_at(view.order, view.camera) + i));
         }
         for (int i = 0; i < POSE_PARAMETERS; i++) {
             at.push_back(own(i));
@@ -88,11 +75,15 @@ class place_sum {
         for (int i = 0; i < WARP_PARAMETERS; i++) {
             at.push_back(place_of_[size_t(layout_.warp_at(of_.board) + i)]);
         }
-        matrix D = matrix::Zero(VIEW_PARAMETERS, count);
-        D.topLeftCorner(VIEW_BOARD_AT, eye) = block.by_column.leftCols(eye);
-        D.bottomRightCorner(VIEW_PARAMETERS - VIEW_BOARD_AT, count - eye).setIdentity();
-        const matrix normal = product(D.transpose(), product(block.normal, D));
-        const vector gradient = D.transpose() * block.gradient;
+        matrix D = matrix::Zero(VIEW_PARAMETERS, count + latents);
+        D.topLeftCorner(VIEW_BOARD_AT, columns) = block.by_column.leftCols(columns);
+        D.block(VIEW_BOARD_AT, columns, count - columns, count - columns).setIdentity();
+        D.topRightCorner(VIEW_BOARD_AT, latents) = block.by_column.rightCols(latents);
+        matrix normal = product(D.transpose(), product(block.normal, D));
+        vector gradient = D.transpose() * block.gradient;
+        if (latents > 0) {
+            eliminate(view, at, &normal, &gradient);
+        }
         for (long i = 0; i < count; i++) {
             for (long k = 0; k < count; k++) {
                 sum_.normal(at[size_t(i)], at[size_t(k)]) += normal(i, k);
@@ -103,11 +94,30 @@ class place_sum {
         sum_.residuals += block.residuals;
     }
 
+    void eliminate(const one_view &view, const std::vector<int> &at, matrix *normal,
+                   vector *gradient) {
+        const long count = long(at.size());
+        matrix own = normal->bottomRightCorner(LATENTS, LATENTS);
+        vector own_gradient = gradient->tail(LATENTS);
+        for (int i = 0; i < LATENTS; i++) {
+            const double sigma = prior_.latent_sigma[size_t(view.camera)][size_t(i)];
+            const double off = estimate_.latent[view.capture][size_t(view.camera)][size_t(i)];
+            own(i, i) += 1 / (sigma * sigma);
+            own_gradient[i] += off / (sigma * sigma);
+            sum_.squares += off * off / (sigma * sigma);
+        }
+        const matrix mixed = normal->bottomLeftCorner(LATENTS, count);
+        const matrix inverse = scaled_inverse(own);
+        const matrix across = product(mixed.transpose(), inverse);
+        normal->topLeftCorner(count, count) -= product(across, mixed);
+        gradient->head(count) -= across * own_gradient;
+        sum_.latents.push_back({view.capture, view.camera, at, inverse, mixed, own_gradient});
+    }
+
     void add_focused(const one_view &view) {
-        const size_t capture = of_.captures[view.order];
         const focus_row row =
-            focus_row_of(problem_, layout_, capture, view.camera, view.block.eye,
-                         estimate_.T_instrument_board[problem_.captures[capture].place]);
+            focus_row_of(problem_, layout_, view.capture, view.camera, view.block.eye,
+                         estimate_.T_instrument_board[problem_.captures[view.capture].place]);
         const double weight = 1 / (prior_.focused_sigma * prior_.focused_sigma);
         for (size_t i = 0; i < row.columns.size(); i++) {
             const int at = place_of_[size_t(row.columns[i])];
@@ -118,17 +128,6 @@ class place_sum {
             }
         }
         sum_.squares += weight * row.residual * row.residual;
-    }
-
-    void add_latents(size_t order, int camera) {
-        for (int i = 0; i < LATENTS; i++) {
-            const double sigma = prior_.latent_sigma[size_t(camera)][size_t(i)];
-            const double off = estimate_.latent[of_.captures[order]][size_t(camera)][size_t(i)];
-            const int at = own(latent_at(order, camera) + i);
-            sum_.normal(at, at) += 1 / (sigma * sigma);
-            sum_.gradient[at] += off / (sigma * sigma);
-            sum_.squares += off * off / (sigma * sigma);
-        }
     }
 
     const zoom_problem &problem_;
@@ -145,13 +144,11 @@ place_equations equations_of(const zoom_problem &problem, const zoom_layout &lay
                              const zoom_estimate &estimate, size_t place,
                              const zoom_filter &filter) {
     std::vector<one_view> views;
-    const std::vector<size_t> &captures = problem.places[place].captures;
-    for (size_t order = 0; order < captures.size(); order++) {
-        const size_t index = captures[order];
+    for (const size_t index : problem.places[place].captures) {
         for (int camera = 0; camera < CAMERAS; camera++) {
             if (problem.captures[index].view[size_t(camera)].used && (!filter || filter(index))) {
                 views.push_back(
-                    {order, camera,
+                    {index, camera,
                      view_block_of(problem, layout, weights.loss_scale, estimate, index, camera)});
             }
         }
@@ -251,9 +248,8 @@ double cost_of(const zoom_problem &problem, const zoom_layout &layout, const zoo
 namespace {
 
 // The estimate after a step of the shared parameters and what follows for each place.
-zoom_estimate moved(const zoom_problem &problem, const zoom_estimate &from,
-                    const std::vector<place_equations> &places, const vector &step,
-                    double damping) {
+zoom_estimate moved(const zoom_estimate &from, const std::vector<place_equations> &places,
+                    const vector &step, double damping) {
     zoom_estimate result = from;
     for (long i = 0; i < step.size(); i++) {
         result.shared[size_t(i)] += step[i];
@@ -276,13 +272,16 @@ zoom_estimate moved(const zoom_problem &problem, const zoom_estimate &from,
         }
         result.T_instrument_board[k] = moved_board(from.T_instrument_board[k], own.data());
         orthonormalise(result.T_instrument_board[k].R);
-        const std::vector<size_t> &captures = problem.places[k].captures;
-        for (size_t order = 0; own.size() > POSE_PARAMETERS && order < captures.size(); order++) {
-            for (int camera = 0; camera < CAMERAS; camera++) {
-                for (int i = 0; i < LATENTS; i++) {
-                    result.latent[captures[order]][size_t(camera)][size_t(i)] +=
-                        own[latent_at(order, camera) + i];
-                }
+        vector all(here.size() + own.size());
+        all << here, own;
+        for (const view_latents &view : place.latents) {
+            vector near(long(view.at.size()));
+            for (size_t i = 0; i < view.at.size(); i++) {
+                near[long(i)] = all[view.at[i]];
+            }
+            const vector change = -view.inverse * (view.gradient + view.mixed * near);
+            for (size_t i = 0; i < LATENTS; i++) {
+                result.latent[view.capture][size_t(view.camera)][i] += change[long(i)];
             }
         }
     }
@@ -312,7 +311,7 @@ zoom_fit_summary fit_zoom(const zoom_problem &problem, const zoom_layout &layout
             normal.diagonal() *= 1 + damping;
             const vector step = scaled_solution(normal, -sum.gradient);
             const double gain = -step.dot(sum.gradient);
-            const zoom_estimate tried = moved(problem, *estimate, places, step, damping);
+            const zoom_estimate tried = moved(*estimate, places, step, damping);
             const double cost =
                 step.allFinite() ? cost_of(problem, layout, prior, weights, tried) : INFINITY;
             better = cost < summary.cost;

@@ -13,10 +13,20 @@
 
 namespace calib {
 
-/// Equations of one board position. Its parameters are shared ones (`columns`), then its own (pose,
-/// readings).
+/// The latents of one view, which only this view depends on. The equations hold without them:
+/// they are -inverse (gradient + mixed x) where x are the changes of parameters `at`.
+struct view_latents {
+    size_t capture;
+    int camera;
+    std::vector<int> at;  // of the place's parameters
+    matrix inverse, mixed;
+    vector gradient;
+};
+
+/// Equations of one board position. Its parameters are shared ones (`columns`), then its pose.
 struct place_equations {
     std::vector<int> columns;
+    std::vector<view_latents> latents;
     matrix normal;
     vector gradient;
     double squares = 0;  // of the residuals, in sigmas (after the loss)

@@ -37,6 +37,25 @@ struct spread {
 const double MIN_EFFECT[ZOOM_FUNCTIONS] = {0.1, 0.02, 0.02, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01};
 const zoom_latents MIN_LATENT = {0.002, 0.01, 0.01, 5e-7};
 
+// `all`: covariance of the place's parameters.
+void add_latents(const view_latents &view, const matrix &all, const zoom_prior &prior,
+                 zoom_covariance *sum) {
+    const long count = long(view.at.size());
+    matrix near(count, count);
+    for (long i = 0; i < count; i++) {
+        for (long k = 0; k < count; k++) {
+            near(i, k) = all(view.at[size_t(i)], view.at[size_t(k)]);
+        }
+    }
+    const matrix own = view.inverse + carried(product(view.inverse, view.mixed), near);
+    for (size_t i = 0; i < LATENTS; i++) {
+        const double sigma = prior.latent_sigma[size_t(view.camera)][i];
+        const double variance = own(long(i), long(i));
+        sum->latent_variance[view.capture][size_t(view.camera)][i] = variance;
+        sum->own_freedom += 1 - variance / (sigma * sigma);
+    }
+}
+
 }  // namespace
 
 zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &layout,
@@ -61,14 +80,14 @@ zoom_covariance covariance_of(const zoom_problem &problem, const zoom_layout &la
             }
         }
         const matrix by_shared = product(inverse, place.normal.bottomLeftCorner(own_count, count));
-        const matrix own = inverse + carried(by_shared, here);
+        matrix all(count + own_count, count + own_count);
+        all.topLeftCorner(count, count) = here;
+        all.bottomLeftCorner(own_count, count) = -product(by_shared, here);
+        all.topRightCorner(count, own_count) = all.bottomLeftCorner(own_count, count).transpose();
+        all.bottomRightCorner(own_count, own_count) = inverse + carried(by_shared, here);
         result.own_freedom += int(POSE_PARAMETERS);
-        for (long i = POSE_PARAMETERS; i < own.rows(); i++) {
-            const size_t at = size_t(i - POSE_PARAMETERS), view = at / LATENTS;
-            const size_t capture = problem.places[k].captures[view / CAMERAS];
-            result.latent_variance[capture][view % CAMERAS][at % LATENTS] = own(i, i);
-            const double sigma = prior.latent_sigma[view % CAMERAS][at % LATENTS];
-            result.own_freedom += 1 - own(i, i) / (sigma * sigma);
+        for (const view_latents &view : place.latents) {
+            add_latents(view, all, prior, &result);
         }
     }
     return result;

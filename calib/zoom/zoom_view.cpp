@@ -177,14 +177,13 @@ double squares_of(const zoom_problem &problem, const zoom_layout &layout, const 
     const double scale2 = loss_scale * loss_scale;
     for (const size_t index : problem.places[place].captures) {
         for (int camera = 0; camera < CAMERAS; camera++) {
-            const bundle_view &view = problem.captures[index].view[size_t(camera)];
+            if (!problem.captures[index].view[size_t(camera)].used) {
+                continue;
+            }
             for (size_t i = 0; i < LATENTS; i++) {
                 const double sigma = prior.latent_sigma[size_t(camera)][i];
                 const double off = estimate.latent[index][size_t(camera)][i];
                 sum += sigma > 0 ? off * off / (sigma * sigma) : 0;
-            }
-            if (!view.used) {
-                continue;
             }
             const zoom_eye eye = eye_of(problem, layout, estimate, index, camera);
             const double focus = focus_row_of(problem, layout, index, camera, eye,
@@ -192,7 +191,8 @@ double squares_of(const zoom_problem &problem, const zoom_layout &layout, const 
                                      .residual /
                                  prior.focused_sigma;
             sum += focus * focus;
-            for (const bundle_corner &corner : view.corners) {
+            for (const bundle_corner &corner :
+                 problem.captures[index].view[size_t(camera)].corners) {
                 double r[2];
                 if (!corner.used) {
                     continue;
