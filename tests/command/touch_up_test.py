@@ -117,6 +117,76 @@ class TouchUp(unittest.TestCase):
         smaller = ["--board", "7x5", *BOARD[2:]]
         refused(3, self.look(self.zoom, "--verify", board=smaller), "board")
 
+    def marked(self, *options, session=f"{CAPTURE}:1"):
+        """The outcome of marks in the first pair."""
+        self.out = os.path.join(self.here, "out")
+        return subprocess.run([VERGENCE, "calibrate", session, "--touch-up", self.zoom, "--out", self.out,
+                               *options], capture_output=True, text=True, timeout=300)
+
+    def outcome(self, done):
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(os.path.join(self.out, "calibration.json"), encoding="ascii") as file:
+            look, = json.load(file)["touch_up"]
+        with open(os.path.join(self.out, "rig.calibration"), encoding="ascii") as file:
+            rig = dict(line.split(" ", 1) for line in file.read().splitlines() if " " in line)
+        return look, {name: [float(word) for word in rig[name].split()]
+                      for name in ("left_centre_px", "right_centre_px", "right_focal_px", "right_k1",
+                                   "right_k2", "rotation_right_left_rad")}
+
+    def corner(self, index):
+        """Column and row in both pictures of the first pair."""
+        with open(os.path.join(CAPTURE, "session.index"), encoding="ascii") as file:
+            pair = next(line for line in file if line.startswith("pair number=1 "))
+        words = dict(word.split("=") for word in pair.split()[1:-1])
+        places = []
+        for side in ("left", "right"):
+            with open(os.path.join(CAPTURE, "corners.vnl"), encoding="ascii") as file:
+                lines = [line.split() for line in file
+                         if line.startswith(f"frame-{words[f'{side}_frame']}.pnm ")]
+            places += lines[index][1:3]
+        return ",".join(places)
+
+    def test_two_marks_and_their_distance_correct_a_pair(self):
+        # Corners of the board that are 9 and 6 squares apart.
+        marks = ("--length", f"{24 * 117 ** 0.5:.4f}", "--from", self.corner(0), "--to",
+                 self.corner(69))
+        look, found = self.outcome(self.marked(*marks))
+        self.assertEqual(look["corners"], 2)
+        self.assertAlmostEqual(look["corrected"]["square_mm"], 24 * 117 ** 0.5, delta=0.3)
+        self.assertLess(look["corrected"]["depth_sigma_mm"], 0.3 * look["read"]["depth_sigma_mm"])
+        # By the whole board.
+        done = self.look(self.zoom, "--touch-up", "--out", self.out, session=f"{CAPTURE}:1")
+        board, true = self.outcome(done)
+        self.assertAlmostEqual(look["depth_mm"], board["depth_mm"],
+                               delta=4 * look["corrected"]["depth_sigma_mm"] + 60)
+        # A thing at infinity, straight ahead of the left camera, as the board shows it.
+        turn = true["rotation_right_left_rad"]
+        x, y = turn[1], -turn[0]  # small angles; the length of the vector is below 2 degrees
+        grow = 1 + true["right_k1"][0] * (x * x + y * y) + true["right_k2"][0] * (x * x + y * y) ** 2
+        right = [centre + focal * slope * grow for centre, focal, slope in
+                 zip(true["right_centre_px"], true["right_focal_px"], (x, y))]
+        far = ",".join(f"{value:.3f}" for value in (*true["left_centre_px"], *right))
+        look, found = self.outcome(self.marked("--infinity", far))
+        self.assertEqual(look["corners"], 0)
+        self.assertLess(look["corrected"]["depth_sigma_mm"], 0.3 * look["read"]["depth_sigma_mm"])
+        self.assertAlmostEqual(found["rotation_right_left_rad"][1], turn[1], delta=0.0015)
+        both, _ = self.outcome(self.marked("--infinity", far, *marks))
+        self.assertLess(both["corrected"]["depth_sigma_mm"], look["corrected"]["depth_sigma_mm"])
+
+    def test_marks_that_do_not_fit_together_are_refused(self):
+        for code, words, options in (
+                (2, "--from and --to", ("--length", "100")),
+                (2, "one pair", ("--length", "100", "--from", "1,1,1,1", "--to", "9,9,9,9")),
+                (2, "combined", ("--length", "100", "--from", "1,1,1,1", "--to", "9,9,9,9", *BOARD)),
+                (3, "do not fit", ("--infinity", "100,100,100,1400")),
+                (3, "do not fit", ("--length", "100", "--from", "1000,700,1000,900", "--to",
+                                   "1300,700,1300,500"))):
+            session = CAPTURE if words == "one pair" else f"{CAPTURE}:1"
+            done = self.marked(*options, session=session)
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+            line, = done.stderr.splitlines()
+            self.assertIn(words, line)
+
     def test_the_corrected_calibration_is_one_of_its_state(self):
         self.assertEqual(self.touch_up(self.zoom).returncode, 0)
         rig = os.path.join(self.out, "rig.calibration")

@@ -6,9 +6,10 @@
 
 #include "core/cholesky.h"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 
-enum { POSE = 6, PLACE_STEPS = 8 };
+enum { POSE = 6, PLACE_STEPS = 30 };
 
 static const double cauchy_sigmas = 2.385;
 
@@ -53,13 +54,16 @@ static bool look(const struct camera_view *view, const struct self_target *targe
     return true;
 }
 
+// Share of its squared limit by which a sight is off.
+static double share_of(const struct self_target *target, const struct row *row) {
+    const double limit = target->sigma_px * cauchy_sigmas;
+    INVARIANT(limit > 0);
+    return (row->residual[0] * row->residual[0] + row->residual[1] * row->residual[1]) /
+           (2 * limit * limit);
+}
+
 static double weight_of(const struct self_target *target, const struct row *row) {
-    const double sigma = target->sigma_px;
-    INVARIANT(sigma > 0);
-    const double square =
-        (row->residual[0] * row->residual[0] + row->residual[1] * row->residual[1]) /
-        (2 * sigma * sigma * cauchy_sigmas * cauchy_sigmas);
-    return 1 / (sigma * sigma * (1 + square));
+    return 1 / (target->sigma_px * target->sigma_px * (1 + share_of(target, row)));
 }
 
 // A direction of the pose's equations that nothing shows: a length turns about itself.
@@ -77,32 +81,71 @@ static void add_pose(const struct row *row, double weight, struct normal *n) {
     }
 }
 
-// Moves the pose to the best agreement with the sights.
-static bool settle(const struct camera_view *view, struct self_target *target) {
-    for (int step = 0; step < PLACE_STEPS; step++) {
-        struct normal n;
-        memset(&n, 0, sizeof n);
-        double square = 0;
-        for (int i = 0; i < target->sights; i++) {
-            struct row row;
-            if (!look(view, target, &target->sight[i], &row)) {
-                return false;
-            }
-            add_pose(&row, weight_of(target, &row), &n);
-            square += row.residual[0] * row.residual[0] + row.residual[1] * row.residual[1];
+// The normal equations of the pose and what is to be made small.
+static bool weigh(const struct camera_view *view, struct self_target *target, struct normal *n,
+                  double *cost) {
+    double square = 0;
+    memset(n, 0, sizeof *n);
+    *cost = 0;
+    for (int i = 0; i < target->sights; i++) {
+        struct row row;
+        if (!look(view, target, &target->sight[i], &row)) {
+            return false;
         }
-        target->residual_px = sqrt(square / (2 * target->sights));
-        cholesky_factorize(&n.pose[0][0], POSE, unseen);
-        cholesky_forward(&n.pose[0][0], POSE, n.side, 1);
-        cholesky_backward(&n.pose[0][0], POSE, n.side);
-        double turn[9], turned[9];
-        geometry_rotation_from_vector(n.side + 3, turn);
-        geometry_multiply(turn, target->R_instrument_target, turned);
-        memcpy(target->R_instrument_target, turned, sizeof turned);
-        for (int i = 0; i < 3; i++) {
-            target->position_mm[i] += n.side[i];
+        add_pose(&row, weight_of(target, &row), n);
+        square += row.residual[0] * row.residual[0] + row.residual[1] * row.residual[1];
+        *cost += math_log(1 + share_of(target, &row));
+    }
+    target->residual_px = sqrt(square / (2 * target->sights));
+    return true;
+}
+
+// Moves the pose by the solution of its equations, which are damped.
+static void move(const struct normal *n, double damping, struct self_target *target) {
+    double factor[POSE * POSE], step[POSE], turn[9], turned[9];
+    memcpy(factor, n->pose, sizeof factor);
+    memcpy(step, n->side, sizeof step);
+    for (int i = 0; i < POSE; i++) {
+        factor[i * POSE + i] *= 1 + damping;
+    }
+    cholesky_factorize(factor, POSE, unseen);
+    cholesky_forward(factor, POSE, step, 1);
+    cholesky_backward(factor, POSE, step);
+    geometry_rotation_from_vector(step + 3, turn);
+    geometry_multiply(turn, target->R_instrument_target, turned);
+    memcpy(target->R_instrument_target, turned, sizeof turned);
+    for (int i = 0; i < 3; i++) {
+        target->position_mm[i] += step[i];
+    }
+}
+
+// Moves the pose to the best agreement with the sights (Levenberg and Marquardt): if a length does
+// not fit, undamped steps overshoot.
+static bool settle(const struct camera_view *view, struct self_target *target) {
+    struct self_target best = *target;
+    struct normal n, trial;
+    double least, cost, damping = 1e-6;
+    if (!weigh(view, target, &n, &least)) {
+        return false;
+    }
+    best.residual_px = target->residual_px;
+    for (int step = 0; step < PLACE_STEPS && damping < 1e6; step++) {
+        *target = best;
+        move(&n, damping, target);
+        if (!weigh(view, target, &trial, &cost) || !(cost < least)) {
+            damping *= 10;
+            continue;
+        }
+        const bool done = least - cost < 1e-10 * least;
+        damping *= 0.1;
+        best = *target;
+        n = trial;
+        least = cost;
+        if (done) {
+            break;
         }
     }
+    *target = best;
     return true;
 }
 

@@ -114,12 +114,15 @@ class runner {
         if (begun != CLIENT_OK) {
             return begun;
         }
+        if (!job_.zoom.empty()) {
+            return touch_up_steps();
+        }
         find_views();
         if (!have_enough()) {
             return CLIENT_BAD_INPUT;
         }
-        if (concerns_zooms()) {
-            return job_.zoom.empty() ? zoom_steps() : touch_up_steps();
+        if (is_at_many_zooms()) {
+            return zoom_steps();
         }
         if (is_plainly_mirrored()) {
             return fail(CLIENT_BAD_INPUT, mirrored_text());
@@ -148,18 +151,26 @@ class runner {
                                         : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
     }
 
-    bool concerns_zooms() const {
-        return !job_.zoom.empty() || (!job_.single && calibrate_zoom_is_wanted(job_.inputs.shots));
+    bool is_at_many_zooms() const {
+        return !job_.single && calibrate_zoom_is_wanted(job_.inputs.shots);
     }
 
     /// Looks at the board with a calibration of all zooms; the last pair's is written.
     int touch_up_steps() {
         std::vector<touch_up_look> looks;
-        if (!calibrate_touch_up(job_.zoom, job_.inputs.shots, views_, &looks, &result_.notes,
-                                &message_)) {
+        if (job_.board.columns == 0) {
+            views_ = touch_up_views(job_.marks, job_.inputs.shots);
+        } else {
+            find_views();
+            if (!have_enough()) {
+                return CLIENT_BAD_INPUT;
+            }
+        }
+        if (!calibrate_touch_up(job_.zoom, job_.inputs.shots, views_, job_.marks, !job_.verify,
+                                &looks, &result_.notes, &message_)) {
             return CLIENT_BAD_INPUT;
         }
-        const double square_mm = job_.board.square_mm;
+        const double square_mm = views_.seen.target.square_mm;
         zoom_text_ = touch_up_text(looks, !job_.verify);
         json_ = touch_up_json(looks, square_mm, !job_.verify);
         if (job_.verify) {
@@ -170,7 +181,8 @@ class runner {
                                           : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
         }
         result_.rig = looks.back().rig;
-        return write_results({{"rig.calibration", rig_text()}, {"corners.vnl", corners_text()}});
+        return write_results({{"rig.calibration", rig_text()},
+                              {"corners.vnl", job_.board.columns > 0 ? corners_text() : ""}});
     }
 
     /// All zooms of a rig at once.

@@ -9,7 +9,7 @@
 
 #include "calib/base/corner_cache.hpp"
 #include "calib/base/lens_scale.hpp"
-#include "tools/host/calibrate/calibrate_inputs.hpp"
+#include "tools/host/calibrate/calibrate_touch_up.hpp"
 
 struct calibrate_job {
     calib::board board;
@@ -22,6 +22,7 @@ struct calibrate_job {
     std::string out_path, id, date, note;
     std::string zoom;     // the calibration of all zooms to correct or verify; "": none
     bool verify = false;  // nothing is written
+    touch_up_marks marks;
 };
 
 /// Runs it, prints its output, and returns the exit code, see client.h.

@@ -22,12 +22,21 @@ namespace {
 const int min_corners = 12;
 const double min_sigma_px = 0.03;
 const double max_sigmas = 4;
+const double picked_sigma_px = 0.5;  // of marks that a person picks
+const double far_depth_mm = 2000;    // at which a thing at infinity's effect is stated
 
 class looker {
   public:
     looker(const zoom_calibration &zoom, const calibrate_shot &shot, const calib::board &board,
-           const calib::capture &capture)
-        : zoom_(zoom), shot_(shot), board_(board), capture_(capture) {}
+           const calib::capture &capture, const touch_up_marks &marks, bool corrects)
+        : zoom_(zoom), shot_(shot), board_(board), capture_(capture), corrects_(corrects) {
+        if (marks.far) {
+            far_ = track_of({0, on_sensor(marks.infinity)});
+            far_.sigma_px = picked_sigma_px;
+            far_.at_infinity = true;
+        }
+        has_far_ = marks.far;
+    }
 
     bool run(touch_up_look *look, std::string *error) {
         message last_error{};
@@ -43,18 +52,13 @@ class looker {
         }
         collect();
         look->corners = int(pairs_.size());
-        if (self_calibration_begin(&zoom_, &state, 1, &pool, &self_) != ERROR_OK ||
-            look->corners < min_corners || !measure(self_prior_sigma, &look->read)) {
-            *error = "too few corners of the board in both pictures";
+        if (self_calibration_begin(&zoom_, &state, 1, &pool, &self_) != ERROR_OK) {
+            *error = "out of memory";
             return false;
         }
-        if (!fit_rows(look) || !fit_board(look)) {
-            *error = "the board does not fit the calibration";
-            return false;
-        }
-        look->holds = std::max({look->read.square_z(board_.square_mm), look->read.rows_z(),
-                                look->fitted.square_z(board_.square_mm)}) < max_sigmas;
-        return finish(look);
+        *error = look->corners > 2 ? "the board does not fit the calibration"
+                                   : "the marks do not fit the calibration";
+        return pairs_.empty() ? fit_far(look) && finish(look) : look_at_board(look, error);
     }
 
   private:
@@ -63,12 +67,63 @@ class looker {
         std::array<std::array<double, 2>, 2> px;
     };
 
+    bool look_at_board(touch_up_look *look, std::string *error) {
+        if (look->corners < std::min(min_corners, board_.corner_count())) {
+            *error = "too few corners of the board in both pictures";
+            return false;
+        }
+        if (!measure(self_prior_sigma, &look->read) || !fit_rows(look) ||
+            (corrects_ && !fit_board(look))) {
+            return false;
+        }
+        look->holds = std::max({look->read.square_z(board_.square_mm), look->read.rows_z(),
+                                look->fitted.square_z(board_.square_mm)}) < max_sigmas;
+        return !corrects_ || finish(look);
+    }
+
     using sigma_function = double (*)(const self_calibration *, const double *);
 
-    std::array<double, 2> on_sensor(size_t side, const calib::corner &corner) const {
-        std::array<double, 2> px = {corner.x_px, corner.y_px};
-        refine_to_sensor(&shot_.state->origin.side[side].window, px.data());
-        return px;
+    using places = std::array<std::array<double, 2>, 2>;
+
+    /// Of pixels of the left and of the right picture.
+    places on_sensor(const touch_up_marks::place &px) const {
+        places at = {{{px[0], px[1]}, {px[2], px[3]}}};
+        for (size_t side = 0; side < 2; side++) {
+            refine_to_sensor(&shot_.state->origin.side[side].window, at[side].data());
+        }
+        return at;
+    }
+
+    int solve() { return self_calibration_solve(&self_, &far_, has_far_ ? 1 : 0); }
+
+    /// The direction of a thing at infinity, without a length.
+    bool fit_far(touch_up_look *look) {
+        double gradient[SELF_TERMS_MAX], residual = 0;
+        const double middle[2] = {0.5 * look->rig.left.width_px, 0.5 * look->rig.left.height_px};
+        look->depth_mm = far_depth_mm;
+        for (board_fit *fit : {&look->read, &look->corrected}) {
+            const bool after = fit == &look->corrected;
+            const sigma_function sigma_of = after ? self_posterior_sigma : self_prior_sigma;
+            self_track track = far_;
+            track.at_infinity = false;
+            double along[SELF_TERMS_MAX] = {};
+            if ((after && solve() != 1) || !self_track_epipolar(&self_, &track, &residual, along) ||
+                !self_depth_gradient(&self_, 0, middle, far_depth_mm, gradient)) {
+                return false;
+            }
+            fit->rows_px = std::abs(residual) * std::sqrt(2.0);
+            fit->rows_sigma_px =
+                std::hypot(sigma_of(&self_, along), far_.sigma_px) * std::sqrt(2.0);
+            (after ? look->corrected_depth_sigma_mm : look->depth_sigma_mm) =
+                sigma_of(&self_, gradient);
+        }
+        if (!(look->corrected.rows_z() < max_sigmas)) {
+            return false;
+        }
+        look->fitted = look->read;
+        look->fitted_depth_sigma_mm = look->depth_sigma_mm;
+        look->holds = look->read.rows_z() < max_sigmas && self_surprise(&self_) < max_sigmas;
+        return true;
     }
 
     void collect() {
@@ -84,7 +139,8 @@ class looker {
         for (const calib::corner &corner : capture_.view[1].corners) {
             const calib::corner *other = left[size_t(corner.index)];
             if (other != nullptr) {
-                pairs_.push_back({corner.index, {on_sensor(0, *other), on_sensor(1, corner)}});
+                pairs_.push_back({corner.index,
+                                  on_sensor({other->x_px, other->y_px, corner.x_px, corner.y_px})});
                 square += other->sigma_px * other->sigma_px + corner.sigma_px * corner.sigma_px;
             }
         }
@@ -233,16 +289,18 @@ class looker {
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
         target_.sight = sights_.data();
         // Robust weights must not take the calibration's own error for outliers: from far to near.
-        (void)self_calibration_solve(&self_, nullptr, 0);
+        (void)solve();
         self_.target = &target_;
-        for (const double factor : {100.0, 10.0, 1.0}) {
+        for (const double factor : {100.0, 50.0, 25.0, 12.0, 6.0, 3.0, 1.5, 1.0}) {
             target_.sigma_px = factor * sigma_px_;
             if (!self_target_place(self_.view, &target_)) {
                 return false;
             }
-            (void)self_calibration_solve(&self_, nullptr, 0);
+            (void)solve();
         }
         return measure(self_posterior_sigma, &look->corrected) &&
+               std::max(look->corrected.rows_z(), look->corrected.square_z(board_.square_mm)) <
+                   max_sigmas &&
                measure_depth(self_posterior_sigma, &look->depth_mm,
                              &look->corrected_depth_sigma_mm);
     }
@@ -261,12 +319,15 @@ class looker {
     const calibrate_shot &shot_;
     const calib::board &board_;
     const calib::capture &capture_;
+    bool corrects_;
     std::vector<std::array<double, 3>> points_;
     std::vector<both> pairs_;
     std::vector<target_sight> sights_;
     double sigma_px_ = min_sigma_px;
     self_calibration self_ = {};
     self_target target_ = {};
+    self_track far_ = {};
+    bool has_far_ = false;
 };
 
 /// SESSION:N, of the last part of the session's path.
@@ -278,16 +339,35 @@ std::string name_of(const calibrate_shot &shot) {
 }  // namespace
 
 double board_fit::square_z(double true_mm) const {
-    return square_sigma_mm > 0 ? std::abs(square_mm - true_mm) / square_sigma_mm : 0;
+    return square_mm > 0 && square_sigma_mm > 0 ? std::abs(square_mm - true_mm) / square_sigma_mm
+                                                : 0;
 }
 
 double board_fit::rows_z() const {
     return rows_sigma_px > 0 ? rows_px / rows_sigma_px : 0;
 }
 
+calibrate_views touch_up_views(const touch_up_marks &marks,
+                               const std::vector<calibrate_shot> &shots) {
+    calibrate_views views;
+    views.seen.target.columns = 2;
+    views.seen.target.rows = 1;
+    views.seen.target.square_mm = marks.length_mm;
+    views.seen.captures.resize(shots.size());
+    for (calib::capture &capture : views.seen.captures) {
+        for (size_t i = 0; i < 4 && marks.length_mm > 0; i++) {
+            const touch_up_marks::place &at = marks.mark[i % 2];
+            capture.view[i / 2].corners.push_back(
+                {int(i % 2), at[i / 2 * 2], at[i / 2 * 2 + 1], picked_sigma_px});
+        }
+    }
+    return views;
+}
+
 bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrate_shot> &shots,
-                        const calibrate_views &views, std::vector<touch_up_look> *looks,
-                        std::vector<std::string> *notes, std::string *error) {
+                        const calibrate_views &views, const touch_up_marks &marks, bool corrects,
+                        std::vector<touch_up_look> *looks, std::vector<std::string> *notes,
+                        std::string *error) {
     message last_error{};
     zoom_calibration *read = nullptr;
     if (calibration_loader_zoom(zoom_path.c_str(), &read, &last_error) != ERROR_OK) {
@@ -302,14 +382,15 @@ bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrat
     *error = "no pair shows the board in both pictures";
     for (size_t i = 0; i < shots.size(); i++) {
         const calib::capture &capture = views.seen.captures[i];
-        if (shots[i].state == nullptr || capture.view[0].corners.empty() ||
-            capture.view[1].corners.empty()) {
+        const bool sized = !capture.view[0].corners.empty() && !capture.view[1].corners.empty();
+        if (shots[i].state == nullptr || !(sized || marks.far)) {
             continue;
         }
         touch_up_look look;
         look.order = {shots[i].session, shots[i].number};
         look.name = name_of(shots[i]);
-        if (looker(*zoom, shots[i], views.seen.target, capture).run(&look, error)) {
+        if (looker(*zoom, shots[i], views.seen.target, capture, marks, corrects)
+                .run(&look, error)) {
             looks->push_back(look);
         } else {
             *error = look.name + ": " + *error;
@@ -326,9 +407,12 @@ bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrat
 
 std::string touch_up_text(const std::vector<touch_up_look> &looks, bool corrected) {
     const auto line = [](const char *name, const board_fit &fit, double sigma_mm) {
-        return report_text_format(
-            "%-12ssquares %.3f mm (predicted deviation %.3f), rows %.3f px (%.3f), depth %.2f mm\n",
-            name, fit.square_mm, fit.square_sigma_mm, fit.rows_px, fit.rows_sigma_px, sigma_mm);
+        const std::string size =
+            fit.square_mm > 0 ? report_text_format("squares %.3f mm (predicted deviation %.3f), ",
+                                                   fit.square_mm, fit.square_sigma_mm)
+                              : "";
+        return report_text_format("%-12s%srows %.3f px (%.3f), depth %.2f mm\n", name, size.c_str(),
+                                  fit.rows_px, fit.rows_sigma_px, sigma_mm);
     };
     std::string text;
     for (const touch_up_look &look : looks) {
@@ -336,7 +420,7 @@ std::string touch_up_text(const std::vector<touch_up_look> &looks, bool correcte
             report_text_format("%-11s %d corners, %.0f mm away%s\n", look.name.c_str(),
                                look.corners, look.depth_mm, look.holds ? "" : ": not as predicted");
         text += line("as read", look.read, look.depth_sigma_mm);
-        text += line("refined", look.fitted, look.fitted_depth_sigma_mm);
+        text += look.corners > 0 ? line("refined", look.fitted, look.fitted_depth_sigma_mm) : "";
         text += corrected ? line("corrected", look.corrected, look.corrected_depth_sigma_mm) : "";
     }
     return text;

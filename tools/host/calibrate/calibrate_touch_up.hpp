@@ -4,6 +4,7 @@
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_TOUCH_UP_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_TOUCH_UP_HPP
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,11 +22,23 @@ struct board_fit {
     double rows_z() const;
 };
 
+/// Marks that a person has picked in the pictures of one pair: columns and rows in the left
+/// picture, then in the right one.
+struct touch_up_marks {
+    using place = std::array<double, 4>;
+    double length_mm = 0;  // between two marks; 0: none
+    std::array<place, 2> mark{};
+    bool far = false;  // `infinity` is a thing so far away that its distance does not matter
+    place infinity{};
+
+    bool any() const { return length_mm > 0 || far; }
+};
+
 /// What one pair shows.
 struct touch_up_look {
     std::string name;                   // SESSION:N
     std::pair<size_t, uint32_t> order;  // as it was taken
-    int corners = 0;                    // that both cameras see
+    int corners = 0;                    // that both cameras see; 0: only a thing at infinity
     board_fit read;                     // with the cameras where the motors read
     board_fit fitted;                   // corrected by the rows, as any pair is
     board_fit corrected;                // corrected by the size of the board
@@ -35,12 +48,18 @@ struct touch_up_look {
     calibration rig = {};  // of the whole sensor, corrected by the size
 };
 
+/// The two marks as a board of two corners, of each shot.
+calibrate_views touch_up_views(const touch_up_marks &marks,
+                               const std::vector<calibrate_shot> &shots);
+
 /// Looks at all pairs that show the board in both pictures, in the order taken; `*notes` names
-/// those that cannot be used. False with one sentence in `*error` if the file is not a calibration
-/// of all zooms, or no pair can be used.
+/// those that cannot be used. `corrects`: their states are corrected by the size of the board, too.
+/// False with one sentence in `*error` if the file is not a calibration of all zooms, or no pair
+/// can be used.
 bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrate_shot> &shots,
-                        const calibrate_views &views, std::vector<touch_up_look> *looks,
-                        std::vector<std::string> *notes, std::string *error);
+                        const calibrate_views &views, const touch_up_marks &marks, bool corrects,
+                        std::vector<touch_up_look> *looks, std::vector<std::string> *notes,
+                        std::string *error);
 
 /// `corrected`: with what the correction by the size of the board reaches. `square_mm` is the true
 /// side of a square.

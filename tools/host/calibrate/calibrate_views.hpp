@@ -21,7 +21,7 @@ struct calibrate_image {
     int file_width_px = 0, file_height_px = 0;  // as displayed, before shrinking
     int shrink = 1;
     int full_scale = 255;  // grey of the file's brightest possible value
-    int orientation = 0;  // EXIF numbering, 0 or 1: not turned
+    int orientation = 0;   // EXIF numbering, 0 or 1: not turned
 };
 
 /// Returns false with one sentence in `*error` that names the file. `mosaic`: a grey file is a

@@ -24,6 +24,7 @@ struct request {
     calibrate_board_request board;
     const char *out, *corner_cache, *id, *date, *note;
     const char *touch_up, *verify;
+    double length, from[4], to[4], infinity[4];
     int threads, model;
     bool single, paper, json, quiet;
 };
@@ -32,12 +33,14 @@ const command_argument options[] = {
     number_option(
         "board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
         "Inner corners of the board: one less than squares, along a row and from row to row. This "
-        "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required.",
+        "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required, "
+        "except with --length or --infinity.",
         2, 255, 2, 'x'),
     number_option(
         "square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
         "Side of one square in mm, measured on the print over as many squares as possible: all "
-        "reconstructed lengths depend on it. Required.",
+        "reconstructed lengths depend on it. Required "
+        "with --board.",
         calibrate_board_side_min, calibrate_board_side_max),
     text_option(
         "charuco", offsetof(request, board.dictionary), "DICT",
@@ -74,6 +77,21 @@ const command_argument options[] = {
         "squares in mm and rows in pixels, against what it predicts, with the cameras where "
         "the motors read and refined as every pair is. Writes nothing; exit code 5: not as "
         "predicted."),
+    number_option("length", COMMAND_NUMBER, offsetof(request, length), "MM",
+                  "For --touch-up and --verify of one pair, SESSION:N, in place of a board: the "
+                  "distance between two marks anywhere in the scene.",
+                  1, 1e6),
+    number_option("from", COMMAND_NUMBER, offsetof(request, from), "X,Y,X,Y",
+                  "Column and row of the first mark in the left picture, then in the right one; "
+                  "picked within half a pixel.",
+                  0, 32768, 4, ','),
+    number_option("to", COMMAND_NUMBER, offsetof(request, to), "X,Y,X,Y",
+                  "The same of the second mark.", 0, 32768, 4, ','),
+    number_option("infinity", COMMAND_NUMBER, offsetof(request, infinity), "X,Y,X,Y",
+                  "For --touch-up of one pair: a thing so far away that its distance does not "
+                  "matter, such as a star or a mast on the horizon, in both pictures. Alone, or "
+                  "beside a board or a length.",
+                  0, 32768, 4, ','),
     flag_option("single", offsetof(request, single),
                 "Only one camera: calibrate its lens. rig.calibration is not written."),
     flag_option("paper", offsetof(request, paper),
@@ -179,6 +197,38 @@ bool holds_only(const std::string &text, size_t max, bool (*good)(char)) {
     return text.size() <= max && std::all_of(text.begin(), text.end(), good);
 }
 
+bool is_given(const double place[4]) {
+    return place[0] >= 0;
+}
+
+std::string check_marks(const request &asked) {
+    const bool has_length = asked.length > 0;
+    if (asked.touch_up != nullptr && asked.verify != nullptr) {
+        return "--touch-up and --verify cannot be combined";
+    }
+    if (has_length != is_given(asked.from) || has_length != is_given(asked.to)) {
+        return "--length MM requires --from and --to, and they require it";
+    }
+    if (has_length && asked.touch_up == nullptr && asked.verify == nullptr) {
+        return "--length requires --touch-up or --verify";
+    }
+    if (is_given(asked.infinity) && asked.touch_up == nullptr) {
+        return "--infinity requires --touch-up";
+    }
+    return has_length && asked.board.corners[0] != 0 ? "--length and --board cannot be combined"
+                                                     : "";
+}
+
+touch_up_marks marks_of(const request &asked) {
+    touch_up_marks marks;
+    marks.length_mm = asked.length;
+    marks.far = is_given(asked.infinity);
+    std::copy(asked.from, asked.from + 4, marks.mark[0].begin());
+    std::copy(asked.to, asked.to + 4, marks.mark[1].begin());
+    std::copy(asked.infinity, asked.infinity + 4, marks.infinity.begin());
+    return marks;
+}
+
 /// Errors that the option table cannot check; "" when all is well.
 std::string check_texts(const request &asked) {
     if (asked.id != nullptr && !holds_only(asked.id, 47, is_of_id)) {
@@ -190,10 +240,7 @@ std::string check_texts(const request &asked) {
     if (asked.note != nullptr && !holds_only(asked.note, 200, is_printable)) {
         return "--note must be up to 200 printable ASCII characters";
     }
-    if (asked.touch_up != nullptr && asked.verify != nullptr) {
-        return "--touch-up and --verify cannot be combined";
-    }
-    return "";
+    return check_marks(asked);
 }
 
 bool read_cache(const char *path, const calib::board &board, std::vector<calib::cached_view> *views,
@@ -215,6 +262,24 @@ bool read_cache(const char *path, const calib::board &board, std::vector<calib::
 
 std::string text_or(const char *text, const char *otherwise) {
     return text != nullptr ? text : otherwise;
+}
+
+/// Checks the options; the board and the marks go into the job. "" when all is well.
+std::string check_job(const request &asked, calibrate_job *job) {
+    const std::string error = check_texts(asked);
+    job->marks = marks_of(asked);
+    const bool needs_board = !job->marks.any() || asked.board.corners[0] != 0;
+    return error.empty() && needs_board ? calibrate_board_make(asked.board, &job->board) : error;
+}
+
+bool read_inputs(const request &asked, const std::vector<std::string> &paths, calibrate_job *job,
+                 std::string *error) {
+    calibrate_names names;
+    const bool frames_may_miss = asked.corner_cache != nullptr || job->board.columns == 0;
+    return calibrate_names_expand(paths, frames_may_miss, &names, error) &&
+           calibrate_names_pair(names, asked.single, &job->inputs, error) &&
+           (asked.corner_cache == nullptr ||
+            read_cache(asked.corner_cache, job->board, &job->cache, error));
 }
 
 /// The rest of the job, which needs no check.
@@ -242,6 +307,7 @@ int command_calibrate(int argc, char **argv) {
         return command_capture(argc - 1, argv + 1);
     }
     request asked{};
+    asked.from[0] = asked.to[0] = asked.infinity[0] = -1;  // not given
     std::vector<const char *> operands(operands_max);
     int count = 0;
     const int parsed = options_parse(&page, argc, argv, &asked, operands.data(), &count);
@@ -249,20 +315,16 @@ int command_calibrate(int argc, char **argv) {
         return parsed;
     }
     calibrate_job job;
-    std::string error = calibrate_board_make(asked.board, &job.board);
-    error = error.empty() ? check_texts(asked) : error;
+    std::string error = check_job(asked, &job);
     if (!error.empty()) {
         return refuse(CLIENT_USAGE, error);
     }
-    calibrate_names names;
     const std::vector<std::string> paths(operands.begin(), operands.begin() + count);
-    if (!calibrate_names_expand(paths, asked.corner_cache != nullptr, &names, &error) ||
-        !calibrate_names_pair(names, asked.single, &job.inputs, &error)) {
+    if (!read_inputs(asked, paths, &job, &error)) {
         return refuse(CLIENT_BAD_INPUT, error);
     }
-    if (asked.corner_cache != nullptr &&
-        !read_cache(asked.corner_cache, job.board, &job.cache, &error)) {
-        return refuse(CLIENT_BAD_INPUT, error);
+    if (job.marks.any() && job.inputs.shots.size() != 1) {
+        return refuse(CLIENT_USAGE, "marks belong to one pair: name it as SESSION:N");
     }
     fill_job(asked, &job);
     return calibrate_job_run(&job);
