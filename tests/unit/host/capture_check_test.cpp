@@ -31,7 +31,14 @@ struct picture {
         }
     }
 
-    image_u8 image() { return {grey.data(), width_px, height_px, width_px}; }
+    calibrate_image image(int full_scale) const {
+        calibrate_image image;
+        image.grey = grey;
+        image.width_px = width_px;
+        image.height_px = height_px;
+        image.full_scale = full_scale;
+        return image;
+    }
 };
 
 /// A pair whose corners lie at `scale` px a mm about a middle.
@@ -51,15 +58,13 @@ capture_shot shot_of(double scale, double x_px, double y_px) {
 TEST_CASE("the board's white is that of its bright squares, whatever is around it") {
     for (const int white : {40, 120, 230}) {
         picture seen(white, 20);
-        CHECK(capture_whites(board, seen.image(), 255, seen.view) ==
-              doctest::Approx(white / 255.0));
+        CHECK(capture_whites(board, seen.image(255), seen.view) == doctest::Approx(white / 255.0));
         // A picture of ten bits, of which the highest was not used: 127 is full scale.
-        CHECK(capture_whites(board, seen.image(), 127, seen.view) ==
-              doctest::Approx(white / 127.0));
+        CHECK(capture_whites(board, seen.image(127), seen.view) == doctest::Approx(white / 127.0));
     }
     picture seen(100, 20);
     seen.view.corners.resize(5);
-    CHECK(capture_whites(board, seen.image(), 255, seen.view) == 0);
+    CHECK(capture_whites(board, seen.image(255), seen.view) == 0);
 }
 
 TEST_CASE("the region for the exposure holds the board of both pictures") {

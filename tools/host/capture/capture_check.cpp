@@ -51,7 +51,7 @@ std::string moved() {
 
 }  // namespace
 
-double capture_whites(const calib::board &board, const image_u8 &image, int full_scale,
+double capture_whites(const calib::board &board, const calibrate_image &image,
                       const calib::board_view &view) {
     std::map<int, const calib::corner *> at;
     for (const calib::corner &one : view.corners) {
@@ -68,17 +68,17 @@ double capture_whites(const calib::board &board, const image_u8 &image, int full
         }
         const double x = near->x_px + inset * (opposite->second->x_px - near->x_px);
         const double y = near->y_px + inset * (opposite->second->y_px - near->y_px);
-        const long column = std::clamp(std::lround(x), 0L, image.width - 1L);
-        const long row = std::clamp(std::lround(y), 0L, image.height - 1L);
+        const long column = std::clamp(std::lround(x), 0L, image.width_px - 1L);
+        const long row = std::clamp(std::lround(y), 0L, image.height_px - 1L);
         levels[(index / board.columns + index % board.columns) % 2].push_back(
-            image.data[row * image.stride + column]);
+            image.grey[size_t(row * image.width_px + column)]);
     }
     int level = 0;
     for (std::vector<int> &one : levels) {
         std::sort(one.begin(), one.end());
         level = std::max(level, one.empty() ? 0 : one[size_t(bright_share * double(one.size()))]);
     }
-    return static_cast<double>(level) / full_scale;
+    return static_cast<double>(level) / image.full_scale;
 }
 
 capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot) {

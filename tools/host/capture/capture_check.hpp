@@ -5,14 +5,14 @@
 
 #include <string>
 
-#include "stereo/image/image.h"
+#include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/capture/capture_plan.hpp"
 
 /// Range of the board's white: beyond it the sensor is not linear, below it corners are noisy.
 const double CAPTURE_WHITES_MIN = 0.4, CAPTURE_WHITES_MAX = 0.82;
 
-/// How bright the board's white squares are, as a part of `full_scale`; 0: no square was seen.
-double capture_whites(const calib::board &board, const image_u8 &image, int full_scale,
+/// How bright the board's white squares are, as a part of full scale; 0: no square was seen.
+double capture_whites(const calib::board &board, const calibrate_image &image,
                       const calib::board_view &view);
 
 /// The part of the frames that shows the board in either picture.

@@ -226,8 +226,7 @@ class runner {
             const image_u8 grey = {image.grey.data(), image.width_px, image.height_px,
                                    image.width_px};
             shot->view[side] = calib::detect_board(job_.board, grey, {});
-            *whites = std::max(
-                *whites, capture_whites(job_.board, grey, image.full_scale, shot->view[side]));
+            *whites = std::max(*whites, capture_whites(job_.board, image, shot->view[side]));
         }
         return true;
     }
