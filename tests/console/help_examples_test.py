@@ -132,6 +132,9 @@ class Examples(UserTest):
         texture = coded.draw((14 * 60 + 60, 10 * 60 + 60), marginSize=30)
         boards.write(self.home, boards.pairs(texture=texture, poses=boards.POSES[:8], scale=2),
                      "left/{}.png", "right/{}.png")
+        self.place("files/look").parent.mkdir(exist_ok=True)
+        shutil.copytree(ROOT / "tests/data/zoom_capture", self.place("files/look"))
+        self.write_zoom()
         self.run_all(page_of(VERGENCE, "calibrate"))
 
     def test_board(self):
@@ -153,9 +156,12 @@ class Examples(UserTest):
     def test_info(self):
         self.write_images()
         self.run_one("vergence reconstruct left.png right.png --calibration rig.txt --out results")
+        self.write_zoom()
+        self.run_all(page_of(VERGENCE, "info"))
+
+    def write_zoom(self):
         self.place("instrument.zoom").write_bytes(subprocess.run(
             [os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout)
-        self.run_all(page_of(VERGENCE, "info"))
 
     def test_every_command_has_examples_and_a_test(self):
         for command in commands():

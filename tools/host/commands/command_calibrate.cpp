@@ -161,7 +161,8 @@ const option_page page = {
     "vergence calibrate left/ right/ --board 13x9 --square 20 --charuco 5x5_100 --marker 15\n"
     "vergence calibrate pictures/ --board 9x6 --square 30 --model k1-k2\n"
     "vergence calibrate 'left*.jpg' --single --board 9x6 --square 30\n"
-    "vergence calibrate files/look:2 --verify instrument.zoom --board 9x6 --square 24",
+    "vergence calibrate files/look:2 --touch-up instrument.zoom --board 10x7 --square 24 "
+    "--charuco 4x4_50 --marker 17 --corners files/look/corners.vnl",
     options,
     sizeof options / sizeof options[0],
     1,
