@@ -63,7 +63,8 @@ class TouchUp(unittest.TestCase):
             self.assertAlmostEqual(read["square_z"], sigmas, delta=1e-6)
             self.assertLess(sigmas, 8)
             self.assertEqual(look["holds"], max(sigmas, read["rows_z"], refined["square_z"]) < 4)
-            self.assertAlmostEqual(corrected["square_mm"], 24, delta=0.02)
+            # It does not know the ripple of the lenses' cams either: 0.1 % of f at the wide end.
+            self.assertAlmostEqual(corrected["square_mm"], 24, delta=0.03)
             self.assertLess(corrected["rows_px"], 0.1)
             self.assertLess(corrected["depth_sigma_mm"], 0.2 * read["depth_sigma_mm"])
 

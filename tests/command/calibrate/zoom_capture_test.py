@@ -35,7 +35,7 @@ class ZoomCapture(unittest.TestCase):
             with open(out + "/solved/calibration.json", encoding="utf-8") as file:
                 found = json.load(file)
             self.assertEqual(found["zooms"], 13)
-            self.assertGreater(found["corners"], 13000)
+            self.assertGreater(found["corners"], 16000)
             self.assertLess(found["rms_px"], 0.02)
             self.assertLess(found["held_out_focal"], 0.002)
             self.check_focal_lengths(out, out + "/solved/instrument.zoom")
