@@ -16,7 +16,7 @@ namespace {
 const int CELLS_X = 4, CELLS_Y = 3;
 const double ALARM_Z = 6, ALARM_SHARE = 0.3;  // of a pattern in the noise of a corner
 const double ALARM_NOISE = 2;                 // residuals over what the corners' noise explains
-const int REFIT_ITERATIONS = 2;  // the equations are nearly linear there
+const int REFIT_ITERATIONS = 2;               // the equations are nearly linear there
 
 // Sums over left-out settings.
 struct left_out {

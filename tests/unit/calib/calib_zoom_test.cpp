@@ -258,6 +258,15 @@ outcome solve_rigs(const char *what, const synthetic::ZoomPlan &plan, int rigs,
     return result;
 }
 
+// Error bars agree with the errors. States of one rig are not independent, so it takes many rigs.
+void check_scores(const scores &of) {
+    if (of.count >= 400 && synthetic::draws(1) >= 40) {
+        CHECK(of.rms() > 0.8);
+        CHECK(of.rms() < 1.25);
+        CHECK(of.covered() > 0.92);
+    }
+}
+
 synthetic::ZoomPlan sweep(int boards) {
     synthetic::ZoomPlan plan;
     plan.boards = boards;
@@ -272,12 +281,16 @@ TEST_CASE("figures: 13 zooms, 12 board positions") {
     CHECK(found.error.focal < 6e-4);
     CHECK(found.error.epipolar_px < 0.1);
     CHECK(found.error.depth_mm < 1);
+    check_scores(found.focal);
+    check_scores(found.depth);
 }
 
 TEST_CASE("figures: 13 zooms, 4 board positions") {
     const outcome found = solve_rigs("13 x 4", sweep(4), synthetic::draws(1));
     CHECK(found.error.epipolar_px < 0.2);
     CHECK(found.error.depth_mm < 2);
+    check_scores(found.focal);
+    check_scores(found.depth);
 }
 
 TEST_CASE("figures: each zoom alone, straight lines between") {
