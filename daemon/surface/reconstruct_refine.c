@@ -185,7 +185,15 @@ void reconstruct_refine_doubt(struct reconstruct_context *context) {
     if (context->bracket_pair > 0 && !context->bracketed) {
         doubt_bracket(context);
     }
-    if (report->used == 0) {
+    if (refine_is_lost(report)) {
+        reconstruct_context_warn(context,
+                                 "of %d distinct points only %d match: the cameras are not where "
+                                 "the calibration expects them (calibrate again), or show "
+                                 "different things; all depths share a deviation of %.3g mm at "
+                                 "%.0f mm at least",
+                                 report->corners, report->matches, report->depth.after,
+                                 report->depth_mm);
+    } else if (report->used == 0) {
         reconstruct_context_warn(
             context,
             "only %d points of the pair match: the cameras are taken to be "

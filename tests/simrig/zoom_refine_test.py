@@ -177,8 +177,7 @@ class ZoomRefine(unittest.TestCase):
         bumped = self.write("bumped.zoom", changed(TEXT, "right_rotation_rad", " ".join(turn)))
         for pair in (1, 2):
             done = self.run_on("--pair", pair, calibration=bumped)
-            self.assertTrue(done.returncode != 0 or "calibrate again" in done.stderr or
-                            "points of the pair match" in done.stderr, done.stderr)
+            self.assertIn("calibrate again", done.stderr)
 
     def test_without_texture_the_deviation_of_the_prior_is_said(self):
         done = self.run_on("--pair", 5)

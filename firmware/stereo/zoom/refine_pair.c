@@ -9,7 +9,8 @@
 
 enum {
     TRACKS_MIN = 20,
-    SAMPLE = 8,  // tracks of a hypothesis
+    DISTINCT_MIN = 200,  // of which ten times fewer fit by no accident
+    SAMPLE = 8,          // tracks of a hypothesis
     HYPOTHESES = 300,
     JUDGES_MAX = 512,  // tracks that count its support
     PASSES = 2,
@@ -22,6 +23,10 @@ static const double first_noise_px = 0.5, least_noise_px = 0.02;
 static const double outlier_sigmas = 4;
 // A track supports a hypothesis within this many px.
 static const double support_px = 1.5;
+
+bool refine_is_lost(const struct refine_report *report) {
+    return report->used == 0 && report->corners >= DISTINCT_MIN;
+}
 
 const char *refine_health_text(enum refine_health health) {
     static const char *const texts[] = {"good", "touch up", "calibrate"};
@@ -284,6 +289,7 @@ static int run(struct matches *m, struct arena *arena, struct refine_report *rep
             return error == ERROR_TOO_SMALL ? ERROR_OK : error;
         }
     }
+    report->corners = m->corners[0].count;
     // First where the prior allows; then, better known, where the first pass allows, which
     // separates more of the points.
     for (int pass = 0; pass < PASSES; pass++) {
@@ -374,6 +380,7 @@ void refine_assess(const struct refine_picture *picture, const struct self_calib
     // Rows may fit while the depth does not: the word considers both.
     report->health =
         report->used > 0 && (report->surprise > 4 || report->rows_px > 0.6)    ? REFINE_CALIBRATE
+        : refine_is_lost(report)                                               ? REFINE_CALIBRATE
         : report->used == 0 || report->depth.after > 2.5e-3 * report->depth_mm ? REFINE_TOUCH_UP
                                                                                : REFINE_GOOD;
 }

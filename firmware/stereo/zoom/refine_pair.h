@@ -20,6 +20,7 @@ struct refine_sigma {
 };
 
 struct refine_report {
+    int corners;                // distinct points of the left picture
     int matches, used;          // pairs of points, and those that fit
     double rows_before_px;      // median distance from the epipolar line
     double rows_px;             // the same after the correction
@@ -32,6 +33,10 @@ struct refine_report {
     double surprise;  // of self_surprise
     enum refine_health health;
 };
+
+/// Whether a pair with many distinct points has hardly any that fit: the cameras are not where the
+/// calibration expects them, or show different things.
+bool refine_is_lost(const struct refine_report *report);
 
 /// Word for a health: good, touch up, calibrate.
 const char *refine_health_text(enum refine_health health);
