@@ -71,13 +71,17 @@ TEST_CASE("the region for the exposure holds the board of both pictures") {
     const capture_optics optics;
     capture_shot shot = shot_of(1, 600, 500);
     shot.view[1] = shot_of(1, 700, 520).view[1];
-    const capture_region region = capture_region_of(optics, shot);
+    const capture_region region = capture_region_of(optics, shot, {});
     CHECK(region.x_px == 492);
     CHECK(region.y_px == 428);
     CHECK(region.x_px + region.width_px == doctest::Approx(808).epsilon(0.005));
     CHECK(region.y_px + region.height_px == doctest::Approx(592).epsilon(0.005));
+    // Frames of parts of the sensors.
+    const capture_region there = capture_region_of(optics, shot, {{{200, 100}, {40, 60}}});
+    CHECK(there.x_px == 632);
+    CHECK(there.y_px == 508);
     // Never empty, and within the frame.
-    const capture_region small = capture_region_of(optics, shot_of(0.01, 2047, 1535));
+    const capture_region small = capture_region_of(optics, shot_of(0.01, 2047, 1535), {});
     CHECK(small.x_px + small.width_px <= optics.width_px);
     CHECK(small.y_px + small.height_px <= optics.height_px);
     CHECK(small.width_px >= 64);

@@ -81,25 +81,28 @@ double capture_whites(const calib::board &board, const calibrate_image &image,
     return static_cast<double>(level) / image.full_scale;
 }
 
-capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot) {
+capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot,
+                                 const capture_windows &window_px) {
     const int size_min = 64;
-    double low[2] = {double(optics.width_px), double(optics.height_px)}, high[2] = {0, 0};
-    for (const calib::board_view &view : shot.view) {
-        for (const calib::corner &c : view.corners) {
-            low[0] = std::min(low[0], c.x_px);
-            low[1] = std::min(low[1], c.y_px);
-            high[0] = std::max(high[0], c.x_px);
-            high[1] = std::max(high[1], c.y_px);
+    const double frame_px[2] = {double(optics.width_px), double(optics.height_px)};
+    int begin[2], size[2];
+    for (size_t axis = 0; axis < 2; axis++) {
+        double low = HUGE_VAL, high = 0;
+        for (size_t side = 0; side < 2; side++) {
+            for (const calib::corner &c : shot.view[side].corners) {
+                const double at = window_px[side][axis] + (axis == 0 ? c.x_px : c.y_px);
+                low = std::min(low, at);
+                high = std::max(high, at);
+            }
         }
+        const double first = std::min(window_px[0][axis], window_px[1][axis]);
+        const double last = std::max(window_px[0][axis], window_px[1][axis]) + frame_px[axis];
+        // Rows and columns come in pairs of colours.
+        begin[axis] = static_cast<int>(std::clamp(low, first, last - size_min)) / 2 * 2;
+        size[axis] = std::clamp(static_cast<int>(high - begin[axis]) / 2 * 2, size_min,
+                                static_cast<int>(last) - begin[axis]);
     }
-    // Rows and columns come in pairs of colours.
-    const auto even = [](double value) { return static_cast<int>(value) / 2 * 2; };
-    const auto begin = [&](double at, int limit) {
-        return even(std::clamp(at, 0.0, double(limit - size_min)));
-    };
-    const int x = begin(low[0], optics.width_px), y = begin(low[1], optics.height_px);
-    return {x, y, std::clamp(even(high[0]) - x, size_min, optics.width_px - x),
-            std::clamp(even(high[1]) - y, size_min, optics.height_px - y)};
+    return {begin[0], begin[1], size[0], size[1]};
 }
 
 capture_point capture_middle_corner(const capture_optics &optics, const calib::board_view &view,

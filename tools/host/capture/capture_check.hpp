@@ -15,11 +15,14 @@ const double CAPTURE_WHITES_MIN = 0.4, CAPTURE_WHITES_MAX = 0.82;
 double capture_whites(const calib::board &board, const calibrate_image &image,
                       const calib::board_view &view);
 
-/// The part of the frames that shows the board in either picture.
+/// The part of the sensors that shows the board to either camera. `window_px`: column and row where
+/// their frames begin.
 struct capture_region {
     int x_px, y_px, width_px, height_px;
 };
-capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot);
+using capture_windows = std::array<std::array<double, 2>, 2>;
+capture_region capture_region_of(const capture_optics &optics, const capture_shot &shot,
+                                 const capture_windows &window_px);
 
 /// The corner nearest to the middle of the frame, as it will be when the focal length has grown by
 /// `ratio`; the view has one.

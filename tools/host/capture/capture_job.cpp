@@ -197,14 +197,12 @@ class runner {
         }
         std::printf("  white at %.0f %%: exposed for the board\n", 100 * *whites);
         brightened_ = true;
-        const capture_region region = capture_region_of(optics_, *shot);
-        const int window_x = static_cast<int>(window_px_[0][0]);
-        const int window_y = static_cast<int>(window_px_[0][1]);
+        const capture_region region = capture_region_of(optics_, *shot, window_px_);
         std::string why;
-        if (!instrument_.run(report_text_format("autoexpose whites=yes iris=no region=%d,%d,%d,%d",
-                                                region.x_px + window_x, region.y_px + window_y,
-                                                region.width_px, region.height_px),
-                             &why) &&
+        if (!instrument_.run(
+                report_text_format("autoexpose whites=yes iris=no region=%d,%d,%d,%d", region.x_px,
+                                   region.y_px, region.width_px, region.height_px),
+                &why) &&
             (too_bright || instrument_.interrupted())) {
             return fail(why);
         }
@@ -484,7 +482,7 @@ class runner {
     capture_optics optics_;
     std::vector<int> zooms_;
     std::array<double, 2> pan_deg_{}, pan_limit_deg_{};
-    double window_px_[2][2] = {{0, 0}, {0, 0}};  // where the frames begin on the sensors
+    capture_windows window_px_{};  // where the frames begin on the sensors
     capture_place next_;
     std::vector<capture_place> planned_;
     double distance_mm_ = 0;
