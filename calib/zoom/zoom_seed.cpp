@@ -16,6 +16,10 @@ namespace {
 
 const double SAME_SETTING_COUNTS = 5;  // a lens returns to a position within this
 const double DEFAULT_SIGMA_PX = 0.1;
+// Noise of a corner is not all: those of one view are off together by some hundredths of a pixel,
+// as blur and perspective do to a detector. Taken at their word, sharp corners bend the lens
+// functions to that.
+const double MIN_SIGMA_PX = 0.03;
 
 // Clusters of positions; `of[i]` is the cluster of capture i.
 std::vector<double> cluster(const std::vector<double> &counts, std::vector<int> *of) {
@@ -52,8 +56,9 @@ zoom_range range_of(const std::vector<double> &values) {
 bundle_view view_of(const board_view &seen) {
     bundle_view view;
     for (const corner &one : seen.corners) {
-        view.corners.push_back({one.index, one.x_px, one.y_px,
-                                one.sigma_px > 0 ? one.sigma_px : DEFAULT_SIGMA_PX, true});
+        const double sigma_px = one.sigma_px > 0 ? one.sigma_px : DEFAULT_SIGMA_PX;
+        view.corners.push_back(
+            {one.index, one.x_px, one.y_px, std::max(sigma_px, MIN_SIGMA_PX), true});
     }
     view.overexposed = seen.overexposed();
     view.used = !view.corners.empty();

@@ -382,3 +382,15 @@ TEST_CASE("a board nearer than the lens can focus does not say where it was focu
     CHECK(near > 0);
     CHECK(focused > 0);
 }
+
+TEST_CASE("no corner counts as better than what a detector's errors have in common") {
+    synthetic::ZoomPlan plan = sweep(1);
+    plan.zooms = 1;
+    plan.noise_px = 0.005;
+    calib::zoom_problem problem;
+    REQUIRE(calib::make_problem(synthetic::make_zoom_views(plan, 3, 4).seen, &problem) == "");
+    REQUIRE(!problem.captures.empty());
+    for (const calib::bundle_corner &corner : problem.captures[0].view[0].corners) {
+        CHECK(corner.sigma_px == 0.03);
+    }
+}
