@@ -23,14 +23,6 @@ struct Running {
     double mass() const { return kMassOne + carried; }
 };
 
-// Grey level at any position: rows outside the image repeat its ends, columns outside the span the
-// span's ends; a row without a span is black.
-int grey_at(const View &view, int x, int y) {
-    const int row = std::clamp(y, 0, view.grey.height - 1);
-    const Span span = view.spans[static_cast<size_t>(row)];
-    return span.begin < span.end ? view.grey.at(std::clamp(x, span.begin, span.end - 1), row) : 0;
-}
-
 struct Feature {
     std::vector<bool> brighter;  // than the centre: the neighbours in a window of 5x5
     double gradient;             // Sobel's along the row, a quarter of it, around 128
@@ -213,6 +205,12 @@ Volume path_totals(const View &left, const Volume &averages, int lanes) {
 }
 
 }  // namespace
+
+int grey_at(const View &view, int x, int y) {
+    const int row = std::clamp(y, 0, view.grey.height - 1);
+    const Span span = view.spans[static_cast<size_t>(row)];
+    return span.begin < span.end ? view.grey.at(std::clamp(x, span.begin, span.end - 1), row) : 0;
+}
 
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
                               const std::vector<double> &large) {

@@ -79,6 +79,16 @@ Lanes normalised(Lanes lanes);
 /// For a grey level difference: the weight of a neighbour across it, in 1/65536.
 double edge_weight(int step);
 
+/// Grey level at any position: rows outside the image repeat its ends, columns outside the span the
+/// span's ends; a row without a span is black.
+int grey_at(const View &view, int x, int y);
+
+/// Weight of the neighbours when a pair is smoothed, in 1/16 along each direction.
+int smoothing_of(const View &left, const View &right);
+
+/// What is compared: means of 3x3 pixels, by that weight.
+View smoothed(const View &view, int side);
+
 /// Costs of all disparities.
 Volume costs_of(const View &left, const View &right, const Search &search);
 

@@ -124,7 +124,7 @@ void reject_unsupported(const View &left, double noise_q8, Answer *answer) {
         for (int x = 0; x < answer->reason.width; x++) {
             bool supported = false;
             for (int row = y / kBlock - 1; row <= y / kBlock + 1; row++) {
-                for (int column = x / kBlock - 2; column <= x / kBlock + 2; column++) {
+                for (int column = x / kBlock - 1; column <= x / kBlock + 1; column++) {
                     supported = supported || (row >= 0 && row < slopes.along.height &&
                                               column >= 0 && column < slopes.along.width &&
                                               has_texture(slopes, noise_q8, column, row));

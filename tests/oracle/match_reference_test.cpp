@@ -212,6 +212,7 @@ void check_same(const Answer &ours, const Answer &theirs) {
 // Statistics of a round of comparisons.
 struct Met {
     std::set<int> reasons;
+    std::set<int> smoothings;
     int narrow = 0;  // pixels that did not search everything
 };
 
@@ -231,11 +232,13 @@ void check_task(const Task &task, const Volume *all, Met *met) {
     // The searched disparities follow from the coarser levels, which are not tested here.
     const Matched searched = matched(task, &match_plain_kernels, bytes);
     const Grid<Span> &windows = searched.windows;
+    const int side = smoothing_of(task.left, task.right);
+    const View left = smoothed(task.left, side);
+    const View right = smoothed(task.right, side);
     const Volume averages =
-        all != nullptr
-            ? windowed(*all, windows)
-            : row_averages(task.left,
-                           windowed(costs_of(task.left, task.right, task.search), windows));
+        all != nullptr ? windowed(*all, windows)
+                       : row_averages(left, windowed(costs_of(left, right, task.search), windows));
+    met->smoothings.insert(side);
     const Answer expected = decide(task.left, task.right, task.search,
                                    sum_up(task.left, task.search, averages), searched.doubtful);
     for (const Level &level : levels()) {
@@ -316,6 +319,7 @@ TEST_CASE("from grey images to reasons, every pixel is the reference's") {
     MESSAGE("pixels with a narrow window: " << met.narrow);
     CHECK(met.narrow > 0);
     CHECK(met.reasons.size() == REASON_COUNT);
+    CHECK(met.smoothings == std::set<int>{0, 2, 5});
 }
 
 TEST_CASE("rows that are valid in parts only, by any spans") {

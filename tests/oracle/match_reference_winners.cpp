@@ -94,12 +94,12 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
 
 // Within the requested range, not at an end of it (unless more is searched there or there is
 // nothing else), and with a low enough cost.
-bool is_fit(const Winner &winner, const Search &search) {
+bool is_fit(const Winner &winner, const Search &search, double max_cost) {
     const int beyond = search.disparity_count - search.extra_above;
     const int ends = beyond - search.extra_below > 2 ? 1 : 0;
     const int first = search.extra_below + (search.extra_below > 0 ? 0 : ends);
     const int last = beyond - 1 - (search.extra_above > 0 ? 0 : ends);
-    return winner.lane >= first && winner.lane <= last && winner.cost <= 40;
+    return winner.lane >= first && winner.lane <= last && winner.cost <= max_cost;
 }
 
 // Whether the 16 pixels from x - 8 on, moved into the span, differ by 6 grey levels.
@@ -115,7 +115,8 @@ bool is_textured(const View &left, int x, int y) {
     return brightest - darkest >= 6;
 }
 
-int reason_of(const View &left, const Search &search, const Grid<Winner> &winners, int x, int y) {
+int reason_of(const View &left, const Search &search, const Grid<Winner> &winners, double max_cost,
+              int x, int y) {
     const Winner &winner = winners.at(x, y);
     if (winner.lane < 0) {
         return REASON_BORDER;
@@ -123,7 +124,7 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     if (search.keep_all) {
         return REASON_VALID;
     }
-    const bool fit = is_fit(winner, search);
+    const bool fit = is_fit(winner, search, max_cost);
     if (!is_consistent(winners, x, y)) {
         return REASON_OCCLUDED;
     }
@@ -218,6 +219,9 @@ void reject_islands(const Search &search, Answer *answer) {
 
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful) {
+    const int side = smoothing_of(left, right);
+    const double smoothed_max = side == 2 ? 38 : 44;
+    const double max_cost = side == 0 ? 40 : smoothed_max;
     const int width = sums.totals.width;
     const int height = sums.totals.height;
     Grid<Winner> winners = winners_of(left, right, search, sums);
@@ -230,7 +234,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
         for (int x = 0; x < width; x++) {
             const Winner &winner = winners.at(x, y);
             answer.disparity_q8.at(x, y) = disparity_q8_of(winner, search);
-            answer.reason.at(x, y) = reason_of(left, search, winners, x, y);
+            answer.reason.at(x, y) = reason_of(left, search, winners, max_cost, x, y);
             answer.confidence.at(x, y) = winner.lane < 0 ? 0 : static_cast<int>(winner.margin);
         }
     }

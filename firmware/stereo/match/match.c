@@ -142,6 +142,7 @@ int match_run(const struct match_input *input, const struct match_options *optio
     const size_t mark = arena_mark(arena);
     struct match_state state = {.input = input, .output = output, .parallel = parallel};
     set_state(&state, input->left.width, input->left.height, options, parallel->threads);
+    state.smoothing = match_smoothing(input);
     struct match_memory memory = {.arena = arena};
     match_take_memory(&state, &memory);
     const bool finished = !memory.failed && run_levels(&state, progress, progress_self);

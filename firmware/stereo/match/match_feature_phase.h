@@ -37,26 +37,91 @@ static void scale_row(const struct image_u8 *image, int y, int shift_x, int shif
     }
 }
 
+// Repeats the ends of the valid span of a padded row outwards; a row without a span is black.
+static void repeat_ends(struct rectify_span span, int width, uint8_t *padded) {
+    uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
+    if (span.begin >= span.end) {
+        memset(padded, 0, (size_t)(width + 2 * MATCH_CENSUS_RADIUS));
+        return;
+    }
+    memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_CENSUS_RADIUS));
+    memset(pixels + span.end, pixels[span.end - 1],
+           (size_t)(width + MATCH_CENSUS_RADIUS - span.end));
+}
+
 // Pixels of row y for index -MATCH_CENSUS_RADIUS to width + MATCH_CENSUS_RADIUS - 1 of a level,
 // with the ends of the valid span repeated outwards.
 static void source_row(const struct match_level *level, const struct image_u8 *image,
                        const struct rectify_span *spans, int y, uint16_t *box, uint8_t *padded) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
     const struct rectify_span span = match_span(level, image, spans, row);
-    const int padded_width = level->width + 2 * MATCH_CENSUS_RADIUS;
-    if (span.begin >= span.end) {
-        memset(padded, 0, (size_t)padded_width);
-        return;
-    }
     uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
     if (level->shift_x == 0 && level->shift_y == 0) {
         memcpy(pixels, image_u8_row(image, row), (size_t)level->width);
     } else {
         scale_row(image, row, level->shift_x, level->shift_y, level->width, box, pixels);
     }
-    memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_CENSUS_RADIUS));
-    memset(pixels + span.end, pixels[span.end - 1],
-           (size_t)(level->width + MATCH_CENSUS_RADIUS - span.end));
+    repeat_ends(span, level->width, padded);
+}
+
+// The mean of a pixel, with its neighbours in the row and in the rows before and after it, where
+// each neighbour has the weight `side` of MATCH_SMOOTHING_ONE along each direction. `to` may be
+// `above`. `box` has room for a row.
+static void smooth_source(const uint8_t *above, const uint8_t *row, const uint8_t *below, int width,
+                          int side, uint16_t *restrict box, uint8_t *to) {
+    const uint16_t share = (uint16_t)side;
+    const uint16_t own = (uint16_t)(MATCH_SMOOTHING_ONE - 2 * side);
+    for (int x = 0; x < width; x++) {
+        box[x] = (uint16_t)(own * row[x] + share * (above[x] + below[x]));
+    }
+    const uint16_t half = MATCH_SMOOTHING_ONE * MATCH_SMOOTHING_ONE / 2;
+    for (int x = 0; x < width; x++) {
+        const uint16_t before = box[x > 0 ? x - 1 : 0];
+        const uint16_t after = box[x + 1 < width ? x + 1 : x];
+        const uint16_t sum = (uint16_t)(own * box[x] + share * (before + after) + half);
+        to[x] = (uint8_t)(sum / (MATCH_SMOOTHING_ONE * MATCH_SMOOTHING_ONE));
+    }
+}
+
+// Smooths `count` rows from y_begin on: the rows y_begin - 1 and so on of `source`. The result
+// begins at its first row.
+static void smooth_sources(const struct match_level *level, const struct image_u8 *image,
+                           const struct rectify_span *spans, int y_begin, int count,
+                           struct match_scratch *scratch) {
+    const int width = level->width;
+    uint8_t *const *source = scratch->source;
+    for (int j = 0; j < count; j++) {
+        smooth_source(source[j] + MATCH_CENSUS_RADIUS, source[j + 1] + MATCH_CENSUS_RADIUS,
+                      source[j + 2] + MATCH_CENSUS_RADIUS, width, level->state->smoothing,
+                      scratch->box, source[j] + MATCH_CENSUS_RADIUS);
+        const int y = y_begin + j;
+        const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
+        repeat_ends(match_span(level, image, spans, row), width, source[j]);
+    }
+    // Rows outside the image repeat its ends, which are among the rows here.
+    for (int j = 0; j < count; j++) {
+        const int y = y_begin + j;
+        const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
+        if (row != y) {
+            memcpy(source[j], source[row - y_begin], (size_t)(width + 2 * MATCH_CENSUS_RADIUS));
+        }
+    }
+}
+
+// What the features of the rows [y_begin, y_begin + rows) need.
+static void source_rows(const struct match_level *level, const struct image_u8 *image,
+                        const struct rectify_span *spans, int y_begin, int rows,
+                        struct match_scratch *scratch) {
+    const bool smooth = match_is_smoothed(level);
+    const int first = y_begin - MATCH_CENSUS_RADIUS;
+    const int count = rows + 2 * MATCH_CENSUS_RADIUS;
+    const int more = smooth ? 1 : 0;
+    for (int j = 0; j < count + 2 * more; j++) {
+        source_row(level, image, spans, first - more + j, scratch->box, scratch->source[j]);
+    }
+    if (smooth) {
+        smooth_sources(level, image, spans, first, count, scratch);
+    }
 }
 
 /*@ predicate are_padded{L}(uint8_t **window, integer width) =
@@ -157,10 +222,7 @@ static void reverse_feature(const struct match_level *level, const uint8_t *rest
 static void left_features(struct match_level *level, struct match_scratch *scratch, int y_begin,
                           int rows) {
     const struct match_input *input = level->state->input;
-    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
-        source_row(level, &input->left, input->left_span, y_begin + j - MATCH_CENSUS_RADIUS,
-                   scratch->box, scratch->source[j]);
-    }
+    source_rows(level, &input->left, input->left_span, y_begin, rows, scratch);
     for (int r = 0; r < rows; r++) {
         compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
         if (level->guide[0] != NULL) {
@@ -174,10 +236,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
 static void right_features(const struct match_level *level, struct match_scratch *scratch,
                            int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
-        source_row(level, &input->right, input->right_span, y_begin + j - MATCH_CENSUS_RADIUS,
-                   scratch->box, scratch->source[j]);
-    }
+    source_rows(level, &input->right, input->right_span, y_begin, rows, scratch);
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
         // The left features do not exist yet, so their memory holds these before they are reversed.

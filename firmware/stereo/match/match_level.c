@@ -5,7 +5,6 @@
 
 #include "core/invariant.h"
 #include "stereo/match/match_kernels.h"
-#include "stereo/match/match_window.h"
 
 static int padded_lanes(int disparity_count) {
     return (disparity_count + MATCH_LANES - 1) / MATCH_LANES * MATCH_LANES;
@@ -145,7 +144,7 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
                        struct match_scratch *scratch) {
     const size_t width = (size_t)level->width;
     const size_t right = (size_t)level->right_length;
-    for (int j = 0; j < rows + 2 * MATCH_CENSUS_RADIUS; j++) {
+    for (int j = 0; j < MATCH_SOURCE_ROWS; j++) {
         scratch->source[j] = carve(block, width + 2 * MATCH_CENSUS_RADIUS, 1);
     }
     for (int r = 0; r < rows; r++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One level of the matcher: memory, bands, and the coarser levels that supply rows. Private to
-/// match*.c.
+/// One level of the matcher: memory, bands, and the coarser levels that supply rows and choose the
+/// disparities that each tile of a band searches (match_window.c). Private to match*.c.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_LEVEL_H
 #define VERGENCE_STEREO_MATCH_MATCH_LEVEL_H
 
@@ -27,5 +27,16 @@ void match_advance(struct match_level *level, int rows);
 
 /// At the end: smooths the output and fills the rows that the finest level covers.
 void match_finish(struct match_state *state);
+
+/// Number of rows of the coarser level that `match_plan_windows` reads for a band: those below this
+/// one.
+int match_window_rows(const struct match_level *level, int band_begin);
+
+/// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
+/// disparities if there is no coarser level, else those near its surface around the tile. `above`:
+/// the windows of the band before. Overwrites `scratch` of one thread.
+void match_plan_windows(const struct match_level *level, int band_begin,
+                        const struct match_scratch *scratch, const struct match_tile *above,
+                        struct match_tile *tiles);
 
 #endif

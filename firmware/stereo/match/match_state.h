@@ -54,7 +54,10 @@ enum {
     MATCH_DOUBTFUL = 1 << 14,  // added to an index of a surface with such a rival
     MATCH_TEXTURE_COLUMNS = 16,
     MATCH_ROWS_ABREAST = 4,  // maximum rows per call of a kernel
-    MATCH_PAIR_ROWS = 2,     // minimum rows per call of a kernel
+    // Rows that the features of that many rows need, and one more on each side to smooth them.
+    MATCH_SOURCE_ROWS = MATCH_ROWS_ABREAST + 2 * MATCH_CENSUS_RADIUS + 2,
+    MATCH_SMOOTHING_ONE = 16,
+    MATCH_PAIR_ROWS = 2,  // minimum rows per call of a kernel
     MATCH_MAX_LEVELS = 7,
     MATCH_SHIFT_MAX = 8,   // of a level's columns and rows: see match_set_levels
     MATCH_MASS_ONE = 512,  // masses of recursive averages are in 1/512, below 10 each
@@ -108,9 +111,9 @@ struct match_line {
 
 /// Working memory of one thread.
 struct match_scratch {
-    uint8_t *source[2 * MATCH_CENSUS_RADIUS + MATCH_ROWS_ABREAST];  // padded image rows
-    struct match_band *band;                                        // in progress
-    uint16_t *box;  // sums while a row is scaled down
+    uint8_t *source[MATCH_SOURCE_ROWS];  // padded image rows
+    struct match_band *band;             // in progress
+    uint16_t *box;                       // sums while a row is scaled down or smoothed
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
     int32_t *finish;   // a row of disparities at the end
@@ -178,6 +181,7 @@ struct match_state {
     const struct parallel *parallel;
     struct match_level level[MATCH_MAX_LEVELS];
     int levels;
+    int smoothing;  // see match_smoothing; of levels at full size
     int threads;
     struct match_scratch *scratch;  // one per thread
 };
@@ -313,6 +317,14 @@ static inline uint8_t match_step(uint8_t a, uint8_t b) {
     ensures \result == row + tile->offset + column * tile->lanes; */
 static inline uint8_t *match_cell(uint8_t *row, const struct match_tile *tile, int column) {
     return row + tile->offset + (ptrdiff_t)column * tile->lanes;
+}
+
+/// Whether the rows of a level are smoothed before they are compared; means of several pixels have
+/// less noise.
+/*@ requires \valid_read(level) && \valid_read(level->state);
+    assigns \nothing; */
+static inline bool match_is_smoothed(const struct match_level *level) {
+    return level->state->smoothing > 0 && level->shift_x == 0 && level->shift_y == 0;
 }
 
 /// Left row y of a level, for its edges; rows above and below the image repeat its ends.

@@ -16,8 +16,11 @@
 enum {
     CLAIM_FIT = MATCH_MAX_DISPARITIES,  // a claim: cost times this, with the nearer lane first
     // Threshold of a winner's averaged cost: 99 % of the correct ones on the same pairs are below
-    // it; unrelated images are mostly above.
+    // it; unrelated images are mostly above. Smoothing makes these more alike, but what takes
+    // strong smoothing makes correct winners differ.
     FIT_MAX = 40,
+    WEAK_FIT_MAX = 38,
+    STRONG_FIT_MAX = 44,
 };
 
 /*@ predicate are_winners{L}(int16_t *lane, integer width) =
@@ -124,6 +127,15 @@ static void check_claims(const struct match_level *level, const struct match_lin
     }
 }
 
+/*@ requires \valid_read(level) && \valid_read(level->state);
+    assigns \nothing; */
+static inline uint8_t fit_max_of(const struct match_level *level) {
+    if (!match_is_smoothed(level)) {
+        return FIT_MAX;
+    }
+    return level->state->smoothing == MATCH_WEAK_SMOOTHING ? WEAK_FIT_MAX : STRONG_FIT_MAX;
+}
+
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the
 // lanes beyond, and have a low enough cost.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
@@ -148,11 +160,12 @@ static void check_fits(const struct match_level *level, const struct match_line 
     }
     const int16_t first = (int16_t)level->believed.first;
     const int16_t last = (int16_t)level->believed.last;
+    const uint8_t fit_max = fit_max_of(level);
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, fits[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
-        fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= FIT_MAX);
+        fits[x] = (lane[x] >= first) & (lane[x] <= last) & (fit[x] <= fit_max);
     }
 }
 

@@ -17,7 +17,7 @@ enum {
     PAD = 2,             // columns before and after a smoothed row
     ROW_STEP = 2,        // between rows whose texture is measured
     SLOPE_ROWS = 3,      // smoothed rows in use
-    AROUND_COLUMNS = 2,  // blocks that a block with texture supports, to each side
+    AROUND_COLUMNS = 1,  // blocks that a block with texture supports, to each side
     MAX_PARTS = 8,
     // The variance of a slope of a smoothed image, from the noise of three blocks: see slopes_of.
     NOISE_OF_SUM = 3 * (BLOCK * BLOCK / ROW_STEP) * 72,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Common to all presets of the matcher: validity of arguments, and rules for rejecting a pixel.
-/// Private to match*.c.
+/// Common to all presets of the matcher: validity of arguments, noise of the images
+/// (match_noise.c), and rules for rejecting a pixel. Private to match*.c.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
 #define VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
 
@@ -60,5 +60,14 @@ size_t match_evidence_need_bytes(int width, int threads);
 int match_evidence_run(const struct match_input *input, const struct match_options *options,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
+
+enum {
+    MATCH_WEAK_SMOOTHING = 2,
+    MATCH_STRONG_SMOOTHING = 5,
+};
+
+/// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
+/// for noisier images, 0 for those of little noise or of texture as fine as noise.
+int match_smoothing(const struct match_input *input);
 
 #endif

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/match_window.h"
-
 #include "core/invariant.h"
+#include "stereo/match/match_level.h"
 
 // Lowest and highest index that the coarser level found near a tile; low > high: none was found.
 // `default_value`: roughly where most of them are.

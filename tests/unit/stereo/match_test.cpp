@@ -251,6 +251,28 @@ TEST_CASE("what lies outside the searched range is not claimed inside it") {
     CHECK(compare_surface(matched, pair, 0).valid_share() > 0.9);
 }
 
+TEST_CASE("a noisy pair is smoothed, and its surface is found") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    const Rig rig = rectified_rig(256, 160, 800, 100);
+    const Scene scene = wall(rig, 12, 0.1, 0, {6, 0.15}, seed);
+    struct Limit {
+        double noise_grey, valid_share, bad_1px_share;  // not smoothed: 0.87, 0.056; 0.67, 0.108
+    };
+    for (const auto [noise_grey, valid_share, bad_1px_share] :
+         {Limit{1.5, 0.89, 0.045}, Limit{6, 0.8, 0.105}}) {
+        const Pair pair = render(scene, rig, noisy(noise_grey, seed));
+        const Matched matched = run_match(pair, match_default_options(0, 48));
+        REQUIRE(matched.status == ERROR_OK);
+        const Comparison all = compare_clear(matched, pair);
+        CAPTURE(noise_grey);
+        CAPTURE(all.valid_share());
+        CAPTURE(all.bad_1px_share());
+        CHECK(all.valid_share() > valid_share);
+        CHECK(all.bad_1px_share() < bad_1px_share);
+    }
+}
+
 TEST_CASE("keep_all rejects nothing but borders") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);

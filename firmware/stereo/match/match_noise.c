@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string.h>
+
+#include "core/invariant.h"
+#include "stereo/match/match_validity.h"
+
+enum {
+    BLOCK = 8,  // pixels, both ways
+    STEP = 16,  // between blocks
+    MIN_BLOCKS = 8,
+    BINS = 1024,
+    BIN = 8,
+    // The lowest fiftieth of the blocks shows noise alone. Normal noise of sigma grey levels has a
+    // mean |second derivative| of 4.8 sigma, and that fiftieth ends 24 % below: at 233 sigma a
+    // block.
+    FLOOR_SHARE = 50,
+    WEAK_MIN = 160,    // noise of 0.7 grey levels
+    STRONG_MIN = 696,  // 3 grey levels
+    // Where half of the blocks have more than this many times the noise, fine texture is lost by
+    // smoothing.
+    FINE_TEXTURE = 6,
+};
+
+// Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
+struct limits {
+    int darkest, brightest;
+};
+
+static struct rectify_span span_of(const struct image_u8 *image, const struct rectify_span *spans,
+                                   int y) {
+    return spans == NULL ? (struct rectify_span){0, (int16_t)image->width} : spans[y];
+}
+
+static struct limits limits_of(const struct image_u8 *image, const struct rectify_span *spans) {
+    struct limits limits = {UINT8_MAX, 0};
+    for (int y = 0; y < image->height; y++) {
+        const uint8_t *restrict row = image_u8_row(image, y);
+        const struct rectify_span span = span_of(image, spans, y);
+        uint8_t darkest = UINT8_MAX;
+        uint8_t brightest = 0;
+        for (int x = span.begin; x < span.end; x++) {
+            darkest = row[x] < darkest ? row[x] : darkest;
+            brightest = row[x] > brightest ? row[x] : brightest;
+        }
+        limits.darkest = darkest < limits.darkest ? darkest : limits.darkest;
+        limits.brightest = brightest > limits.brightest ? brightest : limits.brightest;
+    }
+    return limits;
+}
+
+// Sum of |second derivative along row and column| of a block, source of the mask: J. Immerkaer,
+// "Fast noise variance estimation", CVIU 64(2), 1996. -1 if a pixel may be clipped.
+static int roughness(const struct image_u8 *image, int x, int y, struct limits limits) {
+    int16_t along[BLOCK + 2][BLOCK];
+    for (int j = 0; j < BLOCK + 2; j++) {
+        const uint8_t *row = image_u8_row(image, y + j - 1) + x;
+        for (int i = 0; i < BLOCK; i++) {
+            if (row[i] == limits.darkest || row[i] == limits.brightest) {
+                return -1;
+            }
+            along[j][i] = (int16_t)(row[i - 1] - 2 * row[i] + row[i + 1]);
+        }
+    }
+    int sum = 0;
+    for (int j = 1; j <= BLOCK; j++) {
+        for (int i = 0; i < BLOCK; i++) {
+            const int second = along[j - 1][i] - 2 * along[j][i] + along[j + 1][i];
+            sum += second < 0 ? -second : second;
+        }
+    }
+    return sum;
+}
+
+// Columns that are valid in all rows of the blocks at y.
+static struct rectify_span common_span(const struct image_u8 *image,
+                                       const struct rectify_span *spans, int y) {
+    struct rectify_span common = {0, (int16_t)image->width};
+    for (int j = y - 1; j <= y + BLOCK; j++) {
+        const struct rectify_span span = span_of(image, spans, j);
+        common.begin = span.begin > common.begin ? span.begin : common.begin;
+        common.end = span.end < common.end ? span.end : common.end;
+    }
+    return common;
+}
+
+// The bin above a share of the blocks.
+static int bin_above(const uint32_t count[BINS], uint32_t blocks) {
+    uint32_t below = 0;
+    int bin = 0;
+    while (below + count[bin] <= blocks) {
+        below += count[bin++];
+        INVARIANT(bin < BINS);
+    }
+    return bin;
+}
+
+// What the blocks of an image have: the smoothest ones, and half of them. 0 if there are too few.
+struct roughnesses {
+    int noise, usual;
+};
+
+static struct roughnesses roughnesses_of(const struct image_u8 *image,
+                                         const struct rectify_span *spans) {
+    const struct limits limits = limits_of(image, spans);
+    uint32_t count[BINS] = {0};
+    uint32_t blocks = 0;
+    for (int y = 1; y + BLOCK < image->height; y += STEP) {
+        const struct rectify_span span = common_span(image, spans, y);
+        for (int x = span.begin + 1; x + BLOCK < span.end; x += STEP) {
+            const int sum = roughness(image, x, y, limits);
+            if (sum >= 0) {
+                count[sum / BIN < BINS ? sum / BIN : BINS - 1]++;
+                blocks++;
+            }
+        }
+    }
+    if (blocks < MIN_BLOCKS) {
+        return (struct roughnesses){0, 0};
+    }
+    return (struct roughnesses){BIN * bin_above(count, blocks / FLOOR_SHARE),
+                                BIN * bin_above(count, blocks / 2)};
+}
+
+int match_smoothing(const struct match_input *input) {
+    const struct roughnesses left = roughnesses_of(&input->left, input->left_span);
+    const struct roughnesses right = roughnesses_of(&input->right, input->right_span);
+    const int noise = (left.noise + right.noise) / 2;
+    const int usual = (left.usual + right.usual) / 2;
+    if (noise < WEAK_MIN || usual > FINE_TEXTURE * noise) {
+        return 0;
+    }
+    return noise < STRONG_MIN ? MATCH_WEAK_SMOOTHING : MATCH_STRONG_SMOOTHING;
+}
