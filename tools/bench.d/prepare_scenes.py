@@ -208,7 +208,7 @@ def main():
     for done, view in enumerate(wanted):
         print(f"rendering {view.part}/{view.name}, {done + 1} of {len(wanted)}", file=sys.stderr)
         # A folder of its own first, so that an interrupted run leaves no incomplete pair.
-        with tempfile.TemporaryDirectory(dir=part) as holder:
+        with tempfile.TemporaryDirectory(dir=options.out) as holder:
             folder = pathlib.Path(holder)
             render(view, options, folder)
             write_view(view, options, folder, folder / "pair")
