@@ -204,6 +204,14 @@ static void show_progress(void *cookie, int stage, const char *what, int done, i
     }
 }
 
+static void reply_points(const struct surface *self) {
+    const struct reconstruct_result *result = self->job.context.result;
+    reply_number(self->call, "points", result_figures_measured_count(result), 0, NULL);
+    if (self->job.context.options->fill) {
+        reply_number(self->call, "filled", result->reason_count[REASON_FILLED], 0, NULL);
+    }
+}
+
 static void reply_figures(const struct surface *self) {
     const struct command_call *call = self->call;
     const struct reconstruct_context *context = &self->job.context;
@@ -216,7 +224,7 @@ static void reply_figures(const struct surface *self) {
     reply_text(call, "calibration", context->calibration->id);
     reply_text(call, "calibration_from", self->source.own ? "session" : "kept");
     reply_text(call, "calibration_cut", self->source.cut ? "yes" : "no");
-    reply_number(call, "points", result->vertex_count, 0, NULL);
+    reply_points(self);
     reply_number(call, "triangles", result->triangle_count, 0, NULL);
     reply_number(call, "density", result_figures_density_percent(result), 1, "%");
     if (result->vertex_count > 0 && reconstruct_context_spread(context, &spread)) {

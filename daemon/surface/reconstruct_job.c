@@ -57,6 +57,7 @@ static void choose_options(struct reconstruct_job *job) {
     // The reader has already done its part of the shrinking.
     options->rectify.scale = request->scale * job->inputs.left.shrink;
     options->keep_all = request->keep_all;
+    options->fill = request->fill;
     options->refine = !request->no_refine;
     // Only the host's writers read the surface as a whole.
     options->recompute_surface = job->outputs->mesh_maker == NULL;
@@ -341,7 +342,7 @@ static void record_doubts(struct reconstruct_job *job) {
             "these images, and that the scene is within the search",
             density_percent);
     }
-    const uint32_t points = job->result.vertex_count;
+    const uint32_t points = result_figures_measured_count(&job->result);
     const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
     if (repeating_percent > repeating_max_percent) {
         reconstruct_context_warn(&job->context,

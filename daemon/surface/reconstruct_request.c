@@ -57,6 +57,9 @@ const struct command_argument reconstruct_arguments[] = {
      .help = "Skip the sub-pixel refinement and its predicted deviation."},
     {.name = "keep-all", .kind = COMMAND_FLAG, .offset = FIELD(keep_all),
      .help = "Keep every match, however doubtful: for evaluating the matcher."},
+    {.name = "fill", .kind = COMMAND_FLAG, .offset = FIELD(fill),
+     .help = "Give pixels that could not be measured the most plausible surface around them, if there is any within "
+             "64 px: in meshes only, marked, and not counted as measured. Maps and points.pcd stay as measured."},
     {.name = "accept-mismatch", .kind = COMMAND_FLAG, .offset = FIELD(accept_mismatch),
      .help = "Accept a calibration made at another pan, zoom, focus or iris, with "
              "other cameras, or with another window than those of SESSION: lengths are then wrong, and every "

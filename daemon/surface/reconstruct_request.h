@@ -30,7 +30,7 @@ struct reconstruct_request {
     int bits;                      // 0: as the files state
     int raw_px[2];                 // width, height; 0 0: not given
     int preset;                    // an enum match_preset; -1: not given
-    bool no_refine, keep_all;
+    bool no_refine, keep_all, fill;
     bool accept_mismatch;  // accept a calibration of other axes or cameras
     int speckle_px;        // -1: not given
     int triangles;         // maximum, of the mesh files; 0: not given
@@ -47,7 +47,7 @@ struct reconstruct_request {
 
 /// The options, with offsets into the request. The first RECONSTRUCT_SHARED are those of the
 /// console's command `reconstruct`, too.
-enum { RECONSTRUCT_SHARED = 13 };
+enum { RECONSTRUCT_SHARED = 14 };
 extern const struct command_argument reconstruct_arguments[];
 
 /// The request with all defaults.

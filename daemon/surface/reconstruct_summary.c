@@ -31,7 +31,12 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
     const struct reconstruct_result *result = context->result;
     fprintf(stream,
             "surface     %" PRIu32 " points, %" PRIu32 " triangles, %.1f %% of the pixels\n",
-            result->vertex_count, result->triangle_count, result_figures_density_percent(result));
+            result_figures_measured_count(result), result->triangle_count,
+            result_figures_density_percent(result));
+    if (context->options->fill) {
+        fprintf(stream, "filled      %" PRIu32 " more points, not measured\n",
+                result->reason_count[REASON_FILLED]);
+    }
     struct result_figures_quantiles spread;
     if (context->metric && result->vertex_count > 0 &&
         reconstruct_context_spread(context, &spread)) {

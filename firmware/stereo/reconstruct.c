@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/develop.h"
+#include "stereo/fill.h"
 #include "stereo/match_repeats.h"
 #include "stereo/mesh.h"
 #include "stereo/surface.h"
@@ -188,6 +189,7 @@ size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
     size_t largest = larger(developing, match_need_bytes(plan->width_px, &match, threads));
     largest = larger(largest, refine_need_bytes(plan->width_px, plan->height_px, threads));
     largest = larger(largest, refine_vertical_need_bytes());
+    largest = larger(largest, fill_need_bytes(plan->width_px, plan->height_px));
     largest = larger(largest, surface_need_bytes(plan->width_px, plan->height_px,
                                                  options->recompute_surface ? 0 : valid));
     return images_need_bytes(plan->width_px, plan->height_px, !options->recompute_surface) +
@@ -414,6 +416,11 @@ static int surface_stages(struct run *run) {
     struct reconstruct_result *result = run->result;
     const struct surface_depths depths = depths_asked_for(run->options);
     int error = begin_stage(run, RECONSTRUCT_TRIANGULATE);
+    if (error == ERROR_OK && run->options->fill) {
+        const struct fill_input input = {&result->left_colour, result->left_span,
+                                         &result->sigma_q8};
+        error = fill_run(&input, run->parallel, run->arena, &result->match);
+    }
     if (error == ERROR_OK) {
         error = end_stage(run, RECONSTRUCT_TRIANGULATE,
                           surface_triangulate(run->parallel, run->arena, &depths,
@@ -452,7 +459,8 @@ static int all_stages(struct run *run) {
     }
     error = surface_stages(run);
     count_reasons(run->result);
-    return error == ERROR_OK && run->result->vertex_count == 0 ? ERROR_NO_SURFACE : error;
+    return error == ERROR_OK && run->result->reason_count[REASON_VALID] == 0 ? ERROR_NO_SURFACE
+                                                                             : error;
 }
 
 static bool sizes_match(const struct raw_image *raw, const struct lens *lens) {

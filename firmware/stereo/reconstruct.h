@@ -57,6 +57,7 @@ struct reconstruct_options {
     enum match_preset preset;
     int speckle_px;          // see match.h
     bool keep_all;           // see match.h
+    bool fill;               // give rejected pixels the surface around: see fill.h
     bool refine;             // sub-pixel refinement and predicted sigma
     int32_t max_gap_q8;      // see mesh.h
     bool recompute_surface;  // keep no points, triangles and right colours: see surface.h
@@ -89,9 +90,9 @@ struct reconstruct_result {
     uint32_t triangle_count;
     uint32_t (*triangles)[3];
 
-    uint32_t reason_count[REASON_COUNT];  // number of pixels per reason; a valid match whose point
-                                          // cannot be triangulated, or lies outside the depths of
-                                          // the options, becomes REASON_OUT_OF_RANGE
+    uint32_t reason_count[REASON_COUNT];  // number of pixels per reason; a match whose point cannot
+                                          // be triangulated, or lies outside the depths of the
+                                          // options, becomes REASON_OUT_OF_RANGE
     uint32_t repeating_count;  // valid matches on repetitive texture: see match_repeats.h
     uint64_t stage_us[RECONSTRUCT_STAGES];
     size_t stage_peak_bytes[RECONSTRUCT_STAGES];  // of the arena; 0: the stage did not run

@@ -92,11 +92,11 @@ static bool is_within(const struct surface_depths *depths, const struct triangul
     return point->z_um >= depths->near_um && point->z_um <= depths->far_um;
 }
 
-static uint32_t count_valid(const struct image_u8 *reason, int y) {
+static uint32_t count_points(const struct image_u8 *reason, int y) {
     const uint8_t *row = image_u8_row(reason, y);
     uint32_t count = 0;
     for (int x = 0; x < reason->width; x++) {
-        count += row[x] == REASON_VALID;
+        count += reason_has_point(row[x]);
     }
     return count;
 }
@@ -110,7 +110,7 @@ static void triangulate_row(void *context, int y) {
     uint8_t *reason = image_u8_row(&result->match.reason, y);
     uint32_t vertex = rows->first[y];
     for (int x = 0; x < width; x++) {
-        if (reason[x] != REASON_VALID) {
+        if (!reason_has_point(reason[x])) {
             continue;
         }
         struct triangulate_point point;
@@ -155,13 +155,13 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
     if (error != ERROR_OK) {
         return error;
     }
-    uint32_t valid = 0;
+    uint32_t with_point = 0;
     for (int y = 0; y < height; y++) {
-        valid += count_valid(&result->match.reason, y);
+        with_point += count_points(&result->match.reason, y);
     }
     if (!recompute) {
-        result->points = arena_take(arena, valid, sizeof *result->points);
-        result->vertex_pixel = arena_take(arena, valid, sizeof *result->vertex_pixel);
+        result->points = arena_take(arena, with_point, sizeof *result->points);
+        result->vertex_pixel = arena_take(arena, with_point, sizeof *result->vertex_pixel);
     }
     const size_t mark = arena_mark(arena);
     struct rows rows = {.plan = &plan, .result = result, .depths = *depths};
@@ -173,12 +173,12 @@ int surface_triangulate(const struct parallel *parallel, struct arena *arena,
     }
     rows.first[0] = 0;
     for (int y = 0; y < height; y++) {
-        rows.first[y + 1] = rows.first[y] + count_valid(&result->match.reason, y);
+        rows.first[y + 1] = rows.first[y] + count_points(&result->match.reason, y);
     }
     parallel->run(parallel->self, triangulate_row, &rows, height);
-    INVARIANT(rows.first[height] == valid);
+    INVARIANT(rows.first[height] == with_point);
     result->vertex_count = compact(&rows, height);
-    INVARIANT(result->vertex_count <= valid);
+    INVARIANT(result->vertex_count <= with_point);
     arena_release(arena, mark);
     return ERROR_OK;
 }
@@ -188,7 +188,7 @@ static void number_row(const struct reconstruct_result *result, int y, uint32_t 
     const uint8_t *reason = image_u8_row(&result->match.reason, y);
     *count = 0;
     for (int x = 0; x < result->plan.width_px; x++) {
-        vertex[x] = reason[x] == REASON_VALID ? first + (*count)++ : MESH_NO_VERTEX;
+        vertex[x] = reason_has_point(reason[x]) ? first + (*count)++ : MESH_NO_VERTEX;
     }
 }
 
@@ -317,7 +317,7 @@ static void make_points(const struct reconstruct_result *result,
     const int width = result->plan.width_px;
     uint32_t count = 0;
     for (int x = 0; x < width; x++) {
-        if (reason[x] == REASON_VALID) {
+        if (reason_has_point(reason[x])) {
             const bool met = triangulate_match(plan, x, y, disparity_q8[x], sigma_q8[x],
                                                &strip->points[1][count]);
             INVARIANT(met);

@@ -14,9 +14,30 @@ enum {
     FIRST_SHIFT = 2 * DIGIT_BITS,  // three digits are all bits of a value
 };
 
+bool result_figures_is_filled(const struct reconstruct_result *result, uint32_t pixel) {
+    const uint32_t width = (uint32_t)result->plan.width_px;
+    INVARIANT(pixel < width * (uint32_t)result->plan.height_px);
+    return image_u8_row(&result->match.reason, (int)(pixel / width))[pixel % width] ==
+           REASON_FILLED;
+}
+
+uint32_t result_figures_measured_count(const struct reconstruct_result *result) {
+    INVARIANT(result->vertex_count >= result->reason_count[REASON_FILLED]);
+    return result->vertex_count - result->reason_count[REASON_FILLED];
+}
+
+struct bounds {
+    const struct reconstruct_result *result;
+    struct result_figures_box box;
+};
+
 static void extend(void *cookie, const struct surface_part *part) {
-    struct result_figures_box *bounds = cookie;
+    struct bounds *self = cookie;
+    struct result_figures_box *bounds = &self->box;
     for (uint32_t i = 0; i < part->vertex_count; i++) {
+        if (result_figures_is_filled(self->result, part->vertex_pixel[i])) {
+            continue;
+        }
         const struct triangulate_point *point = &part->points[i];
         const int32_t um[3] = {point->x_um, point->y_um, point->z_um};
         for (int axis = 0; axis < 3; axis++) {
@@ -29,11 +50,13 @@ static void extend(void *cookie, const struct surface_part *part) {
 }
 
 struct result_figures_box result_figures_bounds(const struct reconstruct_result *result) {
-    INVARIANT(result->vertex_count > 0);
-    struct result_figures_box bounds = {{INFINITY, INFINITY, INFINITY},
-                                        {-INFINITY, -INFINITY, -INFINITY}};
+    INVARIANT(result_figures_measured_count(result) > 0);
+    struct bounds bounds = {
+        .result = result,
+        .box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}},
+    };
     surface_walk(result, SURFACE_POINTS, extend, &bounds);
-    return bounds;
+    return bounds.box;
 }
 
 double result_figures_density_percent(const struct reconstruct_result *result) {
@@ -74,6 +97,7 @@ struct quantiles {
 enum { DEPTH, SIGMA, VALUES };
 
 struct spread {
+    const struct reconstruct_result *result;
     struct quantiles of[VALUES];
     int shift;  ///< of the digit to be counted
 };
@@ -81,6 +105,9 @@ struct spread {
 static void count_digits(void *cookie, const struct surface_part *part) {
     struct spread *self = cookie;
     for (uint32_t i = 0; i < VALUES * part->vertex_count; i++) {
+        if (result_figures_is_filled(self->result, part->vertex_pixel[i / VALUES])) {
+            continue;
+        }
         struct quantiles *of = &self->of[i % VALUES];
         const uint32_t digits = of->value_of(&part->points[i / VALUES]) >> self->shift;
         for (int k = 0; k < RESULT_FIGURES_QUANTILES; k++) {
@@ -110,13 +137,15 @@ bool result_figures_spread(const struct reconstruct_result *result,
                            struct result_figures_quantiles *spread) {
     static const int depth_percent[RESULT_FIGURES_QUANTILES] = {1, 50, 99};
     static const int sigma_percent[RESULT_FIGURES_QUANTILES] = {5, 50, 95};
-    INVARIANT(result->vertex_count > 0);
+    const uint32_t points = result_figures_measured_count(result);
+    INVARIANT(points > 0);
     struct spread *self = calloc(1, sizeof *self);
     if (self == NULL) {
         return false;
     }
-    start(&self->of[DEPTH], depth_of, depth_percent, result->vertex_count);
-    start(&self->of[SIGMA], sigma_of, sigma_percent, result->vertex_count);
+    self->result = result;
+    start(&self->of[DEPTH], depth_of, depth_percent, points);
+    start(&self->of[SIGMA], sigma_of, sigma_percent, points);
     for (self->shift = FIRST_SHIFT; self->shift >= 0; self->shift -= DIGIT_BITS) {
         surface_walk(result, SURFACE_POINTS, count_digits, self);
         find_digits(&self->of[DEPTH]);

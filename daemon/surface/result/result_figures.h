@@ -11,18 +11,25 @@
 extern "C" {
 #endif
 
-/// Smallest box around the points in mm, left camera frame. Needs at least one point.
+/// Whether the point of this pixel (y * width + x) was not measured: see stereo/fill.h.
+bool result_figures_is_filled(const struct reconstruct_result *result, uint32_t pixel);
+
+/// Number of points without the filled ones.
+uint32_t result_figures_measured_count(const struct reconstruct_result *result);
+
+/// Smallest box around the measured points in mm, left camera frame. Needs at least one point.
 struct result_figures_box {
     double min_mm[3], greatest_mm[3];
 };
 struct result_figures_box result_figures_bounds(const struct reconstruct_result *result);
 
-/// Pixels of the rectified left image that have a disparity, in percent of all.
+/// Pixels of the rectified left image that were measured, in percent of all.
 double result_figures_density_percent(const struct reconstruct_result *result);
 
 enum { RESULT_FIGURES_QUANTILES = 3 };
 
-/// Quantiles of depth and sigma; extreme values would be dominated by single points.
+/// Quantiles of depth and sigma of the measured points; extreme values would be dominated by single
+/// points.
 struct result_figures_quantiles {
     double depth_mm[RESULT_FIGURES_QUANTILES];  // of 1 %, 50 % and 99 % of the points
     double sigma_mm[RESULT_FIGURES_QUANTILES];  // of 5 %, 50 % and 95 %

@@ -99,6 +99,7 @@ static void print_options(const struct reconstruct_context *context, struct json
     json_text(json, "preset", match_preset_name(options->preset));
     json_integer(json, "speckle_px", options->speckle_px);
     json_bool(json, "keep_all", options->keep_all);
+    json_bool(json, "fill", options->fill);
     json_bool(json, "refine", options->refine);
     json_real(json, "max_gap_px", options->max_gap_q8 / 256.0, 10);
     json_integer(json, "threads", context->threads);
@@ -110,6 +111,7 @@ static void print_counts(const struct reconstruct_context *context, struct json 
     json_open_object(json, "counts");
     json_integer(json, "pixels", (int64_t)result->plan.width_px * result->plan.height_px);
     json_integer(json, "vertices", result->vertex_count);
+    json_integer(json, "filled", result->reason_count[REASON_FILLED]);
     json_integer(json, "triangles", result->triangle_count);
     json_integer(json, "repeating", result->repeating_count);
     json_close_object(json);

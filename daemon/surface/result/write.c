@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "daemon/files/output_file.h"
+#include "daemon/surface/result/result_figures.h"
 #include "daemon/surface/result/result_json.h"
 #include "stereo/surface.h"
 
@@ -35,8 +36,10 @@ void write_comments(const struct reconstruct_context *context, const char *mark,
 /// The file that a walk over the surface writes.
 struct surface_file {
     struct output_file file;
+    const struct reconstruct_result *result;
     const struct image_rgb8 *colour;
     float unit_um;
+    bool filled;  // vertices state whether they are
 };
 
 /// Colour of a pixel of the rectified left image.
@@ -48,6 +51,9 @@ static const uint8_t *colour_of(const struct surface_file *self, uint32_t pixel)
 static void put_points(void *cookie, const struct surface_part *part) {
     struct surface_file *self = cookie;
     for (uint32_t vertex = 0; vertex < part->vertex_count; vertex++) {
+        if (result_figures_is_filled(self->result, part->vertex_pixel[vertex])) {
+            continue;
+        }
         const struct triangulate_point *point = &part->points[vertex];
         const uint8_t *rgb = colour_of(self, part->vertex_pixel[vertex]);
         unsigned char bytes[WRITE_PCD_PIXEL_BYTES];
@@ -65,7 +71,9 @@ static void put_points(void *cookie, const struct surface_part *part) {
 int write_pcd(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = context->result;
-    struct surface_file self = {.colour = &result->left_colour,
+    const uint32_t points = result_figures_measured_count(result);
+    struct surface_file self = {.result = result,
+                                .colour = &result->left_colour,
                                 .unit_um = reconstruct_context_unit_um(context)};
     output_file_open(&self.file, path);
     if (self.file.stream != NULL) {
@@ -78,7 +86,7 @@ int write_pcd(const struct reconstruct_context *context, const char *path,
                 "FIELDS x y z rgb sigma\nSIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 1\n"
                 "WIDTH %" PRIu32 "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS %" PRIu32
                 "\nDATA binary\n",
-                result->vertex_count, result->vertex_count);
+                points, points);
     }
     surface_walk(result, SURFACE_POINTS, put_points, &self);
     return output_file_close(&self.file, message);
@@ -109,6 +117,7 @@ int write_pfm(const struct reconstruct_context *context, const char *path,
 
 static void put_header(const struct reconstruct_context *context,
                        const struct reconstruct_result *result, FILE *stream) {
+    const bool filled = result->reason_count[REASON_FILLED] > 0;
     fputs("ply\nformat binary_little_endian 1.0\n", stream);
     write_comments(context, "comment", stream);
     fprintf(stream, "comment left camera frame: x right, y down, z forward; %s\n",
@@ -121,6 +130,7 @@ static void put_header(const struct reconstruct_context *context,
         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
         "property float sigma\nproperty float miss\n",
         stream);
+    fputs(filled ? "property uchar filled\n" : "", stream);
     fprintf(stream, "element face %" PRIu32 "\n", result->triangle_count);
     fputs("property list uchar int vertex_indices\nend_header\n", stream);
 }
@@ -141,7 +151,9 @@ static void put_vertices(void *cookie, const struct surface_part *part) {
         memcpy(bytes + 24, colour_of(self, part->vertex_pixel[vertex]), 3);
         output_file_put_f32(bytes + 27, (float)point->sigma_um / unit_um);
         output_file_put_f32(bytes + 31, (float)point->miss_um / unit_um);
-        output_file_write(&self->file, bytes, sizeof bytes);
+        bytes[WRITE_PLY_VERTEX_BYTES - 1] =
+            result_figures_is_filled(self->result, part->vertex_pixel[vertex]);
+        output_file_write(&self->file, bytes, sizeof bytes - (self->filled ? 0 : 1));
     }
 }
 
@@ -159,8 +171,10 @@ static void put_faces(void *cookie, const struct surface_part *part) {
 int write_ply(const struct reconstruct_context *context, const char *path,
               struct message *message) {
     const struct reconstruct_result *result = reconstruct_context_ply(context);
-    struct surface_file self = {.colour = &result->left_colour,
-                                .unit_um = reconstruct_context_unit_um(context)};
+    struct surface_file self = {.result = result,
+                                .colour = &result->left_colour,
+                                .unit_um = reconstruct_context_unit_um(context),
+                                .filled = result->reason_count[REASON_FILLED] > 0};
     output_file_open(&self.file, path);
     if (self.file.stream != NULL) {
         put_header(context, result, self.file.stream);

@@ -15,7 +15,7 @@ extern "C" {
 enum {
     WRITE_PFM_PIXEL_BYTES = 4,
     WRITE_PCD_PIXEL_BYTES = 5 * 4,
-    WRITE_PLY_VERTEX_BYTES = 6 * 4 + 3 + 2 * 4,
+    WRITE_PLY_VERTEX_BYTES = 6 * 4 + 3 + 2 * 4 + 1,
     WRITE_PLY_FACE_BYTES = 1 + 3 * 4,
     WRITE_PLY_PIXEL_BYTES = WRITE_PLY_VERTEX_BYTES + 2 * WRITE_PLY_FACE_BYTES,
 };
@@ -25,13 +25,13 @@ enum {
 int write_pfm(const struct reconstruct_context *context, const char *path, struct message *message);
 
 /// mesh.ply, binary little-endian: position in the left camera's frame, normal, colour, predicted
-/// standard deviation along the ray (sigma) and distance of the rays (miss). Lengths are in mm
-/// unless the context states another unit.
+/// standard deviation along the ray (sigma) and distance of the rays (miss); with filled points
+/// also which these are (filled: 1). Lengths are in mm unless the context states another unit.
 /// Source: G. Turk, "The PLY Polygon File Format", 1994.
 int write_ply(const struct reconstruct_context *context, const char *path, struct message *message);
 
-/// points.pcd, binary: x y z in the same unit, rgb packed as the Point Cloud Library does, sigma.
-/// Source: Point Cloud Library, "The PCD file format", version 0.7.
+/// points.pcd, binary, of the measured points: x y z in the same unit, rgb packed as the Point
+/// Cloud Library does, sigma. Source: Point Cloud Library, "The PCD file format", version 0.7.
 int write_pcd(const struct reconstruct_context *context, const char *path, struct message *message);
 
 /// reasons.pgm: enum reason of every pixel of the rectified left image.

@@ -13,6 +13,7 @@
 #include "core/invariant.h"
 #include "daemon/base/process.h"
 #include "daemon/files/output_file.h"
+#include "daemon/surface/result/result_figures.h"
 
 namespace {
 
@@ -155,6 +156,9 @@ int write_png_depth(const reconstruct_context *context, const char *path, messag
             const uint32_t end = begin + static_cast<uint32_t>(width);
             for (; vertex < result.vertex_count && result.vertex_pixel[vertex] < end; vertex++) {
                 INVARIANT(result.vertex_pixel[vertex] >= begin);
+                if (result_figures_is_filled(&result, result.vertex_pixel[vertex])) {
+                    continue;
+                }
                 const long z_mm = std::lround(result.points[vertex].z_um / 1000.0);
                 put_u16(row + 2 * (result.vertex_pixel[vertex] - begin),
                         z_mm > 0 && z_mm <= 65535 ? z_mm : 0);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "daemon/surface/result/result_figures.h"
 #include "tools/host/mesh/write_glb.hpp"
 
 namespace {
@@ -119,6 +120,19 @@ void set_indices(const reconstruct_result &mesh, glb_part *part) {
     }
 }
 
+/// Which points were not measured; the part stays empty if all were.
+void set_filled(const reconstruct_result &mesh, glb_part *part) {
+    if (mesh.reason_count[REASON_FILLED] == 0) {
+        return;
+    }
+    *part = make_part(glb_u8, "SCALAR", false, mesh.vertex_count, 4);
+    for (std::size_t i = 0; i < part->count; i++) {
+        put(part, i, 0,
+            static_cast<std::uint8_t>(result_figures_is_filled(&mesh, mesh.vertex_pixel[i]) ? 1
+                                                                                            : 0));
+    }
+}
+
 /// Pixels unscaled: integers compress three times as well. The material scales them.
 void set_pixels(const reconstruct_result &mesh, glb_part *part) {
     const auto width = static_cast<std::uint32_t>(mesh.left_colour.width);
@@ -179,6 +193,7 @@ glb_parts glb_parts_make(const reconstruct_result &mesh, double pitch_m) {
     set_normals(mesh, &part[glb_parts::NORMALS]);
     part[glb_parts::PLACES] = make_part(glb_u16, "VEC2", true, mesh.vertex_count, 4);
     set_places(mesh, &part[glb_parts::PLACES]);
+    set_filled(mesh, &part[glb_parts::FILLED]);
     set_indices(mesh, &part[glb_parts::INDICES]);
     return parts;
 }
@@ -190,6 +205,10 @@ glb_parts glb_parts_packed(const reconstruct_result &mesh) {
     part[glb_parts::PLACES] = make_part(glb_u16, "VEC2", false, mesh.vertex_count, 4);
     set_pixels(mesh, &part[glb_parts::PLACES]);
     pack_vertices(part[glb_parts::PLACES].bytes.data(), &part[glb_parts::PLACES]);
+    set_filled(mesh, &part[glb_parts::FILLED]);
+    if (part[glb_parts::FILLED].count > 0) {
+        pack_vertices(part[glb_parts::FILLED].bytes.data(), &part[glb_parts::FILLED]);
+    }
     set_indices(mesh, &part[glb_parts::INDICES]);
     pack_indices(mesh, &part[glb_parts::INDICES]);
     return parts;

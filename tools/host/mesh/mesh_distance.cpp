@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "daemon/surface/result/result_figures.h"
+
 namespace {
 
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -86,7 +88,7 @@ std::vector<bool> mesh_distance_joined(const reconstruct_result &full) {
     std::vector<bool> joined(full.vertex_count, false);
     for (std::uint32_t i = 0; i < full.triangle_count; i++) {
         for (const std::uint32_t vertex : full.triangles[i]) {
-            joined[vertex] = true;
+            joined[vertex] = !result_figures_is_filled(&full, full.vertex_pixel[vertex]);
         }
     }
     return joined;

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "daemon/base/process.h"
+#include "daemon/surface/result/result_figures.h"
 #include "tools/host/mesh/mesh_distance.hpp"
 
 namespace {
@@ -163,10 +164,14 @@ double default_tolerance_px(const reconstruct_result &full) {
     for (std::uint32_t i = 0; i < full.vertex_count; i++) {
         const std::uint32_t pixel = full.vertex_pixel[i];
         const auto width = static_cast<std::uint32_t>(full.left.width);
+        if (result_figures_is_filled(&full, pixel)) {
+            continue;  // has no prediction
+        }
         counts[image_u16_row(&full.sigma_q8, static_cast<int>(pixel / width))[pixel % width]]++;
     }
     std::uint32_t median = 0;
-    for (std::uint64_t seen = 0; 2 * (seen += counts[median]) < full.vertex_count;) {
+    for (std::uint64_t seen = 0;
+         2 * (seen += counts[median]) < result_figures_measured_count(&full);) {
         median++;
     }
     // 0: no prediction.

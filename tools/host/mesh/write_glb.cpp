@@ -10,6 +10,8 @@
 
 #include "core/error.h"
 #include "daemon/files/output_file.h"
+#include "stereo/surface.h"
+#include "tools/host/formats/colormap.hpp"
 #include "tools/host/formats/image_formats.hpp"
 #include "tools/host/formats/json_of.hpp"
 
@@ -176,6 +178,9 @@ json primitive_of(const glb_parts &parts) {
         attributes["NORMAL"] = number_of(parts, glb_parts::NORMALS);
     }
     attributes["TEXCOORD_0"] = number_of(parts, glb_parts::PLACES);
+    if (parts.part[glb_parts::FILLED].count > 0) {
+        attributes["_FILLED"] = number_of(parts, glb_parts::FILLED);
+    }
     return {{"attributes", attributes},
             {"indices", number_of(parts, glb_parts::INDICES)},
             {"material", 0}};
@@ -189,6 +194,9 @@ json asset_of(const reconstruct_context &context) {
                    {"metric", context.metric},
                    {"mismatch", context.mismatch.text[0] != '\0' ? json(context.mismatch.text)
                                                                  : json(nullptr)}};
+    if (context.options->fill) {
+        extras["filled_pixels"] = context.result->reason_count[REASON_FILLED];
+    }
     if (context.depth_sigma_common_mm >= 0) {
         extras["depth_sigma_common_mm"] = context.depth_sigma_common_mm;
     }
@@ -200,6 +208,29 @@ json asset_of(const reconstruct_context &context) {
         {"version", "2.0"},
         {"generator", std::string("vergence ") + context.version + " build " + context.build_id},
         {"extras", extras}};
+}
+
+/// The left image as a JPEG, with filled pixels half in the colour of the map of reasons.
+std::vector<unsigned char> texture_of(const reconstruct_result &mesh, int quality) {
+    if (mesh.reason_count[REASON_FILLED] == 0) {
+        return image_jpeg_encode(mesh.left_colour, quality);
+    }
+    const image_rgb8 &photograph = mesh.left_colour;
+    const auto row_bytes = static_cast<std::size_t>(3 * photograph.width);
+    std::vector<unsigned char> tinted(row_bytes * static_cast<std::size_t>(photograph.height));
+    for (std::size_t i = 0; i < tinted.size(); i++) {
+        const int y = static_cast<int>(i / row_bytes);
+        const std::size_t x = i % row_bytes / 3;
+        const unsigned char value = image_rgb8_row(&photograph, y)[i % row_bytes];
+        const bool is_filled = image_u8_row(&mesh.match.reason, y)[x] == REASON_FILLED;
+        tinted[i] =
+            is_filled
+                ? static_cast<unsigned char>((value + colormap_reasons[REASON_FILLED][i % 3]) / 2)
+                : value;
+    }
+    return image_jpeg_encode({tinted.data(), photograph.width, photograph.height,
+                              static_cast<std::ptrdiff_t>(row_bytes)},
+                             quality);
 }
 
 /// The JSON chunk's text, padded with spaces.
@@ -256,7 +287,7 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
         *context,
         mesh,
         context->compress ? glb_parts_packed(mesh) : glb_parts_make(mesh, pitch_m(mesh)),
-        image_jpeg_encode(mesh.left_colour, context->compress ? jpeg_quality_packed : jpeg_quality),
+        texture_of(mesh, context->compress ? jpeg_quality_packed : jpeg_quality),
         {},
         0,
         0};

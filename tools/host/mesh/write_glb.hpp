@@ -13,6 +13,10 @@
 #include "daemon/surface/result/reconstruct_context.h"
 #include "stereo/reconstruct.h"
 
+///
+/// Points that were not measured have 1 in the attribute _FILLED, and their pixels of the texture a
+/// tint (see fill.h).
+
 /// A `result_writer`'s function. Needs at least one triangle.
 int write_glb(const reconstruct_context *context, const char *path, message *message);
 
@@ -22,7 +26,7 @@ int write_glb(const reconstruct_context *context, const char *path, message *mes
 using glb_bytes = std::vector<unsigned char>;
 
 /// Of an accessor.
-constexpr int glb_i8 = 5120, glb_u16 = 5123, glb_u32 = 5125, glb_f32 = 5126;
+constexpr int glb_i8 = 5120, glb_u8 = 5121, glb_u16 = 5123, glb_u32 = 5125, glb_f32 = 5126;
 
 /// One accessor with its own buffer view.
 struct glb_part {
@@ -39,7 +43,7 @@ struct glb_part {
 };
 
 struct glb_parts {
-    enum { POSITIONS, NORMALS, PLACES, INDICES, COUNT };
+    enum { POSITIONS, NORMALS, PLACES, FILLED, INDICES, COUNT };
     glb_part part[COUNT];
     double min[3], max[3];  // of the stored positions
     // metres = offset + scale * stored

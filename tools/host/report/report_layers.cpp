@@ -10,6 +10,7 @@
 #include <cstddef>
 
 #include "daemon/base/base64.h"
+#include "daemon/surface/result/result_figures.h"
 #include "tools/host/formats/image_formats.hpp"
 
 namespace {
@@ -143,6 +144,9 @@ std::string report_layers_pack(const reconstruct_result &result, const report_tr
     std::vector<unsigned char> sigma_code(static_cast<std::size_t>(result.left.width) *
                                           static_cast<std::size_t>(result.left.height));
     for (std::uint32_t i = 0; i < result.vertex_count; i++) {
+        if (result_figures_is_filled(&result, result.vertex_pixel[i])) {
+            continue;
+        }
         sigma_code[result.vertex_pixel[i]] =
             static_cast<unsigned char>(report_layers_sigma_code(1e-3 * result.points[i].sigma_um));
     }

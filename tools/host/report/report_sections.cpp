@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "daemon/surface/result/result_figures.h"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
@@ -82,8 +83,17 @@ std::string report_sections_cards(const reconstruct_context &context,
                                   const report_figures &figures) {
     const reconstruct_result &result = *context.result;
     std::string cards;
-    cards += card("Surface", report_text_count(result.vertex_count) + " <small>points</small>",
-                  "joined by " + report_text_count(result.triangle_count) + " triangles");
+    cards +=
+        card("Surface",
+             report_text_count(result_figures_measured_count(&result)) + " <small>points</small>",
+             "joined by " + report_text_count(result.triangle_count) + " triangles");
+    if (context.options->fill) {
+        cards +=
+            card("Filled",
+                 report_text_count(result.reason_count[REASON_FILLED]) + " <small>points</small>",
+                 "not measured, continued from the surface around; in the mesh files and the map "
+                 "of reasons only");
+    }
     cards += card(
         "Measured", report_text_format("%.1f <small>%%</small>", figures.density_percent),
         report_text_format("of %d × %d pixels; %.1f %% of the area seen by both cameras",
