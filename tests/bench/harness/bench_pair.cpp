@@ -20,14 +20,17 @@ bool fail(std::string *message, const std::string &what) {
     return false;
 }
 
+cv::Mat load(const fs::path &path) {
+    return cv::imread(path.string(), cv::IMREAD_COLOR);
+}
+
 // By OpenCV's conversion, because each format's own reader weights the colours differently.
-cv::Mat load_grey(const fs::path &path) {
-    const cv::Mat colour = cv::imread(path.string(), cv::IMREAD_COLOR);
-    cv::Mat grey;
+cv::Mat converted(const cv::Mat &colour, cv::ColorConversionCodes code) {
+    cv::Mat result;
     if (!colour.empty()) {
-        cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
+        cv::cvtColor(colour, result, code);
     }
-    return grey;
+    return result;
 }
 
 std::string text_of(const cv::FileNode &node, const std::string &otherwise) {
@@ -130,8 +133,10 @@ bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *m
     const fs::path path(folder);
     bench_pair loaded;
     loaded.name = fs::canonical(path).filename().string();
-    loaded.left = load_grey(path / "left.png");
-    loaded.right = load_grey(path / "right.png");
+    const cv::Mat left = load(path / "left.png");
+    loaded.left = converted(left, cv::COLOR_BGR2GRAY);
+    loaded.left_colour = converted(left, cv::COLOR_BGR2RGB);
+    loaded.right = converted(load(path / "right.png"), cv::COLOR_BGR2GRAY);
     if (loaded.left.empty() || loaded.left.size() != loaded.right.size()) {
         return fail(message, folder + ": left.png and right.png must be images of one size");
     }

@@ -14,6 +14,7 @@ enum { BENCH_REGION_TEXTURED = 128 };
 struct bench_pair {
     std::string name;
     cv::Mat left, right;  // grey, 8 bit, continuous
+    cv::Mat left_colour;  // red, green, blue
     int disparity_min = 0, disparity_count = 0;
     bool round_disparity = false;  // truth in whole pixels: round before comparing
     std::vector<float> truth_px;   // empty: none; not finite: unknown

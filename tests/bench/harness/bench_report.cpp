@@ -17,11 +17,12 @@ double allowance_percent(const bench_outcome &one) {
 
 void print_errors(const bench_outcome &one, double best_mode_bad_1px) {
     if (!one.has_truth) {
-        std::printf(" %7s %7s %6s %8s %6s", "-", "-", "-", "-", "-");
+        std::printf(" %7s %7s %7s %6s %8s %6s", "-", "-", "-", "-", "-", "-");
         return;
     }
     const evaluate_score &score = one.error.all.filled_visible;
-    std::printf(" %7.2f %7.2f", score.bad_percent[1], score.bad_percent[2]);
+    std::printf(" %7.2f %7.2f %7.2f", score.bad_percent[1], one.filled_bad_1px,
+                score.bad_percent[2]);
     if (best_mode_bad_1px > 0) {
         std::printf(" %6.2f", score.bad_percent[1] / best_mode_bad_1px);
     } else {
@@ -59,7 +60,8 @@ struct summary {
     bool is_ours = false;
     int pairs = 0;   // with ground truth; the means are over these
     int behind = 0;  // of these, OpenCV is better
-    double bad_1px = 0, bad_2px = 0, density = 0, kept_bad_1px = 0, kept_bad_3px = 0;
+    double bad_1px = 0, filled_bad_1px = 0, bad_2px = 0, density = 0, kept_bad_1px = 0,
+           kept_bad_3px = 0;
     std::vector<double> noise_bad_1px;
     std::vector<std::string> sets;  // in the order of first appearance
     std::map<std::string, std::vector<double>> bad_1px_of_set;
@@ -77,6 +79,7 @@ void add(summary &sum, const bench_outcome &one) {
         const evaluate_score &filled = one.error.all.filled_visible;
         sum.pairs++;
         sum.bad_1px += filled.bad_percent[1];
+        sum.filled_bad_1px += one.filled_bad_1px;
         sum.bad_2px += filled.bad_percent[2];
         sum.density += one.error.visible.density_percent;
         sum.kept_bad_1px += one.error.all.kept_visible.bad_percent[1];
@@ -145,13 +148,13 @@ double mean(const std::vector<double> &values) {
 
 void print_error_summary(const std::vector<summary> &summaries) {
     const int pairs = summaries.front().pairs;
-    std::printf("\nmean of %d pairs with ground truth\n  %-*s %7s %7s %8s %7s %7s %7s %7s\n", pairs,
-                kNameWidth, "", "bad-1.0", "bad-2.0", "density", "kept-1", "kept-3", "noise",
-                "behind");
+    std::printf("\nmean of %d pairs with ground truth\n  %-*s %7s %7s %7s %8s %7s %7s %7s %7s\n",
+                pairs, kNameWidth, "", "bad-1.0", "filled", "bad-2.0", "density", "kept-1",
+                "kept-3", "noise", "behind");
     for (const summary &sum : summaries) {
-        std::printf("  %-*s %7.2f %7.2f %7.1f%% %7.2f %7.2f", kNameWidth, sum.method.c_str(),
-                    sum.bad_1px / pairs, sum.bad_2px / pairs, sum.density / pairs,
-                    sum.kept_bad_1px / pairs, sum.kept_bad_3px / pairs);
+        std::printf("  %-*s %7.2f %7.2f %7.2f %7.1f%% %7.2f %7.2f", kNameWidth, sum.method.c_str(),
+                    sum.bad_1px / pairs, sum.filled_bad_1px / pairs, sum.bad_2px / pairs,
+                    sum.density / pairs, sum.kept_bad_1px / pairs, sum.kept_bad_3px / pairs);
         if (sum.noise_bad_1px.empty()) {
             std::printf(" %7s", "-");
         } else {
@@ -163,7 +166,9 @@ void print_error_summary(const std::vector<summary> &summaries) {
         std::printf("\n");
     }
     std::printf(
-        "  bad-t: percent off by more than t px, filled, non-occluded; density: kept of "
+        "  bad-t: percent off by more than t px, filled, non-occluded; filled: bad-1.0 as --fill "
+        "of\n"
+        "  vergence reconstruct fills; density: kept of "
         "non-occluded\n"
         "  pixels; kept-t: bad-t of the kept; noise: bad-1.0 with noise of 1 %% exposure; behind:\n"
         "  pairs on which a mode of OpenCV has the lower bad-1.0\n");
@@ -283,8 +288,8 @@ void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> 
         pair.disparity_count,
         pair.truth_px.empty() ? ", no ground truth" : (", occlusions " + pair.mask_origin).c_str(),
         pair.round_disparity ? ", rounded (truth in whole pixels)" : "");
-    std::printf("  %-*s %7s %7s %6s %8s %6s %9s %8s", kNameWidth, "", "bad-1.0", "bad-2.0", "/HH4",
-                "density", "bad-3", "memory MB", "allowed");
+    std::printf("  %-*s %7s %7s %7s %6s %8s %6s %9s %8s", kNameWidth, "", "bad-1.0", "filled",
+                "bad-2.0", "/HH4", "density", "bad-3", "memory MB", "allowed");
     if (!outcomes.front().times.empty()) {
         std::printf(" %9s  %-17s %s", "ms", "ratio (quartiles)",
                     outcomes.front().speedups.empty() ? "" : "2 threads");

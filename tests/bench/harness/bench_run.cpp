@@ -3,8 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <random>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "stereo/fill.h"
+#include "stereo/image/reason.h"
 
 namespace {
 
@@ -35,6 +42,8 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
     result.has_truth = !pair.truth_px.empty();
     if (result.has_truth) {
         result.error = bench_error_of(pair, disparity_px);
+        result.filled_bad_1px = bench_error_of(pair, bench_filled(pair, disparity_px))
+                                    .all.filled_visible.bad_percent[1];
         if (pair.is_rendered()) {
             result.regions = bench_regions_of(pair, disparity_px);
         }
@@ -121,6 +130,43 @@ bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &dis
     input.mask = pair.mask.data();
     input.round_disparity = pair.round_disparity;
     return {evaluate_disparity(input), kept_of(pair, disparity_px)};
+}
+
+std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float> &disparity_px) {
+    const int width = pair.left.cols;
+    const int height = pair.left.rows;
+    const std::size_t pixels = disparity_px.size();
+    std::vector<int32_t> disparity_q8(pixels);
+    std::vector<uint8_t> reason(pixels, REASON_AMBIGUOUS);
+    std::vector<uint16_t> sigma_q8(pixels);
+    for (std::size_t i = 0; i < pixels; i++) {
+        if (std::isfinite(disparity_px[i])) {
+            disparity_q8[i] = static_cast<int32_t>(std::lround(256 * disparity_px[i]));
+            reason[i] = REASON_VALID;
+        }
+    }
+    const image_rgb8 colour = {pair.left_colour.data, width, height, 3 * width};
+    image_u16 sigma = {sigma_q8.data(), width, height, width};
+    match_output output{};
+    output.disparity_q8 = {disparity_q8.data(), width, height, width};
+    output.reason = {reason.data(), width, height, width};
+    const std::size_t bytes = fill_need_bytes(width, height);
+    std::vector<unsigned char> memory(bytes + ARENA_ALIGNMENT);
+    arena arena;
+    void *begin = memory.data();
+    std::size_t room = memory.size();
+    arena_init(&arena, std::align(ARENA_ALIGNMENT, bytes, begin, room), bytes);
+    const fill_input input = {&colour, nullptr, &sigma};
+    if (fill_run(&input, &parallel_serial, &arena, &output) != ERROR_OK) {
+        throw std::runtime_error(pair.name + ": cannot be filled");
+    }
+    std::vector<float> filled(pixels, std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; i < pixels; i++) {
+        if (reason_has_point(reason[i])) {
+            filled[i] = static_cast<float>(disparity_q8[i]) / 256;
+        }
+    }
+    return filled;
 }
 
 double bench_density_percent(const std::vector<float> &disparity_px) {

@@ -26,6 +26,9 @@ struct bench_error {
 /// Errors of a map against the pair's truth, which must exist.
 bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px);
 
+/// The map, filled as `vergence reconstruct --fill` does; not finite where that fills nothing.
+std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float> &disparity_px);
+
 /// Share of finite values in percent.
 double bench_density_percent(const std::vector<float> &disparity_px);
 
@@ -48,6 +51,7 @@ struct bench_outcome {
     int width = 0, height = 0, disparities = 0;
     bool has_truth = false;
     bench_error error;
+    double filled_bad_1px = 0;          // bad-1.0 filled as `vergence reconstruct --fill` does
     std::vector<float> disparity_px;    // not finite where rejected
     std::vector<double> noise_bad_1px;  // bad-1.0 with noise of 1 % exposure; empty: not measured
     std::vector<bench_region> regions;  // of rendered scenes
