@@ -14,6 +14,7 @@ namespace calib {
 namespace {
 
 const double MAX_WRONG_SHARE = 0.25;
+const double ALLOWED_WRONG = 4;  // corners in any view
 const size_t MIN_CORNERS = 4;
 const double MEDIAN_LENGTH = 1.17741;  // of a two-dimensional gaussian, in sigmas
 
@@ -50,8 +51,9 @@ class view_judge {
             wrong += !corner.used;
         }
         const size_t count = view->corners.size();
-        view->used = count >= MIN_CORNERS && double(wrong) <= MAX_WRONG_SHARE * double(count) &&
-                     count - wrong >= MIN_CORNERS;
+        view->used = count >= MIN_CORNERS &&
+                     double(wrong) <= std::max(ALLOWED_WRONG, MAX_WRONG_SHARE * double(count)) &&
+                     count >= MIN_CORNERS + 2 * wrong;
         if (!view->used && count > 0) {
             rejections->push_back({capture, camera, -1, median_of(off_px),
                                    reason_of(capture, camera, *view, eye, median_of(off_px))});

@@ -24,7 +24,8 @@ double zoom_robust_scale(const zoom_problem &problem, const zoom_layout &layout,
                          const zoom_estimate &estimate);
 
 /// Judges every view and corner again, used or not, and sets their `used`. A view is wrong when
-/// more than a quarter of its corners are. Returns whether any `used` has changed.
+/// more than a quarter of its corners are, and more than four. Returns whether any `used` has
+/// changed.
 bool assess_zoom(zoom_problem *problem, const zoom_layout &layout, const zoom_estimate &estimate,
                  double scale, std::vector<zoom_rejection> *rejections);
 
