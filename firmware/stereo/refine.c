@@ -23,7 +23,7 @@ enum {
     SMOOTH_STEP_Q8 = 192,  // neighbours with a larger difference of disparity belong to another
                            // surface
     MOVE_MAX_Q8 = 128,     // limit of a correction
-    PRIOR_SIGMA_Q8 = 50,   // of the disparities before the fit
+    PRIOR_SIGMA_Q8 = 72,   // of the disparities before the fit
     // The residuals of a window are neither independent nor pure noise (interpolation, aliasing,
     // reflections): they count this many times (measured on pairs with ground truth).
     MISFIT = 8,
