@@ -99,6 +99,18 @@ class Readme(unittest.TestCase):
                 for word in re.findall(r"(?<!\w)--[a-z-]+|(?<= )[a-z]+", words):
                     self.assertIn(word, done.stdout, tool)
 
+    def test_commands_have_the_options_shown(self):
+        """Those of a rig with motorized zooms, which other tests run: see console/capture_test."""
+        rows = re.findall(r"^\| `vergence (calibrate capture|calibrate|reconstruct) ([^`]*)`",
+                          text_of("README.md"), re.M)
+        self.assertGreaterEqual(len(rows), 5)
+        for command, words in rows:
+            done = subprocess.run([os.environ["VERGENCE"], *command.split(), "--help"], text=True,
+                                  capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for word in re.findall(r"--[a-z-]+", words):
+                self.assertIn(word, done.stdout, command)
+
     def test_the_named_files_exist(self):
         for page in ("README.md", "tests/README.md"):
             text = text_of(page)

@@ -77,7 +77,7 @@ struct drawing {
 
 std::string zoom_report_depth(const zoom_page &page) {
     const zoom_calibration &rig = *page.result->rig;
-    std::string html = "<div class=\"grid two\">\n";
+    std::string html = "<div class=\"grid\">\n";
     for (const double share : {0.0, 0.5, 1.0}) {
         const zoom_state state = zoom_report_state(page, share);
         const double f = zoom_function_value(&rig.camera[0], ZOOM_FOCAL, state.side[0].zoom_counts);
