@@ -432,15 +432,9 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
         const int x = t * MATCH_TILE_COLUMNS;
         const bool hidden = hides(view, rows, tile, x, columns);
         enter_tile_with_path_costs(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
-        if (hidden) {
-#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, true, groups, lanes)
-            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, hidden, groups, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
 #undef PASS_LEFT
-        } else {
-#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, false, groups, lanes)
-            MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
-#undef PASS_LEFT
-        }
         record_tile(view, rows, tile, x, columns, hidden);
     }
 }
