@@ -46,7 +46,9 @@ void output_file_write(struct output_file *file, const void *bytes, size_t lengt
         pass_on(file, bytes, length);
         return;
     }
-    memcpy(file->buffer + file->filled, bytes, length);
+    if (length > 0) {
+        memcpy(file->buffer + file->filled, bytes, length);
+    }
     file->filled += length;
 }
 

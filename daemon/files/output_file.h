@@ -28,7 +28,7 @@ struct output_file {
 void output_file_open(struct output_file *file, const char *path);
 
 /// Appends bytes; numbers in little-endian order. Nothing is written after a failure or after an
-/// interrupt was requested.
+/// interrupt was requested. Without bytes the pointer may be NULL.
 void output_file_write(struct output_file *file, const void *bytes, size_t length);
 void output_file_u32(struct output_file *file, uint32_t value);
 void output_file_f32(struct output_file *file, float value);
