@@ -20,13 +20,15 @@ double radial_factor(const lens_frame &frame, const lens_state &lens, double rho
     return 1 + rho2 * (q[RADIAL_2] + rho2 * (q[RADIAL_4] + rho2 * q[RADIAL_6])) / frame.radius_px;
 }
 
-// Distorted position in px from the principal point, before the rows are stretched.
-void distort(const lens_frame &frame, const lens_state &lens, const ideal_point &at,
+// Distorted position in px from the principal point, before the rows are stretched. False when it
+// overflows.
+bool distort(const lens_frame &frame, const lens_state &lens, const ideal_point &at,
              double result[2]) {
     const double radial = radial_factor(frame, lens, at.rho2) * frame.radius_px;
     const double p1 = lens.value[TANGENTIAL_1], p2 = lens.value[TANGENTIAL_2];
     result[0] = at.s * radial + 2 * p1 * at.s * at.t + p2 * (at.rho2 + 2 * at.s * at.s);
     result[1] = at.t * radial + p1 * (at.rho2 + 2 * at.t * at.t) + 2 * p2 * at.s * at.t;
+    return std::isfinite(result[0]) && std::isfinite(result[1]);
 }
 
 ideal_point ideal_of(const lens_frame &frame, double focal_px, const double point_mm[3]) {
@@ -102,12 +104,12 @@ lens_state state_from_lens(const lens_frame &frame, const lens &lens) {
 
 bool project(const lens_frame &frame, const lens_state &state, const double point_mm[3],
              double pixel_px[2]) {
-    if (!(point_mm[2] > 0)) {
-        return false;
-    }
     const auto &q = state.value;
     double moved[2];
-    distort(frame, state, ideal_of(frame, std::exp(q[LOG_FOCAL]), point_mm), moved);
+    if (!(point_mm[2] > 0) ||
+        !distort(frame, state, ideal_of(frame, std::exp(q[LOG_FOCAL]), point_mm), moved)) {
+        return false;
+    }
     pixel_px[0] = frame.middle_x_px + q[CENTRE_X] + moved[0];
     pixel_px[1] = frame.middle_y_px + q[CENTRE_Y] + std::exp(q[LOG_ASPECT]) * moved[1];
     return true;
@@ -122,7 +124,9 @@ bool project(const lens_frame &frame, const lens_state &state, const double poin
     const double focal = std::exp(q[LOG_FOCAL]), aspect = std::exp(q[LOG_ASPECT]);
     const ideal_point at = ideal_of(frame, focal, point_mm);
     double moved[2], slope[3];
-    distort(frame, state, at, moved);
+    if (!distort(frame, state, at, moved)) {
+        return false;
+    }
     distortion_slope(frame, state, at, slope);
     const double s = at.s, t = at.t, rho2 = at.rho2, radius = frame.radius_px;
 

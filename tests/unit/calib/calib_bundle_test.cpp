@@ -131,6 +131,21 @@ TEST_CASE("the solver's lens is the core's in other units") {
     CHECK_FALSE(calib::project(calib::make_lens_frame(10, 10), {}, behind, pixel));
 }
 
+TEST_CASE("a lens so long that pixels overflow has none") {
+    const calib::lens_frame frame = calib::make_lens_frame(WIDTH, HEIGHT);
+    const double point_mm[3] = {10, -20, 1000};
+    for (const double log_focal : {8.0, 300.0, 800.0}) {
+        calib::lens_state lens;
+        lens.value[calib::LOG_FOCAL] = log_focal;
+        lens.value[calib::RADIAL_6] = -1;
+        double pixel_px[2];
+        calib::projection seen;
+        const bool short_enough = log_focal < 10;
+        CHECK(calib::project(frame, lens, point_mm, pixel_px) == short_enough);
+        CHECK(calib::project(frame, lens, point_mm, &seen) == short_enough);
+    }
+}
+
 TEST_CASE("derivatives match finite differences") {
     const uint64_t seed = synthetic::test_seed();
     INFO("VERGENCE_SEED=", seed);
