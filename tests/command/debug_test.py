@@ -211,10 +211,7 @@ class Debug(pairs.Fixture):
         done = pairs.run("reconstruct", self.left_path, self.save("other.png", other), *RECTIFIED,
                          "--out", self.out, "--debug", self.pictures)
         self.assertEqual(done.returncode, 4, done.stderr)
-        # Notes, which may name the cause, and the error.
-        notes = done.stderr.splitlines()[:-1]
-        self.assertTrue(all(line.startswith("vergence: note: ") for line in notes), done.stderr)
-        self.assertIn("no surface was found", done.stderr.splitlines()[-1])
+        self.assertEqual(done.stderr.count("\n"), 1)
         self.assertFalse(self.out.exists())
         self.assertLess(COMMON | INNER, set(os.listdir(self.pictures)))
 
