@@ -76,8 +76,8 @@ static void print_outcome(const struct reconstruct_job *job) {
 }
 
 static void print_failure(const struct reconstruct_job *job, int error) {
-    if (error == ERROR_NO_SURFACE) {
-        print_notes(job);  // likely causes
+    if (error == ERROR_NO_SURFACE && job->context.self_calibrated) {
+        print_notes(job);  // whether the cameras are where the calibration expects them
     }
     fprintf(stderr, "vergence reconstruct: %s%s\n", error == ERROR_MISMATCH ? "ERR MISMATCH " : "",
             job->message.text);
