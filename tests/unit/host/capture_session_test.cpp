@@ -59,6 +59,15 @@ void see(capture_shot *shot, uint32_t position) {
     }
 }
 
+// A session's first pair.
+void add_pair(capture_session *session, const std::string &incoming, capture_shot *shot) {
+    std::string error;
+    make_incoming(incoming, "left 1", 100);
+    REQUIRE(session->look(incoming, shot, &error));
+    see(shot, 1);
+    REQUIRE(session->add(incoming, *shot, &error));
+}
+
 }  // namespace
 
 TEST_CASE("pairs are added to one session, which is resumed by the next run") {
@@ -110,10 +119,7 @@ TEST_CASE("a session of another instrument, or of another kind, is left alone") 
     capture_shot shot;
     {
         capture_session session(path, board);
-        make_incoming(incoming, "left 1", 100);
-        REQUIRE(session.look(incoming, &shot, &error));
-        see(&shot, 1);
-        REQUIRE(session.add(incoming, shot, &error));
+        add_pair(&session, incoming, &shot);
         CHECK(session.close(&error));
     }
     capture_session session(path, board);
@@ -153,10 +159,7 @@ TEST_CASE("a full disk is one sentence, and what was there before remains") {
     capture_shot shot;
     {
         capture_session session(path, board);
-        make_incoming(incoming, "left 1", 100);
-        REQUIRE(session.look(incoming, &shot, &error));
-        see(&shot, 1);
-        REQUIRE(session.add(incoming, shot, &error));
+        add_pair(&session, incoming, &shot);
     }
     {
         capture_session session(path, board);
