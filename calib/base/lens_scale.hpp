@@ -49,8 +49,8 @@ struct projection {
     double by_lens[2][LENS_PARAMETERS];  // px per unit of each parameter of the state
 };
 
-/// Returns false (result untouched) when z <= 0, or when the pixel overflows, as after a wild step of
-/// a solver.
+/// Returns false (result untouched) when z <= 0, or when the pixel overflows, as after a wild step
+/// of a solver.
 bool project(const lens_frame &frame, const lens_state &state, const double point_mm[3],
              projection *result);
 
