@@ -45,6 +45,7 @@ class Bench(unittest.TestCase):
 
     def test_rendered_scene(self):
         scenes, sheet = self.folder / "scenes", self.folder / "sheet.jpg"
+        maps = self.folder / "maps"
         prepare = (sys.executable, "-B", ROOT / "tools/bench.d/prepare_scenes.py", scenes, "--part",
                    "check", "--only", "cylinder_10x", "--skip", "8", "--render",
                    os.environ["SIMRIG_RENDER"], "--vergence", os.environ["VERGENCE"])
@@ -54,15 +55,23 @@ class Bench(unittest.TestCase):
         self.output_of(*prepare)  # nothing is rendered again
         self.assertEqual(written.stat().st_mtime_ns, before)
         text = self.output_of(os.environ["STEREO_BENCH"], "--errors-only", "--only", "best,HH4",
-                              "--sheet", sheet, self.pair, scenes / "check")
+                              "--sheet", sheet, "--maps", maps, self.pair, scenes / "check")
         self.assertIn("check/cylinder_10x", text)
         table = text.split("mean of 1 rendered view")[1].split("\n  cylinder ")[1].splitlines()
-        right = {line[:32].strip(): float(line[32:].split()[0].rstrip("%")) for line in table[1:4]}
+        right = {line[:32].strip(): float(line[32:].split()[0].rstrip("%")) for line in table[1:5]}
         self.assertGreater(right["best"], 50)
         self.assertGreater(right["SGBM HH4"], 50)
         self.assertIn("noise", text)
         left, *_ = cv2.imread(str(sheet)).shape
         self.assertGreater(left, 100)
+        array = {path.stem: numpy.load(path) for path in (maps / "check/cylinder_10x").iterdir()}
+        grey = cv2.cvtColor(cv2.imread(str(written)), cv2.COLOR_BGR2GRAY)
+        self.assertTrue((array["left"] == grey).all())
+        kept = array["best+refine.reason"] == 0
+        self.assertTrue((kept == numpy.isfinite(array["best+refine"])).all())
+        self.assertTrue((kept == (array["best+refine.sigma"] > 0)).all())
+        for name in ("truth", "mask", "region", "best.guess", "best.confidence", "SGBM_HH4"):
+            self.assertEqual(array[name].shape, kept.shape, name)
 
     def test_disturbance(self):
         text = self.output_of(os.environ["DISTURBANCE_BENCH"], "--quick", "--only", "standard",

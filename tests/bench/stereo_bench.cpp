@@ -5,6 +5,7 @@
 
 #include "bench/disturbance.hpp"
 #include "bench/harness/bench_arguments.hpp"
+#include "bench/harness/bench_maps.hpp"
 #include "bench/harness/bench_report.hpp"
 #include "bench/harness/bench_sheet.hpp"
 
@@ -20,6 +21,7 @@ constexpr const char *kUsage =
     "  --only TEXTS   methods whose name contains one of these, separated by commas (and the\n"
     "                 reference)\n"
     "  --sheet FILE   a picture (JPEG) of each pair's left image and truth, our map and HH4's\n"
+    "  --maps DIR     each pair's truth and the methods' maps and reasons, as arrays of numpy\n"
     "Times are of one grey pair; a ratio below 1 is faster than SGBM 3-way\n"
     "plain, on one thread in the same round (median, and quartiles over the rounds).\n";
 
@@ -56,8 +58,12 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
         }
         bench_print_table(pair, outcomes);
         sheet.add(pair, outcomes);
+        if (!arguments.maps.empty()) {
+            bench_write_maps(arguments.maps, pair, outcomes);
+        }
         for (bench_outcome &one : outcomes) {
             one.disparity_px = {};  // else those of all pairs take gigabytes
+            one.evidence = {};
         }
         all.insert(all.end(), outcomes.begin(), outcomes.end());
     }
@@ -71,7 +77,8 @@ int run(const bench_arguments &arguments, const std::vector<bench_pair> &pairs) 
 }  // namespace
 
 int main(int argc, char **argv) {
-    return bench_main(
-        {"stereo_bench", kUsage, {"--rounds", "--quick", "--errors-only", "--only", "--sheet"}},
-        argc, argv, run);
+    return bench_main({"stereo_bench",
+                       kUsage,
+                       {"--rounds", "--quick", "--errors-only", "--only", "--sheet", "--maps"}},
+                      argc, argv, run);
 }

@@ -28,8 +28,10 @@ bench_arguments parse(const bench_program &program, int argc, char **argv) {
     const std::map<std::string, bool *> flags = {{"--quick", &result.quick},
                                                  {"--errors-only", &result.errors_only}};
     std::string rounds;
-    const std::map<std::string, std::string *> values = {
-        {"--rounds", &rounds}, {"--only", &result.only}, {"--sheet", &result.sheet}};
+    const std::map<std::string, std::string *> values = {{"--rounds", &rounds},
+                                                         {"--only", &result.only},
+                                                         {"--sheet", &result.sheet},
+                                                         {"--maps", &result.maps}};
     const auto known = [&program](const std::string &word) {
         return std::find(program.options.begin(), program.options.end(), word) !=
                program.options.end();

@@ -15,6 +15,7 @@ struct bench_arguments {
     bool quick = false, errors_only = false;
     std::string only;   // parts of methods' names
     std::string sheet;  // file to write; empty: none
+    std::string maps;   // folder to write; empty: none
 };
 
 /// One program: its name, its help text, and which of the options it accepts.

@@ -37,6 +37,7 @@ std::vector<bench_method_entry> our_methods() {
         {"standard+refine", "the same, then sub-pixel refinement and sigma", true,
          bench_ours(MATCH_PRESET_STANDARD, true)},
         {"best", "ours: all disparities everywhere", true, bench_ours(MATCH_PRESET_BEST)},
+        {"best+refine", "the same, then refined", true, bench_ours(MATCH_PRESET_BEST, true)},
         {"board", "ours: in the memory of a small board", true, bench_ours(MATCH_PRESET_BOARD)},
         {"paper", "ours: a greedy path along each row", true, bench_ours(MATCH_PRESET_PAPER)},
     };

@@ -3,6 +3,7 @@
 #ifndef VERGENCE_TESTS_BENCH_BENCH_METHOD_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_METHOD_HPP
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,6 +18,14 @@ struct bench_time {
 
 /// Runs `work` and times it.
 bench_time bench_timed(const std::function<void()> &work);
+
+/// What our matcher knows about each pixel beyond the map; empty: unknown.
+struct bench_evidence {
+    std::vector<float> guess_px;           // the disparity, of rejected pixels too
+    std::vector<std::uint8_t> reason;      // enum reason
+    std::vector<std::uint8_t> confidence;  // of the winner
+    std::vector<float> sigma_px;           // predicted, 0 where rejected
+};
 
 /// One matcher on one pair. Created, run once for its memory, then any number of times.
 class bench_method {
@@ -33,6 +42,9 @@ class bench_method {
 
     /// The map of the last run; not finite where rejected.
     virtual std::vector<float> disparity_px() = 0;
+
+    /// Of the last run.
+    virtual bench_evidence evidence() { return {}; }
 };
 
 struct bench_method_entry {

@@ -68,6 +68,7 @@ class our_method : public bench_method {
         input_.left = {pair_.left.data, width, height, width};
         input_.right = {pair_.right.data, width, height, width};
         input_.left_span = input_.right_span = nullptr;
+        input_.resampled = pair.is_rendered();  // those are rectified from raw images
         output_.disparity_q8 = {disparity_q8_.data(), width, height, width};
         output_.reason = {reason_.data(), width, height, width};
         output_.confidence = {confidence_.data(), width, height, width};
@@ -91,6 +92,17 @@ class our_method : public bench_method {
         for (size_t i = 0; i < result.size(); i++) {
             if (reason_[i] == REASON_VALID) {
                 result[i] = static_cast<float>(disparity_q8_[i]) / 256;
+            }
+        }
+        return result;
+    }
+
+    bench_evidence evidence() override {
+        bench_evidence result = {{}, reason_, confidence_, {}};
+        for (std::size_t i = 0; i < pixels(); i++) {
+            result.guess_px.push_back(static_cast<float>(disparity_q8_[i]) / 256);
+            if (refine_) {
+                result.sigma_px.push_back(static_cast<float>(sigma_q8_[i]) / 256);
             }
         }
         return result;

@@ -49,6 +49,7 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
         }
     }
     result.disparity_px = std::move(disparity_px);
+    result.evidence = method.evidence();
     return result;
 }
 
