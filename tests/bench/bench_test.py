@@ -62,6 +62,11 @@ class Bench(unittest.TestCase):
         self.assertGreater(right["best"], 50)
         self.assertGreater(right["SGBM HH4"], 50)
         self.assertIn("noise", text)
+        figures = {line[:56].strip(): line[56:].split() for line in
+                   text.split("\nfigures ")[1].splitlines()}
+        self.assertGreater(float(figures["z, smallest of a view"][1]), 0.3)
+        self.assertIn(figures["views with less right than HH4"][0], "01")
+        self.assertGreater(float(figures["density, percent"][2]), 95)
         left, *_ = cv2.imread(str(sheet)).shape
         self.assertGreater(left, 100)
         array = {path.stem: numpy.load(path) for path in (maps / "check/cylinder_10x").iterdir()}

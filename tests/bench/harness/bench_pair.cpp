@@ -53,8 +53,6 @@ bool load_meta(const fs::path &folder, bench_pair *pair, std::string *message) {
         }
         begin = static_cast<int>(search[0]);
         end = static_cast<int>(search[1]);
-        const cv::FileNode round = meta["round_disparity"];
-        pair->round_disparity = round.isInt() && static_cast<int>(round) != 0;
         pair->set = text_of(meta["set"], pair->name);
         pair->part = text_of(meta["part"], "");
         for (const cv::FileNode &name : meta["regions"]) {
@@ -97,6 +95,9 @@ bool load_truth(const fs::path &folder, bench_pair *pair, std::string *message) 
         return fail(message, path.string() + ": differs in size from the images");
     }
     pair->truth_px = truth.values;
+    pair->round_disparity = std::all_of(truth.values.begin(), truth.values.end(), [](float value) {
+        return !std::isfinite(value) || value == std::round(value);
+    });
     const fs::path mask_path = folder / "mask.png";
     if (!fs::exists(mask_path)) {
         pair->mask = bench_pair_mask(truth.width_px, truth.height_px, truth.values);

@@ -16,7 +16,7 @@ struct bench_pair {
     cv::Mat left, right;  // grey, 8 bit, continuous
     cv::Mat left_colour;  // red, green, blue
     int disparity_min = 0, disparity_count = 0;
-    bool round_disparity = false;  // truth in whole pixels: round before comparing
+    bool round_disparity = false;  // the truth is in whole pixels: round before comparing
     std::vector<float> truth_px;   // empty: none; not finite: unknown
     std::vector<uint8_t>
         mask;                 // enum of evaluate.hpp; derived from the truth when there is no file
@@ -33,8 +33,8 @@ struct bench_pair {
 /// order of their names. May be empty.
 std::vector<std::string> bench_pair_folders(const std::string &path);
 
-/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional round_disparity,
-/// set, part) and, if present, disparity.pfm, mask.png and regions.png, the objects that meta.json
+/// Loads left.png, right.png, meta.json (disparity_search: [min, end], optional set,
+/// part) and, if present, disparity.pfm, mask.png and regions.png, the objects that meta.json
 /// names (regions: ["wall", ...]). On failure returns false and the reason with the file's name.
 bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *message);
 

@@ -2,10 +2,13 @@
 #include "bench/harness/bench_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <map>
 #include <opencv2/core/version.hpp>
+
+#include "bench/harness/bench_figures.hpp"
 
 namespace {
 
@@ -17,7 +20,7 @@ double allowance_percent(const bench_outcome &one) {
 
 void print_errors(const bench_outcome &one, double best_mode_bad_1px) {
     if (!one.has_truth) {
-        std::printf(" %7s %7s %7s %6s %8s %6s", "-", "-", "-", "-", "-", "-");
+        std::printf(" %7s %7s %7s %6s %8s %6s %5s", "-", "-", "-", "-", "-", "-", "-");
         return;
     }
     const evaluate_score &score = one.error.all.filled_visible;
@@ -30,6 +33,11 @@ void print_errors(const bench_outcome &one, double best_mode_bad_1px) {
     }
     std::printf(" %7.1f%% %6.2f", one.error.visible.density_percent,
                 one.error.visible.bad_3px_percent);
+    if (std::isfinite(one.z_rms)) {
+        std::printf(" %5.2f", one.z_rms);
+    } else {
+        std::printf(" %5s", "-");
+    }
 }
 
 void print_times(const bench_outcome &one) {
@@ -288,8 +296,8 @@ void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> 
         pair.disparity_count,
         pair.truth_px.empty() ? ", no ground truth" : (", occlusions " + pair.mask_origin).c_str(),
         pair.round_disparity ? ", rounded (truth in whole pixels)" : "");
-    std::printf("  %-*s %7s %7s %7s %6s %8s %6s %9s %8s", kNameWidth, "", "bad-1.0", "filled",
-                "bad-2.0", "/HH4", "density", "bad-3", "memory MB", "allowed");
+    std::printf("  %-*s %7s %7s %7s %6s %8s %6s %5s %9s %8s", kNameWidth, "", "bad-1.0", "filled",
+                "bad-2.0", "/HH4", "density", "bad-3", "z", "memory MB", "allowed");
     if (!outcomes.front().times.empty()) {
         std::printf(" %9s  %-17s %s", "ms", "ratio (quartiles)",
                     outcomes.front().speedups.empty() ? "" : "2 threads");
@@ -333,4 +341,5 @@ void bench_print_summaries(const std::vector<bench_outcome> &outcomes) {
     if (recorded.size() < outcomes.size()) {
         print_scene_summaries(outcomes);
     }
+    bench_print_figures(outcomes);
 }

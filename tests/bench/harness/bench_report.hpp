@@ -16,7 +16,7 @@ void bench_print_table(const bench_pair &pair, const std::vector<bench_outcome> 
 /// One line per method over all recorded pairs, in the order of the methods' first appearance:
 /// errors, errors with one set left out, time and memory. Times are pooled over pairs with similar
 /// counts of searched disparities. Then the rendered scenes by object, with and without those for
-/// checking.
+/// checking. At the end the figures of bench_figures.hpp.
 void bench_print_summaries(const std::vector<bench_outcome> &outcomes);
 
 #endif

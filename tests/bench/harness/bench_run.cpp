@@ -40,7 +40,9 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
     std::vector<float> disparity_px = method.disparity_px();
     result.density_percent = bench_density_percent(disparity_px);
     result.has_truth = !pair.truth_px.empty();
+    result.evidence = method.evidence();
     if (result.has_truth) {
+        result.z_rms = bench_z_rms(pair, disparity_px, result.evidence.sigma_px);
         result.error = bench_error_of(pair, disparity_px);
         result.filled_bad_1px = bench_error_of(pair, bench_filled(pair, disparity_px))
                                     .all.filled_visible.bad_percent[1];
@@ -49,7 +51,6 @@ bench_outcome first_run(const bench_method_entry &entry, const bench_pair &pair,
         }
     }
     result.disparity_px = std::move(disparity_px);
-    result.evidence = method.evidence();
     return result;
 }
 
@@ -120,6 +121,19 @@ bench_kept kept_of(const bench_pair &pair, const std::vector<float> &disparity_p
     return {known > 0 ? 100 * kept / known : 0, kept > 0 ? 100 * bad / kept : 0};
 }
 
+// Step of a truth that was stored in steps, 0 of any other: the smallest difference of its values.
+double truth_step_px(std::vector<float> values_px) {
+    constexpr float same_px = 1e-4F, smallest_px = 0.01F;
+    std::sort(values_px.begin(), values_px.end());
+    float step_px = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 1; i < values_px.size() && std::isfinite(values_px[i]); i++) {
+        if (const float difference_px = values_px[i] - values_px[i - 1]; difference_px > same_px) {
+            step_px = std::min(step_px, difference_px);
+        }
+    }
+    return std::isfinite(step_px) && step_px > smallest_px ? static_cast<double>(step_px) : 0;
+}
+
 }  // namespace
 
 bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px) {
@@ -131,6 +145,22 @@ bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &dis
     input.mask = pair.mask.data();
     input.round_disparity = pair.round_disparity;
     return {evaluate_disparity(input), kept_of(pair, disparity_px)};
+}
+
+double bench_z_rms(const bench_pair &pair, const std::vector<float> &disparity_px,
+                   const std::vector<float> &sigma_px) {
+    const double step_px = truth_step_px(pair.truth_px);
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; !pair.round_disparity && i < sigma_px.size(); i++) {
+        const float error_px = disparity_px[i] - pair.truth_px[i];
+        if (pair.mask[i] == EVALUATE_VISIBLE && std::fabs(error_px) <= 1) {
+            const double variance =
+                std::pow(static_cast<double>(sigma_px[i]), 2) + step_px * step_px / 12;
+            squares += std::pow(static_cast<double>(error_px), 2) / variance;
+            count++;
+        }
+    }
+    return std::sqrt(squares / count);
 }
 
 std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float> &disparity_px) {

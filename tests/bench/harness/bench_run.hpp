@@ -3,6 +3,7 @@
 #ifndef VERGENCE_TESTS_BENCH_BENCH_RUN_HPP
 #define VERGENCE_TESTS_BENCH_BENCH_RUN_HPP
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,6 +26,12 @@ struct bench_error {
 
 /// Errors of a map against the pair's truth, which must exist.
 bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &disparity_px);
+
+/// Rms of error over predicted sigma (and the rounding of a truth that is stored in steps), of the
+/// kept visible pixels that are off by at most 1 px (the others are wrong matches, not noise). NaN
+/// without sigma, or with truth in whole pixels.
+double bench_z_rms(const bench_pair &pair, const std::vector<float> &disparity_px,
+                   const std::vector<float> &sigma_px);
 
 /// The map, filled as `vergence reconstruct --fill` does; not finite where that fills nothing.
 std::vector<float> bench_filled(const bench_pair &pair, const std::vector<float> &disparity_px);
@@ -51,6 +58,7 @@ struct bench_outcome {
     int width = 0, height = 0, disparities = 0;
     bool has_truth = false;
     bench_error error;
+    double z_rms = NAN;                 // see bench_z_rms
     double filled_bad_1px = 0;          // bad-1.0 filled as `vergence reconstruct --fill` does
     std::vector<float> disparity_px;    // not finite where rejected
     bench_evidence evidence;            // of the same run
