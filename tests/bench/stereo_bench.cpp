@@ -20,7 +20,7 @@ constexpr const char *kUsage =
     "  --errors-only  no timing: one run of each method\n"
     "  --only TEXTS   methods whose name contains one of these, separated by commas (and the\n"
     "                 reference)\n"
-    "  --sheet FILE   a picture (JPEG) of each pair's left image and truth, our map and HH4's\n"
+    "  --sheet FILE   a picture (.webp, .jpg): of each pair our map and HH4's, and their errors\n"
     "  --maps DIR     each pair's truth and the methods' maps and reasons, as arrays of numpy\n"
     "Times are of one grey pair; a ratio below 1 is faster than SGBM 3-way\n"
     "plain, on one thread in the same round (median, and quartiles over the rounds).\n";

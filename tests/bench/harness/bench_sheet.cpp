@@ -10,9 +10,9 @@
 
 namespace {
 
-constexpr int kPictureWidth_px = 160, kPictureHeight_px = 120, kTitleHeight_px = 14, kGap_px = 2;
-constexpr int kBlocksARow = 2;
-constexpr int kJpegQuality = 80;
+constexpr int kPictureWidth_px = 184, kPictureHeight_px = 138, kTitleHeight_px = 14, kGap_px = 2;
+constexpr int kPictures = 4, kBlocksARow = 2;
+constexpr int kJpegQuality = 60, kWebpQuality = 30;
 
 struct range {
     float low, high;
@@ -45,11 +45,27 @@ cv::Mat map_picture(const cv::Size &size, const std::vector<float> &disparity_px
     return colour;
 }
 
-void place(const cv::Mat &picture, int column, cv::Mat &block, int interpolation) {
+cv::Mat error_picture(const bench_pair &pair, const std::vector<float> &disparity_px) {
+    cv::Mat picture(pair.left.size(), CV_8UC3, cv::Scalar::all(255));
+    for (std::size_t i = 0; i < disparity_px.size(); i++) {
+        cv::Vec3b &colour = picture.at<cv::Vec3b>(static_cast<int>(i));
+        const float error_px = std::fabs(disparity_px[i] - pair.truth_px[i]);
+        if (pair.mask[i] != EVALUATE_VISIBLE || !std::isfinite(pair.truth_px[i])) {
+            colour = {120, 120, 120};
+        } else if (!std::isfinite(disparity_px[i])) {
+            colour = {210, 210, 210};
+        } else if (error_px > 1) {
+            colour = error_px > 3 ? cv::Vec3b{0, 0, 230} : cv::Vec3b{0, 150, 255};
+        }
+    }
+    return picture;
+}
+
+void place(const cv::Mat &picture, int column, cv::Mat &block) {
     const double factor = std::min(static_cast<double>(kPictureWidth_px) / picture.cols,
                                    static_cast<double>(kPictureHeight_px) / picture.rows);
     cv::Mat small;
-    cv::resize(picture, small, cv::Size(), factor, factor, interpolation);
+    cv::resize(picture, small, cv::Size(), factor, factor, cv::INTER_NEAREST);
     small.copyTo(block(
         cv::Rect(column * (kPictureWidth_px + kGap_px), kTitleHeight_px, small.cols, small.rows)));
 }
@@ -75,19 +91,14 @@ void bench_sheet::add(const bench_pair &pair, const std::vector<bench_outcome> &
     if (ours == nullptr || theirs == nullptr || pair.truth_px.empty()) {
         return;
     }
-    constexpr int pictures = 4;
     cv::Mat block(kTitleHeight_px + kPictureHeight_px + kGap_px,
-                  pictures * (kPictureWidth_px + kGap_px), CV_8UC3, cv::Scalar::all(255));
-    cv::Mat left;
-    cv::cvtColor(pair.left, left, cv::COLOR_GRAY2BGR);
-    place(left, 0, block, cv::INTER_AREA);
-    title(pair.name, 0, block);
+                  kPictures * (kPictureWidth_px + kGap_px), CV_8UC3, cv::Scalar::all(255));
     const range range = range_of(pair.truth_px);
-    const std::vector<float> *maps[] = {&pair.truth_px, &ours->disparity_px, &theirs->disparity_px};
-    const std::string titles[] = {"truth", ours->method, "OpenCV " + theirs->method};
-    for (int i = 0; i < pictures - 1; i++) {
-        place(map_picture(pair.left.size(), *maps[i], range), i + 1, block, cv::INTER_NEAREST);
-        title(titles[i], i + 1, block);
+    int column = 0;
+    for (const bench_outcome *one : {ours, theirs}) {
+        title(one == ours ? pair.name + ": " + one->method : one->method, column, block);
+        place(map_picture(pair.left.size(), one->disparity_px, range), column++, block);
+        place(error_picture(pair, one->disparity_px), column++, block);
     }
     blocks_.push_back(block);
 }
@@ -107,12 +118,15 @@ void bench_sheet::write(const std::string &path) const {
     }
     bool written = false;
     try {
-        written = cv::imwrite(path, sheet, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+        written = cv::imwrite(
+            path, sheet,
+            // WebP is without loss unless its quality comes first.
+            {cv::IMWRITE_WEBP_QUALITY, kWebpQuality, cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
     } catch (const cv::Exception &) {
         // An unknown kind of file: reported below.
     }
     if (!written) {
-        throw std::runtime_error(path +
-                                 ": cannot be written (expected a name ending in .jpg or .png)");
+        throw std::runtime_error(
+            path + ": cannot be written (expected a name ending in .webp, .jpg or .png)");
     }
 }
