@@ -22,6 +22,24 @@ void check(int status) {
     }
 }
 
+// The columns of each row that the raw image covers: all but the black rims.
+std::vector<rectify_span> spans_of(const cv::Mat &image) {
+    std::vector<rectify_span> spans;
+    for (int y = 0; y < image.rows; y++) {
+        const uint8_t *row = image.ptr(y);
+        const auto is_inside = [](uint8_t value) { return value != 0; };
+        const uint8_t *begin = std::find_if(row, row + image.cols, is_inside);
+        const uint8_t *end = row + image.cols;
+        while (end > begin && !is_inside(end[-1])) {
+            end--;
+        }
+        spans.push_back(begin == end ? rectify_span{0, 0}
+                                     : rectify_span{static_cast<int16_t>(begin - row),
+                                                    static_cast<int16_t>(end - row)});
+    }
+    return spans;
+}
+
 // Threads, and the memory that the core needs with that many.
 class team {
   public:
@@ -67,8 +85,13 @@ class our_method : public bench_method {
         const int height = pair.left.rows;
         input_.left = {pair_.left.data, width, height, width};
         input_.right = {pair_.right.data, width, height, width};
-        input_.left_span = input_.right_span = nullptr;
-        input_.resampled = pair.is_rendered();  // those are rectified from raw images
+        if (pair.is_rendered()) {  // rectified from raw images
+            left_span_ = spans_of(pair.left);
+            right_span_ = spans_of(pair.right);
+            input_.left_span = left_span_.data();
+            input_.right_span = right_span_.data();
+            input_.resampled = true;
+        }
         output_.disparity_q8 = {disparity_q8_.data(), width, height, width};
         output_.reason = {reason_.data(), width, height, width};
         output_.confidence = {confidence_.data(), width, height, width};
@@ -136,6 +159,7 @@ class our_method : public bench_method {
     std::vector<int32_t> disparity_q8_;
     std::vector<uint8_t> reason_, confidence_;
     std::vector<uint16_t> sigma_q8_;
+    std::vector<rectify_span> left_span_, right_span_;
     match_input input_{};
     match_output output_;
     image_u16 sigma_;

@@ -24,7 +24,7 @@ enum bench_figure {
 
 struct bench_region {
     std::string object;                           // "all": every pixel of the scene
-    std::array<double, BENCH_FIGURES> figures{};  // NaN: of no pixel
+    std::array<double, BENCH_FIGURES> figures{};  // NaN: of hardly any pixel
 };
 
 /// "all", and one per object of the pair that has visible pixels.
