@@ -15,7 +15,8 @@ constexpr std::size_t kFewest = 100;  // a share of fewer pixels says nothing
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 double percent(std::size_t part, std::size_t whole) {
-    return whole >= kFewest ? 100 * static_cast<double>(part) / static_cast<double>(whole) : kUnknown;
+    return whole >= kFewest ? 100 * static_cast<double>(part) / static_cast<double>(whole)
+                            : kUnknown;
 }
 
 double median(std::vector<double> &values) {
