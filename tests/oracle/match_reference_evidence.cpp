@@ -83,22 +83,36 @@ std::vector<int> smooth_row(const View &left, int y) {
     return smooth;
 }
 
-// Squared slopes of the blocks along the rows, and along the columns.
+// Squared slopes of the blocks along the rows, and along the columns, and their number.
 struct Slopes {
-    Grid<double> along, upright;
+    Grid<double> along, upright, count;
 };
 
-Slopes slopes_of(const View &left) {
+// Whether the disparity changes by more than 6 px over four columns, up to three columns away.
+bool is_at_rim(const Answer &answer, int x, int y) {
+    bool at_rim = false;
+    for (int i = std::max(x - 3, 2); i <= std::min(x + 3, answer.reason.width - 3); i++) {
+        at_rim = at_rim || std::abs(answer.disparity_q8.at(i + 2, y) -
+                                    answer.disparity_q8.at(i - 2, y)) > 6 * 256;
+    }
+    return at_rim;
+}
+
+Slopes slopes_of(const View &left, const Answer &answer) {
     const int width = left.grey.width;
     const int columns = (width + kBlock - 1) / kBlock;
     const int rows = (left.grey.height + kBlock - 1) / kBlock;
-    Slopes slopes = {{columns, rows}, {columns, rows}};
+    Slopes slopes = {{columns, rows}, {columns, rows}, {columns, rows}};
     for (int y = 0; y < left.grey.height; y += 2) {
         const std::vector<int> above = smooth_row(left, y - 2);
         const std::vector<int> here = smooth_row(left, y);
         const std::vector<int> below = smooth_row(left, y + 2);
         for (int x = 0; x < width; x++) {
+            if (is_at_rim(answer, x, y)) {
+                continue;
+            }
             const auto at = static_cast<size_t>(x);
+            slopes.count.at(x / kBlock, y / kBlock) += 1;
             slopes.along.at(x / kBlock, y / kBlock) += std::pow(here[at + 4] - here[at], 2);
             slopes.upright.at(x / kBlock, y / kBlock) += std::pow(below[at + 2] - above[at + 2], 2);
         }
@@ -107,19 +121,20 @@ Slopes slopes_of(const View &left) {
 }
 
 bool has_texture(const Slopes &slopes, double noise_q8, int column, int row) {
-    double along = 0, upright = 0;
+    double along = 0, upright = 0, count = 0;
     for (int i = column - 1; i <= column + 1; i++) {
         const int at = std::clamp(i, 0, slopes.along.width - 1);
         along += slopes.along.at(at, row);
         upright += slopes.upright.at(at, row);
+        count += slopes.count.at(at, row);
     }
-    // 96 slopes with 72 times the variance of a pixel.
-    const double noise = std::floor(noise_q8 * 96 * 72 / 256);
-    return along >= 7 * noise + std::floor(std::max(upright - noise, 0.0) / 10);
+    // Slopes have 72 times the variance of a pixel.
+    const double noise = std::floor(noise_q8 * count * 72 / 256);
+    return count > 0 && along >= 4 * noise + std::floor(std::max(upright - noise, 0.0) / 10);
 }
 
 void reject_unsupported(const View &left, double noise_q8, Answer *answer) {
-    const Slopes slopes = slopes_of(left);
+    const Slopes slopes = slopes_of(left, *answer);
     for (int y = 0; y < answer->reason.height; y++) {
         for (int x = 0; x < answer->reason.width; x++) {
             bool supported = false;

@@ -17,15 +17,6 @@ bool is_valid(const View &view, int x, int y) {
     return x >= span.begin && x < span.end;
 }
 
-bool is_valid_around(const View &view, int x_begin, int y_begin) {
-    bool valid = x_begin > 0 && y_begin > 0 && x_begin + kBlock < view.grey.width &&
-                 y_begin + kBlock < view.grey.height;
-    for (int y = y_begin - 1; valid && y <= y_begin + kBlock; y++) {
-        valid = is_valid(view, x_begin - 1, y) && is_valid(view, x_begin + kBlock, y);
-    }
-    return valid;
-}
-
 int second_derivative(const View &view, int x, int y) {
     const int weight[3] = {1, -2, 1};
     int sum = 0;
@@ -51,13 +42,14 @@ std::vector<int> greys_of(const View &view) {
     return greys;
 }
 
-// Blocks at every sixteenth column of what is valid in all of their rows.
-int first_column(const View &view, int y_begin) {
-    int first = 0;
+// The columns that are valid in all rows of a block at y_begin, and in those around it.
+Span valid_columns(const View &view, int y_begin) {
+    Span valid = {0, view.grey.width};
     for (int y = y_begin - 1; y <= y_begin + kBlock; y++) {
-        first = std::max(first, view.spans[static_cast<size_t>(y)].begin);
+        const Span own = view.spans[static_cast<size_t>(y)];
+        valid = {std::max(valid.begin, own.begin), std::min(valid.end, own.end)};
     }
-    return first + 1;
+    return valid;
 }
 
 // In eighths, by block and sorted.
@@ -65,7 +57,8 @@ std::vector<int> roughnesses_of(const View &view) {
     const std::vector<int> greys = greys_of(view);
     std::vector<int> roughnesses;
     for (int y = 1; y + kBlock < view.grey.height; y += 16) {
-        for (int x = first_column(view, y); is_valid_around(view, x, y); x += 16) {
+        const Span valid = valid_columns(view, y);
+        for (int x = valid.begin + 1; x + kBlock < valid.end; x += 16) {
             int sum = 0;
             bool clipped = false;
             for (int j = -1; j <= kBlock; j++) {
@@ -84,21 +77,55 @@ std::vector<int> roughnesses_of(const View &view) {
     return roughnesses;
 }
 
+// Squared slopes along the row over 2 `reach` pixels, of a block.
+int slopes_over(const View &view, int x, int y, int reach) {
+    int sum = 0;
+    for (int j = 0; j < kBlock; j++) {
+        for (int i = 0; i < kBlock; i++) {
+            sum += static_cast<int>(std::pow(
+                view.grey.at(x + i + reach, y + j) - view.grey.at(x + i - reach, y + j), 2));
+        }
+    }
+    return sum;
+}
+
+// In 64ths, of half of the blocks: how much of the slopes over 8 pixels is in those over 2.
+int fine_share(const View &view, int noise) {
+    const double of_noise = std::floor(128.0 * noise * noise / (233 * 233));
+    std::vector<int> shares;
+    for (int y = 1; y + kBlock < view.grey.height; y += 16) {
+        const Span valid = valid_columns(view, y);
+        for (int x = valid.begin + 4; x + kBlock + 4 <= valid.end; x += 16) {
+            const double far = slopes_over(view, x, y, 4) - of_noise;
+            const double near = slopes_over(view, x, y, 1) - of_noise;
+            if (far > 5 * of_noise) {
+                shares.push_back(std::clamp(static_cast<int>(64 * near / far), 0, 64));
+            }
+        }
+    }
+    std::sort(shares.begin(), shares.end());
+    return shares.size() < 8 ? 64 : shares[shares.size() / 2];
+}
+
 }  // namespace
 
 int smoothing_of(const View &left, const View &right) {
-    int noise = 0, usual = 0;
+    int noise = 0, usual = 0, fine = 0;
     for (const View *view : {&left, &right}) {
         const std::vector<int> roughnesses = roughnesses_of(*view);
-        if (roughnesses.size() >= 8) {
-            noise += 4 * roughnesses[roughnesses.size() / 50];
-            usual += 4 * roughnesses[roughnesses.size() / 2];
-        }
+        const bool enough = roughnesses.size() >= 8;
+        const int own = enough ? 8 * roughnesses[roughnesses.size() / 50] : 0;
+        noise += own / 2;
+        usual += enough ? 4 * roughnesses[roughnesses.size() / 2] : 0;
+        fine += fine_share(*view, own);
     }
     if (noise < 160 || usual > 6 * noise) {
         return 0;
     }
-    return noise < 696 ? 2 : 5;
+    if (noise >= 696) {
+        return 5;
+    }
+    return fine / 2 > 15 ? 2 : 4;
 }
 
 View smoothed(const View &view, int side) {

@@ -220,7 +220,7 @@ void reject_islands(const Search &search, Answer *answer) {
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful) {
     const int side = smoothing_of(left, right);
-    const double smoothed_max = side == 2 ? 38 : 44;
+    const double smoothed_max = side == 5 ? 44 : 38;
     const double max_cost = side == 0 ? 40 : smoothed_max;
     const int width = sums.totals.width;
     const int height = sums.totals.height;

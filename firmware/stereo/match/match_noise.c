@@ -19,6 +19,14 @@ enum {
     // Where half of the blocks have more than this many times the noise, fine texture is lost by
     // smoothing.
     FINE_TEXTURE = 6,
+    // Slopes over 2 and over 8 pixels of the row. Where half of the blocks that have any have less
+    // than this share of their squares in the shorter ones, more smoothing loses no detail: out of
+    // focus, or enlarged by the lens.
+    NEAR = 1,
+    FAR = 4,
+    SHARES = 64,  // in all
+    COARSE_SHARE_MAX = 15,
+    FAR_MIN = 5,  // times the noise: less shows no detail
 };
 
 // Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
@@ -121,6 +129,41 @@ static struct roughnesses roughnesses_of(const struct image_u8 *image,
                                 BIN * bin_above(count, blocks / 2)};
 }
 
+// Sum of the squared slopes over 2 `reach` pixels along the row, of a block.
+static int slopes_over(const struct image_u8 *image, int x, int y, int reach) {
+    int sum = 0;
+    for (int j = 0; j < BLOCK; j++) {
+        const uint8_t *row = image_u8_row(image, y + j) + x;
+        for (int i = 0; i < BLOCK; i++) {
+            const int slope = row[i + reach] - row[i - reach];
+            sum += slope * slope;
+        }
+    }
+    return sum;
+}
+
+// The share of the slopes over 8 pixels that is in those over 2, without noise, of half of the
+// blocks; all if there are too few.
+static int fine_share(const struct image_u8 *image, const struct rectify_span *spans, int noise) {
+    INVARIANT(noise < 2 * STRONG_MIN);
+    const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (233 * 233);
+    uint32_t count[BINS] = {0};
+    uint32_t blocks = 0;
+    for (int y = 1; y + BLOCK < image->height; y += STEP) {
+        const struct rectify_span span = common_span(image, spans, y);
+        for (int x = span.begin + FAR; x + BLOCK + FAR <= span.end; x += STEP) {
+            const int far = slopes_over(image, x, y, FAR) - of_noise;
+            if (far > FAR_MIN * of_noise) {
+                const int near = slopes_over(image, x, y, NEAR) - of_noise;
+                const int share = near > 0 ? (int)((int64_t)SHARES * near / far) : 0;
+                count[share < SHARES ? share : SHARES]++;
+                blocks++;
+            }
+        }
+    }
+    return blocks < MIN_BLOCKS ? SHARES : bin_above(count, blocks / 2);
+}
+
 int match_smoothing(const struct match_input *input) {
     const struct roughnesses left = roughnesses_of(&input->left, input->left_span);
     const struct roughnesses right = roughnesses_of(&input->right, input->right_span);
@@ -129,5 +172,11 @@ int match_smoothing(const struct match_input *input) {
     if (noise < WEAK_MIN || usual > FINE_TEXTURE * noise) {
         return 0;
     }
-    return noise < STRONG_MIN ? MATCH_WEAK_SMOOTHING : MATCH_STRONG_SMOOTHING;
+    if (noise >= STRONG_MIN) {
+        return MATCH_STRONG_SMOOTHING;
+    }
+    const int share = (fine_share(&input->left, input->left_span, left.noise) +
+                       fine_share(&input->right, input->right_span, right.noise)) /
+                      2;
+    return share > COARSE_SHARE_MAX ? MATCH_WEAK_SMOOTHING : MATCH_COARSE_SMOOTHING;
 }

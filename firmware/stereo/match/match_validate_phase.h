@@ -133,7 +133,7 @@ static inline uint8_t fit_max_of(const struct match_level *level) {
     if (!match_is_smoothed(level)) {
         return FIT_MAX;
     }
-    return level->state->smoothing == MATCH_WEAK_SMOOTHING ? WEAK_FIT_MAX : STRONG_FIT_MAX;
+    return level->state->smoothing == MATCH_STRONG_SMOOTHING ? STRONG_FIT_MAX : WEAK_FIT_MAX;
 }
 
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the

@@ -19,12 +19,15 @@ enum {
     SLOPE_ROWS = 3,      // smoothed rows in use
     AROUND_COLUMNS = 1,  // blocks that a block with texture supports, to each side
     MAX_PARTS = 8,
-    // The variance of a slope of a smoothed image, from the noise of three blocks: see slopes_of.
-    NOISE_OF_SUM = 3 * (BLOCK * BLOCK / ROW_STEP) * 72,
+    NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
+    // The disparity changes by more than this over four columns at a depth edge, and slopes as near
+    // to one may be the edge itself: where a curved object ends, both cameras see different points.
+    RIM_STEP_Q8 = 6 * 256,
+    RIM_COLUMNS = 3,
     // Limits (see match.md). Slopes along the row have this many times the energy of noise, and
     // this share of the energy of the slopes along the column: a misalignment of the rows by a
     // tenth of a pixel moves such structure by a third of a pixel.
-    SIGNAL_MIN = 6,
+    SIGNAL_MIN = 3,
     UPRIGHT_SHARE = 10,
     // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
     // it: half if only its cost rejected it, two thirds if it had a rival.
@@ -142,7 +145,9 @@ static uint32_t noise_q8(const struct match_input *input, const struct match_out
 struct part {
     int begin, end;
     uint16_t *smooth[SLOPE_ROWS];  // rows y - 2, y and y + 2, smoothed by (1 2 1) both ways
+    uint8_t *at_rim;               // by column: whether a depth edge is near
     uint32_t *along, *upright;     // by block of a row: squared slopes
+    uint32_t *slopes;              // and their number
     uint8_t *has[3];               // by block: whether there is texture along the row; of row b in
                                    // b % 3
 };
@@ -198,7 +203,23 @@ static void smooth_row(const struct match_input *input, int y, uint16_t *smooth)
     }
 }
 
-// Adds the squared slopes over four pixels, along row and column, of the middle row. Smoothing
+// Marks the columns of row y that are near a depth edge.
+static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim) {
+    const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
+    const int width = output->reason.width;
+    memset(at_rim, 0, (size_t)width);
+    for (int x = PAD; x < width - PAD; x++) {
+        const int32_t step_q8 = disparity_q8[x + PAD] - disparity_q8[x - PAD];
+        if (step_q8 > RIM_STEP_Q8 || step_q8 < -RIM_STEP_Q8) {
+            const int begin = x > RIM_COLUMNS ? x - RIM_COLUMNS : 0;
+            const int end = x + RIM_COLUMNS < width ? x + RIM_COLUMNS + 1 : width;
+            memset(at_rim + begin, 1, (size_t)(end - begin));
+        }
+    }
+}
+
+// Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
+// away from depth edges. Smoothing
 // leaves 36 / 256 of the variance of the noise, a difference of two has twice that: 72 times the
 // variance of a pixel, as the rows hold sixteen times the grey levels.
 static void slopes_of(const struct evidence *of, const struct part *part) {
@@ -210,12 +231,16 @@ static void slopes_of(const struct evidence *of, const struct part *part) {
         const int x_end = (b + 1) * BLOCK < width ? (b + 1) * BLOCK : width;
         uint32_t along = 0;
         uint32_t upright = 0;
+        uint32_t slopes = 0;
         for (int x = b * BLOCK; x < x_end; x++) {
+            const uint32_t counts = part->at_rim[x] == 0;
             const int32_t slope_x = here[x + 2] - here[x - 2];
             const int32_t slope_y = below[x] - above[x];
-            along += (uint32_t)(slope_x * slope_x);
-            upright += (uint32_t)(slope_y * slope_y);
+            along += counts * (uint32_t)(slope_x * slope_x);
+            upright += counts * (uint32_t)(slope_y * slope_y);
+            slopes += counts;
         }
+        part->slopes[b] += slopes;
         part->along[b] += along;
         part->upright[b] += upright;
     }
@@ -225,19 +250,22 @@ static void slopes_of(const struct evidence *of, const struct part *part) {
 static bool has_texture(const struct evidence *of, const struct part *part, int b) {
     uint64_t along = 0;
     uint64_t upright = 0;
+    uint64_t slopes = 0;
     for (int i = -1; i <= 1; i++) {
         along += part->along[clamped(b + i, of->blocks)];
         upright += part->upright[clamped(b + i, of->blocks)];
+        slopes += part->slopes[clamped(b + i, of->blocks)];
     }
-    const uint64_t noise = (uint64_t)of->noise_q8 * NOISE_OF_SUM / 256;
+    const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
     const uint64_t structure = upright > noise ? upright - noise : 0;
-    return along >= (SIGNAL_MIN + 1) * noise + structure / UPRIGHT_SHARE;
+    return slopes > 0 && along >= (SIGNAL_MIN + 1) * noise + structure / UPRIGHT_SHARE;
 }
 
 static void measure_row(const struct evidence *of, struct part *part, int block_row) {
     uint8_t *has = part->has[block_row % 3];
     memset(part->along, 0, (size_t)of->blocks * sizeof *part->along);
     memset(part->upright, 0, (size_t)of->blocks * sizeof *part->upright);
+    memset(part->slopes, 0, (size_t)of->blocks * sizeof *part->slopes);
     const int height = of->output->reason.height;
     for (int y = block_row * BLOCK; y < (block_row + 1) * BLOCK && y < height; y += ROW_STEP) {
         if (y == block_row * BLOCK) {
@@ -250,6 +278,7 @@ static void measure_row(const struct evidence *of, struct part *part, int block_
             part->smooth[2] = oldest;
         }
         smooth_row(of->input, y + ROW_STEP, part->smooth[2]);
+        mark_rims(of->output, y, part->at_rim);
         slopes_of(of, part);
     }
     for (int b = 0; b < of->blocks; b++) {
@@ -313,7 +342,8 @@ static size_t block_count(int width) {
 
 size_t match_evidence_need_bytes(int width, int threads) {
     const size_t part = SLOPE_ROWS * arena_need_bytes((size_t)width + 2 * PAD, sizeof(uint16_t)) +
-                        2 * arena_need_bytes(block_count(width), sizeof(uint32_t)) +
+                        arena_need_bytes((size_t)width, 1) +
+                        3 * arena_need_bytes(block_count(width), sizeof(uint32_t)) +
                         3 * arena_need_bytes(block_count(width), 1);
     return (size_t)part_count(threads) * part;
 }
@@ -324,13 +354,16 @@ static bool take_part(struct arena *arena, int width, struct part *part) {
         part->smooth[i] = arena_take(arena, (size_t)width + 2 * PAD, sizeof(uint16_t));
         taken = taken && part->smooth[i] != NULL;
     }
+    part->at_rim = arena_take(arena, (size_t)width, 1);
     part->along = arena_take(arena, block_count(width), sizeof *part->along);
     part->upright = arena_take(arena, block_count(width), sizeof *part->upright);
+    part->slopes = arena_take(arena, block_count(width), sizeof *part->slopes);
     for (int i = 0; i < 3; i++) {
         part->has[i] = arena_take(arena, block_count(width), 1);
         taken = taken && part->has[i] != NULL;
     }
-    return taken && part->along != NULL && part->upright != NULL;
+    return taken && part->at_rim != NULL && part->along != NULL && part->upright != NULL &&
+           part->slopes != NULL;
 }
 
 // Number of accepted pixels around (x, y) that continue its surface.

@@ -63,6 +63,7 @@ int match_evidence_run(const struct match_input *input, const struct match_optio
 
 enum {
     MATCH_WEAK_SMOOTHING = 2,
+    MATCH_COARSE_SMOOTHING = 4,  // weak noise, and no detail that is lost
     MATCH_STRONG_SMOOTHING = 5,
 };
 
