@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooths the disparities where neighbours agree, then moves each to where the window around it
-// fits best. Each pixel of a window is compared at its own disparity, so that slanted and curved
-// surfaces need no model, and only the correction is averaged over the window. The mean difference
-// is removed, so that a difference of exposure does not matter. Source of the fit: B. D. Lucas and
-// T. Kanade, "An iterative image registration technique", 1981; of the predicted sigma: the
-// Cramer-Rao bound of that fit with the noise of the residuals.
+// fits best; both twice, and smooths what came out. Each pixel of a window is compared at its own
+// disparity, so that slanted and curved surfaces need no model, and only the correction is averaged
+// over the window. The mean difference is removed, so that a difference of exposure does not
+// matter. Source of the fit: B. D. Lucas and T. Kanade, "An iterative image registration
+// technique", 1981. The predicted variance is a sum: the Cramer-Rao bound of that fit with the
+// noise of the residuals, how much the fitted neighbours disagree, how many of them are missing or
+// on another surface (the window then compares that one too), and what no window shows. The shares
+// were fitted to every other recorded pair and rendered view of tools/bench stereo.
 #include "stereo/refine.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "core/error.h"
@@ -18,21 +22,26 @@ enum {
     RADIUS = 2,
     WINDOW_ROWS = 2 * RADIUS + 1,
     SMOOTH_RADIUS = 2,
-    SMOOTH_ROWS = 2 * SMOOTH_RADIUS + 1 + 2,  // a window and two rows of sums
-    UNUSED_Q8 = INT32_MIN / 4,                // incompatible with everything
+    SMOOTH_WINDOW = 2 * SMOOTH_RADIUS + 1,
+    SMOOTH_ROWS = SMOOTH_WINDOW + 3,  // a window and three rows of sums
+    UNUSED_Q8 = INT32_MIN / 4,        // incompatible with everything
     SMOOTH_STEP_Q8 = 192,  // neighbours with a larger difference of disparity belong to another
                            // surface
     MOVE_MAX_Q8 = 128,     // limit of a correction
-    PRIOR_SIGMA_Q8 = 72,   // of the disparities before the fit
-    // The residuals of a window are neither independent nor pure noise (interpolation, aliasing,
-    // reflections): they count this many times (measured on pairs with ground truth).
-    MISFIT = 8,
-    CORRELATION = 1,
-    // Error left by sampling in the best texture, plus that of rectification, which blurs the two
-    // images differently.
-    FLOOR_SIGMA_Q8 = 6,
-    RESAMPLED_SIGMA_Q8 = 13,
-    SIGMA_MAX_Q8 = 256,         // path costs determine pixels without texture to one pixel
+    STEPS = 2,             // smoothing and fit
+    // The disparities before the fit are good to 91 / 256 px, and the residuals of a window, which
+    // are neither independent nor pure noise (interpolation, aliasing, reflections), count 8 times:
+    // 8 / 91^2 (measured on pairs with ground truth).
+    PRIOR_SHIFT = 10,
+    NOISE_GRADIENT_SHIFT = 19,  // noise alone has a mean gradient^2 of 1/8 of its differences'
+    BOUND_SHARE = 9,            // smoothing leaves this part of the bound
+    BOUND_MAX_Q16 = 9600,       // path costs determine pixels without texture
+    ROUGH_SHARE_Q4 = 11,        // of the neighbours' mean |second difference|, squared
+    MISSING_Q16 = 900,          // for each pixel of the window that is missing
+    // Of images that were rectified elsewhere and of our own.
+    FLOOR_SIGMA_Q8 = 22,
+    RESAMPLED_SIGMA_Q8 = 5,
+    SIGMA_MAX_Q8 = 256,
     ROUNDING_VARIANCE_Q8 = 43,  // of the difference of two rounded grey levels, 1/256
     BAND_ROWS = 32,             // rows per part of the parallel work
 };
@@ -46,11 +55,12 @@ struct moments {
 struct work {
     const struct match_input *input;
     struct match_output *output;
-    struct image_u16 *sigma_q8;
-    int32_t *next_q8;         // width x height: disparities of the next step
-    int32_t *rows_q8;         // a group: SMOOTH_ROWS padded rows
-    struct moments *columns;  // a group: WINDOW_ROWS rows of width, then one row of column sums
+    struct image_u16 *sigma_q8;  // until the last smoothing: the bound's variance in 1/65536 px^2
+    int32_t *next_q8;            // width x height: disparities of the next step
+    int32_t *rows_q8;            // a group: SMOOTH_ROWS padded rows
+    struct moments *columns;     // a group: WINDOW_ROWS rows of width, then one row of column sums
     int width, height, bands;
+    bool predicts;  // the smoothing is the last: writes sigma
 };
 
 // Groups share the bands of rows; each group has its own working memory.
@@ -126,14 +136,13 @@ static void add_moments(struct moments *sum, const struct moments *term, int sig
 
 struct fit {
     int32_t move_q8;
-    uint32_t sigma_q8;
+    uint16_t variance_q16;  // bound, as smoothing leaves it
 };
 
-// Solves the window's normal equation with the prior that the present disparity is good to
-// PRIOR_SIGMA_Q8: without texture nothing moves. Sigma is the bound without the prior, which shares
-// its noise with the window.
-static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
-    struct fit result = {0, SIGMA_MAX_Q8};
+// Solves the window's normal equation with the prior that the present disparity is good: without
+// texture nothing moves. The variance is without the prior, which shares its noise with the window.
+static struct fit solve(const struct moments *sum) {
+    struct fit result = {0, BOUND_MAX_Q16};
     const int64_t count = sum->count;
     if (count < WINDOW_ROWS) {
         return result;
@@ -148,21 +157,19 @@ static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
     const int64_t left_over = dd > explained ? dd - explained : 0;
     // Variance of a difference in 1/256 grey level^2, at least that of rounding to grey levels.
     // Correlated differences (noise blurred by rectification, a surface that the window does not
-    // follow) carry less information: with CORRELATION times their covariance added, the variance
-    // is that of as many independent ones.
+    // follow) carry less information: with their covariance added, the variance is that of as many
+    // independent ones.
     const int64_t together = count * sum->neighbours - (int64_t)sum->difference * sum->difference;
-    const int64_t spread = left_over + (together > 0 ? CORRELATION * together : 0);
+    const int64_t spread = left_over + (together > 0 ? together : 0);
     int64_t variance = spread / (count * (count - 2));
     variance = variance > ROUNDING_VARIANCE_Q8 ? variance : ROUNDING_VARIANCE_Q8;
-    // Cramer-Rao bound of the window in (1/256 px)^2; the neighbouring matches, included by
-    // smoothing, lower it to three quarters (measured on synthetic pairs).
+    // Cramer-Rao bound of the window in (1/256 px)^2: noise over gradients that are not noise.
     const int64_t noise = count * variance * 1024;
-    const int64_t bound_q16 = gg > 0 ? 3 * noise / (4 * gg) : SIGMA_MAX_Q8 * SIGMA_MAX_Q8;
-    const int64_t sigma2_q16 = bound_q16 + floor2_q16;
-    result.sigma_q8 =
-        sigma2_q16 < SIGMA_MAX_Q8 * SIGMA_MAX_Q8 ? (uint32_t)root_of(sigma2_q16) : SIGMA_MAX_Q8;
-    const int64_t prior = MISFIT * noise / (PRIOR_SIGMA_Q8 * PRIOR_SIGMA_Q8);
-    const int64_t move_q8 = 32 * gd / (gg + prior);
+    const int64_t texture = gg - ((count * noise) >> NOISE_GRADIENT_SHIFT);
+    if (noise < BOUND_SHARE * BOUND_MAX_Q16 * texture) {
+        result.variance_q16 = (uint16_t)(noise / (BOUND_SHARE * texture));
+    }
+    const int64_t move_q8 = 32 * gd / (gg + (noise >> PRIOR_SHIFT));
     if (move_q8 <= MOVE_MAX_Q8 && move_q8 >= -MOVE_MAX_Q8) {
         result.move_q8 = (int32_t)move_q8;
     }
@@ -170,11 +177,10 @@ static struct fit solve(const struct moments *sum, int64_t floor2_q16) {
 }
 
 static void fit_row(const struct work *work, const struct moments *column_sums, int y) {
-    const int64_t floor_q8 = work->input->resampled ? RESAMPLED_SIGMA_Q8 : FLOOR_SIGMA_Q8;
     const uint8_t *reason = reason_row(work, y);
     const int32_t *present_q8 = disparity_row(work, y);
     int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
-    uint16_t *sigma_q8 = image_u16_row(work->sigma_q8, y);
+    uint16_t *variance_q16 = image_u16_row(work->sigma_q8, y);
     struct moments sum = {0};
     for (int x = 0; x < RADIUS && x < work->width; x++) {
         add_moments(&sum, &column_sums[x], 1);
@@ -187,11 +193,10 @@ static void fit_row(const struct work *work, const struct moments *column_sums, 
             add_moments(&sum, &column_sums[x - RADIUS - 1], -1);
         }
         next_q8[x] = present_q8[x];
-        sigma_q8[x] = 0;
         if (reason[x] == REASON_VALID) {
-            const struct fit fit = solve(&sum, floor_q8 * floor_q8);
+            const struct fit fit = solve(&sum);
             next_q8[x] += fit.move_q8;
-            sigma_q8[x] = (uint16_t)fit.sigma_q8;
+            variance_q16[x] = fit.variance_q16;
         }
     }
 }
@@ -237,10 +242,18 @@ static void masked_row(const struct work *work, int y, int32_t *masked_q8) {
     }
 }
 
+// Sums over the neighbours of each pixel of a row.
+struct sums {
+    int32_t *excess_q8, *count;
+    int32_t *rough_q8;  // of |second differences|
+};
+
 // Adds one pair of opposite neighbours if both agree with the middle.
 static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict one_q8,
-                     const int32_t *restrict other_q8, int width, int32_t *restrict excess_q8,
-                     int32_t *restrict count) {
+                     const int32_t *restrict other_q8, int width, const struct sums *sums) {
+    int32_t *restrict excess_q8 = sums->excess_q8;
+    int32_t *restrict count = sums->count;
+    int32_t *restrict rough_q8 = sums->rough_q8;
     for (int x = 0; x < width; x++) {
         const int32_t one = one_q8[x] - middle_q8[x];
         const int32_t other = other_q8[x] - middle_q8[x];
@@ -248,27 +261,54 @@ static void add_pair(const int32_t *restrict middle_q8, const int32_t *restrict 
                                       other <= SMOOTH_STEP_Q8 && other >= -SMOOTH_STEP_Q8
                                   ? -1
                                   : 0;
-        excess_q8[x] += (one + other) & agree;
+        const int32_t both = (one + other) & agree;
+        excess_q8[x] += both;
         count[x] -= 2 * agree;
+        rough_q8[x] += both < 0 ? -both : both;
     }
 }
 
-// Mean over opposite pairs of neighbours: unbiased on any slope, also next to an edge.
-static void smooth_row(int32_t *const window[], int width, int32_t *restrict excess_q8,
-                       int32_t *restrict count, int32_t *restrict next_q8) {
+// Sums over opposite pairs of neighbours: unbiased on any slope, also next to an edge.
+static void sum_row(int32_t *const window[], int width, const struct sums *sums) {
     const int32_t *middle_q8 = window[SMOOTH_RADIUS] + SMOOTH_RADIUS;
     for (int x = 0; x < width; x++) {
-        excess_q8[x] = 0;
-        count[x] = 1;
+        sums->excess_q8[x] = 0;
+        sums->count[x] = 1;
+        sums->rough_q8[x] = 0;
     }
     for (int j = 0; j <= SMOOTH_RADIUS; j++) {
         for (int i = j == 0 ? 1 : -SMOOTH_RADIUS; i <= SMOOTH_RADIUS; i++) {
             add_pair(middle_q8, window[SMOOTH_RADIUS + j] + SMOOTH_RADIUS + i,
-                     window[SMOOTH_RADIUS - j] + SMOOTH_RADIUS - i, width, excess_q8, count);
+                     window[SMOOTH_RADIUS - j] + SMOOTH_RADIUS - i, width, sums);
         }
     }
-    for (int x = 0; x < width; x++) {
-        next_q8[x] = middle_q8[x] + excess_q8[x] / count[x];
+}
+
+static uint16_t sigma_of(int32_t bound_q16, int32_t count, int32_t rough_q8, int32_t floor_q8) {
+    const int32_t mean_q8 = count > 1 ? 2 * rough_q8 / (count - 1) : 0;
+    const int32_t variance_q16 = bound_q16 + ROUGH_SHARE_Q4 * mean_q8 * mean_q8 / 16 +
+                                 MISSING_Q16 * (SMOOTH_WINDOW * SMOOTH_WINDOW - count) +
+                                 floor_q8 * floor_q8;
+    const uint32_t sigma_q8 = (uint32_t)root_of(variance_q16);
+    return (uint16_t)(sigma_q8 < SIGMA_MAX_Q8 ? sigma_q8 : SIGMA_MAX_Q8);
+}
+
+static void smooth_row(const struct work *work, const struct sums *sums, int y) {
+    const int32_t floor_q8 = work->input->resampled ? RESAMPLED_SIGMA_Q8 : FLOOR_SIGMA_Q8;
+    const uint8_t *reason = reason_row(work, y);
+    const int32_t *present_q8 = disparity_row(work, y);
+    int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
+    for (int x = 0; x < work->width; x++) {
+        next_q8[x] = present_q8[x];
+        if (reason[x] == REASON_VALID) {
+            next_q8[x] += sums->excess_q8[x] / sums->count[x];
+        }
+    }
+    uint16_t *sigma_q8 = image_u16_row(work->sigma_q8, y);
+    for (int x = 0; work->predicts && x < work->width; x++) {
+        sigma_q8[x] = reason[x] == REASON_VALID
+                          ? sigma_of(sigma_q8[x], sums->count[x], sums->rough_q8[x], floor_q8)
+                          : 0;
     }
 }
 
@@ -277,27 +317,24 @@ static void smooth_part(void *context_pointer, int index) {
     const struct work *work = context->work;
     const size_t padded = (size_t)work->width + 2 * SMOOTH_RADIUS;
     int32_t *scratch = work->rows_q8 + (size_t)index * SMOOTH_ROWS * padded;
-    int32_t *excess_q8 = scratch + (SMOOTH_ROWS - 2) * padded;
-    int32_t *count = scratch + (SMOOTH_ROWS - 1) * padded;
+    const struct sums sums = {scratch + SMOOTH_WINDOW * padded,
+                              scratch + (SMOOTH_WINDOW + 1) * padded,
+                              scratch + (SMOOTH_WINDOW + 2) * padded};
     for (int band = index; band < work->bands; band += context->groups) {
         int begin;
         int end;
         band_rows(work, band, &begin, &end);
-        int32_t *window[2 * SMOOTH_RADIUS + 1];
-        for (int j = 0; j <= 2 * SMOOTH_RADIUS; j++) {
+        int32_t *window[SMOOTH_WINDOW];
+        for (int j = 0; j < SMOOTH_WINDOW; j++) {
             window[j] = scratch + (size_t)j * padded;
             masked_row(work, begin + j - SMOOTH_RADIUS, window[j]);
         }
         for (int y = begin; y < end; y++) {
-            int32_t *next_q8 = work->next_q8 + (ptrdiff_t)y * work->width;
-            smooth_row(window, work->width, excess_q8, count, next_q8);
-            const uint8_t *reason = reason_row(work, y);
-            for (int x = 0; x < work->width; x++) {
-                next_q8[x] = reason[x] == REASON_VALID ? next_q8[x] : disparity_row(work, y)[x];
-            }
+            sum_row(window, work->width, &sums);
+            smooth_row(work, &sums, y);
             int32_t *oldest = window[0];
-            memmove(window, window + 1, 2 * SMOOTH_RADIUS * sizeof *window);
-            window[2 * SMOOTH_RADIUS] = oldest;
+            memmove(window, window + 1, (SMOOTH_WINDOW - 1) * sizeof *window);
+            window[SMOOTH_WINDOW - 1] = oldest;
             masked_row(work, y + 1 + SMOOTH_RADIUS, oldest);
         }
     }
@@ -358,10 +395,15 @@ int refine_disparities(const struct match_input *input, const struct parallel *p
     }
     work.bands = (work.height + BAND_ROWS - 1) / BAND_ROWS;
     struct group_context context = {&work, parallel->threads};
-    parallel->run(parallel->self, smooth_part, &context, context.groups);
-    parallel->run(parallel->self, take_over_part, &work, work.bands);
-    parallel->run(parallel->self, fit_part, &context, context.groups);
-    parallel->run(parallel->self, take_over_part, &work, work.bands);
+    for (int i = 0; i <= STEPS; i++) {
+        work.predicts = i == STEPS;
+        parallel->run(parallel->self, smooth_part, &context, context.groups);
+        parallel->run(parallel->self, take_over_part, &work, work.bands);
+        if (!work.predicts) {
+            parallel->run(parallel->self, fit_part, &context, context.groups);
+            parallel->run(parallel->self, take_over_part, &work, work.bands);
+        }
+    }
     arena_release(arena, mark);
     return ERROR_OK;
 }
