@@ -123,7 +123,7 @@ static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t 
 
 void match_probe_path_costs(const struct match_probe_row *row, bool from_right, uint8_t *plane) {
     INVARIANT(row->event == MATCH_PROBE_PATH_COSTS);
-    const uint8_t *guide = match_guide(row->owner, row->y);
+    const uint8_t *step = row->owner->step_along[row->y % row->owner->ring_rows];
     uint8_t path_cost[MATCH_MAX_DISPARITIES] = {0};
     uint8_t realigned[MATCH_MAX_DISPARITIES];
     const struct match_tile *from = NULL;
@@ -135,8 +135,7 @@ void match_probe_path_costs(const struct match_probe_row *row, bool from_right, 
             memcpy(path_cost, realigned, (size_t)tile->lanes);
         }
         from = tile;
-        const uint8_t before = guide[i == 0 ? x : (from_right ? x + 1 : x - 1)];
-        const uint8_t penalty = i == 0 ? 0 : match_p2(match_step(guide[x], before));
+        const uint8_t penalty = i == 0 ? 0 : match_p2(step[from_right ? x + 1 : x]);
         const size_t cell = match_probe_window_at(row, x).cell;
         pass_on(row->cost_around, cell, penalty, path_cost, tile->lanes);
         memcpy(plane + cell, path_cost, (size_t)tile->lanes);

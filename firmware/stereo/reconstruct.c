@@ -317,7 +317,8 @@ static struct match_input match_input_of(const struct reconstruct_result *result
                                 .right = result->right,
                                 .left_span = result->left_span,
                                 .right_span = result->right_span,
-                                .resampled = !result->plan.identity};
+                                .resampled = !result->plan.identity,
+                                .left_colour = result->left_colour};
 }
 
 static bool match_band_done(void *self, int rows_done, int rows) {

@@ -89,10 +89,18 @@ void shift_down(cv::Mat &image, double rows) {
     image = moved;
 }
 
+// Whose left image in grey was changed.
+void drop_colour(bench_pair &pair) {
+    cv::Mat equal;
+    cv::cvtColor(pair.left, equal, cv::COLOR_GRAY2RGB);
+    pair.left_colour = equal;
+}
+
 bench_pair with_images(const bench_pair &pair, const cv::Mat &left, const cv::Mat &right) {
     bench_pair result = pair;
     result.left = left.clone();
     result.right = right.clone();
+    drop_colour(result);
     result.truth_px.clear();
     result.mask.clear();
     return result;
@@ -103,6 +111,7 @@ bench_pair no_texture(const bench_pair &pair, const bench_pair &) {
     bench_pair result = with_images(pair, grey, grey);
     add_noise(result.left, 2, kSeed);
     add_noise(result.right, 2, kSeed + 1);
+    drop_colour(result);
     return result;
 }
 
@@ -116,6 +125,7 @@ bench_pair stripes(const bench_pair &pair, const bench_pair &) {
     bench_pair result = with_images(pair, image, image);
     add_noise(result.left, 1, kSeed);
     add_noise(result.right, 1, kSeed + 1);
+    drop_colour(result);
     return result;
 }
 
@@ -155,6 +165,7 @@ const std::vector<disturbance> &photometric_disturbances() {
         {"noise2", "both images with that noise",
          [](bench_pair &p) {
              low_light(p.left, kSeed + 1);
+             drop_colour(p);
              low_light(p.right, kSeed);
          }},
         {"clipped", "right image amplified until a fifth of it is white",

@@ -122,9 +122,22 @@ std::vector<Running> averages_along(int count, Cost cost, Step step, double pric
     return result;
 }
 
-// Unmodified grey levels of the left image, for the edges between rows and for the penalties.
+bool is_coloured(const View &view) {
+    return !view.channels.empty() && (view.channels[0].cells != view.channels[1].cells ||
+                                      view.channels[0].cells != view.channels[2].cells);
+}
+
+// The edge between two pixels: the difference of grey levels, or 5/8 of the largest of a channel's.
 int step_between(const View &left, int x, int y, int other_x, int other_y) {
-    return std::abs(left.grey.at(x, y) - left.grey.at(other_x, other_y));
+    if (!is_coloured(left)) {
+        return std::abs(grey_at(left, x, y) - grey_at(left, other_x, other_y));
+    }
+    int largest = 0;
+    for (const Grid<uint8_t> &channel : left.channels) {
+        largest = std::max(largest, std::abs(level_at(left, channel, x, y) -
+                                             level_at(left, channel, other_x, other_y)));
+    }
+    return (5 * largest + 4) / 8;
 }
 
 double large_penalty(int step) {
@@ -206,10 +219,14 @@ Volume path_totals(const View &left, const Volume &averages, int lanes) {
 
 }  // namespace
 
-int grey_at(const View &view, int x, int y) {
-    const int row = std::clamp(y, 0, view.grey.height - 1);
+int level_at(const View &view, const Grid<uint8_t> &image, int x, int y) {
+    const int row = std::clamp(y, 0, image.height - 1);
     const Span span = view.spans[static_cast<size_t>(row)];
-    return span.begin < span.end ? view.grey.at(std::clamp(x, span.begin, span.end - 1), row) : 0;
+    return span.begin < span.end ? image.at(std::clamp(x, span.begin, span.end - 1), row) : 0;
+}
+
+int grey_at(const View &view, int x, int y) {
+    return level_at(view, view.grey, x, y);
 }
 
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
@@ -284,9 +301,7 @@ Volume row_averages(const View &left, const Volume &costs) {
     const int width = costs.width;
     Volume result(width, costs.height);
     for (int y = 0; y < costs.height; y++) {
-        const auto step = [&](int x) {
-            return std::abs(grey_at(left, x, y) - grey_at(left, x - 1, y));
-        };
+        const auto step = [&](int x) { return step_between(left, x, y, x - 1, y); };
         const std::vector<Running> from_left = averages_along(
             width, [&](int x) { return costs.at(x, y); }, step, kLeanAlong);
         const std::vector<Running> from_right = averages_along(

@@ -46,7 +46,8 @@ struct Span {
 
 struct View {
     Grid<uint8_t> grey;
-    std::vector<Span> spans;  // valid columns, by row
+    std::vector<Span> spans;                   // valid columns, by row
+    std::vector<Grid<uint8_t>> channels = {};  // red, green and blue; empty: grey only
 };
 
 struct Search {
@@ -79,14 +80,15 @@ Lanes normalised(Lanes lanes);
 /// For a grey level difference: the weight of a neighbour across it, in 1/65536.
 double edge_weight(int step);
 
-/// Grey level at any position: rows outside the image repeat its ends, columns outside the span the
-/// span's ends; a row without a span is black.
+/// Level of a view's grey image or channel at any position: rows outside the image repeat its ends,
+/// columns outside the span the span's ends; a row without a span is black.
+int level_at(const View &view, const Grid<uint8_t> &image, int x, int y);
 int grey_at(const View &view, int x, int y);
 
 /// Weight of the neighbours when a pair is smoothed, in 1/16 along each direction.
 int smoothing_of(const View &left, const View &right);
 
-/// What is compared: means of 3x3 pixels, by that weight.
+/// What is compared, and what steps are between: means of 3x3 pixels, by that weight.
 View smoothed(const View &view, int side);
 
 /// Costs of all disparities.

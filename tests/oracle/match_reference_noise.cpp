@@ -107,6 +107,23 @@ int fine_share(const View &view, int noise) {
     return shares.size() < 8 ? 64 : shares[shares.size() / 2];
 }
 
+Grid<uint8_t> smoothed_image(const View &view, const Grid<uint8_t> &image, int side) {
+    Grid<uint8_t> result(image.width, image.height);
+    const int weight[3] = {side, 16 - 2 * side, side};
+    for (int y = 0; y < image.height; y++) {
+        for (int x = 0; x < image.width; x++) {
+            int sum = 0;
+            for (int j = -1; j <= 1; j++) {
+                for (int i = -1; i <= 1; i++) {
+                    sum += weight[j + 1] * weight[i + 1] * level_at(view, image, x + i, y + j);
+                }
+            }
+            result.at(x, y) = static_cast<uint8_t>((sum + 128) / 256);
+        }
+    }
+    return result;
+}
+
 }  // namespace
 
 int smoothing_of(const View &left, const View &right) {
@@ -130,17 +147,9 @@ int smoothing_of(const View &left, const View &right) {
 
 View smoothed(const View &view, int side) {
     View result = view;
-    const int weight[3] = {side, 16 - 2 * side, side};
-    for (int y = 0; y < view.grey.height; y++) {
-        for (int x = 0; x < view.grey.width; x++) {
-            int sum = 0;
-            for (int j = -1; j <= 1; j++) {
-                for (int i = -1; i <= 1; i++) {
-                    sum += weight[j + 1] * weight[i + 1] * grey_at(view, x + i, y + j);
-                }
-            }
-            result.grey.at(x, y) = static_cast<uint8_t>((sum + 128) / 256);
-        }
+    result.grey = smoothed_image(view, view.grey, side);
+    for (Grid<uint8_t> &channel : result.channels) {
+        channel = smoothed_image(view, channel, side);
     }
     return result;
 }

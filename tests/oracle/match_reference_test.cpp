@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The matcher compared bit by bit with the slow one of match_reference.hpp, at every processor
-// level: from random costs, and from grey images, to reasons.
+// level: from random costs, and from images, to reasons.
 #include "match_reference.hpp"
 
 #include <doctest/doctest.h>
@@ -95,6 +95,29 @@ void fill(Grid<uint8_t> *grey, int x_begin, int x_end, int y_begin, int y_end, i
     }
 }
 
+// Red, green and blue around the grey levels; `step` 0: equal to them.
+std::vector<Grid<uint8_t>> random_channels(Generator &generator, const Grid<uint8_t> &grey,
+                                           int step) {
+    std::vector<Grid<uint8_t>> channels(3, grey);
+    for (Grid<uint8_t> &channel : channels) {
+        for (uint8_t &level : channel.cells) {
+            level =
+                static_cast<uint8_t>(std::clamp(level + generator.between(-step, step), 0, 255));
+        }
+    }
+    return channels;
+}
+
+std::vector<uint8_t> interleaved(const std::vector<Grid<uint8_t>> &channels) {
+    std::vector<uint8_t> pixels;
+    for (size_t i = 0; !channels.empty() && i < channels[0].cells.size(); i++) {
+        for (const Grid<uint8_t> &channel : channels) {
+            pixels.push_back(channel.cells[i]);
+        }
+    }
+    return pixels;
+}
+
 View whole(const Grid<uint8_t> &grey) {
     return {grey, std::vector<Span>(static_cast<size_t>(grey.height), Span{0, grey.width})};
 }
@@ -162,11 +185,13 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     options.kernels = &probed.kernels;
     const std::vector<rectify_span> left_spans = spans_of(task.left);
     const std::vector<rectify_span> right_spans = spans_of(task.right);
+    std::vector<uint8_t> colour = interleaved(task.left.channels);
     const match_input input = {{task.left.grey.cells.data(), width, height, width},
                                {task.right.grey.cells.data(), width, height, width},
                                left_spans.data(),
                                right_spans.data(),
-                               false};
+                               false,
+                               {colour.data(), width, height, 3 * width}};
     Grid<int32_t> disparity_q8(width, height, INT32_MIN);
     Grid<uint8_t> reason(width, height, 255), confidence(width, height, 255);
     match_output output = {{disparity_q8.cells.data(), width, height, width},
@@ -240,7 +265,7 @@ void check_task(const Task &task, const Volume *all, Met *met) {
                        : row_averages(left, windowed(costs_of(left, right, task.search), windows));
     met->smoothings.insert(side);
     const Answer expected = decide(task.left, task.right, task.search,
-                                   sum_up(task.left, task.search, averages), searched.doubtful);
+                                   sum_up(left, task.search, averages), searched.doubtful);
     for (const Level &level : levels()) {
         CAPTURE(level.name);
         check_same(matched(task, level.kernels, bytes).answer, expected);
@@ -283,7 +308,10 @@ TEST_CASE("averages, paths and winners are the reference's on random costs") {
         const int width = generator.between(16, 80);
         const int height = generator.between(8, 40);
         const Search search = {generator.between(-20, 10), count, 5, count % 2 == 0};
-        const View left = whole(random_grey(generator, width, height, generator.between(1, 60)));
+        View left = whole(random_grey(generator, width, height, generator.between(1, 60)));
+        if (count % 3 != 0) {
+            left.channels = random_channels(generator, left.grey, generator.between(0, 30));
+        }
         const View right = whole(seen_from_right(generator, left.grey, search, 2));
         const Volume costs = random_costs(generator, width, height, search.lanes());
         check_task({left, right, search, kPresets[count % 3]}, &costs, &met);
@@ -291,8 +319,9 @@ TEST_CASE("averages, paths and winners are the reference's on random costs") {
     MESSAGE("pixels with a narrow window: " << met.narrow);
 }
 
-TEST_CASE("from grey images to reasons, every pixel is the reference's") {
+TEST_CASE("from images to reasons, every pixel is the reference's") {
     Generator generator;
+    Generator colours;
     Met met;
     for (int round = 0; round < 20; round++) {
         // Every other time large enough for coarser levels.
@@ -311,6 +340,9 @@ TEST_CASE("from grey images to reasons, every pixel is the reference's") {
         if (round % 5 < 2) {
             const int grey = left.grey.at(width / 2, height / 2);
             fill(&left.grey, width / 4, 3 * width / 4, height / 4, height, grey);
+        }
+        if (round % 4 > 0) {
+            left.channels = random_channels(colours, left.grey, round % 4 == 1 ? 0 : 10 * round);
         }
         const View right =
             whole(seen_from_right(generator, left.grey, search, generator.between(0, 6)));
@@ -331,6 +363,7 @@ TEST_CASE("rows that are valid in parts only, by any spans") {
         const Search search = {generator.between(-20, 5), generator.between(10, 40), 10,
                                round % 4 == 3};
         View left = whole(random_grey(generator, width, height, 60));
+        left.channels = random_channels(generator, left.grey, 20);
         View right = whole(seen_from_right(generator, left.grey, search, 2));
         for (View *view : {&left, &right}) {
             for (Span &span : view->spans) {

@@ -113,6 +113,19 @@ uint64_t match_work(int width, int height, const struct match_options *options) 
     return cells;
 }
 
+// Whether any pixel is coloured.
+static bool has_colour(const struct image_rgb8 *image) {
+    for (int y = 0; image->data != NULL && y < image->height; y++) {
+        const uint8_t *row = image_rgb8_row(image, y);
+        for (int x = 0; x < image->width; x++) {
+            if (row[3 * x] != row[3 * x + 1] || row[3 * x] != row[3 * x + 2]) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 static bool run_levels(struct match_state *state, match_progress *progress, void *progress_self) {
     struct match_level *finest = &state->level[0];
     const int height = state->input->left.height;
@@ -143,6 +156,7 @@ int match_run(const struct match_input *input, const struct match_options *optio
     struct match_state state = {.input = input, .output = output, .parallel = parallel};
     set_state(&state, input->left.width, input->left.height, options, parallel->threads);
     state.smoothing = match_smoothing(input);
+    state.coloured = has_colour(&input->left_colour);
     struct match_memory memory = {.arena = arena};
     match_take_memory(&state, &memory);
     const bool finished = !memory.failed && run_levels(&state, progress, progress_self);

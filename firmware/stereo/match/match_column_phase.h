@@ -16,7 +16,7 @@ struct column_view {
     const struct match_level *level;
     const struct match_band *band;
     const struct match_tile *before, *tile, *next;  // windows of three bands
-    int x_begin, columns;
+    int x_begin;
     int last;                           // row without a row below it yet
     uint16_t mass[MATCH_TILE_COLUMNS];  // of what comes from the row before, on the way
     // What arrives from below at each row of the band.
@@ -33,33 +33,16 @@ struct column_shares {
     uint8_t penalty[MATCH_TILE_COLUMNS];     // large penalty between the row before and this one
 };
 
-// Edges between the rows y - 1 and y, by column of the tile; none outside the image.
 /*@ predicate is_column_view{L}(struct column_view *of) =
-        \valid_read(of) && match_has_guide(of->level) && 0 <= of->x_begin &&
-        1 <= of->columns <= MATCH_TILE_COLUMNS && of->x_begin + of->columns <= of->level->width; */
+        \valid_read(of) && match_has_steps(of->level) && 0 <= of->x_begin &&
+        of->x_begin + MATCH_TILE_COLUMNS <= match_columns(of->level->width); */
 
+// Steps between the rows y - 1 and y, by column of the tile.
 /*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
-    requires \valid(step + (0 .. MATCH_TILE_COLUMNS - 1));
-    assigns step[0 .. MATCH_TILE_COLUMNS - 1]; */
-static inline void steps_above(const struct column_view *view, int y,
-                               uint8_t step[MATCH_TILE_COLUMNS]) {
-    const uint8_t *here = match_guide(view->level, y) + view->x_begin;
-    const uint8_t *above = match_guide(view->level, y - 1) + view->x_begin;
-    if (view->columns == MATCH_TILE_COLUMNS) {
-        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
-            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
-            loop variant MATCH_TILE_COLUMNS - c; */
-        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-            step[c] = (uint8_t)match_step(here[c], above[c]);
-        }
-    } else {
-        /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
-            loop assigns c, step[0 .. MATCH_TILE_COLUMNS - 1];
-            loop variant MATCH_TILE_COLUMNS - c; */
-        for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-            step[c] = c < view->columns ? (uint8_t)match_step(here[c], above[c]) : 0;
-        }
-    }
+    assigns \nothing;
+    ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1)); */
+static inline const uint8_t *steps_above(const struct column_view *view, int y) {
+    return view->level->step_down[y % view->level->ring_rows] + view->x_begin;
 }
 
 /*@ requires \valid_read(view) && \valid_read(view->level) && \valid_read(tile) && 0 <= y;
@@ -168,8 +151,7 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
     ensures is_mass_row(&view->mass[0]);
     ensures are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
-    uint8_t step[MATCH_TILE_COLUMNS];
-    steps_above(view, y + 1, step);
+    const uint8_t *step = steps_above(view, y + 1);
     uint16_t carried[MATCH_TILE_COLUMNS];
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
         loop invariant are_shares(&shares->of_column[0], 0, c);
@@ -339,8 +321,7 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     ensures are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
     ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
-    uint8_t step[MATCH_TILE_COLUMNS];
-    steps_above(view, y, step);
+    const uint8_t *step = steps_above(view, y);
     const uint16_t *mass_below = view->mass_below[y - view->band->begin];
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
         loop invariant is_mass_row(mass_below);
@@ -402,7 +383,6 @@ static void columns(struct match_level *level, struct match_scratch *scratch, in
             .tile = &band->tile[t],
             .next = &band->next[t],
             .x_begin = t * MATCH_TILE_COLUMNS,
-            .columns = match_tile_columns(level, t),
             .last = (band->cost_end < level->height ? band->cost_end : level->height) - 1,
         };
         average_upwards(&view, scratch->running);

@@ -352,10 +352,10 @@ static void cost_rows(struct match_level *level, struct match_scratch *scratch, 
     right_features(level, scratch, y_begin, rows);
     left_features(level, scratch, y_begin, rows);
     if (rows == MATCH_ROWS_ABREAST) {
-        row_shares(level, scratch, MATCH_ROWS_ABREAST);
+        row_shares(level, scratch, y_begin, MATCH_ROWS_ABREAST);
         average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);
     } else {
-        row_shares(level, scratch, MATCH_PAIR_ROWS);
+        row_shares(level, scratch, y_begin, MATCH_PAIR_ROWS);
         average_rows(&view, MATCH_PAIR_ROWS / VECTOR_MEMBERS);
     }
 }

@@ -9,10 +9,11 @@
 #include "core/invariant.h"
 #include "stereo/match/match_state.h"
 
-// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels. `box` has room
-// for a full row.
-static void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y, int width,
-                      uint16_t *restrict box, uint8_t *restrict pixels) {
+// Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
+// that are `pitch` bytes apart. `box` has room for a full row.
+MATCH_INLINE void scale_row(const struct image_u8 *image, int y, int shift_x, int shift_y,
+                            int width, uint16_t *restrict box, uint8_t *restrict pixels,
+                            const int pitch) {
     const int length = width << shift_x;
     // The sum of a rectangle must fit 16 bits.
     const int early = shift_x + shift_y > 8 ? shift_x + shift_y - 8 : 0;
@@ -20,7 +21,7 @@ static void scale_row(const struct image_u8 *image, int y, int shift_x, int shif
     for (int j = 0; j < 1 << shift_y; j++) {
         const uint8_t *restrict from = image_u8_row(image, (y << shift_y) + j);
         for (int x = 0; x < length; x++) {
-            box[x] = (uint16_t)(box[x] + from[x]);
+            box[x] = (uint16_t)(box[x] + from[pitch * x]);
         }
     }
     for (int x = 0; x < length && early > 0; x++) {
@@ -49,45 +50,62 @@ static void repeat_ends(struct rectify_span span, int width, uint8_t *padded) {
            (size_t)(width + MATCH_CENSUS_RADIUS - span.end));
 }
 
+// An image to be read: all of a grey one, or one channel of a coloured one.
+struct match_source {
+    struct image_u8 image;
+    const struct rectify_span *spans;
+    bool channel;  // its pixels are RGB_BYTES apart
+};
+
+enum { RGB_BYTES = 3 };
+
 // Pixels of row y for index -MATCH_CENSUS_RADIUS to width + MATCH_CENSUS_RADIUS - 1 of a level,
 // with the ends of the valid span repeated outwards.
-static void source_row(const struct match_level *level, const struct image_u8 *image,
-                       const struct rectify_span *spans, int y, uint16_t *box, uint8_t *padded) {
+static void source_row(const struct match_level *level, const struct match_source *source, int y,
+                       uint16_t *box, uint8_t *padded) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
-    const struct rectify_span span = match_span(level, image, spans, row);
-    uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
-    if (level->shift_x == 0 && level->shift_y == 0) {
-        memcpy(pixels, image_u8_row(image, row), (size_t)level->width);
+    uint8_t *restrict pixels = padded + MATCH_CENSUS_RADIUS;
+    const uint8_t *restrict from = image_u8_row(&source->image, row);
+    const bool full = level->shift_x == 0 && level->shift_y == 0;
+    if (full && source->channel) {
+        for (int x = 0; x < level->width; x++) {
+            pixels[x] = from[RGB_BYTES * x];
+        }
+    } else if (full) {
+        memcpy(pixels, from, (size_t)level->width);
+    } else if (source->channel) {
+        scale_row(&source->image, row, level->shift_x, level->shift_y, level->width, box, pixels,
+                  RGB_BYTES);
     } else {
-        scale_row(image, row, level->shift_x, level->shift_y, level->width, box, pixels);
+        scale_row(&source->image, row, level->shift_x, level->shift_y, level->width, box, pixels,
+                  1);
     }
-    repeat_ends(span, level->width, padded);
+    repeat_ends(match_span(level, &source->image, source->spans, row), level->width, padded);
 }
 
 // The mean of a pixel, with its neighbours in the row and in the rows before and after it, where
-// each neighbour has the weight `side` of MATCH_SMOOTHING_ONE along each direction. `to` may be
-// `above`. `box` has room for a row.
+// each neighbour has the weight `side` of MATCH_SMOOTHING_ONE along each direction. The rows are
+// padded. `to` may be `above`. `box` has room for a row and two pixels more.
 static void smooth_source(const uint8_t *above, const uint8_t *row, const uint8_t *below, int width,
                           int side, uint16_t *restrict box, uint8_t *to) {
     const uint16_t share = (uint16_t)side;
     const uint16_t own = (uint16_t)(MATCH_SMOOTHING_ONE - 2 * side);
-    for (int x = 0; x < width; x++) {
-        box[x] = (uint16_t)(own * row[x] + share * (above[x] + below[x]));
+    uint16_t *restrict middle = box + 1;
+    for (int x = -1; x <= width; x++) {
+        middle[x] = (uint16_t)(own * row[x] + share * (above[x] + below[x]));
     }
     const uint16_t half = MATCH_SMOOTHING_ONE * MATCH_SMOOTHING_ONE / 2;
     for (int x = 0; x < width; x++) {
-        const uint16_t before = box[x > 0 ? x - 1 : 0];
-        const uint16_t after = box[x + 1 < width ? x + 1 : x];
-        const uint16_t sum = (uint16_t)(own * box[x] + share * (before + after) + half);
+        const uint16_t beside = (uint16_t)(middle[x - 1] + middle[x + 1]);
+        const uint16_t sum = (uint16_t)(own * middle[x] + share * beside + half);
         to[x] = (uint8_t)(sum / (MATCH_SMOOTHING_ONE * MATCH_SMOOTHING_ONE));
     }
 }
 
-// Smooths `count` rows from y_begin on: the rows y_begin - 1 and so on of `source`. The result
-// begins at its first row.
-static void smooth_sources(const struct match_level *level, const struct image_u8 *image,
-                           const struct rectify_span *spans, int y_begin, int count,
-                           struct match_scratch *scratch) {
+// Smooths `count` rows from y_begin on: the rows y_begin - 1 and so on in scratch->source. The
+// result begins at its first row.
+static void smooth_sources(const struct match_level *level, const struct match_source *from,
+                           int y_begin, int count, struct match_scratch *scratch) {
     const int width = level->width;
     uint8_t *const *source = scratch->source;
     for (int j = 0; j < count; j++) {
@@ -96,7 +114,7 @@ static void smooth_sources(const struct match_level *level, const struct image_u
                       scratch->box, source[j] + MATCH_CENSUS_RADIUS);
         const int y = y_begin + j;
         const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
-        repeat_ends(match_span(level, image, spans, row), width, source[j]);
+        repeat_ends(match_span(level, &from->image, from->spans, row), width, source[j]);
     }
     // Rows outside the image repeat its ends, which are among the rows here.
     for (int j = 0; j < count; j++) {
@@ -108,20 +126,26 @@ static void smooth_sources(const struct match_level *level, const struct image_u
     }
 }
 
-// What the features of the rows [y_begin, y_begin + rows) need.
-static void source_rows(const struct match_level *level, const struct image_u8 *image,
-                        const struct rectify_span *spans, int y_begin, int rows,
-                        struct match_scratch *scratch) {
+// Reads `count` rows from row `first` on into scratch->source, smoothed where the level is.
+static void source_rows(const struct match_level *level, const struct match_source *source,
+                        int first, int count, struct match_scratch *scratch) {
     const bool smooth = match_is_smoothed(level);
-    const int first = y_begin - MATCH_CENSUS_RADIUS;
-    const int count = rows + 2 * MATCH_CENSUS_RADIUS;
     const int more = smooth ? 1 : 0;
     for (int j = 0; j < count + 2 * more; j++) {
-        source_row(level, image, spans, first - more + j, scratch->box, scratch->source[j]);
+        source_row(level, source, first - more + j, scratch->box, scratch->source[j]);
     }
     if (smooth) {
-        smooth_sources(level, image, spans, first, count, scratch);
+        smooth_sources(level, source, first, count, scratch);
     }
+}
+
+// What the features of the rows [y_begin, y_begin + rows) need.
+static void feature_sources(const struct match_level *level, const struct image_u8 *image,
+                            const struct rectify_span *spans, int y_begin, int rows,
+                            struct match_scratch *scratch) {
+    const struct match_source source = {*image, spans, false};
+    source_rows(level, &source, y_begin - MATCH_CENSUS_RADIUS, rows + 2 * MATCH_CENSUS_RADIUS,
+                scratch);
 }
 
 /*@ predicate are_padded{L}(uint8_t **window, integer width) =
@@ -219,24 +243,86 @@ static void reverse_feature(const struct match_level *level, const uint8_t *rest
     memset(to + end, to[end - 1], (size_t)(level->right_length - end));
 }
 
+// The largest step of three channels is about 8/5 of that of grey.
+static void as_grey_steps(uint8_t *restrict step, int width) {
+    for (int x = 0; x < width; x++) {
+        step[x] = (uint8_t)((5 * step[x] + 4) / 8);
+    }
+}
+
+// Raises the steps of a row to those of one channel, if these are larger.
+static void raise_steps(const uint8_t *restrict above, const uint8_t *restrict row, int width,
+                        uint8_t *restrict along, uint8_t *restrict down) {
+    for (int x = 0; x < width; x++) {
+        // The pixel before the first one repeats it.
+        const uint8_t from_before = match_step(row[x], row[x - 1]);
+        const uint8_t from_above = match_step(row[x], above[x]);
+        along[x] = from_before > along[x] ? from_before : along[x];
+        down[x] = from_above > down[x] ? from_above : down[x];
+    }
+}
+
+// Raises the steps of the rows from y_begin on to those of a channel, which is in scratch->source
+// from `above` on, the row above the first one.
+static void raise_step_rows(const struct match_level *level, const struct match_scratch *scratch,
+                            int above, int y_begin, int rows) {
+    uint8_t *const *source = scratch->source + above;
+    for (int r = 0; r < rows; r++) {
+        const int slot = (y_begin + r) % level->ring_rows;
+        raise_steps(source[r] + MATCH_CENSUS_RADIUS, source[r + 1] + MATCH_CENSUS_RADIUS,
+                    level->width, level->step_along[slot], level->step_down[slot]);
+    }
+}
+
+// Steps of the rows [y_begin, y_begin + rows): those of the grey rows, whose features' sources are
+// in scratch->source, or of colour.
+static void left_steps(const struct match_level *level, struct match_scratch *scratch, int y_begin,
+                       int rows) {
+    const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
+    for (int r = 0; r < rows; r++) {
+        memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
+        memset(level->step_down[(y_begin + r) % level->ring_rows], 0, columns);
+    }
+    if (!level->state->coloured || level != &level->state->level[0]) {
+        raise_step_rows(level, scratch, MATCH_CENSUS_RADIUS - 1, y_begin, rows);
+        return;
+    }
+    const struct match_input *input = level->state->input;
+    const struct image_rgb8 *colour = &input->left_colour;
+    for (int c = 0; c < RGB_BYTES; c++) {
+        const struct match_source source = {
+            {colour->data + c, colour->width, colour->height, colour->stride},
+            input->left_span,
+            true};
+        source_rows(level, &source, y_begin - 1, rows + 1, scratch);
+        raise_step_rows(level, scratch, 0, y_begin, rows);
+    }
+    for (int r = 0; r < rows; r++) {
+        const int slot = (y_begin + r) % level->ring_rows;
+        as_grey_steps(level->step_along[slot], level->width);
+        as_grey_steps(level->step_down[slot], level->width);
+    }
+}
+
 static void left_features(struct match_level *level, struct match_scratch *scratch, int y_begin,
                           int rows) {
     const struct match_input *input = level->state->input;
-    source_rows(level, &input->left, input->left_span, y_begin, rows, scratch);
+    feature_sources(level, &input->left, input->left_span, y_begin, rows, scratch);
     for (int r = 0; r < rows; r++) {
         compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
-        if (level->guide[0] != NULL) {
-            memcpy(level->guide[(y_begin + r) % level->guide_rows],
-                   scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
+        uint8_t *guide = level->guide[(y_begin + r) % level->ring_rows];
+        if (guide != NULL) {
+            memcpy(guide, scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
                    (size_t)level->width);
         }
     }
+    left_steps(level, scratch, y_begin, rows);
 }
 
 static void right_features(const struct match_level *level, struct match_scratch *scratch,
                            int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    source_rows(level, &input->right, input->right_span, y_begin, rows, scratch);
+    feature_sources(level, &input->right, input->right_span, y_begin, rows, scratch);
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
         // The left features do not exist yet, so their memory holds these before they are reversed.
@@ -280,15 +366,13 @@ MATCH_INLINE void row_masses(struct match_line *line, int width, const int rows)
 }
 
 MATCH_INLINE void row_shares(const struct match_level *level, struct match_scratch *scratch,
-                             const int rows) {
+                             int y_begin, const int rows) {
     const int width = level->width;
     for (int r = 0; r < rows; r++) {
-        const uint8_t *restrict guide =
-            scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
+        const uint8_t *restrict step = level->step_along[(y_begin + r) % level->ring_rows];
         uint16_t *restrict weight = scratch->line[r].cost.weight;
         for (int x = 0; x < width; x++) {
-            // The pixel before the first one repeats it, but has no mass.
-            weight[x] = match_weight(match_step(guide[x], guide[x - 1]));
+            weight[x] = match_weight(step[x]);
         }
     }
     row_masses(scratch->line, width, rows);

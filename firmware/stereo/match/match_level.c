@@ -116,12 +116,15 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    level->guide_rows = MATCH_GUIDE_ROWS(threads);
-    for (int i = 0; i < level->guide_rows && level->shift_x + level->shift_y > 0; i++) {
-        level->guide[i] = take(memory, columns, 1);
+    const bool finest = level == &level->state->level[0];
+    for (int i = 0; i < level->ring_rows; i++) {
+        const bool scaled = level->shift_x + level->shift_y > 0;
+        level->guide[i] = finest && scaled ? take(memory, columns, 1) : NULL;
+        level->step_along[i] = take(memory, columns, 1);
+        level->step_down[i] = take(memory, columns, 1);
     }
     level->surface_rows = MATCH_SURFACE_ROWS(threads);
-    for (int i = 0; i < level->surface_rows && level != &level->state->level[0]; i++) {
+    for (int i = 0; i < level->surface_rows && !finest; i++) {
         level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
     }
 }
@@ -155,7 +158,7 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
         }
         line->cost.left.gradient = carve(block, width, 1);
         line->cost.right.gradient = carve(block, right, 1);
-        line->cost.forward = carve(block, width, sizeof(match_share));
+        line->cost.forward = carve(block, width + 2, sizeof(match_share));
         line->cost.backward = carve(block, width, sizeof(match_share));
         line->cost.weight = carve(block, width, sizeof(uint16_t));
         line->cost.joined = line->cost.weight;

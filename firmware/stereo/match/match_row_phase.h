@@ -439,14 +439,14 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
     }
 }
 
-/*@ requires match_has_guide(level) && \valid_read(line);
+/*@ requires match_has_steps(level) && 0 <= y && \valid_read(line);
     requires \valid(line->row.penalty + (0 .. level->width));
     requires \valid(line->row.claim + (0 .. level->width));
     requires \separated(line, line->row.claim + (0 .. level->width)) &&
         \separated(level, line->row.claim + (0 .. level->width));
     assigns line->row.penalty[0 .. level->width], line->row.claim[0 .. level->width]; */
 static void prepare_line(const struct match_level *level, struct match_line *line, int y) {
-    const uint8_t *restrict guide = match_guide(level, y);
+    const uint8_t *restrict step = level->step_along[y % level->ring_rows];
     uint8_t *restrict penalty = line->row.penalty;
     const int width = level->width;
     penalty[0] = 0;
@@ -454,7 +454,7 @@ static void prepare_line(const struct match_level *level, struct match_line *lin
         loop assigns x, penalty[0 .. width - 1];
         loop variant width - x; */
     for (int x = 1; x < width; x++) {
-        penalty[x] = match_p2(match_step(guide[x], guide[x - 1]));
+        penalty[x] = match_p2(step[x]);
     }
     penalty[width] = 0;
     memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);

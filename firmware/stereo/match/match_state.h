@@ -26,7 +26,6 @@
 
 // Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
-#define MATCH_GUIDE_ROWS(threads) ((threads)*MATCH_BAND_ROWS + 8)
 #define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
 
 enum {
@@ -46,7 +45,6 @@ enum {
     MATCH_AHEAD_ROWS = 6,
     MATCH_MAX_THREADS = 8,
     MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
-    MATCH_MAX_GUIDE_ROWS = MATCH_GUIDE_ROWS(MATCH_MAX_THREADS),
     MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
     // A winner whose margin over its best rival is smaller is wrong in more than one of four cases
     // (measured on ten pairs with ground truth).
@@ -113,7 +111,7 @@ struct match_line {
 struct match_scratch {
     uint8_t *source[MATCH_SOURCE_ROWS];  // padded image rows
     struct match_band *band;             // in progress
-    uint16_t *box;                       // sums while a row is scaled down or smoothed
+    uint16_t *box;  // sums while a row, and two pixels more, is scaled down or smoothed
     struct match_line line[MATCH_ROWS_ABREAST];
     uint8_t *running;  // averages or messages of MATCH_TILE_COLUMNS columns, all lanes
     int32_t *finish;   // a row of disparities at the end
@@ -165,10 +163,13 @@ struct match_level {
     struct match_tile *tile[MATCH_MAX_THREADS + 2];  // windows of the bands, one above, one below
     uint8_t *down[MATCH_MAX_THREADS + 1];            // downward averages between the bands
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
-    int ring_rows, guide_rows, surface_rows;
-    uint8_t *ring[MATCH_MAX_RING_ROWS];        // aggregated cost
-    uint16_t *down_mass;                       // by column
-    uint8_t *guide[MATCH_MAX_GUIDE_ROWS];      // left rows, where they are scaled down
+    int ring_rows, surface_rows;
+    uint8_t *ring[MATCH_MAX_RING_ROWS];   // aggregated cost
+    uint16_t *down_mass;                  // by column
+    uint8_t *guide[MATCH_MAX_RING_ROWS];  // left rows, where the finest level's are scaled down
+    // Steps of the left image: from the pixel before in the row, and from the row above. 0 at the
+    // ends of the image, and in columns beyond it.
+    uint8_t *step_along[MATCH_MAX_RING_ROWS], *step_down[MATCH_MAX_RING_ROWS];
     int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: no
                                                // disparity
 };
@@ -182,6 +183,7 @@ struct match_state {
     struct match_level level[MATCH_MAX_LEVELS];
     int levels;
     int smoothing;  // see match_smoothing; of levels at full size
+    bool coloured;  // steps of the finest level come from the left image in colour
     int threads;
     struct match_scratch *scratch;  // one per thread
 };
@@ -234,9 +236,18 @@ struct match_state {
             match_is_image(&of->state->input->left) &&
             of->width <= of->state->input->left.width &&
             of->height <= of->state->input->left.height :
-            1 <= of->guide_rows <= MATCH_MAX_GUIDE_ROWS &&
-            (\forall integer i; 0 <= i < of->guide_rows ==>
-                \valid_read(of->guide[i] + (0 .. of->width - 1)))); */
+            1 <= of->ring_rows <= MATCH_MAX_RING_ROWS &&
+            (\forall integer i; 0 <= i < of->ring_rows ==>
+                \valid_read(of->guide[i] + (0 .. of->width - 1))));
+    // The columns of whole tiles.
+    logic integer match_columns(integer width) =
+        (width + MATCH_TILE_COLUMNS - 1) / MATCH_TILE_COLUMNS * MATCH_TILE_COLUMNS;
+    predicate match_has_steps{L}(struct match_level *of) =
+        \valid_read(of) && match_is_size(of->width, of->height) &&
+        1 <= of->ring_rows <= MATCH_MAX_RING_ROWS &&
+        (\forall integer i; 0 <= i < of->ring_rows ==>
+            \valid_read(of->step_along[i] + (0 .. of->width - 1)) &&
+            \valid_read(of->step_down[i] + (0 .. match_columns(of->width) - 1))); */
 
 /// A pair of shares from the first one, between 1 and 127.
 /*@ requires 1 <= share < MATCH_WEIGHT_ONE;
@@ -327,7 +338,7 @@ static inline bool match_is_smoothed(const struct match_level *level) {
     return level->state->smoothing > 0 && level->shift_x == 0 && level->shift_y == 0;
 }
 
-/// Left row y of a level, for its edges; rows above and below the image repeat its ends.
+/// Left row y of a level, for its texture; rows above and below the image repeat its ends.
 /*@ requires match_has_guide(level);
     assigns \nothing;
     ensures \valid_read(\result + (0 .. level->width - 1)); */
@@ -336,7 +347,7 @@ static inline const uint8_t *match_guide(const struct match_level *level, int y)
     if (level->shift_x == 0 && level->shift_y == 0) {
         return image_u8_row(&level->state->input->left, row);
     }
-    return level->guide[row % level->guide_rows];
+    return level->guide[row % level->ring_rows];
 }
 
 /// Valid pixels of row y of a level: all input pixels below them are valid.
