@@ -144,7 +144,7 @@ def complaints(text):
 def check_trusted():
     """The sources may only use the trusted statements listed in claims.py."""
     found = []
-    for path in sorted(glob.glob(os.path.join(FIRMWARE, "core", "match*"))):
+    for path in sorted(glob.glob(os.path.join(FIRMWARE, "stereo", "match", "match*"))):
         with open(path, encoding="utf-8") as file:
             found += re.findall(r"\b(?:admit|axiom) \w+", file.read())
     if sorted(found) != sorted(claims.TRUSTED):
@@ -155,8 +155,8 @@ def check_mutant(folder, mutant):
     """Whether the proof of a function fails if its source has a mistake."""
     name, old, new, function = mutant
     firmware = tempfile.mkdtemp(dir=folder)
-    shutil.copytree(os.path.join(FIRMWARE, "core"), os.path.join(firmware, "core"))
-    path = os.path.join(firmware, "core", name)
+    shutil.copytree(FIRMWARE, firmware, dirs_exist_ok=True)
+    path = os.path.join(firmware, "stereo", "match", name)
     with open(path, encoding="utf-8") as file:
         text = file.read()
     if text.count(old) != 1:

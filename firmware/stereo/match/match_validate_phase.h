@@ -138,7 +138,8 @@ static inline uint8_t fit_max_of(const struct match_level *level) {
 
 // Whether the winners are inside the requested range, neither at the ends of the search nor in the
 // lanes beyond, and have a low enough cost.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
+/*@ requires \valid_read(level) && \valid_read(level->state);
+    requires match_is_size(level->width, level->height);
     requires -1 <= level->believed.first <= MATCH_MAX_DISPARITIES;
     requires -1 <= level->believed.last < MATCH_MAX_DISPARITIES;
     requires \valid_read(line) && \valid(line->row.fits + (0 .. level->width - 1));
