@@ -7,7 +7,7 @@
 // technique", 1981. The predicted variance is a sum: the Cramer-Rao bound of that fit with the
 // noise of the residuals, how much the fitted neighbours disagree, how many of them are missing or
 // on another surface (the window then compares that one too), and what no window shows. The shares
-// were fitted to every other recorded pair and rendered view of tools/bench stereo.
+// were chosen on the recorded pairs and rendered views of tools/bench stereo.
 #include "stereo/refine.h"
 
 #include <stdbool.h>

@@ -243,15 +243,20 @@ void print_rendered(const table &figures) {
 void print_views(const std::vector<column> &columns) {
     const std::vector<std::string> wanted = {"standard", "best", bench_best_mode};
     std::vector<const column *> shown;
+    for (const std::string &method : wanted) {
+        if (const column *of = find(columns, method); of != nullptr) {
+            shown.push_back(of);
+        }
+    }
+    if (shown.empty()) {
+        return;
+    }
     std::printf(
         "\nrendered views; textured pixels are those of the object after which a view is named\n"
         "  %-*s",
         kViewWidth, "");
-    for (const std::string &method : wanted) {
-        if (const column *of = find(columns, method); of != nullptr) {
-            shown.push_back(of);
-            std::printf(" | %-33s", method.c_str());
-        }
+    for (const column *of : shown) {
+        std::printf(" | %-33s", of->method.c_str());
     }
     std::printf(" | HH4 is\n  %-*s", kViewWidth, "");
     for (std::size_t i = 0; i < shown.size(); i++) {
