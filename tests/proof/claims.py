@@ -52,7 +52,7 @@ CLAIMS = [
     Claim("messages", MESSAGES, ALL_CHECKS, 125),
     Claim("features", FEATURES, ALL_CHECKS, 130),
     Claim("costs", COSTS, ALL_CHECKS, 399),
-    Claim("columns", COLUMNS, ALL_CHECKS, 340),
+    Claim("columns", COLUMNS, ALL_CHECKS, 392),
     Claim("rows", ROWS, ALL_CHECKS, 558),
     Claim("judgements", JUDGEMENTS, ALL_CHECKS, 402),
     Claim("finish", FINISH, ALL_CHECKS, 57),
