@@ -53,7 +53,7 @@ CLAIMS = [
     Claim("features", FEATURES, ALL_CHECKS, 130),
     Claim("costs", COSTS, ALL_CHECKS, 399),
     Claim("columns", COLUMNS, ALL_CHECKS, 392),
-    Claim("rows", ROWS, ALL_CHECKS, 558),
+    Claim("rows", ROWS, ALL_CHECKS, 555),
     Claim("judgements", JUDGEMENTS, ALL_CHECKS, 402),
     Claim("finish", FINISH, ALL_CHECKS, 57),
 ]
