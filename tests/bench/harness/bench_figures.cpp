@@ -43,15 +43,6 @@ const column *find(const std::vector<column> &columns, const std::string &method
     return at == columns.end() ? nullptr : &*at;
 }
 
-double region_figure(const bench_outcome &view, const std::string &object, bench_figure figure) {
-    for (const bench_region &region : view.regions) {
-        if (region.object == object) {
-            return region.figures[figure];
-        }
-    }
-    return kUnknown;
-}
-
 // The object after which the view is named; "all" if none is.
 std::string subject_of(const bench_outcome &view) {
     for (const bench_region &region : view.regions) {
@@ -68,11 +59,11 @@ bool is_compared(const bench_outcome &view) {
 }
 
 double right(const bench_outcome &view) {
-    return region_figure(view, subject_of(view), BENCH_TEXTURED_RIGHT);
+    return bench_region_figure(view.regions, subject_of(view), BENCH_TEXTURED_RIGHT);
 }
 
 double wrong(const bench_outcome &view) {
-    return region_figure(view, subject_of(view), BENCH_TEXTURED_WRONG);
+    return bench_region_figure(view.regions, subject_of(view), BENCH_TEXTURED_WRONG);
 }
 
 // Over the outcomes of which the value is known.
@@ -113,19 +104,13 @@ value_of filled_percent(int threshold) {
 }
 
 value_of of_object(const std::string &object, bench_figure figure) {
-    return [=](const bench_outcome &view) { return region_figure(view, object, figure); };
+    return [=](const bench_outcome &view) {
+        return bench_region_figure(view.regions, object, figure);
+    };
 }
 
 double z_rms(const bench_outcome &one) {
     return one.z_rms;
-}
-
-void print_value(int width, int decimals, double value) {
-    if (std::isfinite(value)) {
-        std::printf(" %*.*f", width, decimals, value);
-    } else {
-        std::printf(" %*s", width, "-");
-    }
 }
 
 struct table {
@@ -136,7 +121,7 @@ struct table {
               const std::function<double(const column &of)> &value) const {
         std::printf("  %-*s", kNameWidth, name);
         for (const column &of : columns) {
-            print_value(kColumnWidth, decimals, value(of));
+            bench_print_value(kColumnWidth, decimals, value(of));
         }
         std::printf("\n");
     }
@@ -270,11 +255,11 @@ void print_views(const std::vector<column> &columns) {
         for (const column *of : shown) {
             const bench_outcome &one = *of->views[view];
             std::printf(" |");
-            print_value(6, 2, right(one));
-            print_value(6, 2, wrong(one));
-            print_value(5, 1, region_figure(one, "all", BENCH_KEPT));
-            print_value(6, 2, region_figure(one, "all", BENCH_KEPT_BAD_1PX));
-            print_value(6, 2, region_figure(one, "all", BENCH_KEPT_BAD_3PX));
+            bench_print_value(6, 2, right(one));
+            bench_print_value(6, 2, wrong(one));
+            bench_print_value(5, 1, bench_region_figure(one.regions, "all", BENCH_KEPT));
+            bench_print_value(6, 2, bench_region_figure(one.regions, "all", BENCH_KEPT_BAD_1PX));
+            bench_print_value(6, 2, bench_region_figure(one.regions, "all", BENCH_KEPT_BAD_3PX));
             if (rival != nullptr && right(one) < right(*rival->views[view])) {
                 behind += " " + of->method;
             }

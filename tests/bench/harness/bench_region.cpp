@@ -69,13 +69,6 @@ struct object_counts {
     }
 };
 
-const bench_region *find(const std::vector<bench_region> &view, const std::string &object) {
-    const auto at = std::find_if(view.begin(), view.end(), [&](const bench_region &region) {
-        return region.object == object;
-    });
-    return at == view.end() ? nullptr : &*at;
-}
-
 // In the order of first appearance.
 std::vector<std::string> objects_of(const std::vector<std::vector<bench_region>> &views) {
     std::vector<std::string> objects;
@@ -94,9 +87,8 @@ std::vector<double> values_of(const bench_region_scores &scores, const std::stri
                               bench_figure figure) {
     std::vector<double> values;
     for (const auto &view : scores.views) {
-        const bench_region *region = find(view, object);
-        if (region != nullptr && std::isfinite(region->figures[figure])) {
-            values.push_back(region->figures[figure]);
+        if (const double value = bench_region_figure(view, object, figure); std::isfinite(value)) {
+            values.push_back(value);
         }
     }
     return values;
@@ -110,15 +102,6 @@ double mean(const std::vector<double> &values) {
     return values.empty() ? kUnknown : sum / static_cast<double>(values.size());
 }
 
-void print(int width, int decimals, double value, const char *unit) {
-    if (std::isfinite(value)) {
-        std::printf(" %*.*f%s", width - static_cast<int>(std::string(unit).size()), decimals, value,
-                    unit);
-    } else {
-        std::printf(" %*s", width, "-");
-    }
-}
-
 double largest(const std::vector<double> &values) {
     return values.empty() ? kUnknown : *std::max_element(values.begin(), values.end());
 }
@@ -128,13 +111,10 @@ void print_behind(const bench_region_scores &scores, const bench_region_scores &
     int views = 0;
     int behind = 0;
     for (std::size_t i = 0; i < scores.views.size(); i++) {
-        const bench_region *own = find(scores.views[i], object);
-        if (own != nullptr && std::isfinite(own->figures[BENCH_TEXTURED_RIGHT])) {
+        const double own = bench_region_figure(scores.views[i], object, BENCH_TEXTURED_RIGHT);
+        if (std::isfinite(own)) {
             views++;
-            behind += own->figures[BENCH_TEXTURED_RIGHT] <
-                              find(rival.views[i], object)->figures[BENCH_TEXTURED_RIGHT]
-                          ? 1
-                          : 0;
+            behind += own < bench_region_figure(rival.views[i], object, BENCH_TEXTURED_RIGHT);
         }
     }
     std::printf(" %4d of %d", behind, views);
@@ -146,18 +126,35 @@ void print_line(const bench_region_scores &scores, const std::string &object) {
         const double value = mean(values_of(scores, object, static_cast<bench_figure>(figure)));
         const bool of_kept = figure == BENCH_KEPT_BAD_1PX || figure == BENCH_KEPT_BAD_3PX;
         if (figure == BENCH_MEDIAN_PX) {
-            print(8, 3, value, "");
+            bench_print_value(8, 3, value);
         } else {
-            print(8, of_kept ? 2 : 1, value, "%");
+            bench_print_value(8, of_kept ? 2 : 1, value, "%");
         }
     }
     if (scores.views.size() > 1) {
-        print(8, 2, largest(values_of(scores, object, BENCH_KEPT_BAD_1PX)), "%");
-        print(8, 2, largest(values_of(scores, object, BENCH_KEPT_BAD_3PX)), "%");
+        bench_print_value(8, 2, largest(values_of(scores, object, BENCH_KEPT_BAD_1PX)), "%");
+        bench_print_value(8, 2, largest(values_of(scores, object, BENCH_KEPT_BAD_3PX)), "%");
     }
 }
 
 }  // namespace
+
+double bench_region_figure(const std::vector<bench_region> &view, const std::string &object,
+                           bench_figure figure) {
+    const auto at = std::find_if(view.begin(), view.end(), [&](const bench_region &region) {
+        return region.object == object;
+    });
+    return at == view.end() ? kUnknown : at->figures[figure];
+}
+
+void bench_print_value(int width, int decimals, double value, const std::string &unit) {
+    if (std::isfinite(value)) {
+        std::printf(" %*.*f%s", width - static_cast<int>(unit.size()), decimals, value,
+                    unit.c_str());
+    } else {
+        std::printf(" %*s", width, "-");
+    }
+}
 
 std::vector<bench_region> bench_regions_of(const bench_pair &pair,
                                            const std::vector<float> &disparity_px) {

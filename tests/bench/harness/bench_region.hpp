@@ -31,6 +31,14 @@ struct bench_region {
 std::vector<bench_region> bench_regions_of(const bench_pair &pair,
                                            const std::vector<float> &disparity_px);
 
+/// A figure of an object, NaN if the view does not show it.
+double bench_region_figure(const std::vector<bench_region> &view, const std::string &object,
+                           bench_figure figure);
+
+/// Prints a column of a table: a space, then the value and its unit in `width` characters; "-" for
+/// NaN.
+void bench_print_value(int width, int decimals, double value, const std::string &unit = "");
+
 /// The scores of one method on some views.
 struct bench_region_scores {
     std::string method;

@@ -2,7 +2,6 @@
 #include "bench/harness/bench_report.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
 #include <map>
@@ -33,11 +32,7 @@ void print_errors(const bench_outcome &one, double best_mode_bad_1px) {
     }
     std::printf(" %7.1f%% %6.2f", one.error.visible.density_percent,
                 one.error.visible.bad_3px_percent);
-    if (std::isfinite(one.z_rms)) {
-        std::printf(" %5.2f", one.z_rms);
-    } else {
-        std::printf(" %5s", "-");
-    }
+    bench_print_value(5, 2, one.z_rms);
 }
 
 void print_times(const bench_outcome &one) {

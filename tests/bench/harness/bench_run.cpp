@@ -149,9 +149,12 @@ bench_error bench_error_of(const bench_pair &pair, const std::vector<float> &dis
 
 double bench_z_rms(const bench_pair &pair, const std::vector<float> &disparity_px,
                    const std::vector<float> &sigma_px) {
+    if (pair.round_disparity || sigma_px.empty()) {
+        return std::numeric_limits<double>::quiet_NaN();
+    }
     const double step_px = truth_step_px(pair.truth_px);
     double squares = 0, count = 0;
-    for (std::size_t i = 0; !pair.round_disparity && i < sigma_px.size(); i++) {
+    for (std::size_t i = 0; i < sigma_px.size(); i++) {
         const float error_px = disparity_px[i] - pair.truth_px[i];
         if (pair.mask[i] == EVALUATE_VISIBLE && std::fabs(error_px) <= 1) {
             const double variance =
