@@ -14,6 +14,7 @@ enum {
     // mean |second derivative| of 4.8 sigma, and that fiftieth ends 24 % below: at 233 sigma a
     // block.
     FLOOR_SHARE = 50,
+    FLOOR_OF_SIGMA = 233,
     WEAK_MIN = 160,    // noise of 0.7 grey levels
     STRONG_MIN = 696,  // 3 grey levels
     // Where half of the blocks have more than this many times the noise, fine texture is lost by
@@ -146,7 +147,7 @@ static int slopes_over(const struct image_u8 *image, int x, int y, int reach) {
 // blocks; all if there are too few.
 static int fine_share(const struct image_u8 *image, const struct rectify_span *spans, int noise) {
     INVARIANT(noise < 2 * STRONG_MIN);
-    const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (233 * 233);
+    const int of_noise = 2 * BLOCK * BLOCK * noise * noise / (FLOOR_OF_SIGMA * FLOOR_OF_SIGMA);
     uint32_t count[BINS] = {0};
     uint32_t blocks = 0;
     for (int y = 1; y + BLOCK < image->height; y += STEP) {
