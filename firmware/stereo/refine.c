@@ -27,8 +27,10 @@ enum {
     UNUSED_Q8 = INT32_MIN / 4,        // incompatible with everything
     SMOOTH_STEP_Q8 = 192,  // neighbours with a larger difference of disparity belong to another
                            // surface
-    MOVE_MAX_Q8 = 128,     // limit of a correction
-    STEPS = 2,             // smoothing and fit
+    // Limits of a correction and of what smoothing changes: two pixels in all.
+    MOVE_MAX_Q8 = 128,
+    SMOOTH_MAX_Q8 = 85,
+    STEPS = 2,  // smoothing and fit
     // The disparities before the fit are good to 91 / 256 px, and the residuals of a window, which
     // are neither independent nor pure noise (interpolation, aliasing, reflections), count 8 times:
     // 8 / 91^2 (measured on pairs with ground truth).
@@ -293,6 +295,12 @@ static uint16_t sigma_of(int32_t bound_q16, int32_t count, int32_t rough_q8, int
     return (uint16_t)(sigma_q8 < SIGMA_MAX_Q8 ? sigma_q8 : SIGMA_MAX_Q8);
 }
 
+// The value, or the nearest of the limits +-max.
+static int32_t at_most(int32_t value, int32_t max) {
+    const int32_t below = value < max ? value : max;
+    return below > -max ? below : -max;
+}
+
 static void smooth_row(const struct work *work, const struct sums *sums, int y) {
     const int32_t floor_q8 = work->input->resampled ? RESAMPLED_SIGMA_Q8 : FLOOR_SIGMA_Q8;
     const uint8_t *reason = reason_row(work, y);
@@ -301,7 +309,8 @@ static void smooth_row(const struct work *work, const struct sums *sums, int y) 
     for (int x = 0; x < work->width; x++) {
         next_q8[x] = present_q8[x];
         if (reason[x] == REASON_VALID) {
-            next_q8[x] += sums->excess_q8[x] / sums->count[x];
+            const int32_t move_q8 = sums->excess_q8[x] / sums->count[x];
+            next_q8[x] += at_most(move_q8, SMOOTH_MAX_Q8);
         }
     }
     uint16_t *sigma_q8 = image_u16_row(work->sigma_q8, y);

@@ -16,7 +16,7 @@ extern "C" {
 /// Working memory of `refine_disparities` in bytes.
 size_t refine_need_bytes(int width, int height, int threads);
 
-/// Moves each valid disparity by at most one pixel to the best agreement of the windows of both
+/// Moves each valid disparity by at most two pixels to the best agreement of the windows of both
 /// images, and writes the predicted standard deviation in 1/256 px (0 where the pixel is not
 /// valid). Only valid pixels change. ERROR_MEMORY.
 int refine_disparities(const struct match_input *input, const struct parallel *parallel,
