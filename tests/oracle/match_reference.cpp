@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMassOne = 512;
 // Prices of leaning along a column and along a row.
-constexpr double kLeanDown = 3;
+constexpr double kLeanDown = 4;
 constexpr double kLeanAlong = 8;
 
 // What arrives along a row or a column at some pixel.
@@ -41,7 +41,7 @@ Feature feature_at(const View &view, int x, int y) {
         const int row_weight = dy == 0 ? 2 : 1;
         slope += row_weight * (grey_at(view, x + 1, y + dy) - grey_at(view, x - 1, y + dy));
     }
-    feature.gradient = std::clamp(128 + std::trunc(slope / 4), 0.0, 255.0);
+    feature.gradient = std::clamp(128 + std::trunc(slope / 2), 0.0, 255.0);
     return feature;
 }
 
@@ -60,7 +60,7 @@ double cost_between(const Feature &left, const Feature &right) {
     for (size_t i = 0; i < left.brighter.size(); i++) {
         differing += left.brighter[i] != right.brighter[i];
     }
-    return 4 * differing + std::min(std::abs(left.gradient - right.gradient), 18.0);
+    return 4 * differing + std::min(std::abs(left.gradient - right.gradient), 12.0);
 }
 
 // Weight of the first of two masses, in 1/128; both get at least one.
@@ -104,18 +104,18 @@ Lanes leaning(const Lanes &lanes, double price) {
     return result;
 }
 
-double carry(const Running &running, int step) {
-    return std::floor(running.mass() * edge_weight(step) / 65536);
+double carry(const Running &running, double weight) {
+    return std::floor(running.mass() * weight / 65536);
 }
 
 // A recursive average of the first `count` pixels after each of them: `cost(n)` are the n-th
-// pixel's lanes, `step(n)` the difference of grey levels between n - 1 and n. `price`: of leaning.
-template <typename Cost, typename Step>
-std::vector<Running> averages_along(int count, Cost cost, Step step, double price) {
+// pixel's lanes, `weight(n)` that of the edge between n - 1 and n. `price`: of leaning.
+template <typename Cost, typename Weight>
+std::vector<Running> averages_along(int count, Cost cost, Weight weight, double price) {
     std::vector<Running> result = {{cost(0), 0}};
     for (int n = 1; n < count; n++) {
         const Running &before = result.back();
-        const double carried = carry(before, step(n));
+        const double carried = carry(before, weight(n));
         const Lanes lanes = leaning(arriving(before.average, cost(n)), price);
         result.push_back({blend(lanes, cost(n), share_of(carried, kMassOne)), carried});
     }
@@ -141,7 +141,12 @@ int step_between(const View &left, int x, int y, int other_x, int other_y) {
 }
 
 double large_penalty(int step) {
-    return std::max(120 - 6 * step, 40);
+    return std::max(135 - 6 * step, 45);
+}
+
+// The weight of what comes from above is a sixteenth lower.
+double downward(double weight) {
+    return weight - std::floor(weight / 16);
 }
 
 // Averages of one column. Upwards each sees six to thirteen rows: up to six below the band of eight
@@ -150,7 +155,8 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
     const int height = averages.height;
     const std::vector<Running> down = averages_along(
         height, [&](int y) { return averages.at(x, y); },
-        [&](int y) { return step_between(left, x, y, x, y - 1); }, kLeanDown);
+        [&](int y) { return downward(edge_weight(step_between(left, x, y, x, y - 1))); },
+        kLeanDown);
     std::vector<Lanes> result;
     for (int y = 0; y < height; y++) {
         const Running &above = down[static_cast<size_t>(y)];
@@ -162,9 +168,12 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
         const Running below =
             averages_along(
                 last - y, [&](int n) { return averages.at(x, last - n); },
-                [&](int n) { return step_between(left, x, last - n, x, last - n + 1); }, kLeanDown)
+                [&](int n) {
+                    return edge_weight(step_between(left, x, last - n, x, last - n + 1));
+                },
+                kLeanDown)
                 .back();
-        const double carried = carry(below, step_between(left, x, y + 1, x, y));
+        const double carried = carry(below, edge_weight(step_between(left, x, y + 1, x, y)));
         const double share = 128 - share_of(above.mass(), carried);
         const Lanes lanes = leaning(arriving(below.average, averages.at(x, y)), kLeanDown);
         result.push_back(blend(lanes, above.average, share));
@@ -301,19 +310,19 @@ Volume row_averages(const View &left, const Volume &costs) {
     const int width = costs.width;
     Volume result(width, costs.height);
     for (int y = 0; y < costs.height; y++) {
-        const auto step = [&](int x) { return step_between(left, x, y, x - 1, y); };
+        const auto weight = [&](int x) { return edge_weight(step_between(left, x, y, x - 1, y)); };
         const std::vector<Running> from_left = averages_along(
-            width, [&](int x) { return costs.at(x, y); }, step, kLeanAlong);
+            width, [&](int x) { return costs.at(x, y); }, weight, kLeanAlong);
         const std::vector<Running> from_right = averages_along(
             width, [&](int n) { return costs.at(width - 1 - n, y); },
-            [&](int n) { return step(width - n); }, kLeanAlong);
+            [&](int n) { return weight(width - n); }, kLeanAlong);
         for (int x = 0; x < width; x++) {
             const Running &before = from_left[static_cast<size_t>(x)];
             result.at(x, y) = before.average;
             if (x + 1 < width) {
                 const Running &after = from_right[static_cast<size_t>(width - 2 - x)];
                 const Lanes lanes = leaning(arriving(after.average, costs.at(x, y)), kLeanAlong);
-                const double share = share_of(before.mass(), carry(after, step(x + 1)));
+                const double share = share_of(before.mass(), carry(after, weight(x + 1)));
                 result.at(x, y) = blend(before.average, lanes, share);
             }
         }

@@ -164,7 +164,7 @@ void join(const Search &search, Answer *answer) {
         for (int x = 0; x < reason.width; x++) {
             const int lane = whole_px(answer->disparity_q8.at(x, y)) - search.disparity_min;
             const bool too_expensive = reason.at(x, y) == REASON_OUT_OF_RANGE && lane >= first &&
-                                       lane <= last && answer->confidence.at(x, y) >= 24;
+                                       lane <= last && answer->confidence.at(x, y) >= 23;
             if (!too_expensive && reason.at(x, y) != REASON_AMBIGUOUS) {
                 continue;
             }

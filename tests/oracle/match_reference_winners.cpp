@@ -128,7 +128,7 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     if (!is_consistent(winners, x, y)) {
         return REASON_OCCLUDED;
     }
-    if (fit && winner.margin >= 24) {
+    if (fit && winner.margin >= 23) {
         return REASON_VALID;
     }
     if (!is_textured(left, x, y)) {
@@ -220,14 +220,14 @@ void reject_islands(const Search &search, Answer *answer) {
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,
               const Grid<int> &doubtful) {
     const int side = smoothing_of(left, right);
-    const double smoothed_max = side == 5 ? 44 : 38;
-    const double max_cost = side == 0 ? 40 : smoothed_max;
+    const double smoothed_max = side == 5 ? 44 : 39;
+    const double max_cost = side == 0 ? 41 : smoothed_max;
     const int width = sums.totals.width;
     const int height = sums.totals.height;
     Grid<Winner> winners = winners_of(left, right, search, sums);
     for (size_t i = 0; i < winners.cells.size(); i++) {
         Winner &winner = winners.cells[i];
-        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 23.0) : winner.margin;
+        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 22.0) : winner.margin;
     }
     Answer answer = {{width, height}, {width, height}, {width, height}};
     for (int y = 0; y < height; y++) {

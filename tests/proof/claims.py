@@ -19,7 +19,7 @@ VECTORS = [
     "vector_blend", "vector_lowest", "vector_first", "vector_equal", "count_bits", "vector_cost",
 ]
 SMALL = [
-    "match_share_of", "match_share_between", "match_weight", "match_carry", "match_p2",
+    "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry", "match_p2",
     "match_step", "match_same_window", "match_cell", "match_guide", "match_span",
     "match_tile_columns", "match_range_ends", "match_realign", "image_u8_row", "image_i32_row",
 ]

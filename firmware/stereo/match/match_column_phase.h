@@ -331,7 +331,7 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
             shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-        const uint16_t carried = match_carry(view->mass[c], match_weight(step[c]));
+        const uint16_t carried = match_carry(view->mass[c], match_weight_down(step[c]));
         shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);
         const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
         view->mass[c] = mass;

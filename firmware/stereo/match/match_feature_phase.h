@@ -201,7 +201,7 @@ static void gradient_row(uint8_t *const window[], int width, uint8_t *restrict g
     for (int x = 0; x < width; x++) {
         const int16_t slope = (int16_t)(above[x + 2] - above[x] + 2 * (row[x + 2] - row[x]) +
                                         below[x + 2] - below[x]);
-        const int16_t shifted = (int16_t)(128 + slope / 4);
+        const int16_t shifted = (int16_t)(128 + slope / 2);
         gradient[x] = (uint8_t)(shifted < 0 ? 0 : (shifted > 255 ? 255 : shifted));
     }
 }

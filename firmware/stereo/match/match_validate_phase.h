@@ -18,8 +18,8 @@ enum {
     // Threshold of a winner's averaged cost: 99 % of the correct ones on the same pairs are below
     // it; unrelated images are mostly above. Smoothing makes these more alike, but what takes
     // strong smoothing makes correct winners differ.
-    FIT_MAX = 40,
-    WEAK_FIT_MAX = 38,
+    FIT_MAX = 41,
+    WEAK_FIT_MAX = 39,
     STRONG_FIT_MAX = 44,
 };
 
