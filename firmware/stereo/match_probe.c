@@ -107,9 +107,10 @@ struct match_probe_window match_probe_window_at(const struct match_probe_row *ro
                                        .doubtful = tile->doubtful};
 }
 
-// Advances a path cost to the pixel at `cell` of a plane of costs, and leaves it in `path_cost`.
-static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t *path_cost,
-                    int lanes) {
+// Advances a path cost to the pixel at `cell` of a plane of costs, to which the surface rises by
+// `rise`, and leaves it in `path_cost`.
+static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, int rise,
+                    uint8_t *path_cost, int lanes) {
     const uint8_t *const cost_at[] = {costs};
     uint8_t *const message_at[] = {path_cost};
     struct lanes cost;
@@ -117,6 +118,7 @@ static void pass_on(const uint8_t *costs, size_t cell, uint8_t penalty, uint8_t 
     load_lanes(cost_at, (ptrdiff_t)cell, &cost, lanes);
     load_lanes((const uint8_t *const *)message_at, 0, &running, lanes);
     const struct path_penalties penalties = {vector_all(MATCH_P1), vector_all(penalty)};
+    shear(&running, rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
     add_path_cost(&cost, penalties, &running, lanes);
     store_lanes(&running, message_at, 0, lanes);
 }
@@ -137,7 +139,9 @@ void match_probe_path_costs(const struct match_probe_row *row, bool from_right, 
         from = tile;
         const uint8_t penalty = i == 0 ? 0 : match_p2(step[from_right ? x + 1 : x]);
         const size_t cell = match_probe_window_at(row, x).cell;
-        pass_on(row->cost_around, cell, penalty, path_cost, tile->lanes);
+        const int rise =
+            from_right ? -match_rise(tile->slope_along, x + 1) : match_rise(tile->slope_along, x);
+        pass_on(row->cost_around, cell, penalty, rise, path_cost, tile->lanes);
         memcpy(plane + cell, path_cost, (size_t)tile->lanes);
     }
 }

@@ -25,12 +25,14 @@ struct column_view {
 
 struct share_row {
     match_share of_column[MATCH_TILE_COLUMNS];
+    int rise;  // lanes to this row from the row below
 };
 
 struct column_shares {
     match_share before[MATCH_TILE_COLUMNS];  // of what comes from the row before
     match_share below[MATCH_TILE_COLUMNS];   // of what comes from below
     uint8_t penalty[MATCH_TILE_COLUMNS];     // large penalty between the row before and this one
+    int rise, rise_below;  // lanes to this row from the row before, and from the row below
 };
 
 /*@ predicate is_column_view{L}(struct column_view *of) =
@@ -115,7 +117,7 @@ MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
     requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
     assigns to[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
-                        const int lanes) {
+                        const bool sheared, const int lanes) {
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
         loop assigns c, to[0 .. MATCH_TILE_COLUMNS * lanes - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
@@ -131,6 +133,9 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
         struct lanes own;
         load_lanes((const uint8_t *const *)below_at, 0, &from_below, lanes);
         load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        if (sheared) {
+            shear_average(&from_below, shares->rise, (const uint8_t *const *)cost_at, 0, lanes);
+        }
         struct lanes average;
         blend_leaning(&from_below, &own, member_shares(shares->of_column + c), &average, lanes);
         store_lanes(&average, to_at, 0, lanes);
@@ -170,25 +175,29 @@ static inline void carry_up(struct column_view *view, int y, struct share_row *s
 }
 
 // Averages through the rows of the next band that are available, into `running`.
-MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const int lanes) {
+MATCH_INLINE void climb_ahead(struct column_view *view, uint8_t *running, const bool sheared,
+                              const int lanes) {
     for (int y = view->last - 1; y >= view->band->end; y--) {
         struct share_row shares;
         carry_up(view, y, &shares);
-        climb(&shares, running, ring_cells(view, view->next, y), running, lanes);
+        shares.rise = -match_rise(view->next->slope_down, y + 1);
+        climb(&shares, running, ring_cells(view, view->next, y), running, sheared, lanes);
     }
 }
 
 // Goes through the rows of the band: from_above of each row becomes the average of those below it.
-MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const int lanes) {
+MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const bool sheared,
+                             const int lanes) {
     const struct match_band *band = view->band;
     for (int y = y_begin; y >= band->begin; y--) {
         struct share_row shares;
         carry_up(view, y, &shares);
+        shares.rise = -match_rise(view->tile->slope_down, y + 1);
         const int row = y - band->begin;
         if (row > 0) {
             climb(&shares, match_cell(band->from_above[row], view->tile, 0),
                   ring_cells(view, view->tile, y),
-                  match_cell(band->from_above[row - 1], view->tile, 0), lanes);
+                  match_cell(band->from_above[row - 1], view->tile, 0), sheared, lanes);
         }
     }
 }
@@ -236,20 +245,20 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
             memcpy(match_cell(band->from_above[below_band - 2], tile, 0),
                    ring_cells(view, tile, last), (size_t)tile->lanes * MATCH_TILE_COLUMNS);
         }
-#define CLIMB_BAND(lanes) climb_band(view, last - 1, lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#define CLIMB_BAND(lanes, sheared) climb_band(view, last - 1, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, CLIMB_BAND);
 #undef CLIMB_BAND
         return;
     }
     const struct match_tile *next = view->next;
     memcpy(running, ring_cells(view, next, last), (size_t)next->lanes * MATCH_TILE_COLUMNS);
-#define CLIMB_AHEAD(lanes) climb_ahead(view, running, lanes)
-    MATCH_WITH_CONSTANT_LANES(next->lanes, CLIMB_AHEAD);
+#define CLIMB_AHEAD(lanes, sheared) climb_ahead(view, running, sheared, lanes)
+    MATCH_WITH_CONSTANT_LANES(next->lanes, next->slope_down, CLIMB_AHEAD);
 #undef CLIMB_AHEAD
     realign_columns(running, next, ring_cells(view, tile, band->end - 1), tile,
                     match_cell(band->from_above[below_band - 1], tile, 0));
-#define CLIMB_BAND(lanes) climb_band(view, band->end - 1, lanes)
-    MATCH_WITH_CONSTANT_LANES(tile->lanes, CLIMB_BAND);
+#define CLIMB_BAND(lanes, sheared) climb_band(view, band->end - 1, sheared, lanes)
+    MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_down, CLIMB_BAND);
 #undef CLIMB_BAND
 }
 
@@ -265,7 +274,8 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
     assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
         path_cost[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_t *down,
-                          uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const int lanes) {
+                          uint8_t *cost, uint8_t *previous, uint8_t *path_cost, const bool sheared,
+                          const int lanes) {
     const struct vector small = vector_all(MATCH_P1);
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && c % VECTOR_MEMBERS == 0;
         loop assigns c, down[0 .. MATCH_TILE_COLUMNS * lanes - 1],
@@ -294,15 +304,25 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
         struct lanes own;
         load_lanes((const uint8_t *const *)down_at, 0, &average, lanes);
         load_lanes((const uint8_t *const *)cost_at, 0, &own, lanes);
+        if (sheared) {
+            shear_average(&average, shares->rise, (const uint8_t *const *)cost_at, 0, lanes);
+        }
         blend_leaning(&average, &own, member_shares(shares->before + c), &own, lanes);
         store_lanes(&own, down_at, 0, lanes);
         if (below) {
             load_lanes((const uint8_t *const *)message_at, 0, &average, lanes);
+            if (sheared) {
+                shear_average(&average, shares->rise_below, (const uint8_t *const *)cost_at, 0,
+                              lanes);
+            }
             blend_leaning(&average, &own, member_shares(shares->below + c), &own, lanes);
         }
         store_lanes(&own, cost_at, 0, lanes);
         struct lanes running;
         load_lanes((const uint8_t *const *)previous_at, 0, &running, lanes);
+        if (sheared) {
+            shear(&running, shares->rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
+        }
         const struct path_penalties penalties = {small, vector_each(penalty_at, 0)};
         add_path_cost(&own, penalties, &running, lanes);
         store_lanes(&running, message_at, 0, lanes);
@@ -338,12 +358,15 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
         shares->below[c] = match_share_swapped(match_share_between(mass, mass_below[c]));
         shares->penalty[c] = match_p2(step[c]);
     }
+    shares->rise = match_rise(view->tile->slope_down, y);
+    shares->rise_below = -match_rise(view->tile->slope_down, y + 1);
     if (y == 0) {
         memset(shares->penalty, 0, sizeof shares->penalty);
     }
 }
 
-MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const int lanes) {
+MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const bool sheared,
+                               const int lanes) {
     const struct match_band *band = view->band;
     const struct match_tile *tile = view->tile;
     uint8_t *down = match_cell(band->down, tile, 0);
@@ -366,7 +389,7 @@ MATCH_INLINE void descend_band(struct column_view *view, uint8_t *spare, const i
         carry_down(view, y, &shares);
         cost = ring_cells(view, tile, y);
         uint8_t *path_cost = match_cell(band->from_above[y - band->begin], tile, 0);
-        descend(&shares, y < view->last, down, cost, previous, path_cost, lanes);
+        descend(&shares, y < view->last, down, cost, previous, path_cost, sheared, lanes);
         previous = path_cost;
     }
 }
@@ -390,8 +413,8 @@ static void columns(struct match_level *level, struct match_scratch *scratch, in
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             view.mass[c] = down_mass[c];
         }
-#define DESCEND_BAND(lanes) descend_band(&view, scratch->running, lanes)
-        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, DESCEND_BAND);
+#define DESCEND_BAND(lanes, sheared) descend_band(&view, scratch->running, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(view.tile->lanes, view.tile->slope_down, DESCEND_BAND);
 #undef DESCEND_BAND
         for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
             down_mass[c] = (uint16_t)view.mass[c];

@@ -133,7 +133,7 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
         are_shares(of->line[r].cost.forward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_forward(const struct cost_view *of, const struct match_tile *tile,
                                   int x_begin, int first, int columns, const int groups,
-                                  const int lanes) {
+                                  const bool sheared, const int lanes) {
     // A local copy, as stores of bytes might alias the original.
     const struct cost_view view = *of;
     /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
@@ -164,6 +164,7 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         loop variant x_begin + columns - x; */
     for (int x = x_begin + first; x < x_begin + columns; x++, cell += lanes) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        const int rise = sheared ? match_rise(tile->slope_along, x) : 0;
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, average[0 .. groups - 1],
                 view.averaged[0 .. groups - 1][cell .. cell + lanes - 1];
@@ -171,6 +172,7 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         for (int q = 0; q < groups; q++) {
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares shares = vector_shares_each(shares_at + r, x);
+            shear_average(&average[q], rise, (const uint8_t *const *)view.raw + r, cell, lanes);
             struct vector before = vector_all(UINT8_MAX);
             /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
                 loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
@@ -204,7 +206,8 @@ MATCH_INLINE void average_forward(const struct cost_view *of, const struct match
         \valid_read(of->line[r].cost.backward + (x_begin .. x_begin + columns - 1)) &&
         are_shares(of->line[r].cost.backward, x_begin, x_begin + columns); */
 MATCH_INLINE void average_backward(const struct cost_view *of, const struct match_tile *tile,
-                                   int x_begin, int columns, const int groups, const int lanes) {
+                                   int x_begin, int columns, const int groups, const bool sheared,
+                                   const int lanes) {
     const struct cost_view view = *of;
     /*@ admit copied: view.line == of->line && (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==>
             view.raw[r] == of->raw[r] && view.averaged[r] == of->averaged[r] &&
@@ -237,6 +240,7 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
         loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        const int rise = sheared ? -match_rise(tile->slope_along, x + 1) : 0;
         cell -= lanes;
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, average[0 .. groups - 1],
@@ -246,6 +250,7 @@ MATCH_INLINE void average_backward(const struct cost_view *of, const struct matc
             const int r = q * VECTOR_MEMBERS;
             const struct vector_shares joined = vector_shares_each(joined_at + r, x);
             const struct vector_shares backward = vector_shares_each(backward_at + r, x);
+            shear_average(&average[q], rise, (const uint8_t *const *)view.raw + r, cell, lanes);
             struct vector before = vector_all(UINT8_MAX);
             /*@ loop invariant 0 <= k <= lanes / MATCH_LANES;
                 loop assigns k, before, average[q].part[0 .. lanes / MATCH_LANES - 1],
@@ -310,17 +315,17 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
         const int columns = match_tile_columns(level, t);
         const int x = t * MATCH_TILE_COLUMNS;
         for (int r = 0; r < rows; r += VECTOR_MEMBERS) {
-#define TILE_COSTS(lanes) tile_costs(view, r, tile, x, columns, lanes)
-            MATCH_WITH_CONSTANT_LANES(tile->lanes, TILE_COSTS);
+#define TILE_COSTS(lanes, sheared) tile_costs(view, r, tile, x, columns, lanes)
+            MATCH_WITH_CONSTANT_LANES(tile->lanes, 0, TILE_COSTS);
 #undef TILE_COSTS
         }
         enter_tile_with_averages(view, rows, t == 0 ? NULL : tile - 1, tile, 0);
         for (int r = 0; r < rows && t == 0; r++) {
             memcpy(view->averaged[r] + tile->offset, view->running[r], (size_t)tile->lanes);
         }
-#define AVERAGE_FORWARD(lanes) \
-    average_forward(view, tile, x, t == 0 ? 1 : 0, columns, groups, lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_FORWARD);
+#define AVERAGE_FORWARD(lanes, sheared) \
+    average_forward(view, tile, x, t == 0 ? 1 : 0, columns, groups, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_along, AVERAGE_FORWARD);
 #undef AVERAGE_FORWARD
     }
     for (int t = level->tiles - 1; t >= 0; t--) {
@@ -328,10 +333,10 @@ MATCH_INLINE void average_rows(const struct cost_view *view, const int groups) {
         const bool first = t == level->tiles - 1;
         const int columns = match_tile_columns(level, t);
         enter_tile_with_averages(view, rows, first ? NULL : tile + 1, tile, columns - 1);
-#define AVERAGE_BACKWARD(lanes)                                                                \
+#define AVERAGE_BACKWARD(lanes, sheared)                                                       \
     average_backward(view, tile, t *MATCH_TILE_COLUMNS, first ? columns - 1 : columns, groups, \
-                     lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, AVERAGE_BACKWARD);
+                     sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_along, AVERAGE_BACKWARD);
 #undef AVERAGE_BACKWARD
     }
 }

@@ -41,12 +41,15 @@ static int mean_lanes(const struct match_level *level) {
 // Whether a level gets a coarser one: it has many disparities, and enough columns remain.
 static bool is_halved(const struct match_level *level) {
     const struct match_method *method = level->state->method;
-    const struct match_options *options = &level->state->options;
-    const bool near_a_surface =
-        !method->whole_range || options->extra_below > 0 || options->extra_above > 0;
-    return near_a_surface && method->coarse_disparities > 0 &&
-           level->disparity_count > method->coarse_disparities &&
+    return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
            level->width >> method->halvings >= MATCH_MIN_WIDTH_PX;
+}
+
+// Whether all tiles of all bands search the same disparities.
+static bool has_one_window(const struct match_level *level) {
+    const struct match_options *options = &level->state->options;
+    return level->coarser == NULL ||
+           (match_searches_whole_range(level) && options->extra_below + options->extra_above == 0);
 }
 
 void match_set_levels(struct match_state *state, int width, int height) {
@@ -112,7 +115,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
     }
     for (int i = 0; i < threads + 1; i++) {
         // If windows never change, the averages stay in place.
-        const bool new_row = i == 0 || level->coarser != NULL;
+        const bool new_row = i == 0 || !has_one_window(level);
         level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
     level->down_mass = take(memory, columns, sizeof *level->down_mass);

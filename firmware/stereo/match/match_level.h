@@ -28,13 +28,16 @@ void match_advance(struct match_level *level, int rows);
 /// At the end: smooths the output and fills the rows that the finest level covers.
 void match_finish(struct match_state *state);
 
+/// Whether a level searches the requested range everywhere, independent of the coarser one.
+bool match_searches_whole_range(const struct match_level *level);
+
 /// Number of rows of the coarser level that `match_plan_windows` reads for a band: those below this
 /// one.
 int match_window_rows(const struct match_level *level, int band_begin);
 
 /// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
-/// disparities if there is no coarser level, else those near its surface around the tile. `above`:
-/// the windows of the band before. Overwrites `scratch` of one thread.
+/// disparities if there is no coarser level, else those near its surface around the tile, and its
+/// slopes. `above`: the windows of the band before. Overwrites `scratch` of one thread.
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles);

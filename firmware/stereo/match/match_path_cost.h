@@ -80,6 +80,64 @@ MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector 
     return vector_min(of->part[k], vector_add(beside, price));
 }
 
+// Moves all lanes up by `rise`, as far as a surface rises from one pixel to the next. Those that
+// come from beyond the ends are `low` and `high`. Not inlined: few tiles are slanted.
+/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+    requires \valid(of);
+    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
+static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, struct vector low,
+                                                 struct vector high, int lanes) {
+    const int count = lanes / MATCH_LANES;
+    /*@ loop invariant i >= 0;
+        loop assigns i, of->part[0 .. count - 1];
+        loop variant rise - i; */
+    for (int i = 0; i < rise; i++) {
+        struct vector before = low;
+        /*@ loop invariant 0 <= k <= count;
+            loop assigns k, before, of->part[0 .. count - 1];
+            loop variant count - k; */
+        for (int k = 0; k < count; k++) {
+            const struct vector here = of->part[k];
+            of->part[k] = vector_up(here, before);
+            before = here;
+        }
+    }
+    /*@ loop invariant i <= 0;
+        loop assigns i, of->part[0 .. count - 1];
+        loop variant i - rise; */
+    for (int i = 0; i > rise; i--) {
+        /*@ loop invariant 0 <= k <= count;
+            loop assigns k, of->part[0 .. count - 1];
+            loop variant count - k; */
+        for (int k = 0; k < count; k++) {
+            of->part[k] = vector_down(of->part[k], k + 1 < count ? of->part[k + 1] : high);
+        }
+    }
+}
+
+/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+    requires \valid(of);
+    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct vector high,
+                        const int lanes) {
+    if (rise != 0) {
+        move_lanes(of, rise, low, high, lanes);
+    }
+}
+
+// Shears an average as it arrives in the pixel of `at` and `cell`, whose own costs at the ends of
+// its window stand for what lies beyond these.
+/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+    requires is_cell(cell) && \valid_read(at) && \valid(of);
+    requires \valid_read(at[0] + (cell .. cell + lanes - 1));
+    assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
+MATCH_INLINE void shear_average(struct lanes *of, int rise, const uint8_t *const at[],
+                                ptrdiff_t cell, const int lanes) {
+    if (rise != 0) {
+        move_lanes(of, rise, vector_each(at, cell), vector_each(at, cell + lanes - 1), lanes);
+    }
+}
+
 // message[i] = cost[i] + min(p[i], p[i-1] + small, p[i+1] + small, large), where p is the previous
 // path cost in `path_cost` and neighbours beyond the ends are infinite; then its lowest lane is
 // subtracted. Source: H. Hirschmueller, "Stereo processing by semiglobal matching and mutual

@@ -85,7 +85,7 @@ static inline void searched(const struct row_view *view, int r, const struct mat
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile *tile, int x_begin,
-                             int columns, const int groups, const int lanes) {
+                             int columns, const int groups, const bool sheared, const int lanes) {
     // A local copy, as stores of bytes might alias the original.
     const struct row_view view = *of;
     /*@ admit copied: view.level == of->level && view.line == of->line &&
@@ -119,6 +119,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
         loop variant x_begin + columns - x; */
     for (int x = x_begin; x < x_begin + columns; x++, cell += lanes) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        const int rise = sheared ? match_rise(tile->slope_along, x) : 0;
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, path_cost[0 .. groups - 1],
                 view.sum[0 .. groups - 1][cell .. cell + lanes - 1];
@@ -128,6 +129,7 @@ MATCH_INLINE void pass_right(const struct row_view *of, const struct match_tile 
             const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
             struct lanes cost;
             load_lanes(view.cost + r, cell, &cost, lanes);
+            shear(&path_cost[q], rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
             add_path_cost(&cost, penalties, &path_cost[q], lanes);
             /*@ loop invariant 0 <= k <= count;
                 loop assigns k, view.sum[r][cell .. cell + lanes - 1];
@@ -277,7 +279,8 @@ MATCH_INLINE void choose(const struct row_view *view, int r_begin, const struct 
 /*@ requires VECTOR_MEMBERS == 1;
     requires tile_in_lines(of, tile, x_begin, columns, groups, lanes); */
 MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *tile, int x_begin,
-                            int columns, const bool hide, const int groups, const int lanes) {
+                            int columns, const bool hide, const int groups, const bool sheared,
+                            const int lanes) {
     const struct row_view view = *of;
     /*@ admit copied: view.level == of->level && view.line == of->line &&
             (\forall integer r; 0 <= r < MATCH_ROWS_ABREAST ==> view.cost[r] == of->cost[r] &&
@@ -309,6 +312,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
         loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
+        const int rise = sheared ? -match_rise(tile->slope_along, x + 1) : 0;
         cell -= lanes;
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, path_cost[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
@@ -319,6 +323,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
             const struct path_penalties penalties = {small, vector_each(penalty + r, x)};
             struct lanes cost;
             load_lanes(view.cost + r, cell, &cost, lanes);
+            shear(&path_cost[q], rise, vector_all(UINT8_MAX), vector_all(UINT8_MAX), lanes);
             add_path_cost(&cost, penalties, &path_cost[q], lanes);
             choose(&view, r, tile, x, cell, &path_cost[q], hide, lanes);
         }
@@ -422,8 +427,9 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
         const struct match_tile *tile = &view->tiles[t];
         const int columns = match_tile_columns(level, t);
         enter_tile_with_path_costs(view, rows, t == 0 ? NULL : tile - 1, tile);
-#define PASS_RIGHT(lanes) pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_RIGHT);
+#define PASS_RIGHT(lanes, sheared) \
+    pass_right(view, tile, t *MATCH_TILE_COLUMNS, columns, groups, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_along, PASS_RIGHT);
 #undef PASS_RIGHT
     }
     for (int t = level->tiles - 1; t >= 0; t--) {
@@ -432,8 +438,8 @@ MATCH_INLINE void pass_both_ways(const struct row_view *view, const int groups) 
         const int x = t * MATCH_TILE_COLUMNS;
         const bool hidden = hides(view, rows, tile, x, columns);
         enter_tile_with_path_costs(view, rows, t == level->tiles - 1 ? NULL : tile + 1, tile);
-#define PASS_LEFT(lanes) pass_left(view, tile, x, columns, hidden, groups, lanes)
-        MATCH_WITH_CONSTANT_LANES(tile->lanes, PASS_LEFT);
+#define PASS_LEFT(lanes, sheared) pass_left(view, tile, x, columns, hidden, groups, sheared, lanes)
+        MATCH_WITH_CONSTANT_LANES(tile->lanes, tile->slope_along, PASS_LEFT);
 #undef PASS_LEFT
         record_tile(view, rows, tile, x, columns, hidden);
     }

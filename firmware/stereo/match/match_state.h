@@ -49,7 +49,14 @@ enum {
     // A winner whose margin over its best rival is smaller is wrong in more than one of four cases
     // (measured on ten pairs with ground truth).
     MATCH_MARGIN_MIN = 23,
-    MATCH_DOUBTFUL = 1 << 14,  // added to an index of a surface with such a rival
+    // A surface between levels holds disparities in 1/MATCH_SURFACE_ONE; MATCH_DOUBTFUL is added to
+    // one with such a rival.
+    MATCH_SURFACE_ONE = 16,
+    MATCH_DOUBTFUL = 1 << 14,
+    // Slopes of a surface are in 1/MATCH_SLOPE_ONE disparities a row or a column, at most 2.
+    MATCH_SLOPE_ONE = 256,
+    MATCH_RISE_MAX = 2,
+    MATCH_SLOPE_MAX = MATCH_RISE_MAX * MATCH_SLOPE_ONE,
     MATCH_TEXTURE_COLUMNS = 16,
     MATCH_ROWS_ABREAST = 4,  // maximum rows per call of a kernel
     // Rows that the features of that many rows need, and one more on each side to smooth them.
@@ -66,12 +73,14 @@ enum {
 typedef uint16_t match_share;
 
 /// The window of disparities that a tile searches, and the position of its cells in a row of cells:
-/// column x of the tile at offset + (x - first column) * lanes.
+/// column x of the tile at offset + (x - first column) * lanes. Averages and path costs follow the
+/// slopes of its surface.
 struct match_tile {
     int32_t offset;  // bytes
     int16_t base;    // index of the first lane: disparity - disparity_min of the level
     int16_t lanes;   // a multiple of MATCH_LANES
     bool doubtful;   // the coarser level saw other good matches
+    int16_t slope_down, slope_along;  // in 1/MATCH_SLOPE_ONE; 0: unknown, or nearly level
 };
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
@@ -170,8 +179,9 @@ struct match_level {
     // Steps of the left image: from the pixel before in the row, and from the row above. 0 at the
     // ends of the image, and in columns beyond it.
     uint8_t *step_along[MATCH_MAX_RING_ROWS], *step_down[MATCH_MAX_RING_ROWS];
-    int16_t *surface[MATCH_MAX_SURFACE_ROWS];  // disparity indices of the finer level, -1: no
-                                               // disparity
+    // Disparities above disparity_min in 1/MATCH_SURFACE_ONE, counted from half a disparity below
+    // it; -1: no disparity.
+    int16_t *surface[MATCH_MAX_SURFACE_ROWS];
 };
 
 struct match_state {
@@ -188,27 +198,29 @@ struct match_state {
     struct match_scratch *scratch;  // one per thread
 };
 
-/// Runs `call(N)` with the number of lanes as a constant for common values, so that the loops over
-/// lanes are unrolled. The functions below are inlined into each case.
-#define MATCH_WITH_CONSTANT_LANES(lanes, call) \
-    do {                                       \
-        switch (lanes) {                       \
-            case 16:                           \
-                call(16);                      \
-                break;                         \
-            case 32:                           \
-                call(32);                      \
-                break;                         \
-            case 48:                           \
-                call(48);                      \
-                break;                         \
-            case 64:                           \
-                call(64);                      \
-                break;                         \
-            default:                           \
-                call(lanes);                   \
-                break;                         \
-        }                                      \
+/// Runs `call(N, false)` with the number of lanes as a constant for common values, so that the
+/// loops over lanes are unrolled; but `call(lanes, true)` in a tile that follows a `slope`: few do,
+/// and each number of lanes would get a copy of what moves them. The functions below are inlined
+/// into each case.
+#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call) \
+    do {                                              \
+        switch ((slope) == 0 ? (lanes) : 0) {         \
+            case 16:                                  \
+                call(16, false);                      \
+                break;                                \
+            case 32:                                  \
+                call(32, false);                      \
+                break;                                \
+            case 48:                                  \
+                call(48, false);                      \
+                break;                                \
+            case 64:                                  \
+                call(64, false);                      \
+                break;                                \
+            default:                                  \
+                call(lanes, (slope) != 0);            \
+                break;                                \
+        }                                             \
     } while (0)
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
@@ -329,6 +341,16 @@ static inline uint8_t match_p2(uint8_t step) {
     ensures \result == \abs(a - b); */
 static inline uint8_t match_step(uint8_t a, uint8_t b) {
     return a > b ? (uint8_t)(a - b) : (uint8_t)(b - a);
+}
+
+/// Lanes that a surface of this slope rises from row or column n - 1 to n.
+/*@ requires -MATCH_SLOPE_MAX <= slope <= MATCH_SLOPE_MAX && 0 <= n <= IMAGE_MAX_SIDE_PX;
+    assigns \nothing;
+    ensures -MATCH_RISE_MAX <= \result <= MATCH_RISE_MAX; */
+static inline int match_rise(int slope, int n) {
+    const int positive = slope + MATCH_SLOPE_MAX;  // rounds down, as shifts do
+    return (positive * (n + 1) / MATCH_SLOPE_ONE) - (positive * n / MATCH_SLOPE_ONE) -
+           MATCH_RISE_MAX;
 }
 
 /// The cells of column `column` of a tile in a row of cells.

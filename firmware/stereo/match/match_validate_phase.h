@@ -246,18 +246,15 @@ static void check_texture(const struct match_level *level, const struct match_li
     }
 }
 
-/*@ requires \valid_read(level - 1) && \valid_read(level) && 0 <= y;
+/*@ requires \valid_read(level) && 0 <= y;
     requires match_is_size(level->width, level->height);
-    requires 0 <= level->shift_x - (level - 1)->shift_x <= 2;
-    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
-    requires -MATCH_DISPARITY_LIMIT <= (level - 1)->disparity_min <= MATCH_DISPARITY_LIMIT;
-    requires 0 <= (level - 1)->shift_x && level->shift_x <= MATCH_SHIFT_MAX;
     requires 1 <= level->surface_rows <= MATCH_MAX_SURFACE_ROWS;
     requires \valid(level->surface[y % level->surface_rows] + (0 .. level->width - 1));
     requires \valid_read(line) && \valid_read(line->row.consistent + (0 .. level->width - 1));
     requires \valid_read(line->row.fits + (0 .. level->width - 1));
     requires \valid_read(line->row.margin + (0 .. level->width - 1));
     requires \valid_read(line->row.lane + (0 .. level->width - 1));
+    requires \valid_read(line->row.around + (0 .. level->width - 1));
     requires \separated(line->row.lane + (0 .. level->width - 1),
         level->surface[y % level->surface_rows] + (0 .. level->width - 1));
     requires are_winners(line->row.lane, level->width);
@@ -268,19 +265,20 @@ static void write_surface(struct match_level *level, const struct match_line *li
     int16_t *restrict surface = level->surface[y % level->surface_rows];
     const int16_t *restrict lane = line->row.lane;
     const uint8_t *restrict margin = line->row.margin;
-    // In indices of the finer level, whose pixels are half as large.
-    const int factor = 1 << (level->shift_x - (level - 1)->shift_x);
-    //@ assert factor == 1 || factor == 2 || factor == 4;
-    const int origin = factor * level->disparity_min - (level - 1)->disparity_min;
+    const uint32_t *restrict around = line->row.around;
     const int width = level->width;
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, surface[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
-        const int finer = origin + factor * lane[x];
-        const int index = finer < 0 ? 0 : finer;
+        const int16_t offset_q8 =
+            sub_pixel_q8((int16_t)(around[x] & 0xff), (int16_t)(around[x] >> 8 & 0xff),
+                         (int16_t)(around[x] >> 16 & 0xff));
+        const int part = (offset_q8 + DISPARITY_ONE / 2) * MATCH_SURFACE_ONE / DISPARITY_ONE;
+        const int below_one = part < MATCH_SURFACE_ONE ? part : MATCH_SURFACE_ONE - 1;
         const int doubt = margin[x] < MATCH_MARGIN_MIN ? MATCH_DOUBTFUL : 0;
-        surface[x] = (int16_t)(consistent[x] & fits[x] ? index + doubt : -1);
+        const int position = MATCH_SURFACE_ONE * lane[x] + below_one;
+        surface[x] = (int16_t)(consistent[x] & fits[x] ? position + doubt : -1);
     }
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string.h>
+
 #include "core/invariant.h"
 #include "stereo/match/match_level.h"
 
@@ -11,6 +13,33 @@ struct reach {
 
 static const struct reach NOWHERE = {UINT16_MAX, -1, 0, false};
 
+enum {
+    // The slope of a tile is that of the coarser surface in the tile and this many of its pixels
+    // around: from differences over SLOPE_STEP of them.
+    SLOPE_AROUND = 4,
+    SLOPE_STEP = 4,
+    DIFFERENCE_MAX = MATCH_SLOPE_MAX * SLOPE_STEP * MATCH_SURFACE_ONE / MATCH_SLOPE_ONE,
+    DIFFERENCES = 2 * DIFFERENCE_MAX + 1,
+    // Differences this near their median, in 1/MATCH_SURFACE_ONE, belong to one surface if they are
+    // most of all, in percent. Down a column fewer are enough: surfaces rise there more often.
+    SLOPE_TOLERANCE = 14,
+    SLOPE_SHARE_DOWN = 75,
+    SLOPE_SHARE_ALONG = 88,
+    // Fewer pixels of a known disparity than these, or than that share of all in percent, say
+    // nothing.
+    SLOPE_PIXELS_MIN = 8,
+    SLOPE_KNOWN_MIN = 15,
+    // A tile without a slope of its own gets that of tiles up to this far, if those on both sides
+    // differ by less than SLOPE_GAP.
+    SLOPE_REACH = 6,
+    SLOPE_GAP = 40,
+    // Flatter surfaces stay within a lane for seven pixels: leaning averages follow them better.
+    SLOPE_MIN = 36,
+    SLOPE_UNKNOWN = INT16_MIN,
+    SLOPE_MIXED = INT16_MIN + 1,  // of several surfaces
+    TILES_MAX = IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS,
+};
+
 // Number of halvings between this level and the coarser one.
 static int halvings_x(const struct match_level *level) {
     return level->coarser->shift_x - level->shift_x;
@@ -20,10 +49,28 @@ static int halvings_y(const struct match_level *level) {
     return level->coarser->shift_y - level->shift_y;
 }
 
+// The coarser level's rows of a band and `around` more: those from the first one on, and below the
+// second one.
+static int first_row(const struct match_level *level, int band_begin, int around) {
+    const int row = (band_begin >> halvings_y(level)) - around;
+    return row > 0 ? row : 0;
+}
+
+static int beyond_row(const struct match_level *level, int band_begin, int around) {
+    const int row = ((band_begin + MATCH_BAND_ROWS) >> halvings_y(level)) + around;
+    return row < level->coarser->height ? row : level->coarser->height;
+}
+
 int match_window_rows(const struct match_level *level, int band_begin) {
-    const int rows =
-        ((band_begin + MATCH_BAND_ROWS) >> halvings_y(level)) + level->state->method->around_rows;
-    return rows < level->coarser->height ? rows : level->coarser->height;
+    const int around = level->state->method->around_rows;
+    return beyond_row(level, band_begin, around > SLOPE_AROUND ? around : SLOPE_AROUND);
+}
+
+// The index of a position of the coarser surface, whose pixels are larger.
+static int finer_index(const struct match_level *level, int position) {
+    const int disparity = level->coarser->disparity_min + position / MATCH_SURFACE_ONE;
+    const int index = disparity * (1 << halvings_x(level)) - level->disparity_min;
+    return index > 0 ? index : 0;
 }
 
 // Findings of the coarser level near the band, by its columns.
@@ -46,19 +93,25 @@ static void search_columns(const struct match_level *level, int band_begin,
         highest[x] = -1;
         doubts[x] = 0;
     }
-    int begin = (band_begin >> halvings_y(level)) - level->state->method->around_rows;
-    begin = begin > 0 ? begin : 0;
-    const int end = match_window_rows(level, band_begin);
+    const int around = level->state->method->around_rows;
+    const int begin = first_row(level, band_begin, around);
+    const int end = beyond_row(level, band_begin, around);
     INVARIANT(coarser->rows_done >= end && coarser->rows_done - begin <= coarser->surface_rows);
     for (int y = begin; y < end; y++) {
         const int16_t *restrict surface = coarser->surface[y % coarser->surface_rows];
         for (int x = 0; x < width; x++) {
             const int16_t doubtful = surface[x] >= MATCH_DOUBTFUL ? MATCH_DOUBTFUL : 0;
-            const int16_t index = (int16_t)(surface[x] - doubtful);
-            lowest[x] = (uint16_t)index < lowest[x] ? (uint16_t)index : lowest[x];
-            highest[x] = index > highest[x] ? index : highest[x];
-            const int16_t sure = index >= 0 ? -1 : 0;
+            const int16_t position = (int16_t)(surface[x] - doubtful);
+            lowest[x] = (uint16_t)position < lowest[x] ? (uint16_t)position : lowest[x];
+            highest[x] = position > highest[x] ? position : highest[x];
+            const int16_t sure = position >= 0 ? -1 : 0;
             doubts[x] = (int16_t)(doubts[x] + (doubtful != 0 ? 1 : sure));
+        }
+    }
+    for (int x = 0; x < width; x++) {
+        if (highest[x] >= 0) {
+            lowest[x] = (uint16_t)finer_index(level, lowest[x]);
+            highest[x] = (int16_t)finer_index(level, highest[x]);
         }
     }
 }
@@ -95,8 +148,7 @@ static int clamp(int value, int low, int high) {
     return value < low ? low : (value > high ? high : value);
 }
 
-// Whether a level searches the requested range everywhere, independent of the coarser one.
-static bool searches_whole_range(const struct match_level *level) {
+bool match_searches_whole_range(const struct match_level *level) {
     return level->state->method->whole_range && level == &level->state->level[0];
 }
 
@@ -106,12 +158,14 @@ static void set_window(const struct match_level *level, struct reach reach, int 
                        int base_above, struct match_tile *tile) {
     const int count = level->disparity_count;
     const int margin = level->state->method->margin;
-    const bool whole_range = searches_whole_range(level);
+    const bool whole_range = match_searches_whole_range(level);
     int low = clamp(reach.low - margin, 0, count - 1);
     int high = clamp(reach.high + margin, low, count - 1);
     if (whole_range) {
-        low = low < level->believed.first ? low : level->believed.first;
-        high = high > level->believed.last ? high : level->believed.last;
+        const int first = level->state->options.extra_below;
+        const int last = count - 1 - level->state->options.extra_above;
+        low = low < first ? low : first;
+        high = high > last ? high : last;
     }
     int lanes = (high - low + MATCH_LANES) / MATCH_LANES * MATCH_LANES;
     int lowest_base = high + 1 - lanes;
@@ -157,14 +211,126 @@ static void close_gaps(const struct match_level *level, struct reach *reaches) {
     }
 }
 
+// Pixels [x_begin, x_end) of rows [y_begin, y_end) of a level.
+struct area {
+    int x_begin, x_end, y_begin, y_end;
+};
+
+static struct area area_of_tile(const struct match_level *level, int band_begin, int t) {
+    const int width = level->coarser->width;
+    const int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - SLOPE_AROUND;
+    const int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + SLOPE_AROUND;
+    return (struct area){begin > 0 ? begin : 0, end < width ? end : width,
+                         first_row(level, band_begin, SLOPE_AROUND),
+                         beyond_row(level, band_begin, SLOPE_AROUND)};
+}
+
+// Counts the differences of a level's surface over `dx` columns or `dy` rows into `counts`, those
+// beyond the ends at the ends. Returns their number.
+static int count_differences(const struct match_level *level, const struct area *area, int dx,
+                             int dy, uint16_t counts[DIFFERENCES]) {
+    INVARIANT(level->rows_done >= area->y_end &&
+              level->rows_done - area->y_begin <= level->surface_rows);
+    memset(counts, 0, DIFFERENCES * sizeof *counts);
+    int known = 0;
+    for (int y = area->y_begin; y < area->y_end - dy; y++) {
+        const int16_t *from = level->surface[y % level->surface_rows];
+        const int16_t *to = level->surface[(y + dy) % level->surface_rows] + dx;
+        for (int x = area->x_begin; x < area->x_end - dx; x++) {
+            if (from[x] >= 0 && to[x] >= 0) {
+                const int difference = to[x] % MATCH_DOUBTFUL - from[x] % MATCH_DOUBTFUL;
+                counts[DIFFERENCE_MAX + clamp(difference, -DIFFERENCE_MAX, DIFFERENCE_MAX)]++;
+                known++;
+            }
+        }
+    }
+    return known;
+}
+
+// The mean of the differences near their median as a slope, if these are `share_min` percent.
+static int common_slope(const uint16_t counts[DIFFERENCES], int known, int share_min) {
+    int median = 0;
+    for (int below = counts[0]; below <= known / 2; below += counts[median]) {
+        median++;
+    }
+    const int begin = clamp(median - SLOPE_TOLERANCE, 0, DIFFERENCES);
+    const int end = clamp(median + SLOPE_TOLERANCE + 1, 0, DIFFERENCES);
+    int sum = 0;
+    int near = 0;
+    for (int i = begin; i < end; i++) {
+        sum += counts[i] * (i - DIFFERENCE_MAX);
+        near += counts[i];
+    }
+    return near * 100 < known * share_min
+               ? SLOPE_MIXED
+               : sum * (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE) / (near * SLOPE_STEP);
+}
+
+// The slope of a level's surface over `dx` columns or `dy` rows.
+static int slope_of(const struct match_level *level, const struct area *area, int dx, int dy,
+                    int share_min) {
+    uint16_t counts[DIFFERENCES];
+    const int known = count_differences(level, area, dx, dy, counts);
+    const int all = (area->x_end - area->x_begin - dx) * (area->y_end - area->y_begin - dy);
+    const bool enough = known >= SLOPE_PIXELS_MIN && known >= all * SLOPE_KNOWN_MIN / 100;
+    return enough ? common_slope(counts, known, share_min) : SLOPE_UNKNOWN;
+}
+
+// The slope of the nearest tile in a direction, if it is not too far.
+static int slope_beside(const int16_t *slopes, int tiles, int t, int direction) {
+    int i = 1;
+    while (i < SLOPE_REACH && t + i * direction >= 0 && t + i * direction < tiles &&
+           slopes[t + i * direction] == SLOPE_UNKNOWN) {
+        i++;
+    }
+    const int other = t + i * direction;
+    return other >= 0 && other < tiles && slopes[other] != SLOPE_MIXED ? slopes[other]
+                                                                       : SLOPE_UNKNOWN;
+}
+
+// The slope of a tile without one.
+static int slope_between(const int16_t *slopes, int tiles, int t) {
+    const int left = slope_beside(slopes, tiles, t, -1);
+    const int right = slope_beside(slopes, tiles, t, 1);
+    if (left == SLOPE_UNKNOWN || right == SLOPE_UNKNOWN) {
+        return left == SLOPE_UNKNOWN ? right : left;
+    }
+    const int gap = left - right;
+    return gap < SLOPE_GAP && gap > -SLOPE_GAP ? (left + right) / 2 : SLOPE_UNKNOWN;
+}
+
+// The slope that a tile follows, in disparities of a level that has `scale` times as many a pixel.
+static int16_t slope_followed(const int16_t *slopes, int tiles, int t, int scale) {
+    int slope = slopes[t] == SLOPE_UNKNOWN ? slope_between(slopes, tiles, t) : slopes[t];
+    slope = slope <= SLOPE_MIXED ? 0 : clamp(scale * slope, -MATCH_SLOPE_MAX, MATCH_SLOPE_MAX);
+    return (int16_t)(slope < SLOPE_MIN && slope > -SLOPE_MIN ? 0 : slope);
+}
+
+static void plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles) {
+    int16_t down[TILES_MAX];
+    int16_t along[TILES_MAX];
+    for (int t = 0; t < level->tiles; t++) {
+        const struct area area = area_of_tile(level, band_begin, t);
+        down[t] = (int16_t)slope_of(level->coarser, &area, 0, SLOPE_STEP, SLOPE_SHARE_DOWN);
+        along[t] = (int16_t)slope_of(level->coarser, &area, SLOPE_STEP, 0, SLOPE_SHARE_ALONG);
+    }
+    // Disparities are halved with the columns, rows at times less often.
+    const int scale = 1 << (halvings_x(level) - halvings_y(level));
+    for (int t = 0; t < level->tiles; t++) {
+        tiles[t].slope_down = slope_followed(down, level->tiles, t, scale);
+        tiles[t].slope_along = slope_followed(along, level->tiles, t, 1);
+    }
+}
+
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles) {
-    struct reach reaches[IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS];
-    INVARIANT(level->tiles <= IMAGE_MAX_SIDE_PX / MATCH_TILE_COLUMNS);
+    struct reach reaches[TILES_MAX];
+    INVARIANT(level->tiles <= TILES_MAX);
     if (level->coarser == NULL) {
         for (int t = 0; t < level->tiles; t++) {
             reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
+            tiles[t].slope_down = tiles[t].slope_along = 0;
         }
     } else {
         // Nothing is in progress: the working memory of one thread is free.
@@ -175,6 +341,7 @@ void match_plan_windows(const struct match_level *level, int band_begin,
             reaches[t] = reach_of_tile(level, t, &found);
         }
         close_gaps(level, reaches);
+        plan_slopes(level, band_begin, tiles);
     }
     // Narrows the windows until the row fits its memory.
     const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
