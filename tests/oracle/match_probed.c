@@ -12,7 +12,8 @@ static void probe_row(const struct match_probed *probed, struct match_level *lev
         const struct match_tile *tile = &tiles[x / MATCH_TILE_COLUMNS];
         const ptrdiff_t pixel = (ptrdiff_t)y * level->width + x;
         probed->windows[pixel] =
-            (struct match_window){tile->base, tile->base + tile->lanes, tile->doubtful};
+            (struct match_window){tile->base, tile->base + tile->lanes, tile->doubtful,
+                                  tile->slope_down, tile->slope_along};
         if (probed->averages != NULL) {
             memcpy(match_cell(level->ring[y % level->ring_rows], tile, x % MATCH_TILE_COLUMNS),
                    probed->averages + pixel * level->lanes + tile->base, (size_t)tile->lanes);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Kernels that report to a test which disparities each tile of the finest level searched, and that
-/// can use averaged costs of the test instead of computing them from the images. Everything else is
-/// unchanged.
+/// Kernels that report to a test which disparities each tile of the finest level searched and which
+/// slopes it followed, and that can use averaged costs of the test instead of computing them from
+/// the images. Everything else is unchanged.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_PROBED_H
 #define VERGENCE_TESTS_ORACLE_MATCH_PROBED_H
 
@@ -14,10 +14,12 @@
 extern "C" {
 #endif
 
-/// Lanes [begin, end) of a pixel: disparities, counted from the lowest.
+/// Lanes [begin, end) of a pixel: disparities, counted from the lowest. Slopes in 1/256
+/// disparities.
 struct match_window {
     int begin, end;
     bool doubtful;  // the coarser level saw other good matches
+    int slope_down, slope_along;
 };
 
 struct match_probed {

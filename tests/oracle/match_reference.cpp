@@ -85,14 +85,50 @@ double lower_neighbour(const Lanes &lanes, size_t i) {
     return std::min(lane_or_infinity(lanes, i - 1), lane_or_infinity(lanes, i + 1));
 }
 
-// An average as it arrives in a pixel: of the lanes searched there. For a lane that it does not
-// have, the pixel's own cost is used.
-Lanes arriving(const Lanes &average, const Lanes &own) {
+// Lanes by which a surface rises from row or column n - 1 to n, and from there back.
+int rise_to(int slope, int n) {
+    return static_cast<int>(std::floor(slope * (n + 1) / 256.0) - std::floor(slope * n / 256.0));
+}
+
+int rise_back(int slope, int n) {
+    return -rise_to(slope, n + 1);
+}
+
+// The lanes of a window moved up by `rise`; `low` and `high` are those beyond its ends.
+Lanes sheared(const Lanes &lanes, Span window, int rise, double low, double high) {
+    Lanes result(lanes.size(), kInfinity);
+    for (int i = window.begin; i < window.end; i++) {
+        const int from = i - rise;
+        const double inside =
+            from < window.begin || from >= window.end ? 0 : lanes[static_cast<size_t>(from)];
+        result[static_cast<size_t>(i)] =
+            from < window.begin ? low : (from >= window.end ? high : inside);
+    }
+    return result;
+}
+
+// The searched lanes of a pixel.
+Span window_of(const Lanes &costs) {
+    Span window = {0, static_cast<int>(costs.size())};
+    while (std::isinf(costs[static_cast<size_t>(window.begin)])) {
+        window.begin++;
+    }
+    while (std::isinf(costs[static_cast<size_t>(window.end - 1)])) {
+        window.end--;
+    }
+    return window;
+}
+
+// An average as it arrives in a pixel: of the lanes searched there, moved up by `rise`. For a lane
+// that it does not have, the pixel's own cost is used; beyond the window, that of its end.
+Lanes arriving(const Lanes &average, const Lanes &own, int rise) {
     Lanes result;
     for (size_t i = 0; i < own.size(); i++) {
         result.push_back(std::isinf(average[i]) || std::isinf(own[i]) ? own[i] : average[i]);
     }
-    return result;
+    const Span window = window_of(own);
+    return sheared(result, window, rise, own[static_cast<size_t>(window.begin)],
+                   own[static_cast<size_t>(window.end - 1)]);
 }
 
 // Each lane, or a neighbour at a price: the average along a slanted surface.
@@ -109,14 +145,15 @@ double carry(const Running &running, double weight) {
 }
 
 // A recursive average of the first `count` pixels after each of them: `cost(n)` are the n-th
-// pixel's lanes, `weight(n)` that of the edge between n - 1 and n. `price`: of leaning.
-template <typename Cost, typename Weight>
-std::vector<Running> averages_along(int count, Cost cost, Weight weight, double price) {
+// pixel's lanes, `weight(n)` that of the edge between n - 1 and n, `rise(n)` that of the surface
+// from n - 1 to n. `price`: of leaning.
+template <typename Cost, typename Weight, typename Rise>
+std::vector<Running> averages_along(int count, Cost cost, Weight weight, Rise rise, double price) {
     std::vector<Running> result = {{cost(0), 0}};
     for (int n = 1; n < count; n++) {
         const Running &before = result.back();
         const double carried = carry(before, weight(n));
-        const Lanes lanes = leaning(arriving(before.average, cost(n)), price);
+        const Lanes lanes = leaning(arriving(before.average, cost(n), rise(n)), price);
         result.push_back({blend(lanes, cost(n), share_of(carried, kMassOne)), carried});
     }
     return result;
@@ -151,12 +188,14 @@ double downward(double weight) {
 
 // Averages of one column. Upwards each sees six to thirteen rows: up to six below the band of eight
 // rows that it belongs to.
-std::vector<Lanes> column_averages(const View &left, const Volume &averages, int x) {
+std::vector<Lanes> column_averages(const View &left, const Volume &averages,
+                                   const Grid<Slopes> &slopes, int x) {
     const int height = averages.height;
+    const auto rise_up = [&](int y) { return rise_back(slopes.at(x, y).down, y); };
     const std::vector<Running> down = averages_along(
         height, [&](int y) { return averages.at(x, y); },
         [&](int y) { return downward(edge_weight(step_between(left, x, y, x, y - 1))); },
-        kLeanDown);
+        [&](int y) { return rise_to(slopes.at(x, y).down, y); }, kLeanDown);
     std::vector<Lanes> result;
     for (int y = 0; y < height; y++) {
         const Running &above = down[static_cast<size_t>(y)];
@@ -171,28 +210,33 @@ std::vector<Lanes> column_averages(const View &left, const Volume &averages, int
                 [&](int n) {
                     return edge_weight(step_between(left, x, last - n, x, last - n + 1));
                 },
-                kLeanDown)
+                [&](int n) { return rise_up(last - n); }, kLeanDown)
                 .back();
         const double carried = carry(below, edge_weight(step_between(left, x, y + 1, x, y)));
         const double share = 128 - share_of(above.mass(), carried);
-        const Lanes lanes = leaning(arriving(below.average, averages.at(x, y)), kLeanDown);
+        const Lanes lanes =
+            leaning(arriving(below.average, averages.at(x, y), rise_up(y)), kLeanDown);
         result.push_back(blend(lanes, above.average, share));
     }
     return result;
 }
 
-// Adds up to `max` of the known path costs along a path through `places` to the totals.
+// Adds up to `max` of the known path costs along a path through `places` to the totals. `rise(at)`
+// is that of the surface on the way there.
+template <typename Rise>
 void add_paths(const View &left, const Volume &averages, const std::vector<Place> &places,
-               double max, Volume *totals) {
+               Rise rise, double max, Volume *totals) {
     std::vector<Lanes> costs;
     std::vector<double> large;
+    std::vector<int> rises;
     for (size_t n = 0; n < places.size(); n++) {
         const Place at = places[n];
         const Place before = places[n > 0 ? n - 1 : 0];
         costs.push_back(averages.at(at.x, at.y));
         large.push_back(large_penalty(step_between(left, at.x, at.y, before.x, before.y)));
+        rises.push_back(rise(at));
     }
-    const std::vector<Lanes> paths = path_costs(costs, 20, large);
+    const std::vector<Lanes> paths = path_costs(costs, 20, large, rises);
     for (size_t n = 0; n < places.size(); n++) {
         const Lanes path = normalised(paths[n]);
         Lanes &total = totals->at(places[n].x, places[n].y);
@@ -203,7 +247,8 @@ void add_paths(const View &left, const Volume &averages, const std::vector<Place
 }
 
 // Sums of the paths from above, from the left and from the right; the last one is not limited.
-Volume path_totals(const View &left, const Volume &averages, int lanes) {
+Volume path_totals(const View &left, const Volume &averages, const Grid<Slopes> &slopes,
+                   int lanes) {
     const int width = averages.width;
     const int height = averages.height;
     Volume totals(width, height, Lanes(static_cast<size_t>(lanes), 0));
@@ -212,16 +257,19 @@ Volume path_totals(const View &left, const Volume &averages, int lanes) {
         for (int y = 0; y < height; y++) {
             downwards.push_back({x, y});
         }
-        add_paths(left, averages, downwards, 127, &totals);
+        const auto rise = [&](Place at) { return rise_to(slopes.at(at.x, at.y).down, at.y); };
+        add_paths(left, averages, downwards, rise, 127, &totals);
     }
     for (int y = 0; y < height; y++) {
         std::vector<Place> to_the_right;
         for (int x = 0; x < width; x++) {
             to_the_right.push_back({x, y});
         }
-        add_paths(left, averages, to_the_right, 127, &totals);
+        const auto rise = [&](Place at) { return rise_to(slopes.at(at.x, at.y).along, at.x); };
+        add_paths(left, averages, to_the_right, rise, 127, &totals);
         const std::vector<Place> to_the_left(to_the_right.rbegin(), to_the_right.rend());
-        add_paths(left, averages, to_the_left, kInfinity, &totals);
+        const auto fall = [&](Place at) { return rise_back(slopes.at(at.x, at.y).along, at.x); };
+        add_paths(left, averages, to_the_left, fall, kInfinity, &totals);
     }
     return totals;
 }
@@ -239,7 +287,7 @@ int grey_at(const View &view, int x, int y) {
 }
 
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
-                              const std::vector<double> &large) {
+                              const std::vector<double> &large, const std::vector<int> &rise) {
     std::vector<Lanes> paths = {costs[0]};
     for (size_t n = 1; n < costs.size(); n++) {
         const Lanes &before = paths.back();
@@ -248,6 +296,7 @@ std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
         for (size_t i = 0; i < before.size(); i++) {
             shared.push_back(std::isinf(costs[n][i]) ? kInfinity : before[i]);
         }
+        shared = sheared(shared, window_of(costs[n]), rise[n], kInfinity, kInfinity);
         for (size_t i = 0; i < before.size(); i++) {
             const double way =
                 std::min({shared[i], lower_neighbour(shared, i) + small, lowest + large[n]});
@@ -306,22 +355,26 @@ Volume windowed(const Volume &all, const Grid<Span> &windows) {
     return result;
 }
 
-Volume row_averages(const View &left, const Volume &costs) {
+Volume row_averages(const View &left, const Volume &costs, const Grid<Slopes> &slopes) {
     const int width = costs.width;
     Volume result(width, costs.height);
     for (int y = 0; y < costs.height; y++) {
         const auto weight = [&](int x) { return edge_weight(step_between(left, x, y, x - 1, y)); };
         const std::vector<Running> from_left = averages_along(
-            width, [&](int x) { return costs.at(x, y); }, weight, kLeanAlong);
+            width, [&](int x) { return costs.at(x, y); }, weight,
+            [&](int x) { return rise_to(slopes.at(x, y).along, x); }, kLeanAlong);
+        const auto fall = [&](int x) { return rise_back(slopes.at(x, y).along, x); };
         const std::vector<Running> from_right = averages_along(
             width, [&](int n) { return costs.at(width - 1 - n, y); },
-            [&](int n) { return weight(width - n); }, kLeanAlong);
+            [&](int n) { return weight(width - n); }, [&](int n) { return fall(width - 1 - n); },
+            kLeanAlong);
         for (int x = 0; x < width; x++) {
             const Running &before = from_left[static_cast<size_t>(x)];
             result.at(x, y) = before.average;
             if (x + 1 < width) {
                 const Running &after = from_right[static_cast<size_t>(width - 2 - x)];
-                const Lanes lanes = leaning(arriving(after.average, costs.at(x, y)), kLeanAlong);
+                const Lanes lanes =
+                    leaning(arriving(after.average, costs.at(x, y), fall(x)), kLeanAlong);
                 const double share = share_of(before.mass(), carry(after, weight(x + 1)));
                 result.at(x, y) = blend(before.average, lanes, share);
             }
@@ -330,17 +383,18 @@ Volume row_averages(const View &left, const Volume &costs) {
     return result;
 }
 
-Sums sum_up(const View &left, const Search &search, const Volume &row_averages) {
+Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
+            const Grid<Slopes> &slopes) {
     const int width = row_averages.width;
     const int height = row_averages.height;
     Volume averages(width, height);
     for (int x = 0; x < width; x++) {
-        const std::vector<Lanes> column = column_averages(left, row_averages, x);
+        const std::vector<Lanes> column = column_averages(left, row_averages, slopes, x);
         for (int y = 0; y < height; y++) {
             averages.at(x, y) = column[static_cast<size_t>(y)];
         }
     }
-    return {averages, path_totals(left, averages, search.lanes())};
+    return {averages, path_totals(left, averages, slopes, search.lanes())};
 }
 
 }  // namespace reference

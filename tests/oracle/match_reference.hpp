@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// A slow and plain reimplementation of the matcher's finest level: whole volumes of doubles, one
 /// loop per formula, no code shared with core. Written from firmware/stereo/match.md and the
-/// definitions in the kernels. The disparities that a pixel searches are an argument.
+/// definitions in the kernels. The disparities that a pixel searches, and the slopes of the surface
+/// around it, are arguments.
 #ifndef VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 #define VERGENCE_TESTS_ORACLE_MATCH_REFERENCE_HPP
 
@@ -44,6 +45,12 @@ struct Span {
     int begin, end;
 };
 
+/// Of the surface at a pixel, in 1/256 disparities a row and a column: what comes from a neighbour
+/// there moves up by as many lanes as the surface rises in between.
+struct Slopes {
+    int down, along;
+};
+
 struct View {
     Grid<uint8_t> grey;
     std::vector<Span> spans;                   // valid columns, by row
@@ -68,11 +75,11 @@ struct Answer {
 /// Costs of the best paths that end at each pixel of a path, by lane:
 ///     path(i) = cost(i) + min(p(i), p(i - 1) + small, p(i + 1) + small, min p + large) - min p
 /// with p the lanes of the pixel before; `large[n]` is the penalty on the way to pixel n. Lanes
-/// searched only by the pixel before end there, except for their part in min p. Source: H.
-/// Hirschmueller, "Stereo processing by semiglobal matching and mutual information", PAMI 30(2),
-/// 2008, equation 13.
+/// searched only by the pixel before end there, except for their part in min p. On the way to pixel
+/// n the lanes of p move up by `rise[n]`. Source: H. Hirschmueller, "Stereo processing by
+/// semiglobal matching and mutual information", PAMI 30(2), 2008, equation 13.
 std::vector<Lanes> path_costs(const std::vector<Lanes> &costs, double small,
-                              const std::vector<double> &large);
+                              const std::vector<double> &large, const std::vector<int> &rise);
 
 /// `lanes` minus their lowest: the kernels' representation of a path.
 Lanes normalised(Lanes lanes);
@@ -98,7 +105,7 @@ Volume costs_of(const View &left, const View &right, const Search &search);
 Volume windowed(const Volume &all, const Grid<Span> &windows);
 
 /// Costs averaged along the rows.
-Volume row_averages(const View &left, const Volume &costs);
+Volume row_averages(const View &left, const Volume &costs, const Grid<Slopes> &slopes);
 
 /// Inputs of the choice of winners.
 struct Sums {
@@ -107,7 +114,8 @@ struct Sums {
 };
 
 /// Averages along the columns, and the paths through them.
-Sums sum_up(const View &left, const Search &search, const Volume &row_averages);
+Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
+            const Grid<Slopes> &slopes);
 
 /// Rejects pixels far from texture along the row, and accepts doubtful ones that continue the
 /// surface around them.

@@ -26,6 +26,7 @@ using reference::Grid;
 using reference::Lanes;
 using reference::Place;
 using reference::Search;
+using reference::Slopes;
 using reference::Span;
 using reference::Sums;
 using reference::View;
@@ -122,8 +123,24 @@ View whole(const Grid<uint8_t> &grey) {
     return {grey, std::vector<Span>(static_cast<size_t>(grey.height), Span{0, grey.width})};
 }
 
-// The right camera's view of the left image: two surfaces with a step between them, one slanted,
-// with noise.
+// Each pixel the mean of 7x7.
+Grid<uint8_t> out_of_focus(const Grid<uint8_t> &grey) {
+    Grid<uint8_t> result = grey;
+    for (int y = 0; y < grey.height; y++) {
+        for (int x = 0; x < grey.width; x++) {
+            int sum = 0;
+            for (int i = 0; i < 49; i++) {
+                sum += grey.at(std::clamp(x + i % 7 - 3, 0, grey.width - 1),
+                               std::clamp(y + i / 7 - 3, 0, grey.height - 1));
+            }
+            result.at(x, y) = static_cast<uint8_t>(sum / 49);
+        }
+    }
+    return result;
+}
+
+// The right camera's view of the left image: two surfaces with a step between them, one slanted
+// both ways, with noise.
 Grid<uint8_t> seen_from_right(Generator &generator, const Grid<uint8_t> &left, const Search &search,
                               int noise) {
     Grid<uint8_t> right = random_grey(generator, left.width, left.height, 20);
@@ -132,7 +149,8 @@ Grid<uint8_t> seen_from_right(Generator &generator, const Grid<uint8_t> &left, c
     const int lean = generator.between(2, 12);
     for (int y = 0; y < left.height; y++) {
         for (int x = 0; x < left.width; x++) {
-            const int disparity = x < left.width / 2 ? far : near + y / lean;
+            const int from_edge = x - left.width / 2;
+            const int disparity = from_edge < 0 ? far : near + y / lean + from_edge / (14 - lean);
             const int right_x = x - disparity;
             if (right_x >= 0 && right_x < left.width) {
                 const int value = left.at(x, y) + generator.between(-noise, noise);
@@ -159,10 +177,12 @@ struct Task {
     int height() const { return left.grey.height; }
 };
 
-// The matcher's own result, and the disparities that its finest level searched.
+// The matcher's own result, the disparities that its finest level searched, and the slopes that it
+// followed.
 struct Matched {
     Answer answer;
     Grid<Span> windows;
+    Grid<Slopes> slopes;
     Grid<int> doubtful;
 };
 
@@ -202,13 +222,16 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     arena_init(&arena, memory.data(), memory.size());
     REQUIRE(match_run(&input, &options, &parallel_serial, nullptr, nullptr, &arena, &output) ==
             ERROR_OK);
-    Matched result = {
-        {{width, height}, {width, height}, {width, height}}, {width, height}, {width, height}};
+    Matched result = {{{width, height}, {width, height}, {width, height}},
+                      {width, height},
+                      {width, height},
+                      {width, height}};
     for (size_t i = 0; i < windows.cells.size(); i++) {
         result.answer.disparity_q8.cells[i] = disparity_q8.cells[i];
         result.answer.reason.cells[i] = reason.cells[i];
         result.answer.confidence.cells[i] = confidence.cells[i];
         result.windows.cells[i] = {windows.cells[i].begin, windows.cells[i].end};
+        result.slopes.cells[i] = {windows.cells[i].slope_down, windows.cells[i].slope_along};
         result.doubtful.cells[i] = windows.cells[i].doubtful;
     }
     return result;
@@ -239,6 +262,7 @@ struct Met {
     std::set<int> reasons;
     std::set<int> smoothings;
     int narrow = 0;  // pixels that did not search everything
+    int slanted_down = 0, slanted_along = 0;
 };
 
 // Compares all levels' results with the reference's. `all`: costs averaged along the rows to be
@@ -262,10 +286,12 @@ void check_task(const Task &task, const Volume *all, Met *met) {
     const View right = smoothed(task.right, side);
     const Volume averages =
         all != nullptr ? windowed(*all, windows)
-                       : row_averages(left, windowed(costs_of(left, right, task.search), windows));
+                       : row_averages(left, windowed(costs_of(left, right, task.search), windows),
+                                      searched.slopes);
     met->smoothings.insert(side);
-    const Answer expected = decide(task.left, task.right, task.search,
-                                   sum_up(left, task.search, averages), searched.doubtful);
+    const Answer expected =
+        decide(task.left, task.right, task.search,
+               sum_up(left, task.search, averages, searched.slopes), searched.doubtful);
     for (const Level &level : levels()) {
         CAPTURE(level.name);
         check_same(matched(task, level.kernels, bytes).answer, expected);
@@ -273,6 +299,10 @@ void check_task(const Task &task, const Volume *all, Met *met) {
     met->reasons.insert(expected.reason.cells.begin(), expected.reason.cells.end());
     for (const Span window : windows.cells) {
         met->narrow += window.end - window.begin < task.search.lanes();
+    }
+    for (const Slopes slopes : searched.slopes.cells) {
+        met->slanted_down += slopes.down != 0;
+        met->slanted_along += slopes.along != 0;
     }
 }
 
@@ -341,15 +371,21 @@ TEST_CASE("from images to reasons, every pixel is the reference's") {
             const int grey = left.grey.at(width / 2, height / 2);
             fill(&left.grey, width / 4, 3 * width / 4, height / 4, height, grey);
         }
+        if (round % 5 == 4) {
+            left.grey = out_of_focus(left.grey);
+        }
         if (round % 4 > 0) {
             left.channels = random_channels(colours, left.grey, round % 4 == 1 ? 0 : 10 * round);
         }
-        const View right =
-            whole(seen_from_right(generator, left.grey, search, generator.between(0, 6)));
+        const View right = whole(seen_from_right(generator, left.grey, search, round % 7));
         check_task({left, right, search, kPresets[round % 3]}, nullptr, &met);
     }
-    MESSAGE("pixels with a narrow window: " << met.narrow);
+    MESSAGE("pixels with a narrow window: " << met.narrow
+                                            << ", with a slope down: " << met.slanted_down
+                                            << ", along: " << met.slanted_along);
     CHECK(met.narrow > 0);
+    CHECK(met.slanted_down > 0);
+    CHECK(met.slanted_along > 0);
     CHECK(met.reasons.size() == REASON_COUNT - 1);  // the matcher fills nothing
     CHECK(met.smoothings == std::set<int>{0, 2, 4, 5});
 }
