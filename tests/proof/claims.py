@@ -20,10 +20,13 @@ VECTORS = [
 ]
 SMALL = [
     "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry", "match_p2",
-    "match_step", "match_same_window", "match_cell", "match_guide", "match_span",
+    "match_step", "match_same_window", "match_rise", "match_cell", "match_guide", "match_span",
     "match_tile_columns", "match_range_ends", "match_realign", "image_u8_row", "image_i32_row",
 ]
-MESSAGES = ["load_lanes", "store_lanes", "lower_neighbour", "add_path_cost"]
+MESSAGES = [
+    "load_lanes", "store_lanes", "lower_neighbour", "move_lanes", "shear", "shear_average",
+    "add_path_cost",
+]
 FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
 COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
 COLUMNS = [

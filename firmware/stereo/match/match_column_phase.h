@@ -114,6 +114,7 @@ MATCH_INLINE struct vector_shares member_shares(const match_share *shares) {
 // be `below`.
 /*@ requires are_lanes(lanes) && \valid_read(shares);
     requires are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS);
+    requires match_is_rise(shares->rise);
     requires tile_valid(below, lanes) && tile_valid(cost, lanes) && tile_valid(to, lanes);
     assigns to[0 .. MATCH_TILE_COLUMNS * lanes - 1]; */
 MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t *cost, uint8_t *to,
@@ -269,6 +270,7 @@ static void average_upwards(struct column_view *view, uint8_t *running) {
 /*@ requires are_lanes(lanes) && \valid_read(shares);
     requires are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
     requires are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS);
+    requires match_is_rise(shares->rise) && match_is_rise(shares->rise_below);
     requires tile_valid(down, lanes) && tile_valid(cost, lanes);
     requires tile_valid(previous, lanes) && tile_valid(path_cost, lanes);
     assigns down[0 .. MATCH_TILE_COLUMNS * lanes - 1], cost[0 .. MATCH_TILE_COLUMNS * lanes - 1],
@@ -335,8 +337,11 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     requires is_mass_row(&view->mass[0]) && \valid(shares) && \valid_read(view->band);
     requires 0 <= view->band->begin <= y < view->band->begin + MATCH_BAND_ROWS;
     requires is_mass_row(&view->mass_below[y - view->band->begin][0]);
+    requires \valid_read(view->tile) && match_is_slope(view->tile->slope_down);
     requires \separated(view, view->level) && \separated(view, view->band, shares);
+    requires \separated(view->tile, view, shares);
     assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], *shares;
+    ensures match_is_rise(shares->rise) && match_is_rise(shares->rise_below);
     ensures is_mass_row(&view->mass[0]);
     ensures are_shares(&shares->before[0], 0, MATCH_TILE_COLUMNS);
     ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */

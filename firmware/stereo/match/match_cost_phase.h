@@ -117,7 +117,7 @@ MATCH_INLINE void tile_costs(const struct cost_view *view, int r_begin,
                               integer columns, integer rows, integer lanes) =
         \valid_read(of) && \valid_read(tile) && are_lanes(lanes) &&
         1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
-        0 <= x_begin <= INT16_MAX + 1 - columns &&
+        0 <= x_begin <= INT16_MAX + 1 - columns && match_is_slope(tile->slope_along) &&
         0 <= tile->offset <= INT32_MAX - columns * lanes &&
         (\forall integer r; 0 <= r < rows ==>
             \valid_read(of->raw[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&

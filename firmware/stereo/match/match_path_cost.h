@@ -82,13 +82,13 @@ MATCH_INLINE struct vector leaning(const struct lanes *of, int k, struct vector 
 
 // Moves all lanes up by `rise`, as far as a surface rises from one pixel to the next. Those that
 // come from beyond the ends are `low` and `high`. Not inlined: few tiles are slanted.
-/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+/*@ requires are_lanes(lanes) && match_is_rise(rise);
     requires \valid(of);
     assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
 static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, struct vector low,
                                                  struct vector high, int lanes) {
     const int count = lanes / MATCH_LANES;
-    /*@ loop invariant i >= 0;
+    /*@ loop invariant 0 <= i <= MATCH_RISE_MAX;
         loop assigns i, of->part[0 .. count - 1];
         loop variant rise - i; */
     for (int i = 0; i < rise; i++) {
@@ -102,7 +102,7 @@ static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, str
             before = here;
         }
     }
-    /*@ loop invariant i <= 0;
+    /*@ loop invariant -MATCH_RISE_MAX <= i <= 0;
         loop assigns i, of->part[0 .. count - 1];
         loop variant i - rise; */
     for (int i = 0; i > rise; i--) {
@@ -115,7 +115,7 @@ static __attribute__((noinline)) void move_lanes(struct lanes *of, int rise, str
     }
 }
 
-/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+/*@ requires are_lanes(lanes) && match_is_rise(rise);
     requires \valid(of);
     assigns of->part[0 .. lanes / MATCH_LANES - 1]; */
 MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct vector high,
@@ -127,7 +127,7 @@ MATCH_INLINE void shear(struct lanes *of, int rise, struct vector low, struct ve
 
 // Shears an average as it arrives in the pixel of `at` and `cell`, whose own costs at the ends of
 // its window stand for what lies beyond these.
-/*@ requires are_lanes(lanes) && -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
+/*@ requires are_lanes(lanes) && match_is_rise(rise);
     requires is_cell(cell) && \valid_read(at) && \valid(of);
     requires \valid_read(at[0] + (cell .. cell + lanes - 1));
     assigns of->part[0 .. lanes / MATCH_LANES - 1]; */

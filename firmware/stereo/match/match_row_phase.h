@@ -44,7 +44,7 @@ struct row_view {
                                integer columns, integer rows, integer lanes) =
         \valid_read(of) && \valid_read(tile) && are_lanes(lanes) && is_level(of->level) &&
         1 <= rows <= MATCH_ROWS_ABREAST && 0 <= columns <= MATCH_TILE_COLUMNS &&
-        0 <= x_begin <= INT16_MAX + 1 - columns &&
+        0 <= x_begin <= INT16_MAX + 1 - columns && match_is_slope(tile->slope_along) &&
         0 <= tile->offset <= INT32_MAX - columns * lanes &&
         (\forall integer r; 0 <= r < rows ==>
             \valid_read(of->cost[r] + (tile->offset .. tile->offset + columns * lanes - 1)) &&

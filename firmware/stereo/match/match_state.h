@@ -230,6 +230,8 @@ struct match_state {
     predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE;
     predicate match_are_lanes(integer lanes) =
         MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
+    predicate match_is_slope(integer slope) = -MATCH_SLOPE_MAX <= slope <= MATCH_SLOPE_MAX;
+    predicate match_is_rise(integer rise) = -MATCH_RISE_MAX <= rise <= MATCH_RISE_MAX;
     predicate match_is_tile{L}(struct match_tile *of) =
         \valid_read(of) && match_are_lanes(of->lanes) && 0 <= of->base < MATCH_MAX_DISPARITIES;
     predicate match_is_size(integer width, integer height) =
@@ -344,13 +346,14 @@ static inline uint8_t match_step(uint8_t a, uint8_t b) {
 }
 
 /// Lanes that a surface of this slope rises from row or column n - 1 to n.
-/*@ requires -MATCH_SLOPE_MAX <= slope <= MATCH_SLOPE_MAX && 0 <= n <= IMAGE_MAX_SIDE_PX;
+/*@ requires match_is_slope(slope) && 0 <= n <= INT16_MAX + 1;
     assigns \nothing;
-    ensures -MATCH_RISE_MAX <= \result <= MATCH_RISE_MAX; */
+    ensures match_is_rise(\result); */
 static inline int match_rise(int slope, int n) {
     const int positive = slope + MATCH_SLOPE_MAX;  // rounds down, as shifts do
-    return (positive * (n + 1) / MATCH_SLOPE_ONE) - (positive * n / MATCH_SLOPE_ONE) -
-           MATCH_RISE_MAX;
+    //@ assert 0 <= positive * n <= 2 * MATCH_SLOPE_MAX * n;
+    const int before = positive * n;
+    return (before + positive) / MATCH_SLOPE_ONE - before / MATCH_SLOPE_ONE - MATCH_RISE_MAX;
 }
 
 /// The cells of column `column` of a tile in a row of cells.
