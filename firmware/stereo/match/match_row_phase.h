@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Phase 3 (included by match_plain.c and the other kernel sets): path costs along the row from both
-// sides, and the winner of their sum with those from above. Up to MATCH_ROWS_ABREAST rows are
-// processed in parallel: each depends on its own previous pixel, not on other rows.
+// sides, and the winner of their sum with those from above. Rows are independent: several at once.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
 #define VERGENCE_STEREO_MATCH_MATCH_ROW_PHASE_H
 
@@ -303,6 +302,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
         load_lanes((const uint8_t *const *)view.path_cost + q * VECTOR_MEMBERS, 0, &path_cost[q],
                    lanes);
     }
+    const int slope = tile->slope_along;  // no winner is stored there
     ptrdiff_t cell = tile->offset + (ptrdiff_t)columns * lanes;
     /*@ loop invariant x_begin - 1 <= x <= x_begin + columns - 1;
         loop invariant cell == tile->offset + (x - x_begin + 1) * lanes;
@@ -312,7 +312,7 @@ MATCH_INLINE void pass_left(const struct row_view *of, const struct match_tile *
         loop variant x - x_begin + 1; */
     for (int x = x_begin + columns - 1; x >= x_begin; x--) {
         //@ assert times(0, x - x_begin, lanes) && times(x - x_begin + 1, columns, lanes);
-        const int rise = sheared ? -match_rise(tile->slope_along, x + 1) : 0;
+        const int rise = sheared ? -match_rise(slope, x + 1) : 0;
         cell -= lanes;
         /*@ loop invariant 0 <= q <= groups;
             loop assigns q, path_cost[0 .. groups - 1], of->line[0 .. groups - 1].row.lane[x],
