@@ -104,7 +104,28 @@ static bool take_rgb8(struct arena *arena, int width, int height, struct image_r
     return image->data != NULL;
 }
 
-static bool take_images(struct arena *arena, bool right_colour, struct reconstruct_result *result) {
+// If the surface is recomputed, only the matcher reads the right image in colour, and its memory is
+// then sigma's.
+static bool take_right_colour_and_sigma(const struct run *run) {
+    struct reconstruct_result *result = run->result;
+    const int width = result->plan.width_px;
+    const int height = result->plan.height_px;
+    const bool keep = !run->options->recompute_surface;
+    const bool lend = !keep && run->raw[1]->layout != RAW_GREY;
+    if ((keep || lend) && !take_rgb8(run->arena, width, height, &result->right_colour)) {
+        return false;
+    }
+    void *sigma = result->right_colour.data;
+    if (!lend) {
+        sigma = arena_take(run->arena, (size_t)width * (size_t)height, sizeof(uint16_t));
+    }
+    result->sigma_q8 = (struct image_u16){sigma, width, height, width};
+    return sigma != NULL;
+}
+
+static bool take_images(const struct run *run) {
+    struct arena *arena = run->arena;
+    struct reconstruct_result *result = run->result;
     const int width = result->plan.width_px;
     const int height = result->plan.height_px;
     INVARIANT(width >= MATCH_MIN_WIDTH_PX && height >= MATCH_MIN_HEIGHT_PX);
@@ -114,65 +135,20 @@ static bool take_images(struct arena *arena, bool right_colour, struct reconstru
     result->right_span = arena_take(arena, (size_t)height, sizeof *result->right_span);
     match->disparity_q8 =
         (struct image_i32){arena_take(arena, pixels, sizeof(int32_t)), width, height, width};
-    result->sigma_q8 =
-        (struct image_u16){arena_take(arena, pixels, sizeof(uint16_t)), width, height, width};
-    return take_u8(arena, width, height, &result->left) &&
+    return take_right_colour_and_sigma(run) && take_u8(arena, width, height, &result->left) &&
            take_u8(arena, width, height, &result->right) &&
            take_rgb8(arena, width, height, &result->left_colour) &&
-           (!right_colour || take_rgb8(arena, width, height, &result->right_colour)) &&
            take_u8(arena, width, height, &match->reason) &&
            take_u8(arena, width, height, &match->confidence) && match->disparity_q8.data != NULL &&
-           result->sigma_q8.data != NULL && result->left_span != NULL && result->right_span != NULL;
+           result->left_span != NULL && result->right_span != NULL;
 }
 
-static size_t images_need_bytes(int width, int height, bool right_colour) {
+static size_t images_need_bytes(int width, int height, bool keep_right_colour) {
     const size_t pixels = (size_t)width * (size_t)height;
     return 2 * arena_need_bytes((size_t)height, sizeof(struct rectify_span)) +
-           4 * arena_need_bytes(pixels, 1) + (right_colour ? 2 : 1) * arena_need_bytes(pixels, 3) +
-           arena_need_bytes(pixels, sizeof(int32_t)) + arena_need_bytes(pixels, sizeof(uint16_t));
-}
-
-// An object in front of or behind the requested range has its best match outside of it, and would
-// get the next best match inside. So the search extends to infinity, and to half the nearest depth;
-// near a coarser surface this costs little.
-static void search_beyond(const struct rectify_plan *plan, struct match_options *match) {
-    enum {
-        BEYOND_INFINITY = 4,  // so that objects there are not at the end of the search
-        STEP = 16,            // disparities are processed in vectors of this many
-    };
-    // No pixel has a partner farther away than the width.
-    const double width = plan->width_px;
-    const double infinity_px = plan->cx_left_px - plan->cx_right_px;
-    const int first = plan->disparity_min;
-    const int last = first + plan->disparity_count - 1;
-    if (first > infinity_px && first > -width) {
-        const double lowest_px = (infinity_px > -width ? infinity_px : -width) - BEYOND_INFINITY;
-        match->extra_below = first - (int)(lowest_px - 1);
-    }
-    const double nearest_px = last + (last - infinity_px);
-    if (last < width) {
-        match->extra_above = (int)(nearest_px < width ? nearest_px : width) - last;
-    }
-    // Rounds to whole vectors, within the searchable range.
-    const int room = MATCH_MAX_DISPARITIES - plan->disparity_count;
-    match->extra_below = smaller(match->extra_below, smaller(room, first + MATCH_DISPARITY_LIMIT));
-    const int count = match->extra_below + plan->disparity_count;
-    match->extra_above += (STEP - (count + match->extra_above) % STEP) % STEP;
-    match->extra_above = smaller(match->extra_above, smaller(MATCH_MAX_DISPARITIES - count,
-                                                             MATCH_DISPARITY_LIMIT - 1 - last));
-}
-
-struct match_options reconstruct_match_options(const struct rectify_plan *plan,
-                                               const struct reconstruct_options *options) {
-    struct match_options match = match_default_options(plan->disparity_min, plan->disparity_count);
-    match.preset = options->preset;
-    match.speckle_px = options->speckle_px;
-    match.keep_all = options->keep_all;
-    match.kernels = options->kernels;
-    if (!options->keep_all) {
-        search_beyond(plan, &match);
-    }
-    return match;
+           4 * arena_need_bytes(pixels, 1) + 2 * arena_need_bytes(pixels, 3) +
+           arena_need_bytes(pixels, sizeof(int32_t)) +
+           (keep_right_colour ? arena_need_bytes(pixels, sizeof(uint16_t)) : 0);
 }
 
 size_t reconstruct_need_bytes(int raw_width_px, const struct rectify_plan *plan,
@@ -318,7 +294,8 @@ static struct match_input match_input_of(const struct reconstruct_result *result
                                 .left_span = result->left_span,
                                 .right_span = result->right_span,
                                 .resampled = !result->plan.identity,
-                                .left_colour = result->left_colour};
+                                .left_colour = result->left_colour,
+                                .right_colour = result->right_colour};
 }
 
 static bool match_band_done(void *self, int rows_done, int rows) {
@@ -342,6 +319,9 @@ static int match(struct run *run) {
     result->match_peak_bytes = rest.peak_bytes;
     const size_t peak = run->arena->used_bytes + rest.peak_bytes;
     run->arena->peak_bytes = larger(run->arena->peak_bytes, peak);
+    if (run->options->recompute_surface) {
+        result->right_colour = (struct image_rgb8){0};
+    }
     return error;
 }
 
@@ -441,7 +421,7 @@ static int all_stages(struct run *run) {
         enum reconstruct_stage stage;
         int (*run)(struct run *run);
     } matching[] = {{RECONSTRUCT_MATCH, match}, {RECONSTRUCT_REFINE, refine}};
-    if (!take_images(run->arena, !run->options->recompute_surface, run->result)) {
+    if (!take_images(run)) {
         return ERROR_MEMORY;
     }
     int error = images_stages(run);

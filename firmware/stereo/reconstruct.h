@@ -74,7 +74,7 @@ struct reconstruct_result {
 
     struct image_u8 left, right;                  // rectified, grey
     struct image_rgb8 left_colour;                // rectified; grey input gives equal channels
-    struct image_rgb8 right_colour;               // no data if the surface is recomputed
+    struct image_rgb8 right_colour;               // the same; no data if the surface is recomputed
     struct rectify_span *left_span, *right_span;  // per row
 
     struct match_output match;

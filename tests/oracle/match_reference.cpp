@@ -23,18 +23,37 @@ struct Running {
     double mass() const { return kMassOne + carried; }
 };
 
-struct Feature {
-    std::vector<bool> brighter;  // than the centre: the neighbours in a window of 5x5
-    double gradient;             // Sobel's along the row, a quarter of it, around 128
+// Whether a pixel of the 5x5 window is brighter than another one, by distance from its centre.
+struct Comparison {
+    char channel;
+    int dx, dy, other_dx, other_dy;
 };
 
-Feature feature_at(const View &view, int x, int y) {
+struct Feature {
+    std::vector<bool> brighter;
+    double gradient;  // Sobel's along the row, a quarter of it, around 128
+};
+
+// Of neighbours with the centre, and of opposite pixels; two count twice.
+const std::vector<Comparison> kComparisons = {
+    {'g', -1, 0, 0, 0},  {'g', 1, 0, 0, 0},   {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},
+    {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},   {'g', -1, -1, 0, 0}, {'g', 1, -1, 0, 0},
+    {'g', -1, 1, 0, 0},  {'g', 1, 1, 0, 0},   {'g', -1, -1, 1, 1}, {'g', 1, -1, -1, 1},
+    {'g', -2, -1, 2, 1}, {'g', 2, -1, -2, 1}, {'g', -2, -2, 2, 2}, {'g', 2, -2, -2, 2},
+    {'r', -1, 0, 0, 0},  {'r', 1, 0, 0, 0},   {'r', 0, -1, 0, 0},  {'r', 0, 1, 0, 0},
+    {'r', -2, 0, 2, 0},  {'r', 0, -2, 0, 2},  {'b', -1, 0, 1, 0},  {'b', 0, -1, 0, 1},
+};
+
+const Grid<uint8_t> &channel_of(const View &view, char channel) {
+    return channel == 'g' ? view.grey : view.channels[channel == 'r' ? 0 : 2];
+}
+
+Feature feature_at(const View &view, bool in_colour, int x, int y) {
     Feature feature;
-    const int centre = grey_at(view, x, y);
-    for (int dy = -2; dy <= 2; dy++) {
-        for (int dx = -2; dx <= 2; dx++) {
-            feature.brighter.push_back(grey_at(view, x + dx, y + dy) > centre);
-        }
+    for (const Comparison &one : kComparisons) {
+        const Grid<uint8_t> &channel = channel_of(view, in_colour ? one.channel : 'g');
+        feature.brighter.push_back(level_at(view, channel, x + one.dx, y + one.dy) >
+                                   level_at(view, channel, x + one.other_dx, y + one.other_dy));
     }
     double slope = 0;
     for (int dy = -1; dy <= 1; dy++) {
@@ -45,11 +64,11 @@ Feature feature_at(const View &view, int x, int y) {
     return feature;
 }
 
-Grid<Feature> features_of(const View &view) {
+Grid<Feature> features_of(const View &view, bool in_colour) {
     Grid<Feature> features(view.grey.width, view.grey.height);
     for (int y = 0; y < features.height; y++) {
         for (int x = 0; x < features.width; x++) {
-            features.at(x, y) = feature_at(view, x, y);
+            features.at(x, y) = feature_at(view, in_colour, x, y);
         }
     }
     return features;
@@ -326,8 +345,9 @@ double edge_weight(int step) {
 
 // Right pixels outside the image have the features of its ends.
 Volume costs_of(const View &left, const View &right, const Search &search) {
-    const Grid<Feature> left_features = features_of(left);
-    const Grid<Feature> right_features = features_of(right);
+    const bool in_colour = is_coloured(left) && is_coloured(right);
+    const Grid<Feature> left_features = features_of(left, in_colour);
+    const Grid<Feature> right_features = features_of(right, in_colour);
     const int width = left.grey.width;
     Volume costs(width, left.grey.height);
     for (int y = 0; y < costs.height; y++) {

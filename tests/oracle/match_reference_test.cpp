@@ -205,13 +205,15 @@ Matched matched(Task task, const match_kernels *kernels, const std::vector<uint8
     options.kernels = &probed.kernels;
     const std::vector<rectify_span> left_spans = spans_of(task.left);
     const std::vector<rectify_span> right_spans = spans_of(task.right);
-    std::vector<uint8_t> colour = interleaved(task.left.channels);
+    std::vector<uint8_t> left_colour = interleaved(task.left.channels);
+    std::vector<uint8_t> right_colour = interleaved(task.right.channels);
     const match_input input = {{task.left.grey.cells.data(), width, height, width},
                                {task.right.grey.cells.data(), width, height, width},
                                left_spans.data(),
                                right_spans.data(),
                                false,
-                               {colour.data(), width, height, 3 * width}};
+                               {left_colour.data(), width, height, 3 * width},
+                               {right_colour.data(), width, height, 3 * width}};
     Grid<int32_t> disparity_q8(width, height, INT32_MIN);
     Grid<uint8_t> reason(width, height, 255), confidence(width, height, 255);
     match_output output = {{disparity_q8.cells.data(), width, height, width},
@@ -377,7 +379,10 @@ TEST_CASE("from images to reasons, every pixel is the reference's") {
         if (round % 4 > 0) {
             left.channels = random_channels(colours, left.grey, round % 4 == 1 ? 0 : 10 * round);
         }
-        const View right = whole(seen_from_right(generator, left.grey, search, round % 7));
+        View right = whole(seen_from_right(generator, left.grey, search, round % 7));
+        if (round % 8 > 2) {
+            right.channels = random_channels(colours, right.grey, round % 8 == 6 ? 0 : round);
+        }
         check_task({left, right, search, kPresets[round % 3]}, nullptr, &met);
     }
     MESSAGE("pixels with a narrow window: " << met.narrow
@@ -401,6 +406,7 @@ TEST_CASE("rows that are valid in parts only, by any spans") {
         View left = whole(random_grey(generator, width, height, 60));
         left.channels = random_channels(generator, left.grey, 20);
         View right = whole(seen_from_right(generator, left.grey, search, 2));
+        right.channels = random_channels(generator, right.grey, 10);
         for (View *view : {&left, &right}) {
             for (Span &span : view->spans) {
                 if (generator.between(0, 2) == 0) {

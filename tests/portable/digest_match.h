@@ -19,7 +19,8 @@ enum { PAIR_WIDTH = 90, PAIR_HEIGHT = 45, PAIR_PIXELS = PAIR_WIDTH * PAIR_HEIGHT
 
 // A pair to be matched and what is found.
 static struct {
-    uint8_t left[PAIR_PIXELS], right[PAIR_PIXELS], left_colour[3 * PAIR_PIXELS];
+    uint8_t left[PAIR_PIXELS], right[PAIR_PIXELS];
+    uint8_t left_colour[3 * PAIR_PIXELS], right_colour[3 * PAIR_PIXELS];
     struct rectify_span left_span[PAIR_HEIGHT], right_span[PAIR_HEIGHT];
     int32_t disparity_q8[PAIR_PIXELS];
     uint8_t reason[PAIR_PIXELS], confidence[PAIR_PIXELS];
@@ -33,6 +34,7 @@ static const struct match_input pair_input = {
     .right_span = pair.right_span,
     .resampled = true,
     .left_colour = {pair.left_colour, PAIR_WIDTH, PAIR_HEIGHT, 3 * PAIR_WIDTH},
+    .right_colour = {pair.right_colour, PAIR_WIDTH, PAIR_HEIGHT, 3 * PAIR_WIDTH},
 };
 
 static struct match_output pair_output(void) {
@@ -71,6 +73,7 @@ static void make_pair(int near_px, int far_px) {
         pair.right[i] = (uint8_t)(grey / 2 + 60 + (int)(next_random() >> 62));
         for (int c = 0; c < 3; c++) {
             pair.left_colour[3 * i + c] = (uint8_t)(pair.left[i] / 2 + (int)(next_random() >> 58));
+            pair.right_colour[3 * i + c] = (uint8_t)(pair.right[i] + (int)(next_random() >> 61));
         }
     }
     for (int y = 0; y < PAIR_HEIGHT; y++) {

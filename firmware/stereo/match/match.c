@@ -157,6 +157,7 @@ int match_run(const struct match_input *input, const struct match_options *optio
     set_state(&state, input->left.width, input->left.height, options, parallel->threads);
     state.smoothing = match_smoothing(input);
     state.coloured = has_colour(&input->left_colour);
+    state.compares_colour = state.coloured && has_colour(&input->right_colour);
     struct match_memory memory = {.arena = arena};
     match_take_memory(&state, &memory);
     const bool finished = !memory.failed && run_levels(&state, progress, progress_self);

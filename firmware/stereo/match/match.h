@@ -47,9 +47,9 @@ struct match_input {
     struct image_u8 left, right;
     const struct rectify_span *left_span, *right_span;  // per row; NULL: all of each row
     bool resampled;  // the rows were interpolated from raw images, not copied
-    // The left image in colour, for its edges; no data: the grey ones. Equal channels count as
-    // grey.
-    struct image_rgb8 left_colour;
+    // In colour; either may have no data. Edges are those of the left image in colour; pixels are
+    // compared in colour only if both images have any. Equal channels count as grey.
+    struct image_rgb8 left_colour, right_colour;
 };
 
 /// Results, all of the size of the left image. Owned by the caller.

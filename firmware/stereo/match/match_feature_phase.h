@@ -50,6 +50,13 @@ static void repeat_ends(struct rectify_span span, int width, uint8_t *padded) {
            (size_t)(width + MATCH_CENSUS_RADIUS - span.end));
 }
 
+// One side of the input.
+struct match_view {
+    const struct image_u8 *grey;
+    const struct image_rgb8 *colour;
+    const struct rectify_span *spans;
+};
+
 // An image to be read: all of a grey one, or one channel of a coloured one.
 struct match_source {
     struct image_u8 image;
@@ -58,6 +65,13 @@ struct match_source {
 };
 
 enum { RGB_BYTES = 3 };
+
+// Every third byte.
+static void one_channel(const uint8_t *restrict from, int width, uint8_t *restrict pixels) {
+    for (int x = 0; x < width; x++) {
+        pixels[x] = from[RGB_BYTES * x];
+    }
+}
 
 // Pixels of row y for index -MATCH_CENSUS_RADIUS to width + MATCH_CENSUS_RADIUS - 1 of a level,
 // with the ends of the valid span repeated outwards.
@@ -68,9 +82,7 @@ static void source_row(const struct match_level *level, const struct match_sourc
     const uint8_t *restrict from = image_u8_row(&source->image, row);
     const bool full = level->shift_x == 0 && level->shift_y == 0;
     if (full && source->channel) {
-        for (int x = 0; x < level->width; x++) {
-            pixels[x] = from[RGB_BYTES * x];
-        }
+        one_channel(from, level->width, pixels);
     } else if (full) {
         memcpy(pixels, from, (size_t)level->width);
     } else if (source->channel) {
@@ -139,11 +151,16 @@ static void source_rows(const struct match_level *level, const struct match_sour
     }
 }
 
-// What the features of the rows [y_begin, y_begin + rows) need.
-static void feature_sources(const struct match_level *level, const struct image_u8 *image,
-                            const struct rectify_span *spans, int y_begin, int rows,
-                            struct match_scratch *scratch) {
-    const struct match_source source = {*image, spans, false};
+// Reads what the features of the rows [y_begin, y_begin + rows) need of a channel.
+static void channel_rows(const struct match_level *level, const struct match_view *view,
+                         int channel, int y_begin, int rows, struct match_scratch *scratch) {
+    struct match_source source = {*view->grey, view->spans, false};
+    if (channel != MATCH_GREY) {
+        const struct image_rgb8 *colour = view->colour;
+        source.image = (struct image_u8){colour->data + channel, colour->width, colour->height,
+                                         colour->stride};
+        source.channel = true;
+    }
     source_rows(level, &source, y_begin - MATCH_CENSUS_RADIUS, rows + 2 * MATCH_CENSUS_RADIUS,
                 scratch);
 }
@@ -152,26 +169,27 @@ static void feature_sources(const struct match_level *level, const struct image_
         \valid_read(window + (0 .. 2 * MATCH_CENSUS_RADIUS)) &&
         (\forall integer i; 0 <= i <= 2 * MATCH_CENSUS_RADIUS ==>
             \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS - 1)));
-    predicate are_places{L}(int8_t (*offset)[2]) =
-        \valid_read(offset + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
-            0 <= offset[i][0] <= 2 * MATCH_CENSUS_RADIUS &&
-            0 <= offset[i][1] <= 2 * MATCH_CENSUS_RADIUS); */
+    predicate are_comparisons{L}(struct match_comparison *of) =
+        \valid_read(of + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
+            of[i].row <= 2 * MATCH_CENSUS_RADIUS && of[i].column <= 2 * MATCH_CENSUS_RADIUS &&
+            of[i].other_row <= 2 * MATCH_CENSUS_RADIUS &&
+            of[i].other_column <= 2 * MATCH_CENSUS_RADIUS); */
 
-// Eight comparisons with the centre, one bit each. offset[] holds (row, column) of the neighbours.
+// Eight comparisons, one bit each. Sets those bits of `mask` that hold.
 /*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
-    requires are_places(offset) && \valid(plane + (0 .. width - 1));
+    requires are_comparisons(of) && \valid(plane + (0 .. width - 1));
     assigns plane[0 .. width - 1]; */
-static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int width,
-                         uint8_t *restrict plane) {
-    const uint8_t *restrict centre = window[MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS;
-    const uint8_t *neighbour[8];
+static void census_plane(uint8_t *const window[], const struct match_comparison of[8], uint8_t mask,
+                         int width, uint8_t *restrict plane) {
+    const uint8_t *pixel[8], *other[8];
     /*@ loop invariant 0 <= i <= 8;
         loop invariant \forall integer j; 0 <= j < i ==>
-            \valid_read(neighbour[j] + (0 .. width - 1));
-        loop assigns i, neighbour[0 .. 7];
+            \valid_read(pixel[j] + (0 .. width - 1)) && \valid_read(other[j] + (0 .. width - 1));
+        loop assigns i, pixel[0 .. 7], other[0 .. 7];
         loop variant 8 - i; */
     for (int i = 0; i < 8; i++) {
-        neighbour[i] = window[offset[i][0]] + offset[i][1];
+        pixel[i] = window[of[i].row] + of[i].column;
+        other[i] = window[of[i].other_row] + of[i].other_column;
     }
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, plane[0 .. width - 1];
@@ -182,9 +200,9 @@ static void census_plane(uint8_t *const window[], const int8_t offset[8][2], int
             loop assigns i, bits;
             loop variant 8 - i; */
         for (int i = 0; i < 8; i++) {
-            bits = (uint8_t)(bits | (neighbour[i][x] > centre[x] ? 1 << i : 0));
+            bits = (uint8_t)(bits | (pixel[i][x] > other[i][x] ? 1 << i : 0));
         }
-        plane[x] = bits;
+        plane[x] = (uint8_t)(plane[x] | (bits & mask));
     }
 }
 
@@ -206,19 +224,44 @@ static void gradient_row(uint8_t *const window[], int width, uint8_t *restrict g
     }
 }
 
-// Census of the 5x5 window (R. Zabih and J. Woodfill, ECCV 1994) and the Sobel gradient along
-// the row, of `width` pixels.
-static void compute_features(uint8_t *const window[], int width,
-                             const struct match_features *features) {
-    static const int8_t neighbours[MATCH_CENSUS_PLANES][8][2] = {
-        {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {1, 0}, {1, 1}, {1, 2}},
-        {{1, 3}, {1, 4}, {2, 0}, {2, 1}, {2, 3}, {2, 4}, {3, 0}, {3, 1}},
-        {{3, 2}, {3, 3}, {3, 4}, {4, 0}, {4, 1}, {4, 2}, {4, 3}, {4, 4}},
-    };
-    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-        census_plane(window, neighbours[plane], width, features->census[plane]);
+static bool is_finest(const struct match_level *level) {
+    return level == &level->state->level[0];
+}
+
+static const struct match_comparison *census_of(const struct match_level *level) {
+    return is_finest(level) ? match_finest_census : match_coarser_census;
+}
+
+// The bits of a plane that compare a channel.
+static uint8_t compared_bits(const struct match_level *level, int plane, int channel) {
+    int bits = 0;
+    for (int i = 0; i < 8; i++) {
+        const int own = census_of(level)[8 * plane + i].channel;
+        const int compared = level->state->compares_colour ? own : MATCH_GREY;
+        bits |= compared == channel ? 1 << i : 0;
     }
-    gradient_row(window, width, features->gradient);
+    return (uint8_t)bits;
+}
+
+static bool is_compared(const struct match_level *level, int channel) {
+    int bits = 0;
+    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+        bits |= compared_bits(level, plane, channel);
+    }
+    return bits != 0;
+}
+
+// The part of the census (R. Zabih and J. Woodfill, ECCV 1994) in a channel, whose rows begin at
+// `window`.
+static void compare_channel(const struct match_level *level, uint8_t *const window[], int channel,
+                            const struct match_features *features) {
+    for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+        const uint8_t bits = compared_bits(level, plane, channel);
+        if (bits != 0) {
+            census_plane(window, census_of(level) + 8 * plane, bits, level->width,
+                         features->census[plane]);
+        }
+    }
 }
 
 // Index i of the result is right pixel (width - 1 + pad) - i; the ends are repeated.
@@ -262,71 +305,81 @@ static void raise_steps(const uint8_t *restrict above, const uint8_t *restrict r
     }
 }
 
-// Raises the steps of the rows from y_begin on to those of a channel, which is in scratch->source
-// from `above` on, the row above the first one.
+// Raises the steps of the rows from y_begin on to those of the channel in scratch->source.
 static void raise_step_rows(const struct match_level *level, const struct match_scratch *scratch,
-                            int above, int y_begin, int rows) {
-    uint8_t *const *source = scratch->source + above;
+                            int y_begin, int rows) {
+    uint8_t *const *source = scratch->source + MATCH_CENSUS_RADIUS;
     for (int r = 0; r < rows; r++) {
         const int slot = (y_begin + r) % level->ring_rows;
-        raise_steps(source[r] + MATCH_CENSUS_RADIUS, source[r + 1] + MATCH_CENSUS_RADIUS,
+        raise_steps(source[r - 1] + MATCH_CENSUS_RADIUS, source[r] + MATCH_CENSUS_RADIUS,
                     level->width, level->step_along[slot], level->step_down[slot]);
     }
 }
 
-// Steps of the rows [y_begin, y_begin + rows): those of the grey rows, whose features' sources are
-// in scratch->source, or of colour.
-static void left_steps(const struct match_level *level, struct match_scratch *scratch, int y_begin,
-                       int rows) {
-    const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
+// Whether the steps of a level are those of colour.
+static bool has_coloured_steps(const struct match_level *level) {
+    return level->state->coloured && is_finest(level);
+}
+
+// Features of rows, in the memory of the left ones; `is_left`: their steps too. Each channel is
+// read once, grey last: its rows stay in scratch->source.
+static void view_features(const struct match_level *level, const struct match_view *view,
+                          bool is_left, struct match_scratch *scratch, int y_begin, int rows) {
     for (int r = 0; r < rows; r++) {
-        memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
-        memset(level->step_down[(y_begin + r) % level->ring_rows], 0, columns);
+        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
+            memset(scratch->line[r].cost.left.census[plane], 0, (size_t)level->width);
+        }
     }
-    if (!level->state->coloured || level != &level->state->level[0]) {
-        raise_step_rows(level, scratch, MATCH_CENSUS_RADIUS - 1, y_begin, rows);
-        return;
-    }
-    const struct match_input *input = level->state->input;
-    const struct image_rgb8 *colour = &input->left_colour;
-    for (int c = 0; c < RGB_BYTES; c++) {
-        const struct match_source source = {
-            {colour->data + c, colour->width, colour->height, colour->stride},
-            input->left_span,
-            true};
-        source_rows(level, &source, y_begin - 1, rows + 1, scratch);
-        raise_step_rows(level, scratch, 0, y_begin, rows);
+    for (int channel = 0; channel < MATCH_CHANNELS; channel++) {
+        const bool steps = is_left && has_coloured_steps(level) == (channel != MATCH_GREY);
+        if (!steps && channel != MATCH_GREY && !is_compared(level, channel)) {
+            continue;
+        }
+        channel_rows(level, view, channel, y_begin, rows, scratch);
+        for (int r = 0; r < rows; r++) {
+            compare_channel(level, scratch->source + r, channel, &scratch->line[r].cost.left);
+        }
+        if (steps) {
+            raise_step_rows(level, scratch, y_begin, rows);
+        }
     }
     for (int r = 0; r < rows; r++) {
-        const int slot = (y_begin + r) % level->ring_rows;
-        as_grey_steps(level->step_along[slot], level->width);
-        as_grey_steps(level->step_down[slot], level->width);
+        gradient_row(scratch->source + r, level->width, scratch->line[r].cost.left.gradient);
     }
 }
 
 static void left_features(struct match_level *level, struct match_scratch *scratch, int y_begin,
                           int rows) {
     const struct match_input *input = level->state->input;
-    feature_sources(level, &input->left, input->left_span, y_begin, rows, scratch);
+    const struct match_view view = {&input->left, &input->left_colour, input->left_span};
+    const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
     for (int r = 0; r < rows; r++) {
-        compute_features(scratch->source + r, level->width, &scratch->line[r].cost.left);
-        uint8_t *guide = level->guide[(y_begin + r) % level->ring_rows];
-        if (guide != NULL) {
-            memcpy(guide, scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
+        memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
+        memset(level->step_down[(y_begin + r) % level->ring_rows], 0, columns);
+    }
+    view_features(level, &view, true, scratch, y_begin, rows);
+    for (int r = 0; r < rows; r++) {
+        const int slot = (y_begin + r) % level->ring_rows;
+        if (has_coloured_steps(level)) {
+            as_grey_steps(level->step_along[slot], level->width);
+            as_grey_steps(level->step_down[slot], level->width);
+        }
+        if (level->guide[slot] != NULL) {
+            memcpy(level->guide[slot],
+                   scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
                    (size_t)level->width);
         }
     }
-    left_steps(level, scratch, y_begin, rows);
 }
 
 static void right_features(const struct match_level *level, struct match_scratch *scratch,
                            int y_begin, int rows) {
     const struct match_input *input = level->state->input;
-    feature_sources(level, &input->right, input->right_span, y_begin, rows, scratch);
+    const struct match_view view = {&input->right, &input->right_colour, input->right_span};
+    // The left features do not exist yet, so their memory holds these before they are reversed.
+    view_features(level, &view, false, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
-        // The left features do not exist yet, so their memory holds these before they are reversed.
-        compute_features(scratch->source + r, level->width, &line->cost.left);
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
             reverse_feature(level, line->cost.left.census[plane], line->cost.right.census[plane]);
         }

@@ -5,6 +5,40 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "stereo/match/match_state.h"
+
+// Chosen as described in match.md.
+// clang-format off
+const struct match_comparison match_finest_census[MATCH_CENSUS_BITS] = {
+    // Neighbours with the centre; those above and below count twice.
+    {MATCH_GREY, 2, 1, 2, 2}, {MATCH_GREY, 2, 3, 2, 2},
+    {MATCH_GREY, 1, 2, 2, 2}, {MATCH_GREY, 3, 2, 2, 2},
+    {MATCH_GREY, 1, 2, 2, 2}, {MATCH_GREY, 3, 2, 2, 2},
+    {MATCH_GREY, 1, 1, 2, 2}, {MATCH_GREY, 1, 3, 2, 2},
+    {MATCH_GREY, 3, 1, 2, 2}, {MATCH_GREY, 3, 3, 2, 2},
+    // Opposite pixels.
+    {MATCH_GREY, 1, 1, 3, 3}, {MATCH_GREY, 1, 3, 3, 1},
+    {MATCH_GREY, 1, 0, 3, 4}, {MATCH_GREY, 1, 4, 3, 0},
+    {MATCH_GREY, 0, 0, 4, 4}, {MATCH_GREY, 0, 4, 4, 0},
+    {MATCH_RED, 2, 1, 2, 2}, {MATCH_RED, 2, 3, 2, 2},
+    {MATCH_RED, 1, 2, 2, 2}, {MATCH_RED, 3, 2, 2, 2},
+    {MATCH_RED, 2, 0, 2, 4}, {MATCH_RED, 0, 2, 4, 2},
+    {MATCH_BLUE, 2, 1, 2, 3}, {MATCH_BLUE, 1, 2, 3, 2},
+};
+
+// All neighbours with the centre.
+const struct match_comparison match_coarser_census[MATCH_CENSUS_BITS] = {
+    {MATCH_GREY, 0, 0, 2, 2}, {MATCH_GREY, 0, 1, 2, 2}, {MATCH_GREY, 0, 2, 2, 2},
+    {MATCH_GREY, 0, 3, 2, 2}, {MATCH_GREY, 0, 4, 2, 2}, {MATCH_GREY, 1, 0, 2, 2},
+    {MATCH_GREY, 1, 1, 2, 2}, {MATCH_GREY, 1, 2, 2, 2}, {MATCH_GREY, 1, 3, 2, 2},
+    {MATCH_GREY, 1, 4, 2, 2}, {MATCH_GREY, 2, 0, 2, 2}, {MATCH_GREY, 2, 1, 2, 2},
+    {MATCH_GREY, 2, 3, 2, 2}, {MATCH_GREY, 2, 4, 2, 2}, {MATCH_GREY, 3, 0, 2, 2},
+    {MATCH_GREY, 3, 1, 2, 2}, {MATCH_GREY, 3, 2, 2, 2}, {MATCH_GREY, 3, 3, 2, 2},
+    {MATCH_GREY, 3, 4, 2, 2}, {MATCH_GREY, 4, 0, 2, 2}, {MATCH_GREY, 4, 1, 2, 2},
+    {MATCH_GREY, 4, 2, 2, 2}, {MATCH_GREY, 4, 3, 2, 2}, {MATCH_GREY, 4, 4, 2, 2},
+};
+// clang-format on
+
 #if defined(__x86_64__)
 static bool runs_sse41(void) {
     return __builtin_cpu_supports("sse4.1");

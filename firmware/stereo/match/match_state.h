@@ -34,6 +34,7 @@ enum {
     MATCH_COST_MAX = 120,    // so that a path cost stays below 256
     MATCH_WEIGHT_ONE = 128,  // shares of a blend are in 1/128, between 1 and 127
     MATCH_CENSUS_PLANES = 3,
+    MATCH_CENSUS_BITS = 8 * MATCH_CENSUS_PLANES,
     MATCH_CENSUS_WEIGHT = 4,
     MATCH_CENSUS_RADIUS = 2,
     MATCH_GRADIENT_TRUNCATION = 12,
@@ -82,6 +83,20 @@ struct match_tile {
     bool doubtful;   // the coarser level saw other good matches
     int16_t slope_down, slope_along;  // in 1/MATCH_SLOPE_ONE; 0: unknown, or nearly level
 };
+
+/// What an image is compared in. The first three are those of an image in colour, in their order.
+enum match_channel { MATCH_RED, MATCH_GREEN, MATCH_BLUE, MATCH_GREY, MATCH_CHANNELS };
+
+/// A bit of the census: whether a pixel of the 5x5 window is brighter than another one in a
+/// channel. In a pair without colour all channels are grey.
+struct match_comparison {
+    uint8_t channel;  // enum match_channel
+    uint8_t row, column, other_row, other_column;
+};
+
+/// Bit i % 8 of plane i / 8 is comparison i, of the finest level and of the others.
+extern const struct match_comparison match_finest_census[MATCH_CENSUS_BITS];
+extern const struct match_comparison match_coarser_census[MATCH_CENSUS_BITS];
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
 struct match_features {
@@ -192,8 +207,9 @@ struct match_state {
     const struct parallel *parallel;
     struct match_level level[MATCH_MAX_LEVELS];
     int levels;
-    int smoothing;  // see match_smoothing; of levels at full size
-    bool coloured;  // steps of the finest level come from the left image in colour
+    int smoothing;         // see match_smoothing; of levels at full size
+    bool coloured;         // steps of the finest level come from the left image in colour
+    bool compares_colour;  // the census compares channels of both images in colour
     int threads;
     struct match_scratch *scratch;  // one per thread
 };

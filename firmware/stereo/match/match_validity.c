@@ -50,11 +50,15 @@ bool match_range_is_legal(const struct match_options *options) {
                MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
+static bool is_size_of_colour(const struct image_rgb8 *colour, int width, int height) {
+    return colour->data == NULL || (colour->width == width && colour->height == height);
+}
+
 static bool sizes_agree(const struct match_input *input, const struct match_output *output) {
     const int width = input->left.width, height = input->left.height;
-    const struct image_rgb8 *colour = &input->left_colour;
     return input->right.width == width && input->right.height == height &&
-           (colour->data == NULL || (colour->width == width && colour->height == height)) &&
+           is_size_of_colour(&input->left_colour, width, height) &&
+           is_size_of_colour(&input->right_colour, width, height) &&
            output->disparity_q8.width == width && output->disparity_q8.height == height &&
            output->reason.width == width && output->reason.height == height &&
            output->confidence.width == width && output->confidence.height == height;

@@ -36,7 +36,7 @@ struct Images {
     int width, height;
     std::vector<uint8_t> left, right;
     std::vector<rectify_span> left_span, right_span;  // empty: all of every row
-    std::vector<uint8_t> left_colour;                 // empty: none
+    std::vector<uint8_t> left_colour, right_colour;   // empty: none
 };
 
 struct Size {
@@ -101,7 +101,7 @@ std::vector<rectify_span> random_spans(Random &random, Size size) {
 }
 
 Images random_images(Random &random, Size size, const match_options &options) {
-    Images images{size.width, size.height, {}, {}, {}, {}, {}};
+    Images images{size.width, size.height, {}, {}, {}, {}, {}, {}};
     const int steps[] = {255, 60, 12, 2};
     images.left = random_image(random, size, steps[random.between(0, 3)]);
     images.right = random.one_in(3) ? random_image(random, size, steps[random.between(0, 3)])
@@ -111,9 +111,11 @@ Images random_images(Random &random, Size size, const match_options &options) {
         images.left_span = random_spans(random, size);
         images.right_span = random_spans(random, size);
     }
-    if (random.one_in(2)) {
-        images.left_colour =
-            random_image(random, {3 * size.width, size.height}, steps[random.between(0, 3)]);
+    for (std::vector<uint8_t> *colour : {&images.left_colour, &images.right_colour}) {
+        if (!random.one_in(3)) {
+            *colour =
+                random_image(random, {3 * size.width, size.height}, steps[random.between(0, 3)]);
+        }
     }
     return images;
 }
@@ -140,6 +142,8 @@ Planes match(Images &images, match_options options, const match_kernels *kernels
                             whole ? nullptr : images.right_span.data(),
                             false,
                             {images.left_colour.empty() ? nullptr : images.left_colour.data(),
+                             images.width, images.height, 3 * stride},
+                            {images.right_colour.empty() ? nullptr : images.right_colour.data(),
                              images.width, images.height, 3 * stride}};
     match_output output{{planes.disparity_q8.data(), images.width, images.height, stride},
                         {planes.reason.data(), images.width, images.height, stride},
@@ -193,6 +197,7 @@ void compare_levels(Random &random, Size size, int count) {
     CAPTURE(options.extra_above);
     CAPTURE(images.left_span.empty());
     CAPTURE(images.left_colour.empty());
+    CAPTURE(images.right_colour.empty());
     CAPTURE(threads);
     for (int preset = 0; preset < MATCH_PRESET_COUNT; preset++) {
         options.preset = static_cast<match_preset>(preset);

@@ -272,6 +272,10 @@ TEST_CASE("a surface that is made again row by row is the one that is kept") {
     INFO("VERGENCE_SEED=", seed);
     const Verged setup = make_verged(seed);
     VergedSetting setting;
+    SUBCASE("of grey images") {}
+    SUBCASE("of mosaics, which are compared in colour") {
+        setting.layout = RAW_BAYER_GRBG;
+    }
     const VergedRun kept = run_verged(setup, setting);
     setting.options.recompute_surface = true;
     const VergedRun again = run_verged(setup, setting);

@@ -141,8 +141,8 @@ void show_features(scene *scene) {
     debug_picture census = picture_of_level("03_census.png", section, scene->finest());
     census.title = "Census";
     census.shows =
-        "How many of the 24 neighbours of a pixel are brighter; their pattern is what is "
-        "compared.";
+        "How many of 24 comparisons around a pixel find the first one brighter; their pattern is "
+        "what is compared.";
     census.look_for =
         "Shapeless grain means noise; dark areas have no pattern at "
         "all.";
