@@ -43,8 +43,10 @@ void vignette(cv::Mat &image, double corner_loss) {
             const double dx = x - centre_x;
             const double dy = y - centre_y;
             const double secant2 = 1 + corner_tan2 * (dx * dx + dy * dy) / corner2;
-            uint8_t &grey = image.at<uint8_t>(y, x);
-            grey = cv::saturate_cast<uint8_t>(grey / (secant2 * secant2));
+            for (int c = 0; c < image.channels(); c++) {
+                uint8_t &level = image.ptr<uint8_t>(y, x)[c];
+                level = cv::saturate_cast<uint8_t>(level / (secant2 * secant2));
+            }
         }
     }
 }
@@ -54,12 +56,12 @@ void low_light(cv::Mat &image, uint64_t seed) {
     const double electrons_per_grey = kFullWell_electrons * kExposure / 255;
     cv::RNG random(seed);
     for (int y = 0; y < image.rows; y++) {
-        for (int x = 0; x < image.cols; x++) {
-            uint8_t &grey = image.at<uint8_t>(y, x);
-            const double electrons = grey * electrons_per_grey;
+        for (int i = 0; i < image.cols * image.channels(); i++) {
+            uint8_t &level = image.ptr<uint8_t>(y)[i];
+            const double electrons = level * electrons_per_grey;
             const double sigma = std::sqrt(electrons + kReadNoise_electrons * kReadNoise_electrons);
-            grey = cv::saturate_cast<uint8_t>((electrons + random.gaussian(sigma)) /
-                                              electrons_per_grey);
+            level = cv::saturate_cast<uint8_t>((electrons + random.gaussian(sigma)) /
+                                               electrons_per_grey);
         }
     }
 }
@@ -74,12 +76,12 @@ void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
     }
 }
 
-// Amplified until this share of the pixels is white.
-void saturate(cv::Mat &image, double share) {
+// The gain at which this share of the pixels is white.
+double saturating_gain(const cv::Mat &image, double share) {
     std::vector<uint8_t> greys(image.begin<uint8_t>(), image.end<uint8_t>());
     const auto at = static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(greys.size()));
     std::nth_element(greys.begin(), greys.begin() + at, greys.end());
-    gain(image, 255.0 / std::max<int>(greys[static_cast<std::size_t>(at)], 1));
+    return 255.0 / std::max<int>(greys[static_cast<std::size_t>(at)], 1);
 }
 
 void shift_down(cv::Mat &image, double rows) {
@@ -89,11 +91,27 @@ void shift_down(cv::Mat &image, double rows) {
     image = moved;
 }
 
-// Whose left image in grey was changed.
+// In grey and in colour alike.
+using image_change = std::function<void(cv::Mat &image)>;
+
+void change_both(cv::Mat &grey, cv::Mat &colour, const image_change &change) {
+    change(grey);
+    if (!colour.empty()) {
+        change(colour);
+    }
+}
+
+std::function<void(bench_pair &pair)> right_by(const image_change &change) {
+    return [change](bench_pair &pair) { change_both(pair.right, pair.right_colour, change); };
+}
+
+// Whose images in grey were changed.
 void drop_colour(bench_pair &pair) {
-    cv::Mat equal;
-    cv::cvtColor(pair.left, equal, cv::COLOR_GRAY2RGB);
-    pair.left_colour = equal;
+    cv::Mat left, right;
+    cv::cvtColor(pair.left, left, cv::COLOR_GRAY2RGB);
+    cv::cvtColor(pair.right, right, cv::COLOR_GRAY2RGB);
+    pair.left_colour = left;
+    pair.right_colour = right;
 }
 
 bench_pair with_images(const bench_pair &pair, const cv::Mat &left, const cv::Mat &right) {
@@ -134,17 +152,24 @@ bench_pair one_black(const bench_pair &pair, const bench_pair &) {
 }
 
 bench_pair swapped(const bench_pair &pair, const bench_pair &) {
-    return with_images(pair, pair.right, pair.left);
+    bench_pair result = with_images(pair, pair.right, pair.left);
+    result.left_colour = pair.right_colour.clone();
+    result.right_colour = pair.left_colour.clone();
+    return result;
 }
 
 // Paired with itself, rotated by half a turn, if there is no other.
 bench_pair unrelated(const bench_pair &pair, const bench_pair &other) {
-    cv::Mat right;
-    cv::resize(other.right, right, pair.left.size(), 0, 0, cv::INTER_AREA);
-    if (other.name == pair.name) {
-        cv::rotate(right, right, cv::ROTATE_180);
-    }
-    return with_images(pair, pair.left, right);
+    bench_pair result = with_images(pair, pair.left, other.right);
+    result.left_colour = pair.left_colour.clone();
+    result.right_colour = other.right_colour.clone();
+    change_both(result.right, result.right_colour, [&](cv::Mat &image) {
+        cv::resize(image, image, pair.left.size(), 0, 0, cv::INTER_AREA);
+        if (other.name == pair.name) {
+            cv::rotate(image, image, cv::ROTATE_180);
+        }
+    });
+    return result;
 }
 
 }  // namespace
@@ -152,28 +177,38 @@ bench_pair unrelated(const bench_pair &pair, const bench_pair &other) {
 const std::vector<disturbance> &photometric_disturbances() {
     static const std::vector<disturbance> all = {
         {"clean", "no change", [](bench_pair &) {}},
-        {"gain.7", "right image times 0.7", [](bench_pair &p) { gain(p.right, 0.7); }},
-        {"gain1.3", "right image times 1.3, cut off", [](bench_pair &p) { gain(p.right, 1.3); }},
-        {"off-20", "right image less 20 grey levels", [](bench_pair &p) { offset(p.right, -20); }},
-        {"off+20", "right image plus 20 grey levels", [](bench_pair &p) { offset(p.right, 20); }},
-        {"gamma.7", "right image to the power of 0.7", [](bench_pair &p) { gamma(p.right, 0.7); }},
-        {"gamma1.4", "right image to the power of 1.4", [](bench_pair &p) { gamma(p.right, 1.4); }},
+        {"gain.7", "right image times 0.7", right_by([](cv::Mat &image) { gain(image, 0.7); })},
+        {"gain1.3", "right image times 1.3, cut off",
+         right_by([](cv::Mat &image) { gain(image, 1.3); })},
+        {"off-20", "right image less 20 grey levels",
+         right_by([](cv::Mat &image) { offset(image, -20); })},
+        {"off+20", "right image plus 20 grey levels",
+         right_by([](cv::Mat &image) { offset(image, 20); })},
+        {"gamma.7", "right image to the power of 0.7",
+         right_by([](cv::Mat &image) { gamma(image, 0.7); })},
+        {"gamma1.4", "right image to the power of 1.4",
+         right_by([](cv::Mat &image) { gamma(image, 1.4); })},
         {"vignette", "right image by cos^4, 40 % less in the corners",
-         [](bench_pair &p) { vignette(p.right, 0.4); }},
+         right_by([](cv::Mat &image) { vignette(image, 0.4); })},
         {disturbance_noise, "right image with shot and read noise of 1 % of the exposure",
-         [](bench_pair &p) { low_light(p.right, kSeed); }},
+         right_by([](cv::Mat &image) { low_light(image, kSeed); })},
         {"noise2", "both images with that noise",
          [](bench_pair &p) {
-             low_light(p.left, kSeed + 1);
-             drop_colour(p);
-             low_light(p.right, kSeed);
+             const auto noise = [](uint64_t seed) {
+                 return [seed](cv::Mat &image) { low_light(image, seed); };
+             };
+             change_both(p.left, p.left_colour, noise(kSeed + 1));
+             change_both(p.right, p.right_colour, noise(kSeed));
          }},
         {"clipped", "right image amplified until a fifth of it is white",
-         [](bench_pair &p) { saturate(p.right, 0.2); }},
+         [](bench_pair &p) {
+             const double factor = saturating_gain(p.right, 0.2);
+             right_by([factor](cv::Mat &image) { gain(image, factor); })(p);
+         }},
         {"half row", "right image half a pixel lower",
-         [](bench_pair &p) { shift_down(p.right, 0.5); }},
+         right_by([](cv::Mat &image) { shift_down(image, 0.5); })},
         {disturbance_exposure, "right image exposed 0.6 times as long",
-         [](bench_pair &p) { gain(p.right, 0.6); }},
+         right_by([](cv::Mat &image) { gain(image, 0.6); })},
     };
     return all;
 }
@@ -193,5 +228,7 @@ bench_pair disturbance_copy(const bench_pair &pair) {
     bench_pair copy = pair;
     copy.left = pair.left.clone();
     copy.right = pair.right.clone();
+    copy.left_colour = pair.left_colour.clone();
+    copy.right_colour = pair.right_colour.clone();
     return copy;
 }

@@ -44,6 +44,7 @@ bench_pair cropped(const bench_pair &pair, int width, int height) {
     result.left = pair.left(middle).clone();
     result.right = pair.right(middle).clone();
     result.left_colour = pair.left_colour(middle).clone();
+    result.right_colour = pair.right_colour(middle).clone();
     return result;
 }
 
@@ -53,6 +54,7 @@ bench_pair reduced(const bench_pair &pair, int eighths) {
     cv::resize(pair.left, result.left, size, 0, 0, cv::INTER_AREA);
     cv::resize(pair.right, result.right, size, 0, 0, cv::INTER_AREA);
     cv::resize(pair.left_colour, result.left_colour, size, 0, 0, cv::INTER_AREA);
+    cv::resize(pair.right_colour, result.right_colour, size, 0, 0, cv::INTER_AREA);
     result.disparity_count = std::max(pair.disparity_count * eighths / kWhole, 1);
     return result;
 }

@@ -86,6 +86,7 @@ class our_method : public bench_method {
         input_.left = {pair_.left.data, width, height, width};
         input_.right = {pair_.right.data, width, height, width};
         input_.left_colour = {pair_.left_colour.data, width, height, 3 * width};
+        input_.right_colour = {pair_.right_colour.data, width, height, 3 * width};
         if (pair.is_rendered()) {  // rectified from raw images
             left_span_ = spans_of(pair.left);
             right_span_ = spans_of(pair.right);

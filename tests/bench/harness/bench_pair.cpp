@@ -135,9 +135,11 @@ bool bench_pair_load(const std::string &folder, bench_pair *pair, std::string *m
     bench_pair loaded;
     loaded.name = fs::canonical(path).filename().string();
     const cv::Mat left = load(path / "left.png");
+    const cv::Mat right = load(path / "right.png");
     loaded.left = converted(left, cv::COLOR_BGR2GRAY);
     loaded.left_colour = converted(left, cv::COLOR_BGR2RGB);
-    loaded.right = converted(load(path / "right.png"), cv::COLOR_BGR2GRAY);
+    loaded.right = converted(right, cv::COLOR_BGR2GRAY);
+    loaded.right_colour = converted(right, cv::COLOR_BGR2RGB);
     if (loaded.left.empty() || loaded.left.size() != loaded.right.size()) {
         return fail(message, folder + ": left.png and right.png must be images of one size");
     }

@@ -13,8 +13,8 @@ enum { BENCH_REGION_TEXTURED = 128 };
 
 struct bench_pair {
     std::string name;
-    cv::Mat left, right;  // grey, 8 bit, continuous
-    cv::Mat left_colour;  // red, green, blue
+    cv::Mat left, right;                // grey, 8 bit, continuous
+    cv::Mat left_colour, right_colour;  // red, green, blue
     int disparity_min = 0, disparity_count = 0;
     bool round_disparity = false;  // the truth is in whole pixels: round before comparing
     std::vector<float> truth_px;   // empty: none; not finite: unknown
