@@ -116,7 +116,7 @@ class Reconstruct(pairs.Fixture):
         self.assert_near_truth()
 
     def test_a_calibration_that_does_not_fit_is_suspected(self):
-        shifted = self.save("shifted.png", numpy.roll(self.right, 3, axis=0))
+        shifted = self.save("shifted.png", numpy.roll(self.right, 2, axis=0))
         done = pairs.run("reconstruct", self.left_path, shifted, *RECTIFIED, "--speckle", "0",
                          "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -48,27 +48,49 @@ const Grid<uint8_t> &channel_of(const View &view, char channel) {
     return channel == 'g' ? view.grey : view.channels[channel == 'r' ? 0 : 2];
 }
 
-Feature feature_at(const View &view, bool in_colour, int x, int y) {
+// The left position of what is `dx` columns and `dy` rows from a pixel in the right image, in 1/256
+// columns from the left pixel: where `a` columns on minus the disparity that these and the rows
+// gain is `dx`.
+double support_of(const Slopes &slopes, int dx, int dy) {
+    const double down = slopes.down / 256.0;
+    const double along = std::min(slopes.along / 256.0, 0.5);
+    return std::floor((dx + dy * down) / (1 - along) * 256 + 0.5);
+}
+
+// Between two pixels of a row, from column x on.
+int between_pixels(const View &view, const Grid<uint8_t> &channel, int x, int y, double offset_q8) {
+    const double whole = std::floor(offset_q8 / 256);
+    const double share = offset_q8 / 256 - whole;
+    const int before = level_at(view, channel, x + static_cast<int>(whole), y);
+    const int after = level_at(view, channel, x + static_cast<int>(whole) + 1, y);
+    return static_cast<int>(std::floor(before * (1 - share) + after * share + 0.5));
+}
+
+Feature feature_at(const View &view, bool in_colour, int x, int y, const Slopes &slopes) {
+    const auto level = [&](char channel, int dx, int dy) {
+        return between_pixels(view, channel_of(view, channel), x, y + dy,
+                              support_of(slopes, dx, dy));
+    };
     Feature feature;
     for (const Comparison &one : kComparisons) {
-        const Grid<uint8_t> &channel = channel_of(view, in_colour ? one.channel : 'g');
-        feature.brighter.push_back(level_at(view, channel, x + one.dx, y + one.dy) >
-                                   level_at(view, channel, x + one.other_dx, y + one.other_dy));
+        const char channel = in_colour ? one.channel : 'g';
+        feature.brighter.push_back(level(channel, one.dx, one.dy) >
+                                   level(channel, one.other_dx, one.other_dy));
     }
     double slope = 0;
     for (int dy = -1; dy <= 1; dy++) {
         const int row_weight = dy == 0 ? 2 : 1;
-        slope += row_weight * (grey_at(view, x + 1, y + dy) - grey_at(view, x - 1, y + dy));
+        slope += row_weight * (level('g', 1, dy) - level('g', -1, dy));
     }
     feature.gradient = std::clamp(128 + std::trunc(slope / 2), 0.0, 255.0);
     return feature;
 }
 
-Grid<Feature> features_of(const View &view, bool in_colour) {
+Grid<Feature> features_of(const View &view, bool in_colour, const Grid<Slopes> &slopes) {
     Grid<Feature> features(view.grey.width, view.grey.height);
     for (int y = 0; y < features.height; y++) {
         for (int x = 0; x < features.width; x++) {
-            features.at(x, y) = feature_at(view, in_colour, x, y);
+            features.at(x, y) = feature_at(view, in_colour, x, y, slopes.at(x, y));
         }
     }
     return features;
@@ -344,11 +366,13 @@ double edge_weight(int step) {
 }
 
 // Right pixels outside the image have the features of its ends.
-Volume costs_of(const View &left, const View &right, const Search &search) {
-    const bool in_colour = is_coloured(left) && is_coloured(right);
-    const Grid<Feature> left_features = features_of(left, in_colour);
-    const Grid<Feature> right_features = features_of(right, in_colour);
+Volume costs_of(const View &left, const View &right, const Search &search,
+                const Grid<Slopes> &slopes) {
     const int width = left.grey.width;
+    const bool in_colour = is_coloured(left) && is_coloured(right);
+    const Grid<Feature> left_features = features_of(left, in_colour, slopes);
+    const Grid<Feature> right_features =
+        features_of(right, in_colour, {width, right.grey.height, {0, 0}});
     Volume costs(width, left.grey.height);
     for (int y = 0; y < costs.height; y++) {
         for (int x = 0; x < width; x++) {

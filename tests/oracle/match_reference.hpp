@@ -98,8 +98,9 @@ int smoothing_of(const View &left, const View &right);
 /// What is compared, and what steps are between: means of 3x3 pixels, by that weight.
 View smoothed(const View &view, int side);
 
-/// Costs of all disparities.
-Volume costs_of(const View &left, const View &right, const Search &search);
+/// Costs of all disparities. The left support of a pixel is sheared by the slopes there.
+Volume costs_of(const View &left, const View &right, const Search &search,
+                const Grid<Slopes> &slopes);
 
 /// The lanes that each pixel searches, out of a volume of all.
 Volume windowed(const Volume &all, const Grid<Span> &windows);

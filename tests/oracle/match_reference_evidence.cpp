@@ -88,12 +88,12 @@ struct Slopes {
     Grid<double> along, upright, count;
 };
 
-// Whether the disparity changes by more than 6 px over four columns, up to three columns away.
+// Whether the disparity changes by more than 8 px over four columns, up to three columns away.
 bool is_at_rim(const Answer &answer, int x, int y) {
     bool at_rim = false;
     for (int i = std::max(x - 3, 2); i <= std::min(x + 3, answer.reason.width - 3); i++) {
         at_rim = at_rim || std::abs(answer.disparity_q8.at(i + 2, y) -
-                                    answer.disparity_q8.at(i - 2, y)) > 6 * 256;
+                                    answer.disparity_q8.at(i - 2, y)) > 8 * 256;
     }
     return at_rim;
 }

@@ -287,9 +287,11 @@ void check_task(const Task &task, const Volume *all, Met *met) {
     const View left = smoothed(task.left, side);
     const View right = smoothed(task.right, side);
     const Volume averages =
-        all != nullptr ? windowed(*all, windows)
-                       : row_averages(left, windowed(costs_of(left, right, task.search), windows),
-                                      searched.slopes);
+        all != nullptr
+            ? windowed(*all, windows)
+            : row_averages(left,
+                           windowed(costs_of(left, right, task.search, searched.slopes), windows),
+                           searched.slopes);
     met->smoothings.insert(side);
     const Answer expected =
         decide(task.left, task.right, task.search,

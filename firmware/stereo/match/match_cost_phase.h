@@ -355,7 +355,7 @@ static void cost_rows(struct match_level *level, struct match_scratch *scratch, 
         view.running[r] = scratch->running + (size_t)r * (size_t)level->lanes;
     }
     right_features(level, scratch, y_begin, rows);
-    left_features(level, scratch, y_begin, rows);
+    left_features(level, scratch, view.tiles, y_begin, rows);
     if (rows == MATCH_ROWS_ABREAST) {
         row_shares(level, scratch, y_begin, MATCH_ROWS_ABREAST);
         average_rows(&view, MATCH_ROWS_ABREAST / VECTOR_MEMBERS);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "stereo/match/match_level.h"
 #include "stereo/match/match_state.h"
 
 // Means of rectangles of 2^shift_x columns and 2^shift_y rows, into `width` pixels, from pixels
@@ -40,14 +41,13 @@ MATCH_INLINE void scale_row(const struct image_u8 *image, int y, int shift_x, in
 
 // Repeats the ends of the valid span of a padded row outwards; a row without a span is black.
 static void repeat_ends(struct rectify_span span, int width, uint8_t *padded) {
-    uint8_t *pixels = padded + MATCH_CENSUS_RADIUS;
+    uint8_t *pixels = padded + MATCH_SOURCE_PAD;
     if (span.begin >= span.end) {
-        memset(padded, 0, (size_t)(width + 2 * MATCH_CENSUS_RADIUS));
+        memset(padded, 0, (size_t)(width + 2 * MATCH_SOURCE_PAD));
         return;
     }
-    memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_CENSUS_RADIUS));
-    memset(pixels + span.end, pixels[span.end - 1],
-           (size_t)(width + MATCH_CENSUS_RADIUS - span.end));
+    memset(padded, pixels[span.begin], (size_t)(span.begin + MATCH_SOURCE_PAD));
+    memset(pixels + span.end, pixels[span.end - 1], (size_t)(width + MATCH_SOURCE_PAD - span.end));
 }
 
 // One side of the input.
@@ -73,12 +73,12 @@ static void one_channel(const uint8_t *restrict from, int width, uint8_t *restri
     }
 }
 
-// Pixels of row y for index -MATCH_CENSUS_RADIUS to width + MATCH_CENSUS_RADIUS - 1 of a level,
+// Pixels of row y for index -MATCH_SOURCE_PAD to width + MATCH_SOURCE_PAD - 1 of a level,
 // with the ends of the valid span repeated outwards.
 static void source_row(const struct match_level *level, const struct match_source *source, int y,
                        uint16_t *box, uint8_t *padded) {
     const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
-    uint8_t *restrict pixels = padded + MATCH_CENSUS_RADIUS;
+    uint8_t *restrict pixels = padded + MATCH_SOURCE_PAD;
     const uint8_t *restrict from = image_u8_row(&source->image, row);
     const bool full = level->shift_x == 0 && level->shift_y == 0;
     if (full && source->channel) {
@@ -121,9 +121,9 @@ static void smooth_sources(const struct match_level *level, const struct match_s
     const int width = level->width;
     uint8_t *const *source = scratch->source;
     for (int j = 0; j < count; j++) {
-        smooth_source(source[j] + MATCH_CENSUS_RADIUS, source[j + 1] + MATCH_CENSUS_RADIUS,
-                      source[j + 2] + MATCH_CENSUS_RADIUS, width, level->state->smoothing,
-                      scratch->box, source[j] + MATCH_CENSUS_RADIUS);
+        smooth_source(source[j] + MATCH_SOURCE_PAD, source[j + 1] + MATCH_SOURCE_PAD,
+                      source[j + 2] + MATCH_SOURCE_PAD, width, level->state->smoothing,
+                      scratch->box, source[j] + MATCH_SOURCE_PAD);
         const int y = y_begin + j;
         const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
         repeat_ends(match_span(level, &from->image, from->spans, row), width, source[j]);
@@ -133,7 +133,7 @@ static void smooth_sources(const struct match_level *level, const struct match_s
         const int y = y_begin + j;
         const int row = y < 0 ? 0 : (y < level->height ? y : level->height - 1);
         if (row != y) {
-            memcpy(source[j], source[row - y_begin], (size_t)(width + 2 * MATCH_CENSUS_RADIUS));
+            memcpy(source[j], source[row - y_begin], (size_t)(width + 2 * MATCH_SOURCE_PAD));
         }
     }
 }
@@ -165,22 +165,24 @@ static void channel_rows(const struct match_level *level, const struct match_vie
                 scratch);
 }
 
-/*@ predicate are_padded{L}(uint8_t **window, integer width) =
+/*@ predicate are_padded{L}(uint8_t **window, integer pitch, integer width) =
+        1 <= pitch <= MATCH_TILE_COLUMNS && 1 <= width <= IMAGE_MAX_SIDE_PX &&
         \valid_read(window + (0 .. 2 * MATCH_CENSUS_RADIUS)) &&
         (\forall integer i; 0 <= i <= 2 * MATCH_CENSUS_RADIUS ==>
-            \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS - 1)));
+            \valid_read(window[i] + (0 .. width + 2 * MATCH_CENSUS_RADIUS * pitch - 1)));
     predicate are_comparisons{L}(struct match_comparison *of) =
         \valid_read(of + (0 .. 7)) && (\forall integer i; 0 <= i < 8 ==>
             of[i].row <= 2 * MATCH_CENSUS_RADIUS && of[i].column <= 2 * MATCH_CENSUS_RADIUS &&
             of[i].other_row <= 2 * MATCH_CENSUS_RADIUS &&
             of[i].other_column <= 2 * MATCH_CENSUS_RADIUS); */
 
-// Eight comparisons, one bit each. Sets those bits of `mask` that hold.
-/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+// Eight comparisons, one bit each, into the bits of `mask`. `pitch`: between the bytes of one
+// column of the window and those of the next.
+/*@ requires are_padded(window, pitch, width);
     requires are_comparisons(of) && \valid(plane + (0 .. width - 1));
     assigns plane[0 .. width - 1]; */
-static void census_plane(uint8_t *const window[], const struct match_comparison of[8], uint8_t mask,
-                         int width, uint8_t *restrict plane) {
+static void census_plane(uint8_t *const window[], int pitch, const struct match_comparison of[8],
+                         uint8_t mask, int width, uint8_t *restrict plane) {
     const uint8_t *pixel[8], *other[8];
     /*@ loop invariant 0 <= i <= 8;
         loop invariant \forall integer j; 0 <= j < i ==>
@@ -188,9 +190,10 @@ static void census_plane(uint8_t *const window[], const struct match_comparison 
         loop assigns i, pixel[0 .. 7], other[0 .. 7];
         loop variant 8 - i; */
     for (int i = 0; i < 8; i++) {
-        pixel[i] = window[of[i].row] + of[i].column;
-        other[i] = window[of[i].other_row] + of[i].other_column;
+        pixel[i] = window[of[i].row] + pitch * of[i].column;
+        other[i] = window[of[i].other_row] + pitch * of[i].other_column;
     }
+    const uint8_t kept = (uint8_t)(UINT8_MAX - mask);
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, plane[0 .. width - 1];
         loop variant width - x; */
@@ -202,23 +205,32 @@ static void census_plane(uint8_t *const window[], const struct match_comparison 
         for (int i = 0; i < 8; i++) {
             bits = (uint8_t)(bits | (pixel[i][x] > other[i][x] ? 1 << i : 0));
         }
-        plane[x] = (uint8_t)(plane[x] | (bits & mask));
+        plane[x] = (uint8_t)((plane[x] & kept) | (bits & mask));
     }
 }
 
-/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && are_padded(window, width);
+/*@ requires are_padded(window, pitch, width);
     requires \valid(gradient + (0 .. width - 1));
     assigns gradient[0 .. width - 1]; */
-static void gradient_row(uint8_t *const window[], int width, uint8_t *restrict gradient) {
-    const uint8_t *restrict above = window[1] + 1;
-    const uint8_t *restrict row = window[2] + 1;
-    const uint8_t *restrict below = window[3] + 1;
+static void gradient_row(uint8_t *const window[], int pitch, int width,
+                         uint8_t *restrict gradient) {
+    const uint8_t *before[3], *after[3];
+    /*@ loop invariant 0 <= j <= 3;
+        loop invariant \forall integer k; 0 <= k < j ==>
+            \valid_read(before[k] + (0 .. width - 1)) && \valid_read(after[k] + (0 .. width - 1));
+        loop assigns j, before[0 .. 2], after[0 .. 2];
+        loop variant 3 - j; */
+    for (int j = 0; j < 3; j++) {
+        before[j] = window[j + 1] + pitch;
+        after[j] = window[j + 1] + 3 * pitch;
+    }
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, gradient[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
-        const int16_t slope = (int16_t)(above[x + 2] - above[x] + 2 * (row[x + 2] - row[x]) +
-                                        below[x + 2] - below[x]);
+        const int16_t slope =
+            (int16_t)(after[0][x] - before[0][x] + 2 * (after[1][x] - before[1][x]) + after[2][x] -
+                      before[2][x]);
         const int16_t shifted = (int16_t)(128 + slope / 2);
         gradient[x] = (uint8_t)(shifted < 0 ? 0 : (shifted > 255 ? 255 : shifted));
     }
@@ -251,16 +263,45 @@ static bool is_compared(const struct match_level *level, int channel) {
     return bits != 0;
 }
 
-// The part of the census (R. Zabih and J. Woodfill, ECCV 1994) in a channel, whose rows begin at
-// `window`.
-static void compare_channel(const struct match_level *level, uint8_t *const window[], int channel,
-                            const struct match_features *features) {
+// The features of `width` pixels from x_begin on that a window of a channel gives: its part of the
+// census (R. Zabih and J. Woodfill, ECCV 1994), and Sobel's gradient along the row of grey.
+static void compare_window(const struct match_level *level, uint8_t *const window[], int pitch,
+                           int channel, int x_begin, int width,
+                           const struct match_features *features) {
     for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
         const uint8_t bits = compared_bits(level, plane, channel);
         if (bits != 0) {
-            census_plane(window, census_of(level) + 8 * plane, bits, level->width,
-                         features->census[plane]);
+            census_plane(window, pitch, census_of(level) + 8 * plane, bits, width,
+                         features->census[plane] + x_begin);
         }
+    }
+    if (channel == MATCH_GREY) {
+        gradient_row(window, pitch, width, features->gradient + x_begin);
+    }
+}
+
+// The features of a row that a channel gives, from five padded rows. In tiles that follow a slope
+// the support is sheared; `tiles` is NULL in the right image.
+static void compare_channel(const struct match_level *level, const struct match_tile *tiles,
+                            uint8_t *const source[], int channel,
+                            const struct match_features *features) {
+    uint8_t *window[MATCH_CENSUS_SIDE];
+    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
+        window[j] = source[j] + MATCH_SOURCE_PAD - MATCH_CENSUS_RADIUS;
+    }
+    compare_window(level, window, 1, channel, 0, level->width, features);
+    for (int t = 0; tiles != NULL && t < level->tiles; t++) {
+        if (tiles[t].slope_down == 0 && tiles[t].slope_along == 0) {
+            continue;
+        }
+        const int x = t * MATCH_TILE_COLUMNS;
+        const int columns = match_tile_columns(level, t);
+        match_support support;
+        match_shear_support(source, &tiles[t], x, columns, support);
+        for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
+            window[j] = support[j][0];
+        }
+        compare_window(level, window, MATCH_TILE_COLUMNS, channel, x, columns, features);
     }
 }
 
@@ -311,8 +352,8 @@ static void raise_step_rows(const struct match_level *level, const struct match_
     uint8_t *const *source = scratch->source + MATCH_CENSUS_RADIUS;
     for (int r = 0; r < rows; r++) {
         const int slot = (y_begin + r) % level->ring_rows;
-        raise_steps(source[r - 1] + MATCH_CENSUS_RADIUS, source[r] + MATCH_CENSUS_RADIUS,
-                    level->width, level->step_along[slot], level->step_down[slot]);
+        raise_steps(source[r - 1] + MATCH_SOURCE_PAD, source[r] + MATCH_SOURCE_PAD, level->width,
+                    level->step_along[slot], level->step_down[slot]);
     }
 }
 
@@ -321,35 +362,29 @@ static bool has_coloured_steps(const struct match_level *level) {
     return level->state->coloured && is_finest(level);
 }
 
-// Features of rows, in the memory of the left ones; `is_left`: their steps too. Each channel is
-// read once, grey last: its rows stay in scratch->source.
+// Features of rows, in the memory of the left ones, whose `tiles` are not NULL: their steps too.
+// Each channel is read once, grey last: its rows stay in scratch->source.
 static void view_features(const struct match_level *level, const struct match_view *view,
-                          bool is_left, struct match_scratch *scratch, int y_begin, int rows) {
-    for (int r = 0; r < rows; r++) {
-        for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {
-            memset(scratch->line[r].cost.left.census[plane], 0, (size_t)level->width);
-        }
-    }
+                          const struct match_tile *tiles, struct match_scratch *scratch,
+                          int y_begin, int rows) {
     for (int channel = 0; channel < MATCH_CHANNELS; channel++) {
-        const bool steps = is_left && has_coloured_steps(level) == (channel != MATCH_GREY);
+        const bool steps = tiles != NULL && has_coloured_steps(level) == (channel != MATCH_GREY);
         if (!steps && channel != MATCH_GREY && !is_compared(level, channel)) {
             continue;
         }
         channel_rows(level, view, channel, y_begin, rows, scratch);
-        for (int r = 0; r < rows; r++) {
-            compare_channel(level, scratch->source + r, channel, &scratch->line[r].cost.left);
+        for (int r = 0; r < rows && is_compared(level, channel); r++) {
+            compare_channel(level, tiles, scratch->source + r, channel,
+                            &scratch->line[r].cost.left);
         }
         if (steps) {
             raise_step_rows(level, scratch, y_begin, rows);
         }
     }
-    for (int r = 0; r < rows; r++) {
-        gradient_row(scratch->source + r, level->width, scratch->line[r].cost.left.gradient);
-    }
 }
 
-static void left_features(struct match_level *level, struct match_scratch *scratch, int y_begin,
-                          int rows) {
+static void left_features(struct match_level *level, struct match_scratch *scratch,
+                          const struct match_tile *tiles, int y_begin, int rows) {
     const struct match_input *input = level->state->input;
     const struct match_view view = {&input->left, &input->left_colour, input->left_span};
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
@@ -357,7 +392,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
         memset(level->step_along[(y_begin + r) % level->ring_rows], 0, columns);
         memset(level->step_down[(y_begin + r) % level->ring_rows], 0, columns);
     }
-    view_features(level, &view, true, scratch, y_begin, rows);
+    view_features(level, &view, tiles, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {
         const int slot = (y_begin + r) % level->ring_rows;
         if (has_coloured_steps(level)) {
@@ -365,8 +400,7 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
             as_grey_steps(level->step_down[slot], level->width);
         }
         if (level->guide[slot] != NULL) {
-            memcpy(level->guide[slot],
-                   scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_CENSUS_RADIUS,
+            memcpy(level->guide[slot], scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_SOURCE_PAD,
                    (size_t)level->width);
         }
     }
@@ -377,7 +411,7 @@ static void right_features(const struct match_level *level, struct match_scratch
     const struct match_input *input = level->state->input;
     const struct match_view view = {&input->right, &input->right_colour, input->right_span};
     // The left features do not exist yet, so their memory holds these before they are reversed.
-    view_features(level, &view, false, scratch, y_begin, rows);
+    view_features(level, &view, NULL, scratch, y_begin, rows);
     for (int r = 0; r < rows; r++) {
         const struct match_line *line = &scratch->line[r];
         for (int plane = 0; plane < MATCH_CENSUS_PLANES; plane++) {

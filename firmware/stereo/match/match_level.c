@@ -38,11 +38,18 @@ static int mean_lanes(const struct match_level *level) {
     return all ? level->lanes : method->lanes;
 }
 
+// Number of halvings of a level's columns and disparities to those of the next one. Below the
+// finest level each follows the slopes of the next, so that steeper surfaces are found from level
+// to level.
+static int halvings_below(const struct match_level *level) {
+    return level == &level->state->level[0] ? level->state->method->halvings : 1;
+}
+
 // Whether a level gets a coarser one: it has many disparities, and enough columns remain.
 static bool is_halved(const struct match_level *level) {
     const struct match_method *method = level->state->method;
     return method->coarse_disparities > 0 && level->disparity_count > method->coarse_disparities &&
-           level->width >> method->halvings >= MATCH_MIN_WIDTH_PX;
+           level->width >> halvings_below(level) >= MATCH_MIN_WIDTH_PX;
 }
 
 // Whether all tiles of all bands search the same disparities.
@@ -62,16 +69,16 @@ void match_set_levels(struct match_state *state, int width, int height) {
     while (state->levels < MATCH_MAX_LEVELS && is_halved(&state->level[state->levels - 1])) {
         struct match_level *finer = &state->level[state->levels - 1];
         struct match_level *level = &state->level[state->levels];
-        const int shift = state->levels * method->halvings;
-        // A low image keeps its rows: the memory requirement does not depend on the height.
-        int shift_y = finer->shift_y;
-        while (shift_y < shift && height >> (shift_y + 1) >= MATCH_MIN_HEIGHT_PX) {
-            shift_y++;
-        }
+        const int halvings = halvings_below(finer);
+        const int shift = finer->shift_x + halvings;
+        // Rows are halved once, so that a floor gains fewer disparities a row than on the finer
+        // level. A low image keeps its rows: the memory requirement does not depend on the height.
+        const int more = height >> (finer->shift_y + 1) >= MATCH_MIN_HEIGHT_PX ? 1 : 0;
+        const int shift_y = finer->shift_y + more;
         *level = (struct match_level){.state = state, .shift_x = shift, .shift_y = shift_y};
-        const int lowest = scaled_down(finer->disparity_min, method->halvings);
+        const int lowest = scaled_down(finer->disparity_min, halvings);
         const int highest =
-            scaled_down(finer->disparity_min + finer->disparity_count - 1, method->halvings);
+            scaled_down(finer->disparity_min + finer->disparity_count - 1, halvings);
         set_level(level, width >> shift, height >> shift_y, lowest, highest - lowest + 1);
         finer->coarser = level;
         state->levels++;
@@ -151,7 +158,7 @@ static void carve_cost(const struct match_level *level, int rows, struct block *
     const size_t width = (size_t)level->width;
     const size_t right = (size_t)level->right_length;
     for (int j = 0; j < MATCH_SOURCE_ROWS; j++) {
-        scratch->source[j] = carve(block, width + 2 * MATCH_CENSUS_RADIUS, 1);
+        scratch->source[j] = carve(block, width + 2 * MATCH_SOURCE_PAD, 1);
     }
     for (int r = 0; r < rows; r++) {
         struct match_line *line = &scratch->line[r];

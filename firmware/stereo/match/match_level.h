@@ -6,6 +6,11 @@
 
 #include "stereo/match/match_state.h"
 
+enum {
+    MATCH_SOURCE_PAD = 16,  // columns before and after a row that is compared
+    MATCH_CENSUS_SIDE = 2 * MATCH_CENSUS_RADIUS + 1,
+};
+
 /// Counts memory, and allocates it if there is an arena.
 struct match_memory {
     struct arena *arena;  // NULL: only count
@@ -41,5 +46,14 @@ int match_window_rows(const struct match_level *level, int band_begin);
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles);
+
+/// Pixels of a channel around those of a tile, by row, column and pixel.
+typedef uint8_t match_support[MATCH_CENSUS_SIDE][MATCH_CENSUS_SIDE][MATCH_TILE_COLUMNS];
+
+/// The support of `columns` left pixels of a tile from x_begin on, in the middle one of five padded
+/// rows, sheared like the tile's surface: the left pixels that show what the right image shows in a
+/// square around the matching pixel.
+void match_shear_support(uint8_t *const source[], const struct match_tile *tile, int x_begin,
+                         int columns, match_support support);
 
 #endif

@@ -157,7 +157,7 @@ struct match_band {
 struct match_method {
     const char *name;
     int coarse_disparities;  // a level with more disparities than this gets a coarser one; 0: never
-    int halvings;            // of columns, disparities and rows from one level to the next
+    int halvings;            // of columns and disparities from the finest level to the next
     int halved_rows;         // of the finest level: 1 where a row of it covers two
     int lanes;               // average per column, for which there is memory
     // A tile searches the disparities that the coarser level found in the tile and this many of its

@@ -22,7 +22,7 @@ enum {
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
     // The disparity changes by more than this over four columns at a depth edge, and slopes as near
     // to one may be the edge itself: where a curved object ends, both cameras see different points.
-    RIM_STEP_Q8 = 6 * 256,
+    RIM_STEP_Q8 = 8 * 256,
     RIM_COLUMNS = 3,
     // Limits (see match.md). Slopes along the row have this many times the energy of noise, and
     // this share of the energy of the slopes along the column: a misalignment of the rows by a

@@ -25,6 +25,10 @@ enum {
     SLOPE_TOLERANCE = 14,
     SLOPE_SHARE_DOWN = 75,
     SLOPE_SHARE_ALONG = 88,
+    // Steeper surfaces are found in parts only. There it is enough that this share, in percent, of
+    // the differences over half as many pixels fits: a depth edge is between fewer of these.
+    SLOPE_STEEP = 96,
+    SLOPE_SHARE_HALF = 60,
     // Fewer pixels of a known disparity than these, or than that share of all in percent, say
     // nothing.
     SLOPE_PIXELS_MIN = 8,
@@ -61,9 +65,15 @@ static int beyond_row(const struct match_level *level, int band_begin, int aroun
     return row < level->coarser->height ? row : level->coarser->height;
 }
 
+// Rows of the coarser level that cover as many of the finest one's as SLOPE_AROUND columns do.
+static int slope_rows(const struct match_level *level) {
+    return SLOPE_AROUND << (halvings_x(level) - halvings_y(level));
+}
+
 int match_window_rows(const struct match_level *level, int band_begin) {
     const int around = level->state->method->around_rows;
-    return beyond_row(level, band_begin, around > SLOPE_AROUND ? around : SLOPE_AROUND);
+    const int slopes = slope_rows(level);
+    return beyond_row(level, band_begin, around > slopes ? around : slopes);
 }
 
 // The index of a position of the coarser surface, whose pixels are larger.
@@ -211,9 +221,9 @@ static void close_gaps(const struct match_level *level, struct reach *reaches) {
     }
 }
 
-// Pixels [x_begin, x_end) of rows [y_begin, y_end) of a level.
+// Pixels [x_begin, x_end) of every row_step-th one of the rows [y_begin, y_end) of a level.
 struct area {
-    int x_begin, x_end, y_begin, y_end;
+    int x_begin, x_end, y_begin, y_end, row_step;
 };
 
 static struct area area_of_tile(const struct match_level *level, int band_begin, int t) {
@@ -221,8 +231,9 @@ static struct area area_of_tile(const struct match_level *level, int band_begin,
     const int begin = (t * MATCH_TILE_COLUMNS >> halvings_x(level)) - SLOPE_AROUND;
     const int end = ((t + 1) * MATCH_TILE_COLUMNS >> halvings_x(level)) + SLOPE_AROUND;
     return (struct area){begin > 0 ? begin : 0, end < width ? end : width,
-                         first_row(level, band_begin, SLOPE_AROUND),
-                         beyond_row(level, band_begin, SLOPE_AROUND)};
+                         first_row(level, band_begin, slope_rows(level)),
+                         beyond_row(level, band_begin, slope_rows(level)),
+                         slope_rows(level) / SLOPE_AROUND};
 }
 
 // Counts the differences of a level's surface over `dx` columns or `dy` rows into `counts`, those
@@ -233,7 +244,7 @@ static int count_differences(const struct match_level *level, const struct area 
               level->rows_done - area->y_begin <= level->surface_rows);
     memset(counts, 0, DIFFERENCES * sizeof *counts);
     int known = 0;
-    for (int y = area->y_begin; y < area->y_end - dy; y++) {
+    for (int y = area->y_begin; y < area->y_end - dy; y += area->row_step) {
         const int16_t *from = level->surface[y % level->surface_rows];
         const int16_t *to = level->surface[(y + dy) % level->surface_rows] + dx;
         for (int x = area->x_begin; x < area->x_end - dx; x++) {
@@ -247,33 +258,53 @@ static int count_differences(const struct match_level *level, const struct area 
     return known;
 }
 
-// The mean of the differences near their median as a slope, if these are `share_min` percent.
-static int common_slope(const uint16_t counts[DIFFERENCES], int known, int share_min) {
+// The number of differences near `middle`, and their sum.
+static int near_differences(const uint16_t counts[DIFFERENCES], int middle, int *sum) {
+    const int begin = clamp(middle - SLOPE_TOLERANCE, -DIFFERENCE_MAX, DIFFERENCE_MAX + 1);
+    const int end = clamp(middle + SLOPE_TOLERANCE, -DIFFERENCE_MAX - 1, DIFFERENCE_MAX);
+    int near = 0;
+    *sum = 0;
+    for (int i = begin; i <= end; i++) {
+        near += counts[DIFFERENCE_MAX + i];
+        *sum += counts[DIFFERENCE_MAX + i] * i;
+    }
+    return near;
+}
+
+// Whether a slope is also that of most differences over so many columns or rows.
+static bool holds_over(const struct match_level *level, const struct area *area, int dx, int dy,
+                       int slope) {
+    uint16_t counts[DIFFERENCES];
+    const int known = count_differences(level, area, dx, dy, counts);
+    int sum;
+    const int middle = slope * (dx + dy) / (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE);
+    return near_differences(counts, middle, &sum) * 100 >= known * SLOPE_SHARE_HALF;
+}
+
+// The slope of a level's surface over `dx` columns or `dy` rows: the mean of the differences near
+// their median, if these are most. `any_steep`: a steep one, however few.
+static int slope_of(const struct match_level *level, const struct area *area, int dx, int dy,
+                    int share_min, bool any_steep) {
+    uint16_t counts[DIFFERENCES];
+    const int known = count_differences(level, area, dx, dy, counts);
+    const int all =
+        (area->x_end - area->x_begin - dx) * (area->y_end - area->y_begin - dy) / area->row_step;
+    if (known < SLOPE_PIXELS_MIN || known < all * SLOPE_KNOWN_MIN / 100) {
+        return SLOPE_UNKNOWN;
+    }
     int median = 0;
     for (int below = counts[0]; below <= known / 2; below += counts[median]) {
         median++;
     }
-    const int begin = clamp(median - SLOPE_TOLERANCE, 0, DIFFERENCES);
-    const int end = clamp(median + SLOPE_TOLERANCE + 1, 0, DIFFERENCES);
-    int sum = 0;
-    int near = 0;
-    for (int i = begin; i < end; i++) {
-        sum += counts[i] * (i - DIFFERENCE_MAX);
-        near += counts[i];
+    int sum;
+    const int near = near_differences(counts, median - DIFFERENCE_MAX, &sum);
+    const int slope = sum * (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE) / (near * (dx + dy));
+    if (near * 100 >= known * share_min) {
+        return slope;
     }
-    return near * 100 < known * share_min
-               ? SLOPE_MIXED
-               : sum * (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE) / (near * SLOPE_STEP);
-}
-
-// The slope of a level's surface over `dx` columns or `dy` rows.
-static int slope_of(const struct match_level *level, const struct area *area, int dx, int dy,
-                    int share_min) {
-    uint16_t counts[DIFFERENCES];
-    const int known = count_differences(level, area, dx, dy, counts);
-    const int all = (area->x_end - area->x_begin - dx) * (area->y_end - area->y_begin - dy);
-    const bool enough = known >= SLOPE_PIXELS_MIN && known >= all * SLOPE_KNOWN_MIN / 100;
-    return enough ? common_slope(counts, known, share_min) : SLOPE_UNKNOWN;
+    const bool steep = slope >= SLOPE_STEEP || slope <= -SLOPE_STEEP;
+    return steep && (any_steep || holds_over(level, area, dx / 2, dy / 2, slope)) ? slope
+                                                                                  : SLOPE_MIXED;
 }
 
 // The slope of the nearest tile in a direction, if it is not too far.
@@ -309,12 +340,16 @@ static int16_t slope_followed(const int16_t *slopes, int tiles, int t, int scale
 static void plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles) {
     int16_t down[TILES_MAX];
     int16_t along[TILES_MAX];
+    const int rows = slope_rows(level) * SLOPE_STEP / SLOPE_AROUND;
+    // Between coarser levels a wrong slope does no harm: no surface is found along it.
+    const bool any_steep = level != &level->state->level[0];
     for (int t = 0; t < level->tiles; t++) {
         const struct area area = area_of_tile(level, band_begin, t);
-        down[t] = (int16_t)slope_of(level->coarser, &area, 0, SLOPE_STEP, SLOPE_SHARE_DOWN);
-        along[t] = (int16_t)slope_of(level->coarser, &area, SLOPE_STEP, 0, SLOPE_SHARE_ALONG);
+        down[t] = (int16_t)slope_of(level->coarser, &area, 0, rows, SLOPE_SHARE_DOWN, any_steep);
+        along[t] =
+            (int16_t)slope_of(level->coarser, &area, SLOPE_STEP, 0, SLOPE_SHARE_ALONG, any_steep);
     }
-    // Disparities are halved with the columns, rows at times less often.
+    // Disparities are halved with the columns, rows less often.
     const int scale = 1 << (halvings_x(level) - halvings_y(level));
     for (int t = 0; t < level->tiles; t++) {
         tiles[t].slope_down = slope_followed(down, level->tiles, t, scale);
@@ -356,4 +391,33 @@ void match_plan_windows(const struct match_level *level, int band_begin,
         }
         max_lanes -= MATCH_LANES;
     } while ((size_t)lanes > room);
+}
+
+// Where the left image shows what the right one shows `i` columns and `j` rows from a pixel on the
+// tile's surface: in 1/256 columns from the left pixel, at most 12 columns away.
+static int support_q8(const struct match_tile *tile, int i, int j) {
+    enum { POSITIVE = 16 * DISPARITY_ONE };  // rounds down, as shifts do
+    // Where the surface turns away from the right camera fewer columns of it show more of the left.
+    const int narrowed = MATCH_SLOPE_ONE - tile->slope_along;
+    const int scale = narrowed > MATCH_SLOPE_ONE / 2 ? narrowed : MATCH_SLOPE_ONE / 2;
+    const int right = i * MATCH_SLOPE_ONE + j * tile->slope_down;
+    return (right * DISPARITY_ONE + scale / 2 + POSITIVE * scale) / scale - POSITIVE;
+}
+
+void match_shear_support(uint8_t *const source[], const struct match_tile *tile, int x_begin,
+                         int columns, match_support support) {
+    INVARIANT(columns > 0 && columns <= MATCH_TILE_COLUMNS);
+    for (int j = 0; j < MATCH_CENSUS_SIDE; j++) {
+        for (int i = 0; i < MATCH_CENSUS_SIDE; i++) {
+            const int at_q8 = support_q8(tile, i - MATCH_CENSUS_RADIUS, j - MATCH_CENSUS_RADIUS);
+            INVARIANT(at_q8 >= -MATCH_SOURCE_PAD * DISPARITY_ONE &&
+                      at_q8 < (MATCH_SOURCE_PAD - 1) * DISPARITY_ONE);
+            const uint8_t *restrict from = source[j] + MATCH_SOURCE_PAD + x_begin + (at_q8 >> 8);
+            const uint16_t share = (uint16_t)(at_q8 & 0xff);
+            uint8_t *restrict to = support[j][i];
+            for (int c = 0; c < columns; c++) {
+                to[c] = (uint8_t)((from[c] * (256 - share) + from[c + 1] * share + 128) >> 8);
+            }
+        }
+    }
 }

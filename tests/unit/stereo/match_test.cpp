@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "synthetic/matched.hpp"
@@ -49,6 +51,71 @@ Comparison compare_hidden(const Matched &matched, const Pair &pair, Visibility v
     });
 }
 
+// A plane: its disparity in the middle of the left image, and what it gains a column and a row.
+struct Plane {
+    double middle, along, down;
+};
+
+// Both views of a plane with texture that is as fine, on the mean, in both images.
+class SteepPair {
+  public:
+    static constexpr int kWidth = 320, kHeight = 160;
+
+    SteepPair(const Plane &plane, uint64_t seed) : plane_(plane), texture_(kTexels * kHeight) {
+        Random random(seed);
+        // Fine and coarse structure of like contrast.
+        std::vector<double> coarse(texture_.size());
+        for (size_t i = 0; i < texture_.size(); i++) {
+            coarse[i] = random.normal();
+            const size_t y = i / kTexels / kCoarse * kCoarse;
+            texture_[i] = random.normal() + coarse[y * kTexels + i % kTexels / kCoarse * kCoarse];
+        }
+        for (const int stride : {1, 1, 1, 1, kTexels, kTexels, kTexels, kTexels}) {
+            for (size_t i = 0; i + static_cast<size_t>(stride) < texture_.size(); i++) {
+                texture_[i] += texture_[i + static_cast<size_t>(stride)];
+            }
+        }
+        double squares = 0;
+        for (const double texel : texture_) {
+            squares += texel * texel;
+        }
+        const double rms = std::sqrt(squares / static_cast<double>(texture_.size()));
+        for (double &texel : texture_) {
+            texel /= rms;
+        }
+        for (int y = 0; y < kHeight; y++) {
+            for (int x = 0; x < kWidth; x++) {
+                left.push_back(grey_at(x, y, random));
+                // The left column whose right one is x.
+                const double from = x + disparity(0, y);
+                right.push_back(grey_at(from / (1 - plane.along), y, random));
+            }
+        }
+    }
+
+    double disparity(double x, double y) const {
+        return plane_.middle + plane_.along * (x - kWidth / 2.0) +
+               plane_.down * (y - kHeight / 2.0);
+    }
+
+    std::vector<uint8_t> left, right;
+
+  private:
+    static constexpr int kTexels = 3 * kWidth, kCoarse = 6;
+
+    uint8_t grey_at(double x, int y, Random &random) const {
+        const double u = std::clamp(x - disparity(x, y) / 2 + kWidth, 0.0, kTexels - 2.0);
+        const size_t i = static_cast<size_t>(y) * kTexels + static_cast<size_t>(u);
+        const double share = u - std::floor(u);
+        const double texel = texture_[i] * (1 - share) + texture_[i + 1] * share;
+        const double grey = 128 + 30 * texel + 0.7 * random.normal();
+        return static_cast<uint8_t>(std::clamp(grey, 0.0, 255.0));
+    }
+
+    Plane plane_;
+    std::vector<double> texture_;
+};
+
 }  // namespace
 
 TEST_CASE("walls of any slant are found to a fraction of a pixel") {
@@ -77,6 +144,49 @@ TEST_CASE("walls of any slant are found to a fraction of a pixel") {
             CHECK(result.bad_1px_share() < 0.01);
             // Whole disparities alone have an rms error of 0.29.
             CHECK(result.rms_px < 0.25);
+        }
+    }
+}
+
+TEST_CASE("planes as steep as 1.5 disparities a column and 2 a row are found") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    match_options options = match_default_options(-80, 220);
+    struct Limit {
+        Plane plane;
+        double standard, best;  // share of the visible pixels
+    };
+    for (const Limit &limit : {Limit{{30, 0.5, 0}, 0.6, 0.92}, Limit{{30, -1, 0}, 0.75, 0.92},
+                               Limit{{30, -1.5, 0}, 0.4, 0.6}, Limit{{30, 0, 1.5}, 0.85, 0.93},
+                               Limit{{30, 0, -1.5}, 0.85, 0.93}, Limit{{30, 0, 2}, 0.8, 0.85},
+                               Limit{{30, 0, -2}, 0.6, 0.8}, Limit{{30, 0.3, 1}, 0.85, 0.93}}) {
+        const SteepPair pair(limit.plane, seed);
+        for (const match_preset preset : {MATCH_PRESET_STANDARD, MATCH_PRESET_BEST}) {
+            options.preset = preset;
+            const Matched matched =
+                run_match(pair.left, pair.right, pair.kWidth, pair.kHeight, options);
+            REQUIRE(matched.status == ERROR_OK);
+            int seen = 0, right = 0, wrong = 0;
+            for (int y = 0; y < pair.kHeight; y++) {
+                for (int x = 0; x < pair.kWidth; x++) {
+                    const double truth = pair.disparity(x, y);
+                    const bool in_image = x - truth > 4 && x - truth < pair.kWidth - 5;
+                    if (in_image && truth > -76 && truth < 136) {
+                        const size_t i = matched.index(x, y);
+                        const bool near = std::abs(matched.disparity_px(i) - truth) <= 1;
+                        seen++;
+                        right += matched.valid(i) && near;
+                        wrong += matched.valid(i) && !near;
+                    }
+                }
+            }
+            CAPTURE(std::string(match_preset_name(preset)));
+            CAPTURE(limit.plane.along);
+            CAPTURE(limit.plane.down);
+            CAPTURE(seen);
+            const double share = preset == MATCH_PRESET_BEST ? limit.best : limit.standard;
+            CHECK(right > share * seen);
+            CHECK(wrong < 0.05 * seen);
         }
     }
 }
