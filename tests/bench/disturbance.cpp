@@ -66,6 +66,16 @@ void low_light(cv::Mat &image, uint64_t seed) {
     }
 }
 
+// Of a camera in colour: its grey is made of the noisy colours.
+void low_light(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
+    if (colour.empty()) {
+        low_light(grey, seed);
+    } else {
+        low_light(colour, seed);
+        cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
+    }
+}
+
 void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
     cv::RNG random(seed);
     for (int y = 0; y < image.rows; y++) {
@@ -190,15 +200,21 @@ const std::vector<disturbance> &photometric_disturbances() {
          right_by([](cv::Mat &image) { gamma(image, 1.4); })},
         {"vignette", "right image by cos^4, 40 % less in the corners",
          right_by([](cv::Mat &image) { vignette(image, 0.4); })},
-        {disturbance_noise, "right image with shot and read noise of 1 % of the exposure",
-         right_by([](cv::Mat &image) { low_light(image, kSeed); })},
-        {"noise2", "both images with that noise",
+        {disturbance_noise, "grey, right image with shot and read noise of 1 % of the exposure",
          [](bench_pair &p) {
-             const auto noise = [](uint64_t seed) {
-                 return [seed](cv::Mat &image) { low_light(image, seed); };
-             };
-             change_both(p.left, p.left_colour, noise(kSeed + 1));
-             change_both(p.right, p.right_colour, noise(kSeed));
+             low_light(p.right, kSeed);
+             drop_colour(p);
+         }},
+        {"noise2", "grey, both images with that noise",
+         [](bench_pair &p) {
+             low_light(p.left, kSeed + 1);
+             low_light(p.right, kSeed);
+             drop_colour(p);
+         }},
+        {"noise rgb", "in colour, both images with that noise in each channel",
+         [](bench_pair &p) {
+             low_light(p.left, p.left_colour, kSeed + 1);
+             low_light(p.right, p.right_colour, kSeed);
          }},
         {"clipped", "right image amplified until a fifth of it is white",
          [](bench_pair &p) {
