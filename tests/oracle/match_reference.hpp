@@ -118,8 +118,8 @@ struct Sums {
 Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
             const Grid<Slopes> &slopes);
 
-/// Rejects pixels far from texture along the row, and accepts doubtful ones that continue the
-/// surface around them.
+/// Accepts doubtful pixels that continue the surface around them, and rejects those of blocks with
+/// little texture along the row, or with few accepted pixels, around.
 void check_neighbourhood(const View &left, const View &right, const Search &search, Answer *answer);
 
 /// Winners, checks, smoothing, speckles. If `doubtful` is not 0, no winner is better than its

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The checks of the slow matcher that look around a pixel: texture along the row
-// against noise, and pixels that continue the surface around them.
+// against noise, agreement of the pixels around, and pixels that continue the surface around them.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "match_reference.hpp"
 #include "stereo/image/reason.h"
@@ -31,14 +32,42 @@ int difference(const View &left, const View &right, int x, int y, int disparity)
     return sum;
 }
 
+// The darkest and the brightest of the valid pixels: these may be clipped.
+std::pair<int, int> limits_of(const View &view) {
+    std::pair<int, int> limits = {255, 0};
+    for (int y = 0; y < view.grey.height; y++) {
+        const Span span = view.spans[static_cast<size_t>(y)];
+        for (int x = span.begin; x < span.end; x++) {
+            limits.first = std::min<int>(limits.first, view.grey.at(x, y));
+            limits.second = std::max<int>(limits.second, view.grey.at(x, y));
+        }
+    }
+    return limits;
+}
+
+bool is_clipped(const View &view, std::pair<int, int> limits, int x_begin, int y_begin) {
+    bool clipped = false;
+    for (int y = y_begin - 1; y <= y_begin + kBlock; y++) {
+        for (int x = x_begin; x < x_begin + kBlock; x++) {
+            const int grey = view.grey.at(x, y);
+            clipped = clipped || grey == limits.first || grey == limits.second;
+        }
+    }
+    return clipped;
+}
+
 // 256 times the variance of the noise; -1: too little was matched.
 double noise_of(const View &left, const View &right, const Answer &answer) {
+    const std::pair<int, int> left_limits = limits_of(left);
+    const std::pair<int, int> right_limits = limits_of(right);
     std::vector<int> bins;
     for (int y = 1; y + kBlock < answer.reason.height; y += 16) {
         for (int x = 1; x + kBlock < answer.reason.width; x += 16) {
             const int disparity = whole_px(answer.disparity_q8.at(x + 4, y + 4));
             if (answer.reason.at(x + 4, y + 4) != REASON_VALID || x - 1 - disparity < 0 ||
-                x + kBlock - disparity >= answer.reason.width) {
+                x + kBlock - disparity >= answer.reason.width ||
+                is_clipped(left, left_limits, x, y) ||
+                is_clipped(right, right_limits, x - disparity, y)) {
                 continue;
             }
             int sum = 0;
@@ -133,21 +162,91 @@ bool has_texture(const Slopes &slopes, double noise_q8, int column, int row) {
     return count > 0 && along >= 4 * noise + std::floor(std::max(upright - noise, 0.0) / 10);
 }
 
+// Pixels that both cameras may see, and those that were accepted, by block.
+struct Pixels {
+    Grid<double> seen, accepted;
+};
+
+// Whether a pixel lies between two accepted ones, of which the right one is at least 4 px in front,
+// and what is between them is not wider than one and a half times that.
+bool is_hidden(const Answer &answer, int x, int y) {
+    const auto is_valid = [&](int at) { return answer.reason.at(at, y) == REASON_VALID; };
+    int before = x;
+    int after = x;
+    while (before >= 0 && !is_valid(before)) {
+        before--;
+    }
+    while (after < answer.reason.width && !is_valid(after)) {
+        after++;
+    }
+    if (before == after || before < 0 || after == answer.reason.width) {
+        return false;
+    }
+    const double step_px =
+        (answer.disparity_q8.at(after, y) - answer.disparity_q8.at(before, y)) / 256.0;
+    return step_px >= 4 && after - before - 1 <= 1.5 * step_px;
+}
+
+Pixels pixels_of(const Answer &answer) {
+    const int columns = (answer.reason.width + kBlock - 1) / kBlock;
+    const int rows = (answer.reason.height + kBlock - 1) / kBlock;
+    Pixels pixels = {{columns, rows}, {columns, rows}};
+    for (int y = 0; y < answer.reason.height; y++) {
+        for (int x = 0; x < answer.reason.width; x++) {
+            const int reason = answer.reason.at(x, y);
+            pixels.seen.at(x / kBlock, y / kBlock) +=
+                reason != REASON_BORDER && !is_hidden(answer, x, y);
+            pixels.accepted.at(x / kBlock, y / kBlock) += reason == REASON_VALID;
+        }
+    }
+    return pixels;
+}
+
+// Calls a function with the position of each block that is at most `reach` away.
+template <class Function>
+void around(const Grid<int> &blocks, int column, int row, int reach, Function function) {
+    for (int r = std::max(row - reach, 0); r <= std::min(row + reach, blocks.height - 1); r++) {
+        for (int c = std::max(column - reach, 0); c <= std::min(column + reach, blocks.width - 1);
+             c++) {
+            function(c, r);
+        }
+    }
+}
+
+int reason_of(const Grid<int> &textured, const Grid<int> &share, int column, int row) {
+    int near = 0, far = 0, highest = 0;
+    around(textured, column, row, 1, [&](int c, int r) { near += textured.at(c, r); });
+    around(textured, column, row, 3, [&](int c, int r) { far += textured.at(c, r); });
+    around(share, column, row, 2,
+           [&](int c, int r) { highest = std::max(highest, share.at(c, r)); });
+    if (near >= 3) {
+        return highest >= 153 ? REASON_VALID : REASON_AMBIGUOUS;
+    }
+    const int own = share.at(column, row);
+    return (far >= 12 && own >= 217) || (far >= 2 && own >= 242) ? REASON_VALID : REASON_NO_TEXTURE;
+}
+
 void reject_unsupported(const View &left, double noise_q8, Answer *answer) {
     const Slopes slopes = slopes_of(left, *answer);
+    const Pixels pixels = pixels_of(*answer);
+    Grid<int> textured = {slopes.along.width, slopes.along.height};
+    Grid<int> share = textured;
+    for (int row = 0; row < textured.height; row++) {
+        for (int column = 0; column < textured.width; column++) {
+            textured.at(column, row) = has_texture(slopes, noise_q8, column, row);
+            double seen = 0, accepted = 0;
+            around(share, column, row, 2, [&](int c, int r) {
+                seen += pixels.seen.at(c, r);
+                accepted += pixels.accepted.at(c, r);
+            });
+            share.at(column, row) = seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
+        }
+    }
     for (int y = 0; y < answer->reason.height; y++) {
         for (int x = 0; x < answer->reason.width; x++) {
-            bool supported = false;
-            for (int row = y / kBlock - 1; row <= y / kBlock + 1; row++) {
-                for (int column = x / kBlock - 1; column <= x / kBlock + 1; column++) {
-                    supported = supported || (row >= 0 && row < slopes.along.height &&
-                                              column >= 0 && column < slopes.along.width &&
-                                              has_texture(slopes, noise_q8, column, row));
-                }
-            }
-            if (!supported && answer->reason.at(x, y) == REASON_VALID) {
-                answer->reason.at(x, y) = REASON_NO_TEXTURE;
-            }
+            int &reason = answer->reason.at(x, y);
+            reason = reason == REASON_VALID ? reason_of(textured, share, x / kBlock, y / kBlock)
+                                            : reason;
         }
     }
 }
@@ -187,11 +286,11 @@ void join(const Search &search, Answer *answer) {
 
 void check_neighbourhood(const View &left, const View &right, const Search &search,
                          Answer *answer) {
+    join(search, answer);
     const double noise_q8 = noise_of(left, right, *answer);
     if (noise_q8 >= 0) {
         reject_unsupported(left, noise_q8, answer);
     }
-    join(search, answer);
 }
 
 }  // namespace reference

@@ -113,6 +113,39 @@ uint64_t match_work(int width, int height, const struct match_options *options) 
     return cells;
 }
 
+static bool is_size_of_colour(const struct image_rgb8 *colour, int width, int height) {
+    return colour->data == NULL || (colour->width == width && colour->height == height);
+}
+
+static bool sizes_agree(const struct match_input *input, const struct match_output *output) {
+    const int width = input->left.width, height = input->left.height;
+    return input->right.width == width && input->right.height == height &&
+           is_size_of_colour(&input->left_colour, width, height) &&
+           is_size_of_colour(&input->right_colour, width, height) &&
+           output->disparity_q8.width == width && output->disparity_q8.height == height &&
+           output->reason.width == width && output->reason.height == height &&
+           output->confidence.width == width && output->confidence.height == height;
+}
+
+int match_check(const struct match_input *input, const struct match_options *options,
+                const struct match_output *output) {
+    const struct image_u8 *left = &input->left;
+    if (!sizes_agree(input, output)) {
+        return ERROR_SIZE_MISMATCH;
+    }
+    if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
+        return ERROR_TOO_LARGE;
+    }
+    if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
+        return ERROR_TOO_SMALL;
+    }
+    if (!match_range_is_legal(options)) {
+        return ERROR_DISPARITY_RANGE;
+    }
+    const bool legal = options->speckle_px >= 0 && (unsigned)options->preset < MATCH_PRESET_COUNT;
+    return legal ? ERROR_OK : ERROR_ARGUMENT;
+}
+
 // Whether any pixel is coloured.
 static bool has_colour(const struct image_rgb8 *image) {
     for (int y = 0; image->data != NULL && y < image->height; y++) {

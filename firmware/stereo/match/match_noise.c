@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "stereo/image/reason.h"
 #include "stereo/match/match_validity.h"
 
 enum {
@@ -28,6 +29,10 @@ enum {
     SHARES = 64,  // in all
     COARSE_SHARE_MAX = 15,
     FAR_MIN = 5,  // times the noise: less shows no detail
+    // Of pairs that were matched.
+    PAIR_SHARE = 10,  // the estimate is the highest of the lowest 1/10 of the blocks
+    PAIR_BIN = 16,
+    QUANTIZATION_Q8 = 21,  // of whole grey levels
 };
 
 // Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
@@ -57,17 +62,37 @@ static struct limits limits_of(const struct image_u8 *image, const struct rectif
     return limits;
 }
 
+// A block of 8x8 grey levels, or of differences, and the pixels around.
+struct patch {
+    int16_t at[BLOCK + 2][BLOCK + 2];
+};
+
+// Adds a block of an image, times `sign`. Whether no pixel can be clipped. Not inlined: unrolled
+// code of three callers is too much for the smallest image.
+static __attribute__((noinline)) bool add_patch(const struct image_u8 *image, int x, int y,
+                                                struct limits limits, int sign,
+                                                struct patch *patch) {
+    INVARIANT(x > 0 && x + BLOCK < image->width && y > 0 && y + BLOCK < image->height);
+    bool clipped = false;
+    for (int j = 0; j < BLOCK + 2; j++) {
+        const uint8_t *row = image_u8_row(image, y + j - 1) + x - 1;
+        for (int i = 0; i < BLOCK + 2; i++) {
+            const bool inside = i > 0 && i <= BLOCK;
+            clipped |= inside && (row[i] == limits.darkest || row[i] == limits.brightest);
+            patch->at[j][i] = (int16_t)(patch->at[j][i] + sign * row[i]);
+        }
+    }
+    return !clipped;
+}
+
 // Sum of |second derivative along row and column| of a block, source of the mask: J. Immerkaer,
-// "Fast noise variance estimation", CVIU 64(2), 1996. -1 if a pixel may be clipped.
-static int roughness(const struct image_u8 *image, int x, int y, struct limits limits) {
+// "Fast noise variance estimation", CVIU 64(2), 1996.
+static int second_derivatives(const struct patch *patch) {
     int16_t along[BLOCK + 2][BLOCK];
     for (int j = 0; j < BLOCK + 2; j++) {
-        const uint8_t *row = image_u8_row(image, y + j - 1) + x;
+        const int16_t *row = patch->at[j];
         for (int i = 0; i < BLOCK; i++) {
-            if (row[i] == limits.darkest || row[i] == limits.brightest) {
-                return -1;
-            }
-            along[j][i] = (int16_t)(row[i - 1] - 2 * row[i] + row[i + 1]);
+            along[j][i] = (int16_t)(row[i] - 2 * row[i + 1] + row[i + 2]);
         }
     }
     int sum = 0;
@@ -78,6 +103,12 @@ static int roughness(const struct image_u8 *image, int x, int y, struct limits l
         }
     }
     return sum;
+}
+
+// -1 if a pixel may be clipped.
+static int roughness(const struct image_u8 *image, int x, int y, struct limits limits) {
+    struct patch patch = {0};
+    return add_patch(image, x, y, limits, 1, &patch) ? second_derivatives(&patch) : -1;
 }
 
 // Columns that are valid in all rows of the blocks at y.
@@ -92,7 +123,7 @@ static struct rectify_span common_span(const struct image_u8 *image,
     return common;
 }
 
-// The bin above a share of the blocks.
+// The bin that ends above a share of the blocks.
 static int bin_above(const uint32_t count[BINS], uint32_t blocks) {
     uint32_t below = 0;
     int bin = 0;
@@ -180,4 +211,48 @@ int match_smoothing(const struct match_input *input) {
                        fine_share(&input->right, input->right_span, right.noise)) /
                       2;
     return share > COARSE_SHARE_MAX ? MATCH_WEAK_SMOOTHING : MATCH_COARSE_SMOOTHING;
+}
+
+// Second derivatives of the difference of a block of the left image and the same block, `disparity`
+// to the left, of the right one. They contain noise, but hardly any texture. -1 if a pixel may be
+// clipped.
+static int difference_of(const struct match_input *input, const struct limits limits[2], int x,
+                         int y, int disparity) {
+    struct patch patch = {0};
+    return add_patch(&input->left, x, y, limits[0], 1, &patch) &&
+                   add_patch(&input->right, x - disparity, y, limits[1], -1, &patch)
+               ? second_derivatives(&patch)
+               : -1;
+}
+
+uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output) {
+    const struct limits limits[2] = {limits_of(&input->left, input->left_span),
+                                     limits_of(&input->right, input->right_span)};
+    const int width = output->reason.width;
+    uint32_t count[BINS] = {0};
+    uint32_t blocks = 0;
+    for (int y = 1; y + BLOCK < output->reason.height; y += STEP) {
+        const uint8_t *reason = image_u8_row(&output->reason, y + BLOCK / 2);
+        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y + BLOCK / 2);
+        for (int x = 1; x + BLOCK < width; x += STEP) {
+            const int disparity = match_whole_disparity(disparity_q8[x + BLOCK / 2]);
+            if (reason[x + BLOCK / 2] != REASON_VALID || x - 1 - disparity < 0 ||
+                x + BLOCK - disparity >= width) {
+                continue;
+            }
+            const int sum = difference_of(input, limits, x, y, disparity);
+            if (sum >= 0) {
+                count[sum / PAIR_BIN < BINS ? sum / PAIR_BIN : BINS - 1]++;
+                blocks++;
+            }
+        }
+    }
+    if (blocks < MIN_BLOCKS) {
+        return 0;
+    }
+    // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
+    // lowest tenth of the blocks ends 15 % below.
+    const uint32_t sum = (uint32_t)bin_above(count, blocks / PAIR_SHARE) * PAIR_BIN + PAIR_BIN / 2;
+    const uint32_t variance_q8 = (uint32_t)((uint64_t)sum * sum / 530);
+    return variance_q8 > QUANTIZATION_Q8 ? variance_q8 : QUANTIZATION_Q8;
 }

@@ -4,20 +4,15 @@
 #include <string.h>
 
 #include "core/error.h"
+#include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_state.h"
 
 enum {
-    BLOCK = 8,        // pixels, both ways
-    NOISE_STEP = 16,  // between blocks that noise is estimated from
-    NOISE_MIN_BLOCKS = 8,
-    NOISE_SHARE = 10,  // the estimate is the highest of the lowest 1/10 of the blocks
-    NOISE_BINS = 1024,
-    NOISE_BIN = 16,
-    PAD = 2,             // columns before and after a smoothed row
-    ROW_STEP = 2,        // between rows whose texture is measured
-    SLOPE_ROWS = 3,      // smoothed rows in use
-    AROUND_COLUMNS = 1,  // blocks that a block with texture supports, to each side
+    BLOCK = 8,       // pixels, both ways
+    PAD = 2,         // columns before and after a smoothed row
+    ROW_STEP = 2,    // between rows whose texture is measured
+    SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
     NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
     // The disparity changes by more than this over four columns at a depth edge, and slopes as near
@@ -29,6 +24,23 @@ enum {
     // tenth of a pixel moves such structure by a third of a pixel.
     SIGNAL_MIN = 3,
     UPRIGHT_SHARE = 10,
+    // Pixels between two accepted ones are hidden from the right camera if the second one is in
+    // front by so much, and if they are not wider than 3/2 of that.
+    HIDDEN_STEP_Q8 = 4 * 256,
+    // Blocks to each side: of those with texture that are counted, and for the share of the pixels
+    // that the checks of single pixels accepted.
+    NEAR_BLOCKS = 1,
+    FAR_BLOCKS = 3,
+    SHARE_BLOCKS = 2,
+    // A block is believed if it has one of these numbers of blocks with texture around, and this
+    // share, in 1/255, of accepted pixels: within reach, as the rim of an object has few on one
+    // side; around itself, the more the less texture there is.
+    NEAR_TEXTURED_MIN = 3,  // of 9
+    REACHED_SHARE_MIN = 153,
+    FAR_TEXTURED_MIN = 12,  // of 49
+    FAR_SHARE_MIN = 217,
+    FEW_TEXTURED_MIN = 2,
+    FEW_SHARE_MIN = 242,
     // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
     // it: half if only its cost rejected it, two thirds if it had a rival.
     JOIN_COLUMNS = 4,
@@ -50,103 +62,6 @@ bool match_range_is_legal(const struct match_options *options) {
                MATCH_DISPARITY_LIMIT - options->disparity_min;
 }
 
-static bool is_size_of_colour(const struct image_rgb8 *colour, int width, int height) {
-    return colour->data == NULL || (colour->width == width && colour->height == height);
-}
-
-static bool sizes_agree(const struct match_input *input, const struct match_output *output) {
-    const int width = input->left.width, height = input->left.height;
-    return input->right.width == width && input->right.height == height &&
-           is_size_of_colour(&input->left_colour, width, height) &&
-           is_size_of_colour(&input->right_colour, width, height) &&
-           output->disparity_q8.width == width && output->disparity_q8.height == height &&
-           output->reason.width == width && output->reason.height == height &&
-           output->confidence.width == width && output->confidence.height == height;
-}
-
-int match_check(const struct match_input *input, const struct match_options *options,
-                const struct match_output *output) {
-    const struct image_u8 *left = &input->left;
-    if (!sizes_agree(input, output)) {
-        return ERROR_SIZE_MISMATCH;
-    }
-    if (left->width > IMAGE_MAX_SIDE_PX || left->height > IMAGE_MAX_SIDE_PX) {
-        return ERROR_TOO_LARGE;
-    }
-    if (left->width < MATCH_MIN_WIDTH_PX || left->height < MATCH_MIN_HEIGHT_PX) {
-        return ERROR_TOO_SMALL;
-    }
-    if (!match_range_is_legal(options)) {
-        return ERROR_DISPARITY_RANGE;
-    }
-    const bool legal = options->speckle_px >= 0 && (unsigned)options->preset < MATCH_PRESET_COUNT;
-    return legal ? ERROR_OK : ERROR_ARGUMENT;
-}
-
-// Sum of |second derivative along row and column| of the difference of a block of the left image
-// and the same block, `disparity` to the left, of the right one. It contains noise, but hardly any
-// texture: source of the mask: J. Immerkaer, "Fast noise variance estimation", CVIU 64(2), 1996.
-static uint32_t difference_of(const struct match_input *input, int x, int y, int disparity) {
-    int16_t cross[BLOCK + 2][BLOCK];
-    for (int j = 0; j < BLOCK + 2; j++) {
-        const uint8_t *left = image_u8_row(&input->left, y + j - 1) + x;
-        const uint8_t *right = image_u8_row(&input->right, y + j - 1) + x - disparity;
-        for (int i = 0; i < BLOCK; i++) {
-            cross[j][i] = (int16_t)(left[i - 1] - 2 * left[i] + left[i + 1] - right[i - 1] +
-                                    2 * right[i] - right[i + 1]);
-        }
-    }
-    uint32_t sum = 0;
-    for (int j = 1; j <= BLOCK; j++) {
-        for (int i = 0; i < BLOCK; i++) {
-            const int second = cross[j - 1][i] - 2 * cross[j][i] + cross[j + 1][i];
-            sum += (uint32_t)(second < 0 ? -second : second);
-        }
-    }
-    return sum;
-}
-
-// The nearest whole disparity.
-static int whole_disparity(int32_t disparity_q8) {
-    return (disparity_q8 + 128) >> 8;
-}
-
-// Variance of the noise of a pixel in 1/256 of a squared grey level; 0 if too little was matched.
-static uint32_t noise_q8(const struct match_input *input, const struct match_output *output) {
-    enum { QUANTIZATION_Q8 = 21 };  // of whole grey levels
-    const int width = output->reason.width;
-    const int height = output->reason.height;
-    uint32_t count[NOISE_BINS] = {0};
-    uint32_t blocks = 0;
-    for (int y = 1; y + BLOCK < height; y += NOISE_STEP) {
-        const uint8_t *reason = image_u8_row(&output->reason, y + BLOCK / 2);
-        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y + BLOCK / 2);
-        for (int x = 1; x + BLOCK < width; x += NOISE_STEP) {
-            const int disparity = whole_disparity(disparity_q8[x + BLOCK / 2]);
-            if (reason[x + BLOCK / 2] != REASON_VALID || x - 1 - disparity < 0 ||
-                x + BLOCK - disparity >= width) {
-                continue;
-            }
-            const uint32_t bin = difference_of(input, x, y, disparity) / NOISE_BIN;
-            count[bin < NOISE_BINS ? bin : NOISE_BINS - 1]++;
-            blocks++;
-        }
-    }
-    if (blocks < NOISE_MIN_BLOCKS) {
-        return 0;
-    }
-    uint32_t below = 0;
-    uint32_t bin = 0;
-    while (below + count[bin] <= blocks / NOISE_SHARE) {
-        below += count[bin++];
-    }
-    // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
-    // lowest tenth of the blocks ends 15 % below.
-    const uint32_t sum = bin * NOISE_BIN + NOISE_BIN / 2;
-    const uint32_t variance_q8 = (uint32_t)((uint64_t)sum * sum / 530);
-    return variance_q8 > QUANTIZATION_Q8 ? variance_q8 : QUANTIZATION_Q8;
-}
-
 // One thread's rows of blocks, and its memory.
 struct part {
     int begin, end;
@@ -154,14 +69,20 @@ struct part {
     uint8_t *at_rim;               // by column: whether a depth edge is near
     uint32_t *along, *upright;     // by block of a row: squared slopes
     uint32_t *slopes;              // and their number
-    uint8_t *has[3];               // by block: whether there is texture along the row; of row b in
-                                   // b % 3
+};
+
+struct block {
+    uint8_t textured;  // whether there is texture along the row
+    uint8_t seen;      // pixels that both cameras may see
+    uint8_t accepted;  // of these, by the checks of single pixels
+    uint8_t share;     // of the accepted pixels around, in 1/255 of those seen
 };
 
 struct evidence {
     const struct match_input *input;
     struct match_output *output;
     uint32_t noise_q8;
+    struct block *map;  // all rows of blocks
     int blocks, block_rows;
     struct part part[MAX_PARTS];
     int parts;
@@ -267,14 +188,61 @@ static bool has_texture(const struct evidence *of, const struct part *part, int 
     return slopes > 0 && along >= (SIGNAL_MIN + 1) * noise + structure / UPRIGHT_SHARE;
 }
 
+// Whether the pixels between two accepted ones, the second of which is in front by a step, are
+// hidden from the right camera.
+static bool hides(int32_t step_q8, int between) {
+    return step_q8 >= HIDDEN_STEP_Q8 && between * 2 * 256 <= 3 * step_q8;
+}
+
+static void count_pixels(const struct match_output *output, int y, struct block *blocks) {
+    const uint8_t *restrict reason = image_u8_row(&output->reason, y);
+    const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
+    const int width = output->reason.width;
+    for (int begin = 0; begin < width; begin += BLOCK) {
+        const int end = begin + BLOCK < width ? begin + BLOCK : width;
+        uint8_t seen = 0;
+        uint8_t accepted = 0;
+        for (int x = begin; x < end; x++) {
+            seen = (uint8_t)(seen + (reason[x] != REASON_BORDER));
+            accepted = (uint8_t)(accepted + (reason[x] == REASON_VALID));
+        }
+        blocks[begin / BLOCK].seen = (uint8_t)(blocks[begin / BLOCK].seen + seen);
+        blocks[begin / BLOCK].accepted = (uint8_t)(blocks[begin / BLOCK].accepted + accepted);
+    }
+    int before = width;
+    for (int x = 1; x < width; x++) {
+        if (reason[x] != REASON_VALID) {
+            before = reason[x - 1] == REASON_VALID ? x - 1 : before;
+        } else if (reason[x - 1] != REASON_VALID && before < x &&
+                   hides(disparity_q8[x] - disparity_q8[before], x - before - 1)) {
+            for (int i = before + 1; i < x; i++) {
+                if (reason[i] != REASON_BORDER) {
+                    blocks[i / BLOCK].seen--;
+                }
+            }
+        }
+    }
+}
+
+static struct block *block_row_of(const struct evidence *of, int block_row) {
+    return of->map + (size_t)block_row * (size_t)of->blocks;
+}
+
 static void measure_row(const struct evidence *of, struct part *part, int block_row) {
-    uint8_t *has = part->has[block_row % 3];
+    INVARIANT(block_row >= 0 && block_row < of->block_rows);
+    struct block *blocks = block_row_of(of, block_row);
+    memset(blocks, 0, (size_t)of->blocks * sizeof *blocks);
     memset(part->along, 0, (size_t)of->blocks * sizeof *part->along);
     memset(part->upright, 0, (size_t)of->blocks * sizeof *part->upright);
     memset(part->slopes, 0, (size_t)of->blocks * sizeof *part->slopes);
     const int height = of->output->reason.height;
-    for (int y = block_row * BLOCK; y < (block_row + 1) * BLOCK && y < height; y += ROW_STEP) {
-        if (y == block_row * BLOCK) {
+    const int begin = block_row * BLOCK;
+    for (int y = begin; y < begin + BLOCK && y < height; y++) {
+        count_pixels(of->output, y, blocks);
+        if ((y - begin) % ROW_STEP != 0) {
+            continue;
+        }
+        if (y == begin) {
             smooth_row(of->input, y - ROW_STEP, part->smooth[0]);
             smooth_row(of->input, y, part->smooth[1]);
         } else {
@@ -288,23 +256,60 @@ static void measure_row(const struct evidence *of, struct part *part, int block_
         slopes_of(of, part);
     }
     for (int b = 0; b < of->blocks; b++) {
-        has[b] = has_texture(of, part, b);
+        blocks[b].textured = has_texture(of, part, b);
     }
 }
 
-static bool is_supported(const struct evidence *of, const struct part *part, int block_row, int b) {
-    for (int r = block_row - 1; r <= block_row + 1; r++) {
-        for (int i = b - AROUND_COLUMNS; r >= 0 && r < of->block_rows && i <= b + AROUND_COLUMNS;
-             i++) {
-            if (i >= 0 && i < of->blocks && part->has[r % 3][i] != 0) {
-                return true;
-            }
+// Of a block and those up to `reach` away.
+struct sums {
+    int textured, seen, accepted;
+};
+
+static struct sums sums_around(const struct evidence *of, int block_row, int b, int reach) {
+    const int row_last = clamped(block_row + reach, of->block_rows);
+    const int last = clamped(b + reach, of->blocks);
+    struct sums sums = {0};
+    for (int r = clamped(block_row - reach, of->block_rows); r <= row_last; r++) {
+        const struct block *blocks = block_row_of(of, r);
+        for (int i = clamped(b - reach, of->blocks); i <= last; i++) {
+            sums.textured += blocks[i].textured;
+            sums.seen += blocks[i].seen;
+            sums.accepted += blocks[i].accepted;
         }
     }
-    return false;
+    INVARIANT(sums.accepted <= sums.seen);
+    return sums;
 }
 
-static void reject(const struct evidence *of, int block_row, int b) {
+// Whether one of the blocks around has that share.
+static bool reaches_share(const struct evidence *of, int block_row, int b, int share_min) {
+    const int row_last = clamped(block_row + SHARE_BLOCKS, of->block_rows);
+    const int last = clamped(b + SHARE_BLOCKS, of->blocks);
+    bool reaches = false;
+    for (int r = clamped(block_row - SHARE_BLOCKS, of->block_rows); r <= row_last && !reaches;
+         r++) {
+        const struct block *blocks = block_row_of(of, r);
+        for (int i = clamped(b - SHARE_BLOCKS, of->blocks); i <= last && !reaches; i++) {
+            reaches = blocks[i].share >= share_min;
+        }
+    }
+    return reaches;
+}
+
+// The reason to reject a block, or REASON_VALID.
+static enum reason reason_of(const struct evidence *of, int block_row, int b) {
+    if (sums_around(of, block_row, b, NEAR_BLOCKS).textured >= NEAR_TEXTURED_MIN) {
+        return reaches_share(of, block_row, b, REACHED_SHARE_MIN) ? REASON_VALID : REASON_AMBIGUOUS;
+    }
+    const int textured = sums_around(of, block_row, b, FAR_BLOCKS).textured;
+    const int share = block_row_of(of, block_row)[b].share;
+    return (textured >= FAR_TEXTURED_MIN && share >= FAR_SHARE_MIN) ||
+                   (textured >= FEW_TEXTURED_MIN && share >= FEW_SHARE_MIN)
+               ? REASON_VALID
+               : REASON_NO_TEXTURE;
+}
+
+static void reject(const struct evidence *of, int block_row, int b, enum reason why) {
     struct image_u8 *reason = &of->output->reason;
     const int x_end = (b + 1) * BLOCK < reason->width ? (b + 1) * BLOCK : reason->width;
     const int y_end =
@@ -312,28 +317,35 @@ static void reject(const struct evidence *of, int block_row, int b) {
     for (int y = block_row * BLOCK; y < y_end; y++) {
         uint8_t *row = image_u8_row(reason, y);
         for (int x = b * BLOCK; x < x_end; x++) {
-            row[x] = row[x] == REASON_VALID ? (uint8_t)REASON_NO_TEXTURE : row[x];
+            row[x] = row[x] == REASON_VALID ? (uint8_t)why : row[x];
         }
     }
 }
 
-static void evidence_part(void *context, int index) {
+static void measure_part(void *context, int index) {
     struct evidence *of = context;
     struct part *part = &of->part[index];
-    if (part->begin == part->end) {
-        return;
-    }
-    for (int r = part->begin > 0 ? part->begin - 1 : 0; r < part->begin + 1; r++) {
+    for (int r = part->begin; r < part->end; r++) {
         measure_row(of, part, r);
     }
-    for (int r = part->begin; r < part->end; r++) {
-        if (r + 1 < of->block_rows) {
-            measure_row(of, part, r + 1);
-        }
+}
+
+static void share_part(void *context, int index) {
+    const struct evidence *of = context;
+    for (int r = of->part[index].begin; r < of->part[index].end; r++) {
         for (int b = 0; b < of->blocks; b++) {
-            if (!is_supported(of, part, r, b)) {
-                reject(of, r, b);
-            }
+            const struct sums sums = sums_around(of, r, b, SHARE_BLOCKS);
+            block_row_of(of, r)[b].share =
+                (uint8_t)(sums.seen > 0 ? UINT8_MAX * sums.accepted / sums.seen : 0);
+        }
+    }
+}
+
+static void reject_part(void *context, int index) {
+    const struct evidence *of = context;
+    for (int r = of->part[index].begin; r < of->part[index].end; r++) {
+        for (int b = 0; b < of->blocks; b++) {
+            reject(of, r, b, reason_of(of, r, b));
         }
     }
 }
@@ -342,16 +354,17 @@ static int part_count(int threads) {
     return threads < MAX_PARTS ? threads : MAX_PARTS;
 }
 
-static size_t block_count(int width) {
-    return ((size_t)width + BLOCK - 1) / BLOCK;
+static size_t block_count(int pixels) {
+    return ((size_t)pixels + BLOCK - 1) / BLOCK;
 }
 
 size_t match_evidence_need_bytes(int width, int threads) {
     const size_t part = SLOPE_ROWS * arena_need_bytes((size_t)width + 2 * PAD, sizeof(uint16_t)) +
                         arena_need_bytes((size_t)width, 1) +
-                        3 * arena_need_bytes(block_count(width), sizeof(uint32_t)) +
-                        3 * arena_need_bytes(block_count(width), 1);
-    return (size_t)part_count(threads) * part;
+                        3 * arena_need_bytes(block_count(width), sizeof(uint32_t));
+    return (size_t)part_count(threads) * part +
+           arena_need_bytes(block_count(width) * block_count(IMAGE_MAX_SIDE_PX),
+                            sizeof(struct block));
 }
 
 static bool take_part(struct arena *arena, int width, struct part *part) {
@@ -364,10 +377,6 @@ static bool take_part(struct arena *arena, int width, struct part *part) {
     part->along = arena_take(arena, block_count(width), sizeof *part->along);
     part->upright = arena_take(arena, block_count(width), sizeof *part->upright);
     part->slopes = arena_take(arena, block_count(width), sizeof *part->slopes);
-    for (int i = 0; i < 3; i++) {
-        part->has[i] = arena_take(arena, block_count(width), 1);
-        taken = taken && part->has[i] != NULL;
-    }
     return taken && part->at_rim != NULL && part->along != NULL && part->upright != NULL &&
            part->slopes != NULL;
 }
@@ -414,7 +423,7 @@ static void join(const struct match_options *options, struct match_output *outpu
         const uint8_t *confidence = image_u8_row(&output->confidence, y);
         const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
         for (int x = 0; x < width; x++) {
-            const int index = whole_disparity(disparity_q8[x]) - lowest;
+            const int index = match_whole_disparity(disparity_q8[x]) - lowest;
             const int min = reason[x] == REASON_AMBIGUOUS ? JOIN_RIVAL_MIN : JOIN_COST_MIN;
             if (is_doubtful(&believed, index, reason[x], confidence[x]) &&
                 companions(output, x, y) >= min) {
@@ -432,33 +441,35 @@ static void join(const struct match_options *options, struct match_output *outpu
 
 static int reject_unsupported(const struct match_input *input, const struct parallel *parallel,
                               struct arena *arena, struct match_output *output) {
-    struct evidence of = {.input = input, .output = output, .noise_q8 = noise_q8(input, output)};
+    struct evidence of = {
+        .input = input, .output = output, .noise_q8 = match_noise_q8(input, output)};
     if (of.noise_q8 == 0) {
         return ERROR_OK;
     }
     const size_t mark = arena_mark(arena);
     of.blocks = (int)block_count(output->reason.width);
-    of.block_rows = (output->reason.height + BLOCK - 1) / BLOCK;
+    of.block_rows = (int)block_count(output->reason.height);
     of.parts = part_count(parallel->threads);
+    INVARIANT(of.parts >= 1);
+    of.map = arena_take(arena, (size_t)of.blocks * (size_t)of.block_rows, sizeof *of.map);
+    bool taken = of.map != NULL;
     for (int i = 0; i < of.parts; i++) {
         of.part[i].begin = of.block_rows * i / of.parts;
         of.part[i].end = of.block_rows * (i + 1) / of.parts;
-        if (!take_part(arena, output->reason.width, &of.part[i])) {
-            arena_release(arena, mark);
-            return ERROR_MEMORY;
-        }
+        taken = taken && take_part(arena, output->reason.width, &of.part[i]);
     }
-    parallel->run(parallel->self, evidence_part, &of, of.parts);
+    if (taken) {
+        parallel->run(parallel->self, measure_part, &of, of.parts);
+        parallel->run(parallel->self, share_part, &of, of.parts);
+        parallel->run(parallel->self, reject_part, &of, of.parts);
+    }
     arena_release(arena, mark);
-    return ERROR_OK;
+    return taken ? ERROR_OK : ERROR_MEMORY;
 }
 
 int match_evidence_run(const struct match_input *input, const struct match_options *options,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output) {
-    const int error = reject_unsupported(input, parallel, arena, output);
-    if (error == ERROR_OK) {
-        join(options, output);
-    }
-    return error;
+    join(options, output);
+    return reject_unsupported(input, parallel, arena, output);
 }

@@ -6,6 +6,10 @@
 
 #include "stereo/match/match.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum {
     DISPARITY_ONE = 256,
     TEXTURE_RADIUS = 8,  // along the row
@@ -53,10 +57,11 @@ static inline struct match_believed match_believed_of(const struct match_options
 /// Memory that `match_evidence_run` takes, in bytes.
 size_t match_evidence_need_bytes(int width, int threads);
 
-/// Changes REASON_VALID to REASON_NO_TEXTURE far from texture along the row: noise, and structure
-/// that hardly changes along the rows, also find partners. The measure is the noise of the images:
-/// what differs between pixels that match. Then accepts pixels that continue the surface around
-/// them, and that either the limit of the cost or the one of the margin rejected. ERROR_MEMORY.
+/// Accepts pixels that continue the surface around them, and that either the limit of the cost or
+/// the one of the margin rejected. Then changes REASON_VALID to REASON_NO_TEXTURE where there is
+/// little texture along the row, and to REASON_AMBIGUOUS where there is some, unless enough of the
+/// pixels around are valid: noise, and structure that hardly changes along the rows, also find
+/// partners, but seldom agree. The measure is `match_noise_q8`. ERROR_MEMORY.
 int match_evidence_run(const struct match_input *input, const struct match_options *options,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
@@ -67,8 +72,21 @@ enum {
     MATCH_STRONG_SMOOTHING = 5,
 };
 
+/// The nearest whole disparity.
+static inline int match_whole_disparity(int32_t disparity_q8) {
+    return (disparity_q8 + 128) >> 8;
+}
+
+/// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
+/// pixels that match, not counting clipped ones. 0 if too little was matched.
+uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output);
+
 /// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
 /// for noisier images, 0 for those of little noise or of texture as fine as noise.
 int match_smoothing(const struct match_input *input);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -312,6 +312,73 @@ TEST_CASE("structure along the rows is not measured, however strong") {
     }
 }
 
+// What is clipped has no noise, and would make the noise of the rest pass for texture.
+TEST_CASE("noise is not texture beside a clipped surface") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    constexpr int kWidth = 320, kHeight = 160, kClipped = 160;
+    std::mt19937_64 random(seed);
+    std::uniform_int_distribution<int> bright(108, 112);
+    std::uniform_int_distribution<int> dark(-400, 80);
+    std::normal_distribution<double> noise(0, 1);
+    std::vector<uint8_t> left, right;
+    for (int y = 0; y < kHeight; y++) {
+        const int grey = bright(random);
+        for (int x = 0; x < kWidth; x++) {
+            const int dot = 255 - std::max(dark(random), 0);
+            left.push_back(
+                static_cast<uint8_t>(x < kClipped ? dot : grey + std::lround(noise(random))));
+            right.push_back(
+                static_cast<uint8_t>(x < kClipped ? dot : grey + std::lround(noise(random))));
+        }
+    }
+    match_options options = match_default_options(-16, 32);
+    options.preset = MATCH_PRESET_BEST;
+    const Matched matched = run_match(left, right, kWidth, kHeight, options);
+    REQUIRE(matched.status == ERROR_OK);
+    int clipped = 0, kept = 0;
+    for (int y = 0; y < kHeight; y++) {
+        for (int x = 20; x < kWidth - 20; x++) {
+            clipped += x < kClipped - 20 && matched.valid(matched.index(x, y));
+            kept += x >= kClipped + 20 && matched.valid(matched.index(x, y));
+        }
+    }
+    CAPTURE(clipped);
+    CAPTURE(kept);
+    CHECK(clipped > 0.9 * (kClipped - 40) * kHeight);
+    CHECK(kept < 0.05 * (kWidth - kClipped - 40) * kHeight);
+}
+
+// As the painted bands of a mug: alone they might be off, but the surface around shows where they
+// are.
+TEST_CASE("a band along the rows is kept within a textured surface") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    constexpr int kBegin = 64, kEnd = 96;
+    const Rig rig = rectified_rig(256, 160, 800, 100);
+    Pair pair = render(wall(rig, 12, 0.1, 0, {3, 0.15}, seed), rig, noisy(1, seed));
+    for (int y = kBegin; y < kEnd; y++) {
+        for (int x = 0; x < pair.width; x++) {
+            const int stripe = y / 4 % 2 == 0 ? 30 : 170;
+            pair.left[pair.index(x, y)] =
+                static_cast<uint8_t>(stripe + pair.left[pair.index(x, y)] / 8);
+            pair.right[pair.index(x, y)] =
+                static_cast<uint8_t>(stripe + pair.right[pair.index(x, y)] / 8);
+        }
+    }
+    match_options options = match_default_options(0, 32);
+    options.preset = MATCH_PRESET_BEST;
+    const Matched matched = run_match(pair, options);
+    REQUIRE(matched.status == ERROR_OK);
+    const Comparison band = compare(matched, pair.left_truth, [&](int x, int y) {
+        return x >= 40 && x < pair.width - 8 && y >= kBegin && y < kEnd;
+    });
+    CAPTURE(band.valid_share());
+    CAPTURE(band.bad_1px_share());
+    CHECK(band.valid_share() > 0.9);
+    CHECK(band.bad_1px_share() < 0.05);
+}
+
 TEST_CASE("repeated stripes are called ambiguous") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
