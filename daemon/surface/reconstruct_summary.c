@@ -137,8 +137,9 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
     }
     message_set(message, ERROR_NO_SURFACE,
                 "no surface was found: %.0f %% of the pixels are \"%s\"; check that both images "
-                "show the same scene, in the order left, right, and that it is within the depths "
-                "or disparities searched (%d to %d px)",
+                "show the same scene, in the order left, right, that the calibration belongs to "
+                "them, and that the scene is within the depths or disparities searched (%d to %d "
+                "px)",
                 total > 0 ? 100.0 * result->reason_count[main_reason] / total : 0.0,
                 reason_text(main_reason), result->plan.disparity_min,
                 result->plan.disparity_min + result->plan.disparity_count - 1);

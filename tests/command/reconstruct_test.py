@@ -116,9 +116,14 @@ class Reconstruct(pairs.Fixture):
         self.assert_near_truth()
 
     def test_a_calibration_that_does_not_fit_is_suspected(self):
-        shifted = self.save("shifted.png", numpy.roll(self.right, 2, axis=0))
-        done = pairs.run("reconstruct", self.left_path, shifted, *RECTIFIED, "--speckle", "0",
-                         "--out", self.out)
+        shifted = numpy.roll(self.right, 3, axis=0)
+        done = pairs.run("reconstruct", self.left_path, self.save("shifted.png", shifted),
+                         *RECTIFIED, "--out", self.out)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("that the calibration belongs to them", done.stderr)
+        shifted[:35] = self.right[:35]  # some rows fit
+        done = pairs.run("reconstruct", self.left_path, self.save("partly.png", shifted),
+                         *RECTIFIED, "--speckle", "0", "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("calibration belongs to these images", done.stderr)
 
