@@ -145,7 +145,7 @@ class Debug(pairs.Fixture):
         count, _ = read_indices(self.pictures / "06_window_count.png")
         self.assertGreater(len(numpy.unique(count)), 1)
         surface, _ = read_indices(self.pictures / "05_surface_1.png")
-        truth = self.truth[2::4, 2::4]
+        truth = self.truth[1::2, 2::4]
         shown = (surface % 127) * (DISPARITIES - 1) / 126
         sure = surface < 127
         self.assertGreater(sure.mean(), 0.5)

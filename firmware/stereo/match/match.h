@@ -22,8 +22,8 @@ struct match_kernels;
 
 /// Trade-offs of error, time and memory, measured in match.md.
 enum match_preset {
-    MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the size
-    MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the size
+    MATCH_PRESET_FAST,      // every other row, near a surface found at a quarter of the width
+    MATCH_PRESET_STANDARD,  // near a surface found at a quarter of the width
     MATCH_PRESET_BEST,      // all disparities everywhere
     MATCH_PRESET_BOARD,     // near a surface found at half the size, in the memory of a small board
     MATCH_PRESET_PAPER,     // a greedy path along each row: the method of the paper this project
