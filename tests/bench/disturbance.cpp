@@ -79,10 +79,28 @@ void low_light(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
 void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
     cv::RNG random(seed);
     for (int y = 0; y < image.rows; y++) {
-        for (int x = 0; x < image.cols; x++) {
-            uint8_t &grey = image.at<uint8_t>(y, x);
-            grey = cv::saturate_cast<uint8_t>(grey + random.gaussian(sigma_greys));
+        for (int i = 0; i < image.cols * image.channels(); i++) {
+            uint8_t &level = image.ptr<uint8_t>(y)[i];
+            level = cv::saturate_cast<uint8_t>(level + random.gaussian(sigma_greys));
         }
+    }
+}
+
+// Surfaces of hardly any texture: a tenth of it is left, and their edges, and there is some noise.
+void make_faint(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
+    constexpr double share = 0.1, sigma_greys = 0.8, range_greys = 30, range_px = 6;
+    constexpr int diameter_px = 15, passes = 3;
+    cv::Mat image = colour.empty() ? grey : colour;
+    cv::Mat plain = image;
+    for (int i = 0; i < passes; i++) {
+        cv::Mat smoothed;
+        cv::bilateralFilter(plain, smoothed, diameter_px, range_greys, range_px);
+        plain = smoothed;
+    }
+    cv::addWeighted(image, share, plain, 1 - share, 0, image);
+    add_noise(image, sigma_greys, seed);
+    if (!colour.empty()) {
+        cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
     }
 }
 
@@ -215,6 +233,11 @@ const std::vector<disturbance> &photometric_disturbances() {
          [](bench_pair &p) {
              low_light(p.left, p.left_colour, kSeed + 1);
              low_light(p.right, p.right_colour, kSeed);
+         }},
+        {"faint", "in colour, a tenth of the texture, noise of 0.8 grey levels in each channel",
+         [](bench_pair &p) {
+             make_faint(p.left, p.left_colour, kSeed + 1);
+             make_faint(p.right, p.right_colour, kSeed);
          }},
         {"clipped", "right image amplified until a fifth of it is white",
          [](bench_pair &p) {
