@@ -236,12 +236,8 @@ static void gradient_row(uint8_t *const window[], int pitch, int width,
     }
 }
 
-static bool is_finest(const struct match_level *level) {
-    return level == &level->state->level[0];
-}
-
 static const struct match_comparison *census_of(const struct match_level *level) {
-    return is_finest(level) ? match_finest_census : match_coarser_census;
+    return match_is_finest(level) ? match_finest_census : match_coarser_census;
 }
 
 // The bits of a plane that compare a channel.
@@ -359,7 +355,7 @@ static void raise_step_rows(const struct match_level *level, const struct match_
 
 // Whether the steps of a level are those of colour.
 static bool has_coloured_steps(const struct match_level *level) {
-    return level->state->coloured && is_finest(level);
+    return level->state->coloured && match_is_finest(level);
 }
 
 // Features of rows, in the memory of the left ones, whose `tiles` are not NULL: their steps too.

@@ -42,7 +42,7 @@ static int mean_lanes(const struct match_level *level) {
 // finest level each follows the slopes of the next, so that steeper surfaces are found from level
 // to level.
 static int halvings_below(const struct match_level *level) {
-    return level == &level->state->level[0] ? level->state->method->halvings : 1;
+    return match_is_finest(level) ? level->state->method->halvings : 1;
 }
 
 // Whether a level gets a coarser one: it has many disparities, and enough columns remain.
@@ -126,7 +126,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
     }
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
-    const bool finest = level == &level->state->level[0];
+    const bool finest = match_is_finest(level);
     for (int i = 0; i < level->ring_rows; i++) {
         const bool scaled = level->shift_x + level->shift_y > 0;
         level->guide[i] = finest && scaled ? take(memory, columns, 1) : NULL;

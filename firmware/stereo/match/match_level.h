@@ -33,6 +33,11 @@ void match_advance(struct match_level *level, int rows);
 /// At the end: smooths the output and fills the rows that the finest level covers.
 void match_finish(struct match_state *state);
 
+/// Whether a level is the one whose disparities are the result.
+static inline bool match_is_finest(const struct match_level *level) {
+    return level == &level->state->level[0];
+}
+
 /// Whether a level searches the requested range everywhere, independent of the coarser one.
 bool match_searches_whole_range(const struct match_level *level);
 

@@ -10,6 +10,7 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_finish_phase.h"
+#include "stereo/match/match_level.h"
 #include "stereo/match/match_state.h"
 #include "stereo/match/match_validity.h"
 
@@ -396,7 +397,7 @@ static void validate_row(struct match_level *level, struct match_line *line, int
                          struct rectify_span left) {
     check_claims(level, line);
     check_fits(level, line);
-    if (level == &level->state->level[0]) {
+    if (match_is_finest(level)) {
         write_output(level, line, y, left);
     } else {
         write_surface(level, line, y);

@@ -159,7 +159,7 @@ static int clamp(int value, int low, int high) {
 }
 
 bool match_searches_whole_range(const struct match_level *level) {
-    return level->state->method->whole_range && level == &level->state->level[0];
+    return level->state->method->whole_range && match_is_finest(level);
 }
 
 // The window around a reach. Where rounding leaves room, it keeps the position of the tile above,
@@ -342,7 +342,7 @@ static void plan_slopes(const struct match_level *level, int band_begin, struct 
     int16_t along[TILES_MAX];
     const int rows = slope_rows(level) * SLOPE_STEP / SLOPE_AROUND;
     // Between coarser levels a wrong slope does no harm: no surface is found along it.
-    const bool any_steep = level != &level->state->level[0];
+    const bool any_steep = !match_is_finest(level);
     for (int t = 0; t < level->tiles; t++) {
         const struct area area = area_of_tile(level, band_begin, t);
         down[t] = (int16_t)slope_of(level->coarser, &area, 0, rows, SLOPE_SHARE_DOWN, any_steep);
