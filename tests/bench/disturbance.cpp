@@ -66,16 +66,6 @@ void low_light(cv::Mat &image, uint64_t seed) {
     }
 }
 
-// Of a camera in colour: its grey is made of the noisy colours.
-void low_light(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
-    if (colour.empty()) {
-        low_light(grey, seed);
-    } else {
-        low_light(colour, seed);
-        cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
-    }
-}
-
 void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
     cv::RNG random(seed);
     for (int y = 0; y < image.rows; y++) {
@@ -87,10 +77,9 @@ void add_noise(cv::Mat &image, double sigma_greys, uint64_t seed) {
 }
 
 // Surfaces of hardly any texture: a tenth of it is left, and their edges, and there is some noise.
-void make_faint(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
+void make_faint(cv::Mat &image, uint64_t seed) {
     constexpr double share = 0.1, sigma_greys = 0.8, range_greys = 30, range_px = 6;
     constexpr int diameter_px = 15, passes = 3;
-    cv::Mat image = colour.empty() ? grey : colour;
     cv::Mat plain = image;
     for (int i = 0; i < passes; i++) {
         cv::Mat smoothed;
@@ -99,9 +88,6 @@ void make_faint(cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
     }
     cv::addWeighted(image, share, plain, 1 - share, 0, image);
     add_noise(image, sigma_greys, seed);
-    if (!colour.empty()) {
-        cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
-    }
 }
 
 // The gain at which this share of the pixels is white.
@@ -127,6 +113,20 @@ void change_both(cv::Mat &grey, cv::Mat &colour, const image_change &change) {
     if (!colour.empty()) {
         change(colour);
     }
+}
+
+// Both images of cameras in colour, each with its own seed; their grey is made of the colours.
+std::function<void(bench_pair &pair)> cameras_by(void (*change)(cv::Mat &image, uint64_t seed)) {
+    const auto one = [change](cv::Mat &grey, cv::Mat &colour, uint64_t seed) {
+        change(colour.empty() ? grey : colour, seed);
+        if (!colour.empty()) {
+            cv::cvtColor(colour, grey, cv::COLOR_RGB2GRAY);
+        }
+    };
+    return [one](bench_pair &pair) {
+        one(pair.left, pair.left_colour, kSeed + 1);
+        one(pair.right, pair.right_colour, kSeed);
+    };
 }
 
 std::function<void(bench_pair &pair)> right_by(const image_change &change) {
@@ -230,15 +230,9 @@ const std::vector<disturbance> &photometric_disturbances() {
              drop_colour(p);
          }},
         {"noise rgb", "in colour, both images with that noise in each channel",
-         [](bench_pair &p) {
-             low_light(p.left, p.left_colour, kSeed + 1);
-             low_light(p.right, p.right_colour, kSeed);
-         }},
+         cameras_by(low_light)},
         {"faint", "in colour, a tenth of the texture, noise of 0.8 grey levels in each channel",
-         [](bench_pair &p) {
-             make_faint(p.left, p.left_colour, kSeed + 1);
-             make_faint(p.right, p.right_colour, kSeed);
-         }},
+         cameras_by(make_faint)},
         {"clipped", "right image amplified until a fifth of it is white",
          [](bench_pair &p) {
              const double factor = saturating_gain(p.right, 0.2);
