@@ -19,7 +19,8 @@ enum {
     SLOPE_AROUND = 4,
     SLOPE_STEP = 4,
     DIFFERENCE_MAX = MATCH_SLOPE_MAX * SLOPE_STEP * MATCH_SURFACE_ONE / MATCH_SLOPE_ONE,
-    DIFFERENCES = 2 * DIFFERENCE_MAX + 1,
+    DIFFERENCES_MAX =
+        (MATCH_TILE_COLUMNS / 2 + 2 * SLOPE_AROUND) * (MATCH_BAND_ROWS / 2 + 2 * SLOPE_AROUND),
     // Differences this near their median, in 1/MATCH_SURFACE_ONE, belong to one surface if they are
     // most of all, in percent. Down a column fewer are enough: surfaces rise there more often.
     SLOPE_TOLERANCE = 14,
@@ -236,37 +237,69 @@ static struct area area_of_tile(const struct match_level *level, int band_begin,
                          slope_rows(level) / SLOPE_AROUND};
 }
 
-// Counts the differences of a level's surface over `dx` columns or `dy` rows into `counts`, those
-// beyond the ends at the ends. Returns their number.
-static int count_differences(const struct match_level *level, const struct area *area, int dx,
-                             int dy, uint16_t counts[DIFFERENCES]) {
+// Differences of a level's surface over some columns or rows, in 1/MATCH_SURFACE_ONE and limited to
+// DIFFERENCE_MAX. Those that are not known are INT16_MAX.
+struct differences {
+    int known, all;
+    int16_t of[DIFFERENCES_MAX];
+};
+
+static inline int16_t limited(int16_t difference) {
+    const int16_t low = difference > -DIFFERENCE_MAX ? difference : (int16_t)-DIFFERENCE_MAX;
+    return low < DIFFERENCE_MAX ? low : (int16_t)DIFFERENCE_MAX;
+}
+
+static void take_differences(const struct match_level *level, const struct area *area, int dx,
+                             int dy, struct differences *taken) {
     INVARIANT(level->rows_done >= area->y_end &&
               level->rows_done - area->y_begin <= level->surface_rows);
-    memset(counts, 0, DIFFERENCES * sizeof *counts);
-    int known = 0;
-    for (int y = area->y_begin; y < area->y_end - dy; y += area->row_step) {
-        const int16_t *from = level->surface[y % level->surface_rows];
-        const int16_t *to = level->surface[(y + dy) % level->surface_rows] + dx;
-        for (int x = area->x_begin; x < area->x_end - dx; x++) {
-            if (from[x] >= 0 && to[x] >= 0) {
-                const int difference = to[x] % MATCH_DOUBTFUL - from[x] % MATCH_DOUBTFUL;
-                counts[DIFFERENCE_MAX + clamp(difference, -DIFFERENCE_MAX, DIFFERENCE_MAX)]++;
-                known++;
-            }
+    const int columns = area->x_end - area->x_begin - dx;
+    taken->known = taken->all = 0;
+    for (int y = area->y_begin; y < area->y_end - dy && columns > 0; y += area->row_step) {
+        INVARIANT(taken->all + columns <= DIFFERENCES_MAX);
+        const int16_t *restrict from = level->surface[y % level->surface_rows] + area->x_begin;
+        const int16_t *restrict to =
+            level->surface[(y + dy) % level->surface_rows] + area->x_begin + dx;
+        int16_t *restrict of = taken->of + taken->all;
+        int16_t known = 0;
+        for (int x = 0; x < columns; x++) {
+            const int16_t before = from[x];
+            const int16_t after = to[x];
+            const int16_t difference = limited(
+                (int16_t)((after & (MATCH_DOUBTFUL - 1)) - (before & (MATCH_DOUBTFUL - 1))));
+            const int16_t is_known = (before >= 0) & (after >= 0);
+            of[x] = is_known != 0 ? difference : INT16_MAX;
+            known = (int16_t)(known + is_known);
         }
+        taken->known += known;
+        taken->all += columns;
     }
-    return known;
+}
+
+// The lowest value that more than half of the known differences do not exceed, by bisection.
+static int median_of(const struct differences *taken) {
+    int16_t median = -DIFFERENCE_MAX;
+    for (int16_t step = DIFFERENCE_MAX; step > 0; step /= 2) {
+        const int16_t candidate = (int16_t)(median + step);
+        int16_t below = 0;
+        for (int i = 0; i < taken->all; i++) {
+            below = (int16_t)(below + (taken->of[i] < candidate));
+        }
+        median = below <= taken->known / 2 ? candidate : median;
+    }
+    return median;
 }
 
 // The number of differences near `middle`, and their sum.
-static int near_differences(const uint16_t counts[DIFFERENCES], int middle, int *sum) {
-    const int begin = clamp(middle - SLOPE_TOLERANCE, -DIFFERENCE_MAX, DIFFERENCE_MAX + 1);
-    const int end = clamp(middle + SLOPE_TOLERANCE, -DIFFERENCE_MAX - 1, DIFFERENCE_MAX);
+static int near_differences(const struct differences *taken, int middle, int *sum) {
+    const int16_t low = (int16_t)(middle - SLOPE_TOLERANCE);
+    const int16_t high = (int16_t)(middle + SLOPE_TOLERANCE);
     int near = 0;
     *sum = 0;
-    for (int i = begin; i <= end; i++) {
-        near += counts[DIFFERENCE_MAX + i];
-        *sum += counts[DIFFERENCE_MAX + i] * i;
+    for (int i = 0; i < taken->all; i++) {
+        const int is_near = (taken->of[i] >= low) & (taken->of[i] <= high);
+        near += is_near;
+        *sum += is_near != 0 ? taken->of[i] : 0;
     }
     return near;
 }
@@ -274,30 +307,28 @@ static int near_differences(const uint16_t counts[DIFFERENCES], int middle, int 
 // Whether a slope is also that of most differences over so many columns or rows.
 static bool holds_over(const struct match_level *level, const struct area *area, int dx, int dy,
                        int slope) {
-    uint16_t counts[DIFFERENCES];
-    const int known = count_differences(level, area, dx, dy, counts);
+    struct differences taken;
+    take_differences(level, area, dx, dy, &taken);
     int sum;
     const int middle = slope * (dx + dy) / (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE);
-    return near_differences(counts, middle, &sum) * 100 >= known * SLOPE_SHARE_HALF;
+    return near_differences(&taken, middle, &sum) * 100 >= taken.known * SLOPE_SHARE_HALF;
 }
 
 // The slope of a level's surface over `dx` columns or `dy` rows: the mean of the differences near
 // their median, if these are most. `any_steep`: a steep one, however few.
 static int slope_of(const struct match_level *level, const struct area *area, int dx, int dy,
                     int share_min, bool any_steep) {
-    uint16_t counts[DIFFERENCES];
-    const int known = count_differences(level, area, dx, dy, counts);
+    struct differences taken;
+    take_differences(level, area, dx, dy, &taken);
+    const int known = taken.known;
     const int all =
         (area->x_end - area->x_begin - dx) * (area->y_end - area->y_begin - dy) / area->row_step;
     if (known < SLOPE_PIXELS_MIN || known < all * SLOPE_KNOWN_MIN / 100) {
         return SLOPE_UNKNOWN;
     }
-    int median = 0;
-    for (int below = counts[0]; below <= known / 2; below += counts[median]) {
-        median++;
-    }
     int sum;
-    const int near = near_differences(counts, median - DIFFERENCE_MAX, &sum);
+    const int near = near_differences(&taken, median_of(&taken), &sum);
+    INVARIANT(near > 0);
     const int slope = sum * (MATCH_SLOPE_ONE / MATCH_SURFACE_ONE) / (near * (dx + dy));
     if (near * 100 >= known * share_min) {
         return slope;
