@@ -30,7 +30,7 @@ MESSAGES = [
 FEATURES = ["census_plane", "gradient_row", "reverse_feature"]
 COSTS = ["tile_costs", "average_forward", "average_backward", "enter_tile_with_averages"]
 COLUMNS = [
-    "steps_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "climb",
+    "steps_above", "weights_above", "ring_cells", "blend_leaning", "member_cells", "member_shares", "climb",
     "carry_up", "realign_columns", "descend", "carry_down",
 ]
 ROWS = [
@@ -38,8 +38,8 @@ ROWS = [
     "enter_tile_with_path_costs", "hides", "prepare_line",
 ]
 JUDGEMENTS = [
-    "record_winner", "widen", "check_texture", "write_surface", "write_reasons",
-    "write_disparities", "smooth_along",
+    "record_winners", "widen", "check_texture", "write_surface", "write_reasons",
+    "write_confidence", "compute_disparities", "smooth_along",
 ]
 FINISH = ["median_of_three", "smooth_row", "fill_between"]
 # Functions that truncate numbers, or let them wrap, on purpose.
@@ -83,12 +83,12 @@ MUTANTS = [
      "end > i + MATCH_LANES ? end : end - i", "hide_outside"),
     ("match_row_phase.h", "near_lanes + NEAR_MIDDLE - lane[r]",
      "near_lanes + NEAR_MIDDLE + MATCH_LANES - lane[r]", "choose"),
-    ("match_state.h", "i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES",
+    ("match_path_cost.h", "i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES",
      "i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES + 1", "match_realign"),
     ("match_validate_phase.h", "loop invariant 1 <= x <= \\max(width - 1, 1)",
      "loop invariant x <= \\max(width - 1, 1)", "smooth_along"),
     ("match_validate_phase.h", "lane > begin && lane + 1 < end", "lane > begin && lane + 1 <= end",
-     "record_winner"),
+     "record_winners"),
     ("match_validate_phase.h", "span.begin + half < span.end ?", "span.begin + half <= span.end + 1 ?",
      "check_texture"),
     ("match_finish_phase.h", "requires \\valid_read(next + (0 .. columns - 1));\n",

@@ -39,12 +39,22 @@ struct column_shares {
         \valid_read(of) && match_has_steps(of->level) && 0 <= of->x_begin &&
         of->x_begin + MATCH_TILE_COLUMNS <= match_columns(of->level->width); */
 
-// Steps between the rows y - 1 and y, by column of the tile.
+// Steps between the rows y - 1 and y, by column of the tile, and their weights.
 /*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
     assigns \nothing;
     ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1)); */
 static inline const uint8_t *steps_above(const struct column_view *view, int y) {
     return view->level->step_down[y % view->level->ring_rows] + view->x_begin;
+}
+
+/*@ requires is_column_view(view) && 0 <= y < IMAGE_MAX_SIDE_PX;
+    assigns \nothing;
+    ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1));
+    ensures \result ==
+        view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
+    ensures \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> \result[c] <= 58982; */
+static inline const uint16_t *weights_above(const struct column_view *view, int y) {
+    return view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
 }
 
 /*@ requires \valid_read(view) && \valid_read(view->level) && \valid_read(tile) && 0 <= y;
@@ -149,6 +159,9 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
 // The masses below row y as they arrive in it.
 /*@ requires is_column_view(view) && \valid(view) && 0 <= y < IMAGE_MAX_SIDE_PX - 1;
     requires is_mass_row(&view->mass[0]) && \valid(shares);
+    requires \forall integer i; 0 <= i < view->level->ring_rows ==>
+        \separated(view->level->weight_down[i] + (0 .. match_columns(view->level->width) - 1),
+                   view, shares);
     requires \valid_read(view->band) && 0 <= view->band->begin <= y;
     requires view->band->end <= view->band->begin + MATCH_BAND_ROWS;
     requires \separated(view, view->level) && \separated(view, view->band, shares);
@@ -157,16 +170,17 @@ MATCH_INLINE void climb(const struct share_row *shares, uint8_t *below, uint8_t 
     ensures is_mass_row(&view->mass[0]);
     ensures are_shares(&shares->of_column[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_up(struct column_view *view, int y, struct share_row *shares) {
-    const uint8_t *step = steps_above(view, y + 1);
+    const uint16_t *weight = weights_above(view, y + 1);
     uint16_t carried[MATCH_TILE_COLUMNS];
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
+        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==> weight[i] <= 58982;
         loop invariant are_shares(&shares->of_column[0], 0, c);
         loop assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1],
             view->mass[0 .. MATCH_TILE_COLUMNS - 1],
             shares->of_column[0 .. MATCH_TILE_COLUMNS - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-        carried[c] = match_carry(view->mass[c], match_weight(step[c]));
+        carried[c] = match_carry(view->mass[c], weight[c]);
         shares->of_column[c] = match_share_between(carried[c], MATCH_MASS_ONE);
         view->mass[c] = (uint16_t)(MATCH_MASS_ONE + carried[c]);
     }
@@ -215,6 +229,10 @@ MATCH_INLINE void climb_band(struct column_view *view, int y_begin, const bool s
     assigns to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1]; */
 static void realign_columns(const uint8_t *cells, const struct match_tile *from,
                             const uint8_t *fill, const struct match_tile *to, uint8_t *to_cells) {
+    if (match_same_window(from, to)) {
+        memcpy(to_cells, cells, (size_t)MATCH_TILE_COLUMNS * (size_t)to->lanes);
+        return;
+    }
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS;
         loop assigns c, to_cells[0 .. MATCH_TILE_COLUMNS * to->lanes - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
@@ -339,6 +357,9 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     requires is_mass_row(&view->mass_below[y - view->band->begin][0]);
     requires \valid_read(view->tile) && match_is_slope(view->tile->slope_down);
     requires \separated(view, view->level) && \separated(view, view->band, shares);
+    requires \forall integer i; 0 <= i < view->level->ring_rows ==>
+        \separated(view->level->weight_down[i] + (0 .. match_columns(view->level->width) - 1),
+                   view, shares);
     requires \separated(view->tile, view, shares);
     assigns view->mass[0 .. MATCH_TILE_COLUMNS - 1], *shares;
     ensures match_is_rise(shares->rise) && match_is_rise(shares->rise_below);
@@ -347,16 +368,18 @@ MATCH_INLINE void descend(const struct column_shares *shares, bool below, uint8_
     ensures are_shares(&shares->below[0], 0, MATCH_TILE_COLUMNS); */
 static inline void carry_down(struct column_view *view, int y, struct column_shares *shares) {
     const uint8_t *step = steps_above(view, y);
+    const uint16_t *weight = weights_above(view, y);
     const uint16_t *mass_below = view->mass_below[y - view->band->begin];
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
         loop invariant is_mass_row(mass_below);
+        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==> weight[i] <= 58982;
         loop invariant are_shares(&shares->before[0], 0, c) && are_shares(&shares->below[0], 0, c);
         loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
             shares->before[0 .. MATCH_TILE_COLUMNS - 1], shares->below[0 .. MATCH_TILE_COLUMNS - 1],
             shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
-        const uint16_t carried = match_carry(view->mass[c], match_weight_down(step[c]));
+        const uint16_t carried = match_carry(view->mass[c], match_weight_down(weight[c]));
         shares->before[c] = match_share_between(carried, MATCH_MASS_ONE);
         const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
         view->mass[c] = mass;

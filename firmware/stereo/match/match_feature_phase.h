@@ -395,6 +395,11 @@ static void left_features(struct match_level *level, struct match_scratch *scrat
             as_grey_steps(level->step_along[slot], level->width);
             as_grey_steps(level->step_down[slot], level->width);
         }
+        const uint8_t *restrict step = level->step_down[slot];
+        uint16_t *restrict weight = level->weight_down[slot];
+        for (size_t x = 0; x < columns; x++) {
+            weight[x] = match_weight(step[x]);
+        }
         if (level->guide[slot] != NULL) {
             memcpy(level->guide[slot], scratch->source[r + MATCH_CENSUS_RADIUS] + MATCH_SOURCE_PAD,
                    (size_t)level->width);

@@ -132,6 +132,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->guide[i] = finest && scaled ? take(memory, columns, 1) : NULL;
         level->step_along[i] = take(memory, columns, 1);
         level->step_down[i] = take(memory, columns, 1);
+        level->weight_down[i] = take(memory, columns, sizeof *level->weight_down[i]);
     }
     level->surface_rows = MATCH_SURFACE_ROWS(threads);
     for (int i = 0; i < level->surface_rows && !finest; i++) {
@@ -189,8 +190,7 @@ static void carve_row(const struct match_level *level, int rows, struct block *b
         line->row.around = carve(block, width, sizeof *line->row.around);
         line->row.fit = carve(block, width, 1);
         line->row.textured = line->row.fit;
-        line->row.right_x = carve(block, width, sizeof *line->row.right_x);
-        line->row.fits = (uint8_t *)line->row.right_x;
+        line->row.fits = carve(block, width, 1);
         line->row.claim = carve(block, width + 1, sizeof *line->row.claim);
         line->row.darkest = (uint8_t *)line->row.claim;
         line->row.brightest = line->row.darkest == NULL ? NULL : line->row.darkest + width;

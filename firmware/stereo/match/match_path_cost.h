@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The dynamic-programming step of phases 2 and 3 (included by them).
+// What the phases share (included by them): lanes of a pixel, the dynamic-programming step, the
+// lowest lane, and moves between windows.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
 #define VERGENCE_STEREO_MATCH_MATCH_PATH_COST_H
 
@@ -169,6 +170,99 @@ MATCH_INLINE void add_path_cost(const struct lanes *cost, struct path_penalties 
     for (int k = 0; k < count; k++) {
         path_cost->part[k] = vector_sub(path_cost->part[k], lowest);
     }
+}
+
+// The first lane of a member that is the lowest of all `total`.
+/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= PATH_COST_VECTORS;
+    requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
+    requires count == 1 ==>
+        (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
+    assigns lane[0];
+    ensures -1 <= lane[0] < MATCH_LANES * count; */
+MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
+                               int lane[VECTOR_MEMBERS], const int count) {
+    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+        loop invariant r == 1 ==> lane[0] == -1;
+        loop assigns r, lane[0];
+        loop variant VECTOR_MEMBERS - r; */
+    for (int r = 0; r < VECTOR_MEMBERS; r++) {
+        lane[r] = -1;
+    }
+    // Two parts of a member fill a word.
+    /*@ loop invariant 0 <= k <= count + 1 && k % 2 == 0;
+        loop invariant -1 <= lane[0] < MATCH_LANES * count;
+        loop assigns k, lane[0];
+        loop variant count + 1 - k; */
+    for (int k = 0; k < count; k += 2) {
+        const uint32_t here = vector_equal(total[k], lowest);
+        const uint32_t next = k + 1 < count ? vector_equal(total[k + 1], lowest) : 0;
+        /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
+            loop invariant -1 <= lane[0] < MATCH_LANES * count;
+            loop assigns r, lane[0];
+            loop variant VECTOR_MEMBERS - r; */
+        for (int r = 0; r < VECTOR_MEMBERS; r++) {
+            const uint32_t bits = (here >> (MATCH_LANES * r) & 0xffff) +
+                                  0x10000u * (next >> (MATCH_LANES * r) & 0xffff);
+            if (count == 1) {
+                lane[r] = __builtin_ctz(bits);
+            } else if (lane[r] < 0 && bits != 0) {
+                lane[r] = MATCH_LANES * k + __builtin_ctz(bits);
+            }
+        }
+    }
+}
+
+// Moves the cells of one pixel from the window `from` to the window `to`. Lanes missing in `from`
+// get the value of `fill`, or UINT8_MAX if that is NULL.
+/*@ requires match_is_tile(from) && match_is_tile(to);
+    requires \valid_read(from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
+    requires \valid(to_cells + (0 .. to->lanes - 1));
+    requires \separated(to_cells + (0 .. to->lanes - 1), from_cells + (0 .. from->lanes - 1));
+    requires fill != NULL ==>
+        \separated(to_cells + (0 .. to->lanes - 1), fill + (0 .. to->lanes - 1));
+    assigns to_cells[0 .. to->lanes - 1]; */
+static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
+                                 const uint8_t *fill, const struct match_tile *to,
+                                 uint8_t *to_cells) {
+    const int shift = to->base - from->base;  // to lane i is from lane i + shift
+    const int first = shift < 0 ? -shift : 0;
+    const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
+    // In steps of constant size, which compile to single moves.
+    /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
+        loop assigns i, to_cells[0 .. to->lanes - 1];
+        loop variant to->lanes - i; */
+    for (int i = 0; i < to->lanes; i += MATCH_LANES) {
+        if (fill == NULL) {
+            memset(to_cells + i, UINT8_MAX, MATCH_LANES);
+        } else {
+            memcpy(to_cells + i, fill + i, MATCH_LANES);
+        }
+    }
+    if (beyond - first >= MATCH_LANES) {
+        // The last step ends where the lanes end, and overlaps the one before.
+        /*@ loop invariant first <= i <= beyond + MATCH_LANES;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
+        for (int i = first; i < beyond; i += MATCH_LANES) {
+            const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
+            memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
+        }
+    } else {
+        /*@ loop invariant first <= i;
+            loop assigns i, to_cells[0 .. to->lanes - 1];
+            loop variant beyond - i; */
+        for (int i = first; i < beyond; i++) {
+            to_cells[i] = from_cells[i + shift];
+        }
+    }
+}
+
+/*@ requires \valid_read(a) && \valid_read(b);
+    assigns \nothing;
+    ensures \result <==> a->base == b->base && a->lanes == b->lanes; */
+static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
+    return a->base == b->base && a->lanes == b->lanes;
 }
 
 #endif

@@ -177,43 +177,6 @@ static inline struct vector hide_outside(const struct row_view *view, int r_begi
     return vector_or(total, vector_or(vector_load(front, 0), vector_load(behind, 0)));
 }
 
-// The first lane of a member that is the lowest of all `total`.
-/*@ requires VECTOR_MEMBERS == 1 && 1 <= count <= PATH_COST_VECTORS;
-    requires \valid_read(total + (0 .. count - 1)) && \valid(lane);
-    requires count == 1 ==>
-        (\exists integer i; 0 <= i < MATCH_LANES && total[0].lane[i] == lowest.lane[i]);
-    assigns lane[0];
-    ensures -1 <= lane[0] < MATCH_LANES * count; */
-MATCH_INLINE void first_lowest(const struct vector *total, struct vector lowest,
-                               int lane[VECTOR_MEMBERS], const int count) {
-    /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-        loop invariant r == 1 ==> lane[0] == -1;
-        loop assigns r, lane[0];
-        loop variant VECTOR_MEMBERS - r; */
-    for (int r = 0; r < VECTOR_MEMBERS; r++) {
-        lane[r] = -1;
-    }
-    /*@ loop invariant 0 <= k <= count;
-        loop invariant -1 <= lane[0] < MATCH_LANES * count;
-        loop assigns k, lane[0];
-        loop variant count - k; */
-    for (int k = 0; k < count; k++) {
-        const uint32_t equal = vector_equal(total[k], lowest);
-        /*@ loop invariant 0 <= r <= VECTOR_MEMBERS;
-            loop invariant -1 <= lane[0] < MATCH_LANES * count;
-            loop assigns r, lane[0];
-            loop variant VECTOR_MEMBERS - r; */
-        for (int r = 0; r < VECTOR_MEMBERS; r++) {
-            const uint32_t bits = equal >> (MATCH_LANES * r) & 0xffff;
-            if (count == 1) {
-                lane[r] = __builtin_ctz(bits);
-            } else if (lane[r] < 0 && bits != 0) {
-                lane[r] = MATCH_LANES * k + __builtin_ctz(bits);
-            }
-        }
-    }
-}
-
 // Adds up all path costs of pixel x of the rows from r_begin on, and records the winner of each.
 /*@ requires VECTOR_MEMBERS == 1 && 0 <= r_begin < MATCH_ROWS_ABREAST && are_lanes(lanes);
     requires \valid_read(view) && is_level(view->level) && \valid_read(tile);
@@ -390,32 +353,42 @@ static bool hides(const struct row_view *view, const int rows, const struct matc
     return false;
 }
 
+// Narrows [*begin, *end) to the lanes that may win at x. Returns whether there are any.
+static bool may_win(const struct row_view *view, int r, const struct match_tile *tile, int x,
+                    int *begin, int *end) {
+    // Lanes from here on are padding. They may win, which shows that nothing searched fits; but a
+    // pixel whose right pixels are all in these lanes is at a border, where no match is possible:
+    // its right pixel is just outside the row.
+    const int wanted = view->level->disparity_count - tile->base;
+    searched(view, r, tile, x, begin, end);
+    return x >= view->left[r].begin && x < view->left[r].end && *begin < *end && *begin < wanted;
+}
+
 // Records the winners of a tile.
 static void record_tile(const struct row_view *view, const int rows, const struct match_tile *tile,
                         int x_begin, int columns, bool hidden) {
-    // Lanes from here on are padding. They may win, which shows that nothing searched fits; but a
-    // pixel whose right pixels are all in these lanes is at a border, where no match is possible.
-    const int wanted = view->level->disparity_count - tile->base;
+    const int origin = view->level->disparity_min + tile->base;
     for (int r = 0; r < rows; r++) {
-        struct match_line *line = &view->line[r];
+        const struct match_line *line = &view->line[r];
         const uint8_t *cost = view->cost[r] + tile->offset;
-        for (int x = x_begin; x < x_begin + columns; x++, cost += tile->lanes) {
-            int begin = 0;
-            int end = tile->lanes;
-            if (hidden) {
-                searched(view, r, tile, x, &begin, &end);
-                if (x < view->left[r].begin || x >= view->left[r].end || begin >= end ||
-                    begin >= wanted) {
-                    // Its right pixel is just outside the row.
-                    line->row.lane[x] = -1;
-                    line->row.right_x[x] = (int16_t)view->level->width;
-                    continue;
-                }
+        if (!hidden) {
+            record_winners(line, origin, tile, x_begin, columns, cost, 0, tile->lanes);
+        }
+        for (int x = x_begin; hidden && x < x_begin + columns; x++, cost += tile->lanes) {
+            int begin;
+            int end;
+            int16_t *lane = &line->row.lane[x];
+            if (may_win(view, r, tile, x, &begin, &end)) {
                 // If every lane that may win costs as much as an excluded one, the first wins.
-                line->row.lane[x] =
-                    (int16_t)(line->row.lane[x] < begin ? begin : line->row.lane[x]);
+                *lane = (int16_t)(*lane < begin ? begin : *lane);
+                record_winners(line, origin, tile, x, 1, cost, begin, end);
+            } else {
+                *lane = -1;
             }
-            record_winner(line, view->level->disparity_min, tile, x, cost, begin, end);
+        }
+        for (int x = x_begin; tile->doubtful && x < x_begin + columns; x++) {
+            uint8_t *margin = &line->row.margin[x];
+            *margin = *margin < MATCH_MARGIN_MIN ? *margin : MATCH_MARGIN_MIN - 1;
         }
     }
 }

@@ -122,7 +122,6 @@ struct match_line {
                               // there is no winner
         uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
         uint8_t *fit;         // averaged cost of the winner
-        int16_t *right_x;     // the winner's right pixel
         uint8_t *consistent;  // whether left and right agree
         uint8_t *textured;    // whether there is texture
         uint8_t *fits;        // whether the winner may be right
@@ -194,6 +193,7 @@ struct match_level {
     // Steps of the left image: from the pixel before in the row, and from the row above. 0 at the
     // ends of the image, and in columns beyond it.
     uint8_t *step_along[MATCH_MAX_RING_ROWS], *step_down[MATCH_MAX_RING_ROWS];
+    uint16_t *weight_down[MATCH_MAX_RING_ROWS];  // of those from the row above: see match_weight
     // Disparities above disparity_min in 1/MATCH_SURFACE_ONE, counted from half a disparity below
     // it; -1: no disparity.
     int16_t *surface[MATCH_MAX_SURFACE_ROWS];
@@ -215,28 +215,36 @@ struct match_state {
 };
 
 /// Runs `call(N, false)` with the number of lanes as a constant for common values, so that the
-/// loops over lanes are unrolled; but `call(lanes, true)` in a tile that follows a `slope`: few do,
-/// and each number of lanes would get a copy of what moves them. The functions below are inlined
-/// into each case.
-#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call) \
-    do {                                              \
-        switch ((slope) == 0 ? (lanes) : 0) {         \
-            case 16:                                  \
-                call(16, false);                      \
-                break;                                \
-            case 32:                                  \
-                call(32, false);                      \
-                break;                                \
-            case 48:                                  \
-                call(48, false);                      \
-                break;                                \
-            case 64:                                  \
-                call(64, false);                      \
-                break;                                \
-            default:                                  \
-                call(lanes, (slope) != 0);            \
-                break;                                \
-        }                                             \
+/// loops over lanes are unrolled; or `call(N, true)` in a tile that follows a `slope`, where
+/// vectors of several members make up for the larger code, and else `call(lanes, true)`. The
+/// functions below are inlined into each case.
+#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call)              \
+    do {                                                           \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 16) { \
+            call(16, true);                                        \
+            break;                                                 \
+        }                                                          \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 32) { \
+            call(32, true);                                        \
+            break;                                                 \
+        }                                                          \
+        switch ((slope) == 0 ? (lanes) : 0) {                      \
+            case 16:                                               \
+                call(16, false);                                   \
+                break;                                             \
+            case 32:                                               \
+                call(32, false);                                   \
+                break;                                             \
+            case 48:                                               \
+                call(48, false);                                   \
+                break;                                             \
+            case 64:                                               \
+                call(64, false);                                   \
+                break;                                             \
+            default:                                               \
+                call(lanes, (slope) != 0);                         \
+                break;                                             \
+        }                                                          \
     } while (0)
 
 #define MATCH_INLINE static inline __attribute__((always_inline))
@@ -277,7 +285,10 @@ struct match_state {
         1 <= of->ring_rows <= MATCH_MAX_RING_ROWS &&
         (\forall integer i; 0 <= i < of->ring_rows ==>
             \valid_read(of->step_along[i] + (0 .. of->width - 1)) &&
-            \valid_read(of->step_down[i] + (0 .. match_columns(of->width) - 1))); */
+            \valid_read(of->step_down[i] + (0 .. match_columns(of->width) - 1)) &&
+            \valid_read(of->weight_down[i] + (0 .. match_columns(of->width) - 1)) &&
+            (\forall integer x; 0 <= x < match_columns(of->width) ==>
+                of->weight_down[i][x] <= 58982)); */
 
 /// A pair of shares from the first one, between 1 and 127.
 /*@ requires 1 <= share < MATCH_WEIGHT_ONE;
@@ -287,12 +298,19 @@ static inline match_share match_share_of(uint16_t share) {
     return (match_share)((MATCH_WEIGHT_ONE << 8) - UINT8_MAX * share);
 }
 
-/// The weights of two masses, of which at least one is not 0, in a blend: 128 a / (a + b) in binary
-/// places and 16 bits, without branches, so that compilers can vectorize it.
+/// The weights of two masses, of which at least one is not 0, in a blend: 128 a / (a + b), rounded
+/// down. Without branches, so that compilers can vectorize it: in binary places and 16 bits, or by
+/// a processor that divides vectors. There 24 bits are exact: a quotient that is not whole is a
+/// 10,240th or more below the next whole number, and the float nearest to it is too.
 /*@ requires match_is_mass(mass_a) && match_is_mass(mass_b);
     assigns \nothing;
     ensures match_is_share(\result); */
 static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
+#if defined(__SSE4_1__) || defined(__aarch64__)
+    const float quotient = (float)(mass_a * MATCH_WEIGHT_ONE) / (float)(mass_a + mass_b);
+    uint16_t share = (uint16_t)(int32_t)quotient;
+    share = share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1;
+#else
     const uint16_t whole = (uint16_t)(mass_a + mass_b);
     uint16_t rest = mass_a;
     uint16_t share = 0;
@@ -305,6 +323,7 @@ static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) 
         rest = (uint16_t)(rest - taken);
         share = (uint16_t)(2 * share + (taken != 0 ? 1 : 0));
     }
+#endif
     return match_share_of(share == 0 ? 1 : share);
 }
 
@@ -329,12 +348,12 @@ static inline uint16_t match_weight(uint8_t step) {
     return (uint16_t)((uint32_t)eighth * 58982 >> 16);
 }
 
-/// Weight of the average from above across a step of grey levels. It reaches further than the rows
-/// of look-ahead below, and would lag behind a slanted surface: a sixteenth less.
-/*@ assigns \nothing;
+/// Weight of the average from above across an edge of `weight`. It reaches further than the rows of
+/// look-ahead below, and would lag behind a slanted surface: a sixteenth less.
+/*@ requires weight <= 58982;
+    assigns \nothing;
     ensures \result <= 58982; */
-static inline uint16_t match_weight_down(uint8_t step) {
-    const uint16_t weight = match_weight(step);
+static inline uint16_t match_weight_down(uint16_t weight) {
     return (uint16_t)(weight - weight / 16);
 }
 
@@ -442,59 +461,6 @@ static inline struct rectify_span match_span(const struct match_level *level,
 static inline int match_tile_columns(const struct match_level *level, int t) {
     const int rest = level->width - t * MATCH_TILE_COLUMNS;
     return rest < MATCH_TILE_COLUMNS ? rest : MATCH_TILE_COLUMNS;
-}
-
-/// Moves the cells of one pixel from the window `from` to the window `to`. Lanes missing in `from`
-/// get the value of `fill`, or UINT8_MAX if that is NULL.
-/*@ requires match_is_tile(from) && match_is_tile(to);
-    requires \valid_read(from_cells + (0 .. from->lanes - 1));
-    requires fill != NULL ==> \valid_read(fill + (0 .. to->lanes - 1));
-    requires \valid(to_cells + (0 .. to->lanes - 1));
-    requires \separated(to_cells + (0 .. to->lanes - 1), from_cells + (0 .. from->lanes - 1));
-    requires fill != NULL ==>
-        \separated(to_cells + (0 .. to->lanes - 1), fill + (0 .. to->lanes - 1));
-    assigns to_cells[0 .. to->lanes - 1]; */
-static inline void match_realign(const uint8_t *from_cells, const struct match_tile *from,
-                                 const uint8_t *fill, const struct match_tile *to,
-                                 uint8_t *to_cells) {
-    const int shift = to->base - from->base;  // to lane i is from lane i + shift
-    const int first = shift < 0 ? -shift : 0;
-    const int beyond = from->lanes - shift < to->lanes ? from->lanes - shift : to->lanes;
-    // In steps of constant size, which compile to single moves.
-    /*@ loop invariant 0 <= i <= to->lanes && i % MATCH_LANES == 0;
-        loop assigns i, to_cells[0 .. to->lanes - 1];
-        loop variant to->lanes - i; */
-    for (int i = 0; i < to->lanes; i += MATCH_LANES) {
-        if (fill == NULL) {
-            memset(to_cells + i, UINT8_MAX, MATCH_LANES);
-        } else {
-            memcpy(to_cells + i, fill + i, MATCH_LANES);
-        }
-    }
-    if (beyond - first >= MATCH_LANES) {
-        // The last step ends where the lanes end, and overlaps the one before.
-        /*@ loop invariant first <= i <= beyond + MATCH_LANES;
-            loop assigns i, to_cells[0 .. to->lanes - 1];
-            loop variant beyond - i; */
-        for (int i = first; i < beyond; i += MATCH_LANES) {
-            const int at = i + MATCH_LANES <= beyond ? i : beyond - MATCH_LANES;
-            memcpy(to_cells + at, from_cells + at + shift, MATCH_LANES);
-        }
-    } else {
-        /*@ loop invariant first <= i;
-            loop assigns i, to_cells[0 .. to->lanes - 1];
-            loop variant beyond - i; */
-        for (int i = first; i < beyond; i++) {
-            to_cells[i] = from_cells[i + shift];
-        }
-    }
-}
-
-/*@ requires \valid_read(a) && \valid_read(b);
-    assigns \nothing;
-    ensures \result <==> a->base == b->base && a->lanes == b->lanes; */
-static inline bool match_same_window(const struct match_tile *a, const struct match_tile *b) {
-    return a->base == b->base && a->lanes == b->lanes;
 }
 
 #endif

@@ -58,72 +58,82 @@ static inline int16_t sub_pixel_q8(int16_t before, int16_t middle, int16_t after
     return fall < 0 ? (int16_t)-offset : offset;
 }
 
-// Completes the data of the winner of pixel x, line->row.lane[x], in a window of which the lanes
-// [begin, end) could win. `cost`: the pixel's averaged costs. Each right pixel is assigned to the
-// left pixel with the lowest cost there.
-/*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x < IMAGE_MAX_SIDE_PX;
+// Completes the data of the winners of the pixels from x_begin on, line->row.lane, in a window of
+// which the lanes [begin, end) could win. `cost`: their averaged costs; `origin`: the disparity of
+// the window's first lane. Each right pixel is assigned to the left pixel with the lowest cost
+// there.
+/*@ requires \valid_read(line) && match_is_tile(tile) && 0 <= x_begin && 0 <= columns;
+    requires x_begin + columns <= IMAGE_MAX_SIDE_PX && columns <= MATCH_TILE_COLUMNS;
     requires tile->base + tile->lanes <= MATCH_MAX_DISPARITIES;
-    requires -MATCH_DISPARITY_LIMIT <= origin <= MATCH_DISPARITY_LIMIT;
-    requires 0 <= begin && end <= tile->lanes && \valid_read(cost + (0 .. tile->lanes - 1));
-    requires \valid(line->row.lane + x) && begin <= line->row.lane[x] < end;
-    requires \valid(line->row.margin + x) && \valid(line->row.around + x);
-    requires \valid(line->row.right_x + x);
-    requires \let right = x - origin - line->row.lane[x] - tile->base;
-        0 <= right <= IMAGE_MAX_SIDE_PX && \valid(line->row.claim + right);
-    requires \separated(line->row.lane + x, line->row.right_x + x, tile);
-    assigns line->row.lane[x], line->row.margin[x], line->row.around[x], line->row.right_x[x],
-        line->row.claim[x - origin - line->row.lane[x] - tile->base];
-    ensures line->row.lane[x] == \old(line->row.lane[x]) + tile->base;
-    ensures line->row.right_x[x] == x - origin - line->row.lane[x]; */
-static inline void record_winner(struct match_line *line, int origin, const struct match_tile *tile,
-                                 int x, const uint8_t *cost, int begin, int end) {
-    const int lane = line->row.lane[x];
-    INVARIANT(lane >= begin && lane < end);
-    uint32_t around;
-    if (lane > begin && lane + 1 < end) {
-        around = cost[lane - 1] | (uint32_t)cost[lane] << 8 | (uint32_t)cost[lane + 1] << 16;
-    } else {
+    requires -2 * MATCH_DISPARITY_LIMIT <= origin <= 2 * MATCH_DISPARITY_LIMIT;
+    requires 0 <= begin && end <= tile->lanes;
+    requires \valid_read(cost + (0 .. columns * tile->lanes - 1));
+    requires \valid(line->row.lane + (x_begin .. x_begin + columns - 1));
+    requires \valid(line->row.around + (x_begin .. x_begin + columns - 1));
+    requires \forall integer x; x_begin <= x < x_begin + columns ==>
+        begin <= line->row.lane[x] < end &&
+        0 <= x - origin - line->row.lane[x] <= IMAGE_MAX_SIDE_PX &&
+        \valid(line->row.claim + (x - origin - line->row.lane[x]));
+    requires \separated(line->row.lane + (x_begin .. x_begin + columns - 1), tile,
+                        line->row.around + (x_begin .. x_begin + columns - 1),
+                        line->row.claim + (0 .. IMAGE_MAX_SIDE_PX));
+    assigns line->row.lane[x_begin .. x_begin + columns - 1],
+        line->row.around[x_begin .. x_begin + columns - 1],
+        line->row.claim[0 .. IMAGE_MAX_SIDE_PX]; */
+static void record_winners(const struct match_line *line, int origin, const struct match_tile *tile,
+                           int x_begin, int columns, const uint8_t *cost, int begin, int end) {
+    int16_t *restrict lane_of = line->row.lane;
+    uint32_t *restrict around = line->row.around;
+    uint32_t *restrict claims = line->row.claim;
+    const int count = tile->lanes;
+    const int base = tile->base;
+    /*@ loop invariant x_begin <= x <= x_begin + columns;
+        loop invariant \forall integer i; x <= i < x_begin + columns ==>
+            begin <= lane_of[i] < end && 0 <= i - origin - lane_of[i] <= IMAGE_MAX_SIDE_PX &&
+            \valid(claims + (i - origin - lane_of[i]));
+        loop assigns x, lane_of[x_begin .. x_begin + columns - 1],
+            around[x_begin .. x_begin + columns - 1], claims[0 .. IMAGE_MAX_SIDE_PX];
+        loop variant x_begin + columns - x; */
+    for (int x = x_begin; x < x_begin + columns; x++) {
+        //@ assert times(0, x - x_begin, count) && times(x - x_begin + 1, columns, count);
+        const uint8_t *at = cost + (ptrdiff_t)(x - x_begin) * count;
+        const int lane = lane_of[x];
+        INVARIANT(lane >= begin && lane < end);
+        const uint32_t fit = at[lane];
         // Without a neighbour on one side there is no sub-pixel position.
-        around = cost[lane] * 0x010101u;
+        const bool inside = lane > begin && lane + 1 < end;
+        around[x] =
+            inside ? at[lane - 1] | fit << 8 | (uint32_t)at[lane + 1] << 16 : fit * 0x010101u;
+        // Without a branch: which of two claims is lower cannot be predicted.
+        uint32_t *claim = &claims[x - origin - lane];
+        const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - base - lane);
+        *claim = own < *claim ? own : *claim;
+        lane_of[x] = (int16_t)(lane + base);
     }
-    const uint32_t fit = around >> 8 & 0xff;
-    const int index = lane + tile->base;
-    //@ assert 0 <= index < CLAIM_FIT;
-    const int right_x = x - origin - index;
-    uint32_t *claim = &line->row.claim[right_x];
-    // Without a branch: which of two claims is lower cannot be predicted.
-    const uint32_t own = fit * CLAIM_FIT + (uint32_t)(CLAIM_FIT - 1 - index);
-    *claim = own < *claim ? own : *claim;
-    if (tile->doubtful && line->row.margin[x] >= MATCH_MARGIN_MIN) {
-        line->row.margin[x] = MATCH_MARGIN_MIN - 1;
-    }
-    line->row.around[x] = around;
-    line->row.lane[x] = (int16_t)index;
-    line->row.right_x[x] = (int16_t)right_x;
 }
 
 // Whether the right pixel of each pixel is assigned to it, or to a neighbour on the same surface.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
     requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
     requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires \valid_read(line->row.right_x + (0 .. level->width - 1));
     requires \valid_read(line->row.claim + (0 .. level->width));
-    requires \forall integer x; 0 <= x < level->width ==>
-        0 <= line->row.right_x[x] <= level->width;
+    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
+    requires are_winners(line->row.lane, level->width);
+    requires \forall integer x; 0 <= x < level->width ==> line->row.lane[x] >= 0 ==>
+        0 <= x - level->disparity_min - line->row.lane[x] <= level->width;
     assigns line->row.consistent[0 .. level->width - 1]; */
 static void check_claims(const struct match_level *level, const struct match_line *line) {
     uint8_t *restrict consistent = line->row.consistent;
     const int16_t *restrict lane = line->row.lane;
-    const int16_t *restrict right_x = line->row.right_x;
     const uint32_t *restrict claim = line->row.claim;
     const int width = level->width;
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, consistent[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
+        const int right_x = lane[x] < 0 ? width : x - level->disparity_min - lane[x];
         // 0 and 2 are one lane off.
-        const uint32_t gap =
-            (uint32_t)CLAIM_FIT - claim[right_x[x]] % CLAIM_FIT - (uint32_t)lane[x];
+        const uint32_t gap = (uint32_t)CLAIM_FIT - claim[right_x] % CLAIM_FIT - (uint32_t)lane[x];
         consistent[x] = gap <= 2;
     }
 }
@@ -300,11 +310,13 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
         loop assigns x, reason[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
-        uint8_t doubt = fits[x] == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
-        doubt = textured[x] == 0 ? REASON_NO_TEXTURE : doubt;
-        const uint8_t certain = margin[x] >= MATCH_MARGIN_MIN ? fits[x] : 0;
-        doubt = certain == 0 ? doubt : REASON_VALID;
-        reason[x] = consistent[x] == 0 ? REASON_OCCLUDED : doubt;
+        // All are read first: compilers do not vectorize reads on a condition.
+        const uint8_t fit = fits[x], texture = textured[x], agrees = consistent[x];
+        const uint8_t certain = margin[x] >= MATCH_MARGIN_MIN ? 1 : 0;
+        uint8_t doubt = fit == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
+        doubt = texture == 0 ? REASON_NO_TEXTURE : doubt;
+        doubt = (fit & certain) == 0 ? doubt : REASON_VALID;
+        reason[x] = agrees == 0 ? REASON_OCCLUDED : doubt;
     }
     const int16_t *restrict lane = line->row.lane;
     /*@ loop invariant 0 <= x <= width;
@@ -315,27 +327,42 @@ static void write_reasons(const struct match_line *line, int width, uint8_t *res
     }
 }
 
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height) && 0 <= y;
-    requires 0 <= level->shift_y <= MATCH_SHIFT_MAX && y << level->shift_y < IMAGE_MAX_SIDE_PX;
+/*@ requires 0 <= width <= IMAGE_MAX_SIDE_PX && \valid_read(line);
+    requires \valid(confidence + (0 .. width - 1));
+    requires \valid_read(line->row.margin + (0 .. width - 1));
+    requires \valid_read(line->row.lane + (0 .. width - 1));
+    assigns confidence[0 .. width - 1]; */
+static void write_confidence(const struct match_line *line, int width,
+                             uint8_t *restrict confidence) {
+    const uint8_t *restrict margin = line->row.margin;
+    const int16_t *restrict lane = line->row.lane;
+    /*@ loop invariant 0 <= x <= width;
+        loop assigns x, confidence[0 .. width - 1];
+        loop variant width - x; */
+    for (int x = 0; x < width; x++) {
+        const uint8_t own = margin[x];
+        confidence[x] = lane[x] < 0 ? 0 : own;
+    }
+}
+
+// Disparities of a row, before they are smoothed.
+/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
     requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
     requires 1 <= level->disparity_count <= MATCH_MAX_DISPARITIES;
-    requires \valid_read(level->state) && \valid_read(level->state->output);
-    requires \let image = &level->state->output->disparity_q8; match_is_stride(image->stride) &&
-        \valid(image->data + (y << level->shift_y) * image->stride + (0 .. level->width - 1));
     requires \valid_read(line) && \valid_read(line->row.around + (0 .. level->width - 1));
     requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires are_winners(line->row.lane, level->width); */
-static void write_disparities(const struct match_level *level, const struct match_line *line,
-                              int y) {
+    requires are_winners(line->row.lane, level->width);
+    requires \valid(raw_q8 + (0 .. level->width - 1));
+    assigns raw_q8[0 .. level->width - 1]; */
+static void compute_disparities(const struct match_level *level, const struct match_line *line,
+                                int32_t *restrict raw_q8) {
     const int16_t *restrict lane = line->row.lane;
     const uint32_t *restrict around = line->row.around;
-    int32_t *restrict disparity_q8 =
-        image_i32_row(&level->state->output->disparity_q8, y << level->shift_y);
     const int lowest_q8 = DISPARITY_ONE * level->disparity_min;
     const int16_t last = (int16_t)(level->disparity_count - 1);
     const int width = level->width;
     /*@ loop invariant 0 <= x <= width;
-        loop assigns x, disparity_q8[0 .. width - 1];
+        loop assigns x, raw_q8[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
         const int16_t offset_q8 =
@@ -343,23 +370,25 @@ static void write_disparities(const struct match_level *level, const struct matc
                          (int16_t)(around[x] >> 16 & 0xff));
         const int16_t inside = lane[x] < last ? lane[x] : last;
         const int whole_q8 = lowest_q8 + DISPARITY_ONE * (inside > 0 ? inside : 0);
-        disparity_q8[x] = whole_q8 + (lane[x] >= 0 && lane[x] <= last ? offset_q8 : 0);
+        raw_q8[x] = whole_q8 + (lane[x] >= 0 && lane[x] <= last ? offset_q8 : 0);
     }
 }
 
 // Medians of three along the row; the ends do not change.
-/*@ requires 1 <= width && \valid(disparity_q8 + (0 .. width - 1));
+/*@ requires 1 <= width <= IMAGE_MAX_SIDE_PX && \valid_read(raw_q8 + (0 .. width - 1));
+    requires \valid(disparity_q8 + (0 .. width - 1));
+    requires \separated(raw_q8 + (0 .. width - 1), disparity_q8 + (0 .. width - 1));
     assigns disparity_q8[0 .. width - 1]; */
-static void smooth_along(int32_t *disparity_q8, int width) {
-    int32_t before = disparity_q8[0];
+static void smooth_along(const int32_t *restrict raw_q8, int width,
+                         int32_t *restrict disparity_q8) {
+    disparity_q8[0] = raw_q8[0];
     /*@ loop invariant 1 <= x <= \max(width - 1, 1);
-        loop assigns x, before, disparity_q8[0 .. width - 1];
+        loop assigns x, disparity_q8[1 .. width - 1];
         loop variant width - x; */
-    for (int x = 1; x + 1 < width; x++) {
-        const int32_t was = disparity_q8[x];
-        disparity_q8[x] = median_of_three(before, was, disparity_q8[x + 1]);
-        before = was;
+    for (int x = 1; x < width - 1; x++) {
+        disparity_q8[x] = median_of_three(raw_q8[x - 1], raw_q8[x], raw_q8[x + 1]);
     }
+    disparity_q8[width - 1] = raw_q8[width - 1];
 }
 
 // Writes row y of the finest level, and the reasons of all image rows that it covers; their
@@ -371,8 +400,8 @@ static void write_output(const struct match_level *level, const struct match_lin
     uint8_t *reason = image_u8_row(&output->reason, row);
     uint8_t *confidence = image_u8_row(&output->confidence, row);
     const int width = level->width;
-    write_disparities(level, line, y);
-    smooth_along(image_i32_row(&output->disparity_q8, row), width);
+    compute_disparities(level, line, (int32_t *)line->row.claim);
+    smooth_along((int32_t *)line->row.claim, width, image_i32_row(&output->disparity_q8, row));
     if (level->state->options.keep_all) {
         for (int x = 0; x < width; x++) {
             reason[x] = line->row.lane[x] < 0 ? REASON_BORDER : REASON_VALID;
@@ -381,9 +410,7 @@ static void write_output(const struct match_level *level, const struct match_lin
         check_texture(level, line, match_guide(level, y), span, line->row.textured);
         write_reasons(line, width, reason);
     }
-    for (int x = 0; x < width; x++) {
-        confidence[x] = line->row.lane[x] < 0 ? 0 : line->row.margin[x];
-    }
+    write_confidence(line, width, confidence);
     const int end = y == level->height - 1 ? output->reason.height : (y + 1) << level->shift_y;
     for (int copy = row + 1; copy < end; copy++) {
         memcpy(image_u8_row(&output->reason, copy), reason, (size_t)width);
