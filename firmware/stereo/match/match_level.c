@@ -271,6 +271,7 @@ void match_begin_levels(struct match_state *state) {
         clear_cells(level);
         memset(level->tile[0], 0, (size_t)level->tiles * sizeof *level->tile[0]);
         plan(level, 0, level->tile[0], level->tile[1]);
+        match_plan_slopes(level, 0, level->tile[1]);
     }
 }
 
@@ -416,6 +417,14 @@ static void save_ring(struct match_level *level) {
     }
 }
 
+// Plans the slopes below a band: each on its own, unlike the windows.
+static void slopes_part(void *level_pointer, int index) {
+    const struct match_level *level = level_pointer;
+    if (level->band[index].end < level->height) {
+        match_plan_slopes(level, level->band[index].end, level->tile[index + 2]);
+    }
+}
+
 static void run_bands(struct match_level *level) {
     const struct match_state *state = level->state;
     leave_bands(level);
@@ -425,6 +434,7 @@ static void run_bands(struct match_level *level) {
     for (int i = 0; i < level->bands; i++) {
         begin_band(level, i);
     }
+    state->parallel->run(state->parallel->self, slopes_part, level, level->bands);
     save_ring(level);
     struct part_context context = {.level = level, .kernels = state->options.kernels};
     state->parallel->run(state->parallel->self, band_part, &context, level->bands);

@@ -46,11 +46,14 @@ bool match_searches_whole_range(const struct match_level *level);
 int match_window_rows(const struct match_level *level, int band_begin);
 
 /// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
-/// disparities if there is no coarser level, else those near its surface around the tile, and its
-/// slopes. `above`: the windows of the band before. Overwrites `scratch` of one thread.
+/// disparities if there is no coarser level, else those near its surface around the tile. `above`:
+/// the windows of the band before. Overwrites `scratch` of one thread.
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles);
+
+/// Chooses the slopes of the same tiles: those of the coarser level's surface there.
+void match_plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles);
 
 /// Pixels of a channel around those of a tile, by row, column and pixel.
 typedef uint8_t match_support[MATCH_CENSUS_SIDE][MATCH_CENSUS_SIDE][MATCH_TILE_COLUMNS];

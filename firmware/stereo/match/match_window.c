@@ -368,7 +368,13 @@ static int16_t slope_followed(const int16_t *slopes, int tiles, int t, int scale
     return (int16_t)(slope < SLOPE_MIN && slope > -SLOPE_MIN ? 0 : slope);
 }
 
-static void plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles) {
+void match_plan_slopes(const struct match_level *level, int band_begin, struct match_tile *tiles) {
+    if (level->coarser == NULL) {
+        for (int t = 0; t < level->tiles; t++) {
+            tiles[t].slope_down = tiles[t].slope_along = 0;
+        }
+        return;
+    }
     int16_t down[TILES_MAX];
     int16_t along[TILES_MAX];
     const int rows = slope_rows(level) * SLOPE_STEP / SLOPE_AROUND;
@@ -396,7 +402,6 @@ void match_plan_windows(const struct match_level *level, int band_begin,
     if (level->coarser == NULL) {
         for (int t = 0; t < level->tiles; t++) {
             reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
-            tiles[t].slope_down = tiles[t].slope_along = 0;
         }
     } else {
         // Nothing is in progress: the working memory of one thread is free.
@@ -407,7 +412,6 @@ void match_plan_windows(const struct match_level *level, int band_begin,
             reaches[t] = reach_of_tile(level, t, &found);
         }
         close_gaps(level, reaches);
-        plan_slopes(level, band_begin, tiles);
     }
     // Narrows the windows until the row fits its memory.
     const size_t room = level->row_bytes / MATCH_TILE_COLUMNS;
