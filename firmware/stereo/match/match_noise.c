@@ -37,7 +37,7 @@ enum {
 
 // Grey levels of an image: blocks with its ends may be clipped, and show too little noise.
 struct limits {
-    int darkest, brightest;
+    uint8_t darkest, brightest;
 };
 
 static struct rectify_span span_of(const struct image_u8 *image, const struct rectify_span *spans,
@@ -73,16 +73,18 @@ static __attribute__((noinline)) bool add_patch(const struct image_u8 *image, in
                                                 struct limits limits, int sign,
                                                 struct patch *patch) {
     INVARIANT(x > 0 && x + BLOCK < image->width && y > 0 && y + BLOCK < image->height);
-    bool clipped = false;
+    uint8_t clipped = 0;
     for (int j = 0; j < BLOCK + 2; j++) {
-        const uint8_t *row = image_u8_row(image, y + j - 1) + x - 1;
+        const uint8_t *restrict row = image_u8_row(image, y + j - 1) + x - 1;
+        int16_t *restrict at = patch->at[j];
         for (int i = 0; i < BLOCK + 2; i++) {
-            const bool inside = i > 0 && i <= BLOCK;
-            clipped |= inside && (row[i] == limits.darkest || row[i] == limits.brightest);
-            patch->at[j][i] = (int16_t)(patch->at[j][i] + sign * row[i]);
+            at[i] = (int16_t)(at[i] + sign * row[i]);
+        }
+        for (int i = 1; i <= BLOCK; i++) {
+            clipped |= (row[i] == limits.darkest) | (row[i] == limits.brightest);
         }
     }
-    return !clipped;
+    return clipped == 0;
 }
 
 // Sum of |second derivative along row and column| of a block, source of the mask: J. Immerkaer,

@@ -423,6 +423,9 @@ static void join(const struct match_options *options, struct match_output *outpu
         const uint8_t *confidence = image_u8_row(&output->confidence, y);
         const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
         for (int x = 0; x < width; x++) {
+            if (reason[x] == REASON_VALID) {
+                continue;
+            }
             const int index = match_whole_disparity(disparity_q8[x]) - lowest;
             const int min = reason[x] == REASON_AMBIGUOUS ? JOIN_RIVAL_MIN : JOIN_COST_MIN;
             if (is_doubtful(&believed, index, reason[x], confidence[x]) &&
