@@ -306,7 +306,7 @@ static inline match_share match_share_of(uint16_t share) {
     assigns \nothing;
     ensures match_is_share(\result); */
 static inline match_share match_share_between(uint16_t mass_a, uint16_t mass_b) {
-#if defined(__SSE4_1__) || defined(__aarch64__)
+#if defined(__SSE4_1__)
     const float quotient = (float)(mass_a * MATCH_WEIGHT_ONE) / (float)(mass_a + mass_b);
     uint16_t share = (uint16_t)(int32_t)quotient;
     share = share < MATCH_WEIGHT_ONE ? share : MATCH_WEIGHT_ONE - 1;
