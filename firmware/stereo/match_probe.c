@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "stereo/match/match_level.h"
 #include "stereo/match/match_vector_plain.h"
 // The step uses the vectors included above.
 #include "stereo/match/match_path_cost.h"
@@ -137,7 +138,8 @@ void match_probe_path_costs(const struct match_probe_row *row, bool from_right, 
             memcpy(path_cost, realigned, (size_t)tile->lanes);
         }
         from = tile;
-        const uint8_t penalty = i == 0 ? 0 : match_p2(step[from_right ? x + 1 : x]);
+        const uint8_t penalty =
+            i == 0 ? 0 : match_p2(step[from_right ? x + 1 : x], match_least_p2(row->owner));
         const size_t cell = match_probe_window_at(row, x).cell;
         const int rise =
             from_right ? -match_rise(tile->slope_along, x + 1) : match_rise(tile->slope_along, x);

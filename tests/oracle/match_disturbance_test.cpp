@@ -62,7 +62,7 @@ const std::map<std::string, double> max_growth = {
     {disturbance_exposure, 1.25},
     {"gain1.3", 2.7},
     {"clipped", 1.9},
-    {"half row", 2.8},
+    {"half row", 3.0},
 };
 
 // In percent of all pixels. Of such pairs three-way SGBM keeps 63 and more without its filters, 30

@@ -219,7 +219,7 @@ int step_between(const View &left, int x, int y, int other_x, int other_y) {
 }
 
 double large_penalty(int step) {
-    return std::max(135 - 6 * step, 45);
+    return std::max(135 - 6 * step, 30);
 }
 
 // The weight of what comes from above is a sixteenth lower.

@@ -223,7 +223,7 @@ int reason_of(const Grid<int> &textured, const Grid<int> &share, int column, int
         return highest >= 153 ? REASON_VALID : REASON_AMBIGUOUS;
     }
     const int own = share.at(column, row);
-    return (far >= 12 && own >= 217) || (far >= 2 && own >= 242) ? REASON_VALID : REASON_NO_TEXTURE;
+    return (far >= 12 && own >= 217) || (far >= 3 && own >= 245) ? REASON_VALID : REASON_NO_TEXTURE;
 }
 
 void reject_unsupported(const View &left, double noise_q8, Answer *answer) {

@@ -102,8 +102,9 @@ bool is_fit(const Winner &winner, const Search &search, double max_cost) {
     return winner.lane >= first && winner.lane <= last && winner.cost <= max_cost;
 }
 
-// Whether the 16 pixels from x - 8 on, moved into the span, differ by 6 grey levels.
-bool is_textured(const View &left, int x, int y) {
+// The grey levels between the darkest and the brightest of the 16 pixels from x - 8 on, moved into
+// the span.
+int contrast_at(const View &left, int x, int y) {
     const Span span = left.spans[static_cast<size_t>(y)];
     const int begin = std::max(std::min(x - 8, span.end - 16), span.begin);
     const int end = std::min(begin + 16, span.end);
@@ -112,7 +113,7 @@ bool is_textured(const View &left, int x, int y) {
         darkest = std::min<int>(darkest, left.grey.at(column, y));
         brightest = std::max<int>(brightest, left.grey.at(column, y));
     }
-    return brightest - darkest >= 6;
+    return brightest - darkest;
 }
 
 int reason_of(const View &left, const Search &search, const Grid<Winner> &winners, double max_cost,
@@ -128,10 +129,11 @@ int reason_of(const View &left, const Search &search, const Grid<Winner> &winner
     if (!is_consistent(winners, x, y)) {
         return REASON_OCCLUDED;
     }
-    if (fit && winner.margin >= 23) {
+    const int contrast = contrast_at(left, x, y);
+    if (fit && winner.margin >= 39 - std::clamp(contrast, 16, 24)) {
         return REASON_VALID;
     }
-    if (!is_textured(left, x, y)) {
+    if (contrast < 6) {
         return REASON_NO_TEXTURE;
     }
     return fit ? REASON_AMBIGUOUS : REASON_OUT_OF_RANGE;
@@ -227,7 +229,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
     Grid<Winner> winners = winners_of(left, right, search, sums);
     for (size_t i = 0; i < winners.cells.size(); i++) {
         Winner &winner = winners.cells[i];
-        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 22.0) : winner.margin;
+        winner.margin = doubtful.cells[i] != 0 ? std::min(winner.margin, 14.0) : winner.margin;
     }
     Answer answer = {{width, height}, {width, height}, {width, height}};
     for (int y = 0; y < height; y++) {

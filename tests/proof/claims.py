@@ -38,7 +38,7 @@ ROWS = [
     "enter_tile_with_path_costs", "hides", "prepare_line",
 ]
 JUDGEMENTS = [
-    "record_winners", "widen", "check_texture", "write_surface", "write_reasons",
+    "record_winners", "widen", "measure_contrast", "write_surface", "write_reasons",
     "write_confidence", "compute_disparities", "smooth_along",
 ]
 FINISH = ["median_of_three", "smooth_row", "fill_between"]
@@ -90,7 +90,7 @@ MUTANTS = [
     ("match_validate_phase.h", "lane > begin && lane + 1 < end", "lane > begin && lane + 1 <= end",
      "record_winners"),
     ("match_validate_phase.h", "span.begin + half < span.end ?", "span.begin + half <= span.end + 1 ?",
-     "check_texture"),
+     "measure_contrast"),
     ("match_finish_phase.h", "requires \\valid_read(next + (0 .. columns - 1));\n",
      "requires \\valid_read(next + (0 .. columns - 2));\n", "smooth_row"),
 ]

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "stereo/match/match_level.h"
 #include "stereo/match/match_path_cost.h"
 #include "stereo/match/match_state.h"
 
@@ -370,6 +371,7 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
     const uint8_t *step = steps_above(view, y);
     const uint16_t *weight = weights_above(view, y);
     const uint16_t *mass_below = view->mass_below[y - view->band->begin];
+    const uint8_t least = match_least_p2(view->level);
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
         loop invariant is_mass_row(mass_below);
         loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==> weight[i] <= 58982;
@@ -384,7 +386,7 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
         const uint16_t mass = (uint16_t)(MATCH_MASS_ONE + carried);
         view->mass[c] = mass;
         shares->below[c] = match_share_swapped(match_share_between(mass, mass_below[c]));
-        shares->penalty[c] = match_p2(step[c]);
+        shares->penalty[c] = match_p2(step[c], least);
     }
     shares->rise = match_rise(view->tile->slope_down, y);
     shares->rise_below = -match_rise(view->tile->slope_down, y + 1);

@@ -189,7 +189,7 @@ static void carve_row(const struct match_level *level, int rows, struct block *b
         line->row.lane = carve(block, width, sizeof *line->row.lane);
         line->row.around = carve(block, width, sizeof *line->row.around);
         line->row.fit = carve(block, width, 1);
-        line->row.textured = line->row.fit;
+        line->row.contrast = line->row.fit;
         line->row.fits = carve(block, width, 1);
         line->row.claim = carve(block, width + 1, sizeof *line->row.claim);
         line->row.darkest = (uint8_t *)line->row.claim;

@@ -388,7 +388,7 @@ static void record_tile(const struct row_view *view, const int rows, const struc
         }
         for (int x = x_begin; tile->doubtful && x < x_begin + columns; x++) {
             uint8_t *margin = &line->row.margin[x];
-            *margin = *margin < MATCH_MARGIN_MIN ? *margin : MATCH_MARGIN_MIN - 1;
+            *margin = *margin < MATCH_LEAST_MARGIN ? *margin : MATCH_LEAST_MARGIN - 1;
         }
     }
 }
@@ -428,14 +428,14 @@ static void prepare_line(const struct match_level *level, struct match_line *lin
     const uint8_t *restrict step = level->step_along[y % level->ring_rows];
     uint8_t *restrict penalty = line->row.penalty;
     const int width = level->width;
-    penalty[0] = 0;
+    const uint8_t least = match_least_p2(level);
+    penalty[0] = penalty[width] = 0;
     /*@ loop invariant 1 <= x <= width;
         loop assigns x, penalty[0 .. width - 1];
         loop variant width - x; */
     for (int x = 1; x < width; x++) {
-        penalty[x] = match_p2(step[x]);
+        penalty[x] = match_p2(step[x], least);
     }
-    penalty[width] = 0;
     memset(line->row.claim, UINT8_MAX, (size_t)(width + 1) * sizeof *line->row.claim);
 }
 

@@ -47,9 +47,9 @@ enum {
     MATCH_MAX_THREADS = 8,
     MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
     MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
-    // A winner whose margin over its best rival is smaller is wrong in more than one of four cases
-    // (measured on ten pairs with ground truth).
+    // A winner with a smaller margin is ambiguous, where contrast is faint and where it is high.
     MATCH_MARGIN_MIN = 23,
+    MATCH_LEAST_MARGIN = 15,
     // A surface between levels holds disparities in 1/MATCH_SURFACE_ONE; MATCH_DOUBTFUL is added to
     // one with such a rival.
     MATCH_SURFACE_ONE = 16,
@@ -123,7 +123,7 @@ struct match_line {
         uint32_t *around;     // averaged costs before, at and after the winner, in the lower bytes
         uint8_t *fit;         // averaged cost of the winner
         uint8_t *consistent;  // whether left and right agree
-        uint8_t *textured;    // whether there is texture
+        uint8_t *contrast;    // of MATCH_TEXTURE_COLUMNS pixels around
         uint8_t *fits;        // whether the winner may be right
         uint8_t *darkest, *brightest;  // of MATCH_TEXTURE_COLUMNS pixels from x on
         uint32_t *claim;               // lowest cost that claims a right pixel, and its lane
@@ -364,14 +364,15 @@ static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
     return (uint16_t)((uint32_t)mass * weight >> 16);
 }
 
-/// Penalty of a jump across a step of grey levels: an edge makes it plausible.
-/*@ assigns \nothing;
-    ensures 45 <= \result <= 135; */
-static inline uint8_t match_p2(uint8_t step) {
-    enum { LARGE_MAX = 135, LARGE_MIN = 45, LARGE_SLOPE = 6 };
-    const uint8_t steps = (LARGE_MAX - LARGE_MIN) / LARGE_SLOPE + 1;
-    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < steps ? step : steps));
-    return lowered > LARGE_MIN ? lowered : (uint8_t)LARGE_MIN;
+/// Penalty of a jump across a step of grey levels: an edge makes it plausible. The lowest is
+/// `least`.
+/*@ requires least <= 135;
+    assigns \nothing;
+    ensures least <= \result <= 135; */
+static inline uint8_t match_p2(uint8_t step, uint8_t least) {
+    enum { LARGE_MAX = 135, LARGE_SLOPE = 6, STEPS = LARGE_MAX / LARGE_SLOPE };
+    const uint8_t lowered = (uint8_t)(LARGE_MAX - LARGE_SLOPE * (step < STEPS ? step : STEPS));
+    return lowered > least ? lowered : least;
 }
 
 /*@ assigns \nothing;

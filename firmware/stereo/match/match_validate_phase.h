@@ -22,6 +22,7 @@ enum {
     FIT_MAX = 41,
     WEAK_FIT_MAX = 39,
     STRONG_FIT_MAX = 44,
+    CONTRAST_FAINT = 16,  // grey levels up to which the whole margin is asked for
 };
 
 /*@ predicate are_winners{L}(int16_t *lane, integer width) =
@@ -204,19 +205,20 @@ static inline __attribute__((always_inline)) void widen(uint8_t *restrict darkes
     }
 }
 
-// Whether the grey levels around each pixel differ; near the ends of the span, those inside of it.
+// Between the darkest and the brightest of the grey levels around each pixel; near the ends of the
+// span, of those inside of it.
 /*@ requires \valid_read(level) && match_is_size(level->width, level->height);
     requires MATCH_MIN_WIDTH_PX <= level->width && match_is_span(span, level->width);
     requires \valid_read(line) && \valid_read(guide + (0 .. level->width - 1));
-    requires \valid(textured + (0 .. level->width - 1));
+    requires \valid(contrast + (0 .. level->width - 1));
     requires \valid(line->row.darkest + (0 .. level->width - 1));
     requires \valid(line->row.brightest + (0 .. level->width - 1));
     requires \separated(guide + (0 .. level->width - 1), line->row.darkest + (0 .. level->width -
    1), line->row.brightest + (0 .. level->width - 1)); assigns line->row.darkest[0 .. level->width -
-   1], line->row.brightest[0 .. level->width - 1], textured[0 .. level->width - 1]; */
-static void check_texture(const struct match_level *level, const struct match_line *line,
-                          const uint8_t *guide, struct rectify_span span,
-                          uint8_t *restrict textured) {
+   1], line->row.brightest[0 .. level->width - 1], contrast[0 .. level->width - 1]; */
+static void measure_contrast(const struct match_level *level, const struct match_line *line,
+                             const uint8_t *guide, struct rectify_span span,
+                             uint8_t *restrict contrast) {
     uint8_t *restrict darkest = line->row.darkest;
     uint8_t *restrict brightest = line->row.brightest;
     const int width = level->width;
@@ -235,25 +237,25 @@ static void check_texture(const struct match_level *level, const struct match_li
     const int begin = span.begin + half < span.end ? span.begin + half : span.end;
     const int end = span.end - half > begin ? span.end - half : begin;
     /*@ loop invariant begin <= x <= end;
-        loop assigns x, textured[0 .. width - 1];
+        loop assigns x, contrast[0 .. width - 1];
         loop variant end - x; */
     for (int x = begin; x < end; x++) {
-        textured[x] = brightest[x - half] - darkest[x - half] >= TEXTURE_MIN;
+        contrast[x] = (uint8_t)(brightest[x - half] - darkest[x - half]);
     }
     const int first = span.begin;
     const int last =
         span.end - MATCH_TEXTURE_COLUMNS > first ? span.end - MATCH_TEXTURE_COLUMNS : first;
     /*@ loop invariant span.begin <= x <= begin;
-        loop assigns x, textured[0 .. width - 1];
+        loop assigns x, contrast[0 .. width - 1];
         loop variant begin - x; */
     for (int x = span.begin; x < begin; x++) {
-        textured[x] = brightest[first] - darkest[first] >= TEXTURE_MIN;
+        contrast[x] = (uint8_t)(brightest[first] - darkest[first]);
     }
     /*@ loop invariant end <= x <= span.end;
-        loop assigns x, textured[0 .. width - 1];
+        loop assigns x, contrast[0 .. width - 1];
         loop variant span.end - x; */
     for (int x = end; x < span.end; x++) {
-        textured[x] = brightest[last] - darkest[last] >= TEXTURE_MIN;
+        contrast[x] = (uint8_t)(brightest[last] - darkest[last]);
     }
 }
 
@@ -293,28 +295,39 @@ static void write_surface(struct match_level *level, const struct match_line *li
     }
 }
 
+// Margin below which a winner is ambiguous, by the contrast around it: where that is faint noise
+// decides, elsewhere a depth edge lowers the penalty of a jump, and with it the margin.
+/*@ assigns \nothing;
+    ensures MATCH_LEAST_MARGIN <= \result <= MATCH_MARGIN_MIN; */
+static inline uint8_t margin_min_at(uint8_t contrast) {
+    const uint8_t most = CONTRAST_FAINT + MATCH_MARGIN_MIN - MATCH_LEAST_MARGIN;
+    const uint8_t capped = contrast < most ? contrast : most;
+    const uint8_t more = capped > CONTRAST_FAINT ? (uint8_t)(capped - CONTRAST_FAINT) : 0;
+    return (uint8_t)(MATCH_MARGIN_MIN - more);
+}
+
 // The reason to reject the winner of each pixel, or REASON_VALID.
 /*@ requires 0 <= width && \valid_read(line) && \valid(reason + (0 .. width - 1));
     requires \valid_read(line->row.consistent + (0 .. width - 1));
     requires \valid_read(line->row.fits + (0 .. width - 1));
-    requires \valid_read(line->row.textured + (0 .. width - 1));
+    requires \valid_read(line->row.contrast + (0 .. width - 1));
     requires \valid_read(line->row.margin + (0 .. width - 1));
     requires \valid_read(line->row.lane + (0 .. width - 1));
     assigns reason[0 .. width - 1]; */
 static void write_reasons(const struct match_line *line, int width, uint8_t *restrict reason) {
     const uint8_t *restrict consistent = line->row.consistent;
     const uint8_t *restrict fits = line->row.fits;
-    const uint8_t *restrict textured = line->row.textured;
+    const uint8_t *restrict contrast = line->row.contrast;
     const uint8_t *restrict margin = line->row.margin;
     /*@ loop invariant 0 <= x <= width;
         loop assigns x, reason[0 .. width - 1];
         loop variant width - x; */
     for (int x = 0; x < width; x++) {
         // All are read first: compilers do not vectorize reads on a condition.
-        const uint8_t fit = fits[x], texture = textured[x], agrees = consistent[x];
-        const uint8_t certain = margin[x] >= MATCH_MARGIN_MIN ? 1 : 0;
+        const uint8_t fit = fits[x], range = contrast[x], agrees = consistent[x];
+        const uint8_t certain = margin[x] >= margin_min_at(range) ? 1 : 0;
         uint8_t doubt = fit == 0 ? REASON_OUT_OF_RANGE : REASON_AMBIGUOUS;
-        doubt = texture == 0 ? REASON_NO_TEXTURE : doubt;
+        doubt = range < TEXTURE_MIN ? REASON_NO_TEXTURE : doubt;
         doubt = (fit & certain) == 0 ? doubt : REASON_VALID;
         reason[x] = agrees == 0 ? REASON_OCCLUDED : doubt;
     }
@@ -407,7 +420,7 @@ static void write_output(const struct match_level *level, const struct match_lin
             reason[x] = line->row.lane[x] < 0 ? REASON_BORDER : REASON_VALID;
         }
     } else {
-        check_texture(level, line, match_guide(level, y), span, line->row.textured);
+        measure_contrast(level, line, match_guide(level, y), span, line->row.contrast);
         write_reasons(line, width, reason);
     }
     write_confidence(line, width, confidence);

@@ -39,8 +39,8 @@ enum {
     REACHED_SHARE_MIN = 153,
     FAR_TEXTURED_MIN = 12,  // of 49
     FAR_SHARE_MIN = 217,
-    FEW_TEXTURED_MIN = 2,
-    FEW_SHARE_MIN = 242,
+    FEW_TEXTURED_MIN = 3,
+    FEW_SHARE_MIN = 245,
     // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
     // it: half if only its cost rejected it, two thirds if it had a rival.
     JOIN_COLUMNS = 4,
