@@ -218,33 +218,33 @@ struct match_state {
 /// loops over lanes are unrolled; or `call(N, true)` in a tile that follows a `slope`, where
 /// vectors of several members make up for the larger code, and else `call(lanes, true)`. The
 /// functions below are inlined into each case.
-#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call)              \
-    do {                                                           \
-        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 16) { \
-            call(16, true);                                        \
-            break;                                                 \
-        }                                                          \
-        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 32) { \
-            call(32, true);                                        \
-            break;                                                 \
-        }                                                          \
-        switch ((slope) == 0 ? (lanes) : 0) {                      \
-            case 16:                                               \
-                call(16, false);                                   \
-                break;                                             \
-            case 32:                                               \
-                call(32, false);                                   \
-                break;                                             \
-            case 48:                                               \
-                call(48, false);                                   \
-                break;                                             \
-            case 64:                                               \
-                call(64, false);                                   \
-                break;                                             \
-            default:                                               \
-                call(lanes, (slope) != 0);                         \
-                break;                                             \
-        }                                                          \
+#define MATCH_WITH_CONSTANT_LANES(lanes, slope, call)                             \
+    do {                                                                          \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 16) {                \
+            call(16, true);                                                       \
+            break;                                                                \
+        }                                                                         \
+        if (VECTOR_MEMBERS > 1 && (slope) != 0 && (lanes) == 32) {                \
+            call(32, true);                                                       \
+            break;                                                                \
+        }                                                                         \
+        switch ((slope) == 0 && (lanes) <= VECTOR_LANES_UNROLLED ? (lanes) : 0) { \
+            case 16:                                                              \
+                call(16, false);                                                  \
+                break;                                                            \
+            case 32:                                                              \
+                call(32, false);                                                  \
+                break;                                                            \
+            case 48:                                                              \
+                call(48, false);                                                  \
+                break;                                                            \
+            case 64:                                                              \
+                call(64, false);                                                  \
+                break;                                                            \
+            default:                                                              \
+                call(lanes, (slope) != 0);                                        \
+                break;                                                            \
+        }                                                                         \
     } while (0)
 
 #define MATCH_INLINE static inline __attribute__((always_inline))

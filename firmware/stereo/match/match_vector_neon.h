@@ -10,7 +10,10 @@
 
 #include "stereo/match/match_state.h"
 
-enum { VECTOR_MEMBERS = 1 };
+enum {
+    VECTOR_MEMBERS = 1,
+    VECTOR_LANES_UNROLLED = 64,  // most lanes whose loops are unrolled
+};
 
 struct vector {
     uint8x16_t lanes;

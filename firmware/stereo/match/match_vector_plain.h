@@ -12,7 +12,10 @@
 
 #include "stereo/match/match_state.h"
 
-enum { VECTOR_MEMBERS = 1 };
+enum {
+    VECTOR_MEMBERS = 1,
+    VECTOR_LANES_UNROLLED = 32,  // most lanes whose loops are unrolled
+};
 
 struct vector {
     uint8_t lane[MATCH_LANES];

@@ -9,7 +9,10 @@
 
 #include "stereo/match/match_state.h"
 
-enum { VECTOR_MEMBERS = 1 };
+enum {
+    VECTOR_MEMBERS = 1,
+    VECTOR_LANES_UNROLLED = 64,  // most lanes whose loops are unrolled
+};
 
 struct vector {
     __m128i lanes;
