@@ -108,7 +108,9 @@ uint64_t match_work(int width, int height, const struct match_options *options) 
     set_state(&state, width, height, options, 1);
     uint64_t cells = 0;
     for (int i = 0; i < state.levels; i++) {
-        cells += (uint64_t)state.level[i].row_bytes * (uint64_t)state.level[i].height;
+        const struct match_level *level = &state.level[i];
+        cells += (uint64_t)level->tiles * MATCH_TILE_COLUMNS * (uint64_t)level->height *
+                 (uint64_t)match_mean_lanes(level);
     }
     return cells;
 }

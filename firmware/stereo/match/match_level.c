@@ -31,11 +31,19 @@ static void set_level(struct match_level *level, int width, int height, int disp
     level->right_length = width + level->right_pad + (behind > 0 ? behind : 0);
 }
 
-// Average number of lanes per column for which a level has memory.
-static int mean_lanes(const struct match_level *level) {
+int match_mean_lanes(const struct match_level *level) {
     const struct match_method *method = level->state->method;
-    const bool all = level->coarser == NULL || method->whole_range || level->lanes < method->lanes;
+    const bool all =
+        match_searches_everything(level) || method->whole_range || level->lanes < method->lanes;
     return all ? level->lanes : method->lanes;
+}
+
+// Number of lanes a column for which a level has memory. Windows at small objects far in front need
+// many, the more disparities there are.
+static int lanes_in_memory(const struct match_level *level) {
+    const int mean = match_mean_lanes(level);
+    const int part = padded_lanes(3 * level->lanes / 8);
+    return part > mean ? part : mean;
 }
 
 // Number of halvings of a level's columns and disparities to those of the next one. Below the
@@ -55,7 +63,7 @@ static bool is_halved(const struct match_level *level) {
 // Whether all tiles of all bands search the same disparities.
 static bool has_one_window(const struct match_level *level) {
     const struct match_options *options = &level->state->options;
-    return level->coarser == NULL ||
+    return match_searches_everything(level) ||
            (match_searches_whole_range(level) && options->extra_below + options->extra_above == 0);
 }
 
@@ -85,7 +93,8 @@ void match_set_levels(struct match_state *state, int width, int height) {
     }
     for (int i = 0; i < state->levels; i++) {
         struct match_level *level = &state->level[i];
-        level->row_bytes = (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)mean_lanes(level);
+        level->row_bytes =
+            (size_t)level->tiles * MATCH_TILE_COLUMNS * (size_t)lanes_in_memory(level);
     }
 }
 

@@ -48,15 +48,24 @@ static inline uint8_t match_least_p2(const struct match_level *level) {
     return match_is_finest(level) ? 30 : 45;
 }
 
+/// Whether a level searches all its disparities everywhere. Those of a quarter of the width and
+/// less do: they take little time, and what they do not find the finest one does not search.
+static inline bool match_searches_everything(const struct match_level *level) {
+    return level->coarser == NULL || level->shift_x >= 2;
+}
+
 /// Whether a level searches the requested range everywhere, independent of the coarser one.
 bool match_searches_whole_range(const struct match_level *level);
+
+/// Number of lanes a column that a level searches, roughly.
+int match_mean_lanes(const struct match_level *level);
 
 /// Number of rows of the coarser level that `match_plan_windows` reads for a band: those below this
 /// one.
 int match_window_rows(const struct match_level *level, int band_begin);
 
 /// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
-/// disparities if there is no coarser level, else those near its surface around the tile. `above`:
+/// disparities, or those near the coarser surface around the tile. `above`:
 /// the windows of the band before. Overwrites `scratch` of one thread.
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,

@@ -399,7 +399,7 @@ void match_plan_windows(const struct match_level *level, int band_begin,
                         struct match_tile *tiles) {
     struct reach reaches[TILES_MAX];
     INVARIANT(level->tiles <= TILES_MAX);
-    if (level->coarser == NULL) {
+    if (match_searches_everything(level)) {
         for (int t = 0; t < level->tiles; t++) {
             reaches[t] = (struct reach){0, level->disparity_count - 1, 0, false};
         }

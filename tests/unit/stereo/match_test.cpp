@@ -216,6 +216,36 @@ TEST_CASE("planes, sphere, steps and bars of one scene are all found") {
     }
 }
 
+TEST_CASE("small objects far in front of a wall are found") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=", seed);
+    constexpr int kCount = 224, kWall = 30, kObject = 170, kSide = 36;
+    const Rig rig = rectified_rig(640, 240, 800, 100);
+    Builder builder(rig, seed);
+    Scene scene = wall(rig, kWall, 0, 0, {3, 0.15}, seed);
+    for (int i = 0; i < 4; i++) {
+        scene.surfaces.push_back(builder.piece(kObject, 230 + 100 * i, 30 + 40 * i, kSide, kSide,
+                                               builder.noise(kObject, 3, 0.15)));
+    }
+    const Pair pair = render(scene, rig, noisy(1, seed));
+    for (const match_preset preset :
+         {MATCH_PRESET_FAST, MATCH_PRESET_STANDARD, MATCH_PRESET_BEST}) {
+        match_options options = match_default_options(0, kCount);
+        options.preset = preset;
+        const Matched matched = run_match(pair, options);
+        REQUIRE(matched.status == ERROR_OK);
+        CAPTURE(match_preset_name(preset));
+        for (int i = 1; i <= 4; i++) {
+            const Comparison object = compare_surface(matched, pair, i);
+            CAPTURE(i);
+            CAPTURE(object.pixels);
+            CHECK(object.pixels > 500);
+            CHECK(object.valid_share() > 0.9);
+            CHECK(object.bad_1px_share() < 0.03);
+        }
+    }
+}
+
 TEST_CASE("pixels that one camera cannot see are not called valid") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=", seed);
