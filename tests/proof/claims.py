@@ -19,9 +19,10 @@ VECTORS = [
     "vector_blend", "vector_lowest", "vector_first", "vector_equal", "count_bits", "vector_cost",
 ]
 SMALL = [
-    "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry", "match_p2",
-    "match_step", "match_same_window", "match_rise", "match_cell", "match_guide", "match_span",
-    "match_tile_columns", "match_range_ends", "match_realign", "image_u8_row", "image_i32_row",
+    "match_share_of", "match_share_between", "match_weight", "match_weight_down", "match_carry",
+    "match_p2", "match_least_p2", "match_step", "match_same_window", "match_rise", "match_cell",
+    "match_guide", "match_span", "match_tile_columns", "match_range_ends", "match_realign",
+    "image_u8_row", "image_i32_row",
 ]
 MESSAGES = [
     "load_lanes", "store_lanes", "lower_neighbour", "move_lanes", "shear", "shear_average",
@@ -38,8 +39,8 @@ ROWS = [
     "enter_tile_with_path_costs", "hides", "prepare_line",
 ]
 JUDGEMENTS = [
-    "record_winners", "widen", "measure_contrast", "write_surface", "write_reasons",
-    "write_confidence", "compute_disparities", "smooth_along",
+    "record_winners", "widen", "measure_contrast", "write_surface", "margin_min_at",
+    "write_reasons", "write_confidence", "compute_disparities", "smooth_along",
 ]
 FINISH = ["median_of_three", "smooth_row", "fill_between"]
 # Functions that truncate numbers, or let them wrap, on purpose.

@@ -240,7 +240,7 @@ static void measure_contrast(const struct match_level *level, const struct match
         loop assigns x, contrast[0 .. width - 1];
         loop variant end - x; */
     for (int x = begin; x < end; x++) {
-        contrast[x] = (uint8_t)(brightest[x - half] - darkest[x - half]);
+        contrast[x] = match_step(brightest[x - half], darkest[x - half]);
     }
     const int first = span.begin;
     const int last =
@@ -249,13 +249,13 @@ static void measure_contrast(const struct match_level *level, const struct match
         loop assigns x, contrast[0 .. width - 1];
         loop variant begin - x; */
     for (int x = span.begin; x < begin; x++) {
-        contrast[x] = (uint8_t)(brightest[first] - darkest[first]);
+        contrast[x] = match_step(brightest[first], darkest[first]);
     }
     /*@ loop invariant end <= x <= span.end;
         loop assigns x, contrast[0 .. width - 1];
         loop variant span.end - x; */
     for (int x = end; x < span.end; x++) {
-        contrast[x] = (uint8_t)(brightest[last] - darkest[last]);
+        contrast[x] = match_step(brightest[last], darkest[last]);
     }
 }
 
