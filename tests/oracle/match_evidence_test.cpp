@@ -95,7 +95,7 @@ Pair random_pair(Generator &generator, int width, int height, int stripes, int a
     return pair;
 }
 
-Grid<int> checked_reasons(Pair pair, const Search &search) {
+Grid<int> checked_reasons(Pair pair, const Search &search, int smoothing) {
     const int width = pair.left.grey.width;
     const int height = pair.left.grey.height;
     match_options options =
@@ -117,7 +117,8 @@ Grid<int> checked_reasons(Pair pair, const Search &search) {
     const synthetic::Memory memory(match_evidence_need_bytes(width, 1));
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    REQUIRE(match_evidence_run(&input, &options, &parallel_serial, &arena, &output) == ERROR_OK);
+    REQUIRE(match_evidence_run(&input, &options, smoothing, &parallel_serial, &arena, &output) ==
+            ERROR_OK);
     Grid<int> result(width, height);
     std::copy(reason.cells.begin(), reason.cells.end(), result.cells.begin());
     return result;
@@ -131,14 +132,16 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
     std::set<int> changes;
     for (int round = 0; round < 12; round++) {
         CAPTURE(round);
+        const int smoothing = round % 2 == 0 ? MATCH_COARSE_SMOOTHING : MATCH_WEAK_SMOOTHING;
         Search search = {0, 40, 0, false};
-        search.extra_above = round % 2 == 0 ? 0 : 8;
+        search.extra_above = round % 4 < 2 ? 0 : 8;
         const Pair pair =
             random_pair(generator, generator.between(150, 210), generator.between(100, 150),
                         round % 3 == 0 ? 20 : 2, round % 4 == 3 ? 72 : 100);
         Answer expected = pair.answer;
-        reference::check_neighbourhood(pair.left, pair.right, search, &expected);
-        const Grid<int> reasons = checked_reasons(pair, search);
+        reference::check_neighbourhood(pair.left, pair.right, search,
+                                       smoothing == MATCH_COARSE_SMOOTHING, &expected);
+        const Grid<int> reasons = checked_reasons(pair, search, smoothing);
         int differing = 0;
         for (size_t i = 0; i < reasons.cells.size(); i++) {
             differing += reasons.cells[i] != expected.reason.cells[i];

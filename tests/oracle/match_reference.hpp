@@ -119,8 +119,10 @@ Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
             const Grid<Slopes> &slopes);
 
 /// Accepts doubtful pixels that continue the surface around them, and rejects those of blocks with
-/// little texture along the row, or with few accepted pixels, around.
-void check_neighbourhood(const View &left, const View &right, const Search &search, Answer *answer);
+/// little texture along the row, or with few accepted pixels, around. `coarse`: whether the texture
+/// of the pair is.
+void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
+                         Answer *answer);
 
 /// Winners, checks, smoothing, speckles. If `doubtful` is not 0, no winner is better than its
 /// rivals by enough.

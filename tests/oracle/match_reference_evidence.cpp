@@ -149,7 +149,13 @@ Slopes slopes_of(const View &left, const Answer &answer) {
     return slopes;
 }
 
-bool has_texture(const Slopes &slopes, double noise_q8, int column, int row) {
+// What the slopes of three blocks in a row show: whether those along it are above noise, whether
+// they are also enough against those along the column, and whether they are far above noise.
+struct Texture {
+    Grid<int> sloped, textured, strong;
+};
+
+void judge_slopes(const Slopes &slopes, double noise_q8, int column, int row, Texture *texture) {
     double along = 0, upright = 0, count = 0;
     for (int i = column - 1; i <= column + 1; i++) {
         const int at = std::clamp(i, 0, slopes.along.width - 1);
@@ -159,7 +165,10 @@ bool has_texture(const Slopes &slopes, double noise_q8, int column, int row) {
     }
     // Slopes have 72 times the variance of a pixel.
     const double noise = std::floor(noise_q8 * count * 72 / 256);
-    return count > 0 && along >= 4 * noise + std::floor(std::max(upright - noise, 0.0) / 10);
+    const double structure = std::floor(std::max(upright - noise, 0.0) / 10);
+    texture->sloped.at(column, row) = count > 0 && along >= 4 * noise;
+    texture->textured.at(column, row) = count > 0 && along >= 4 * noise + structure;
+    texture->strong.at(column, row) = count > 0 && along >= 128 * noise;
 }
 
 // Pixels that both cameras may see, and those that were accepted, by block.
@@ -213,46 +222,77 @@ void around(const Grid<int> &blocks, int column, int row, int reach, Function fu
     }
 }
 
-int reason_of(const Grid<int> &textured, const Grid<int> &share, int column, int row) {
-    int near = 0, far = 0, highest = 0;
-    around(textured, column, row, 1, [&](int c, int r) { near += textured.at(c, r); });
-    around(textured, column, row, 3, [&](int c, int r) { far += textured.at(c, r); });
-    around(share, column, row, 2,
-           [&](int c, int r) { highest = std::max(highest, share.at(c, r)); });
-    if (near >= 3) {
-        return highest >= 153 ? REASON_VALID : REASON_AMBIGUOUS;
-    }
-    const int own = share.at(column, row);
-    return (far >= 12 && own >= 217) || (far >= 3 && own >= 245) ? REASON_VALID : REASON_NO_TEXTURE;
+// Of the accepted pixels, in 1/255 of those that both cameras may see: of a block, and of the 25
+// around.
+struct Shares {
+    Grid<int> own, around;
+};
+
+int share_of(double accepted, double seen) {
+    return seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
 }
 
-void reject_unsupported(const View &left, double noise_q8, Answer *answer) {
-    const Slopes slopes = slopes_of(left, *answer);
-    const Pixels pixels = pixels_of(*answer);
-    Grid<int> textured = {slopes.along.width, slopes.along.height};
-    Grid<int> share = textured;
-    for (int row = 0; row < textured.height; row++) {
-        for (int column = 0; column < textured.width; column++) {
-            textured.at(column, row) = has_texture(slopes, noise_q8, column, row);
+int reason_of(const Texture &texture, const Shares &shares, bool coarse, int column, int row) {
+    int near = 0, far = 0, strong = 0, highest = 0;
+    around(texture.textured, column, row, 1,
+           [&](int c, int r) { near += texture.textured.at(c, r); });
+    around(texture.textured, column, row, 3,
+           [&](int c, int r) { far += texture.textured.at(c, r); });
+    around(texture.strong, column, row, 2,
+           [&](int c, int r) { strong += texture.strong.at(c, r); });
+    around(shares.around, column, row, 2,
+           [&](int c, int r) { highest = std::max(highest, shares.around.at(c, r)); });
+    const int share = shares.around.at(column, row);
+    const bool suspect = coarse && share < 204 && strong < 3;
+    if (near >= 3) {
+        return highest >= 153 && !suspect ? REASON_VALID : REASON_AMBIGUOUS;
+    }
+    const bool on_edge = far >= 7 && texture.sloped.at(column, row) != 0 &&
+                         shares.own.at(column, row) >= 204 && highest >= 245;
+    const bool backed = (far >= 12 && share >= 217) || (far >= 3 && share >= 245) || on_edge;
+    return backed && !suspect ? REASON_VALID : REASON_NO_TEXTURE;
+}
+
+Shares shares_of(const Pixels &pixels) {
+    Shares shares = {{pixels.seen.width, pixels.seen.height},
+                     {pixels.seen.width, pixels.seen.height}};
+    for (int row = 0; row < pixels.seen.height; row++) {
+        for (int column = 0; column < pixels.seen.width; column++) {
             double seen = 0, accepted = 0;
-            around(share, column, row, 2, [&](int c, int r) {
+            around(shares.own, column, row, 2, [&](int c, int r) {
                 seen += pixels.seen.at(c, r);
                 accepted += pixels.accepted.at(c, r);
             });
-            share.at(column, row) = seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
+            shares.around.at(column, row) = share_of(accepted, seen);
+            shares.own.at(column, row) =
+                share_of(pixels.accepted.at(column, row), pixels.seen.at(column, row));
+        }
+    }
+    return shares;
+}
+
+void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *answer) {
+    const Slopes slopes = slopes_of(left, *answer);
+    const Shares shares = shares_of(pixels_of(*answer));
+    const Grid<int> blocks = {slopes.along.width, slopes.along.height};
+    Texture texture = {blocks, blocks, blocks};
+    for (int row = 0; row < blocks.height; row++) {
+        for (int column = 0; column < blocks.width; column++) {
+            judge_slopes(slopes, noise_q8, column, row, &texture);
         }
     }
     for (int y = 0; y < answer->reason.height; y++) {
         for (int x = 0; x < answer->reason.width; x++) {
             int &reason = answer->reason.at(x, y);
-            reason = reason == REASON_VALID ? reason_of(textured, share, x / kBlock, y / kBlock)
-                                            : reason;
+            reason = reason == REASON_VALID
+                         ? reason_of(texture, shares, coarse, x / kBlock, y / kBlock)
+                         : reason;
         }
     }
 }
 
 // Accepts pixels that either the limit of the cost or that of the margin rejected, if enough of the
-// 9 x 5 pixels around are accepted and at most 1.5 px away.
+// 9 x 5 pixels around are accepted and at most 1 px away.
 void join(const Search &search, Answer *answer) {
     const Grid<int> reason = answer->reason;
     const int beyond = search.disparity_count - search.extra_above;
@@ -272,7 +312,7 @@ void join(const Search &search, Answer *answer) {
                 for (int i = std::max(x - 4, 0); i <= std::min(x + 4, reason.width - 1); i++) {
                     count += reason.at(i, j) == REASON_VALID &&
                              std::abs(answer->disparity_q8.at(i, j) -
-                                      answer->disparity_q8.at(x, y)) <= 384;
+                                      answer->disparity_q8.at(x, y)) <= 256;
                 }
             }
             if (count >= (too_expensive ? 23 : 30)) {
@@ -284,12 +324,12 @@ void join(const Search &search, Answer *answer) {
 
 }  // namespace
 
-void check_neighbourhood(const View &left, const View &right, const Search &search,
+void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer) {
     join(search, answer);
     const double noise_q8 = noise_of(left, right, *answer);
     if (noise_q8 >= 0) {
-        reject_unsupported(left, noise_q8, answer);
+        reject_unsupported(left, noise_q8, coarse, answer);
     }
 }
 

@@ -75,9 +75,10 @@ Grid<Winner> winners_of(const View &left, const View &right, const Search &searc
     return winners;
 }
 
-// Whether the right pixel of (x, y) is assigned to it or to another one at most a lane off. It is
-// assigned to the left pixel of the lowest cost, and of these to the one with the largest
-// disparity.
+// Whether the right pixel of (x, y) is assigned to it, to another one at most a lane off, or to one
+// two columns on of the same steep surface, with a lane for every column (but at the ends of the
+// row). It is assigned to the left pixel of the lowest cost, and of these to the one with the
+// largest disparity.
 bool is_consistent(const Grid<Winner> &winners, int x, int y) {
     const Winner &own = winners.at(x, y);
     const Winner *owner = &own;
@@ -89,7 +90,12 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
             owner = &other;
         }
     }
-    return std::abs(owner->lane - own.lane) <= 1;
+    const int ahead = owner->lane - own.lane;
+    const int sign = ahead > 0 ? 1 : -1;
+    const bool is_end = x == 0 || x == winners.width - 1;
+    const bool on_steep =
+        std::abs(ahead) == 2 && !is_end && winners.at(x + sign, y).lane - own.lane == sign;
+    return std::abs(ahead) <= 1 || on_steep;
 }
 
 // Within the requested range, not at an end of it (unless more is searched there or there is
@@ -181,7 +187,7 @@ Grid<int> smoothed(const Grid<int> &raw) {
     return result;
 }
 
-// Number of valid pixels connected with (x, y), by steps of at most one pixel of disparity between
+// Number of valid pixels connected with (x, y), by steps of at most two pixels of disparity between
 // neighbours; counts at most `enough`.
 size_t island_around(const Answer &answer, int x, int y, size_t enough) {
     Grid<int> reached(answer.reason.width, answer.reason.height, 0);
@@ -194,7 +200,7 @@ size_t island_around(const Answer &answer, int x, int y, size_t enough) {
             if (to.x < 0 || to.y < 0 || to.x >= reached.width || to.y >= reached.height ||
                 reached.at(to.x, to.y) != 0 || answer.reason.at(to.x, to.y) != REASON_VALID ||
                 std::abs(answer.disparity_q8.at(to.x, to.y) - answer.disparity_q8.at(at.x, at.y)) >
-                    256) {
+                    512) {
                 continue;
             }
             reached.at(to.x, to.y) = 1;
@@ -242,7 +248,7 @@ Answer decide(const View &left, const View &right, const Search &search, const S
     }
     answer.disparity_q8 = smoothed(answer.disparity_q8);
     if (!search.keep_all) {
-        check_neighbourhood(left, right, search, &answer);
+        check_neighbourhood(left, right, search, side == 4, &answer);
         reject_islands(search, &answer);
     }
     return answer;

@@ -65,6 +65,17 @@ struct match_options match_default_options(int disparity_min, int disparity_coun
                                   .speckle_px = 60};
 }
 
+// No sum here can overflow.
+bool match_range_is_legal(const struct match_options *options) {
+    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
+           options->extra_below >= 0 && options->extra_below <= MATCH_MAX_DISPARITIES &&
+           options->extra_above >= 0 && options->extra_above <= MATCH_MAX_DISPARITIES &&
+           match_searched_count(options) <= MATCH_MAX_DISPARITIES &&
+           options->disparity_min >= -MATCH_DISPARITY_LIMIT + options->extra_below &&
+           match_searched_count(options) - options->extra_below <=
+               MATCH_DISPARITY_LIMIT - options->disparity_min;
+}
+
 static void set_state(struct match_state *state, int width, int height,
                       const struct match_options *options, int threads) {
     state->options = *options;
@@ -203,7 +214,8 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (options->keep_all) {
         return ERROR_OK;
     }
-    const int checked = match_evidence_run(input, options, parallel, arena, output);
+    const int checked =
+        match_evidence_run(input, options, state.smoothing, parallel, arena, output);
     return checked != ERROR_OK
                ? checked
                : speckle_filter_run_all(options->speckle_px, parallel, arena, output);

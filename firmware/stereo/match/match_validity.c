@@ -24,6 +24,7 @@ enum {
     // tenth of a pixel moves such structure by a third of a pixel.
     SIGNAL_MIN = 3,
     UPRIGHT_SHARE = 10,
+    STRONG_SIGNAL = 128,  // of strong slopes: times the energy of noise, noise included
     // Pixels between two accepted ones are hidden from the right camera if the second one is in
     // front by so much, and if they are not wider than 3/2 of that.
     HIDDEN_STEP_Q8 = 4 * 256,
@@ -41,26 +42,21 @@ enum {
     FAR_SHARE_MIN = 217,
     FEW_TEXTURED_MIN = 3,
     FEW_SHARE_MIN = 245,
+    // Or, where it has slopes along the row at all: with texture, within reach, and its own share.
+    EDGE_TEXTURED_MIN = 7,
+    EDGE_OWN_MIN = 204,
+    // Where texture is coarse and no strong slopes are near, wrong winners agree: all need a share.
+    COARSE_SHARE_MIN = 204,
+    STRONG_BLOCKS_MIN = 3,
     // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
     // it: half if only its cost rejected it, two thirds if it had a rival.
     JOIN_COLUMNS = 4,
     JOIN_ROWS = 2,
     JOIN_COST_MIN = 23,
     JOIN_RIVAL_MIN = 30,
-    JOIN_STEP_Q8 = 384,
+    JOIN_STEP_Q8 = 256,
     MARK_JOINED = 0x40,
 };
-
-// No sum here can overflow.
-bool match_range_is_legal(const struct match_options *options) {
-    return options->disparity_count >= 1 && options->disparity_count <= MATCH_MAX_DISPARITIES &&
-           options->extra_below >= 0 && options->extra_below <= MATCH_MAX_DISPARITIES &&
-           options->extra_above >= 0 && options->extra_above <= MATCH_MAX_DISPARITIES &&
-           match_searched_count(options) <= MATCH_MAX_DISPARITIES &&
-           options->disparity_min >= -MATCH_DISPARITY_LIMIT + options->extra_below &&
-           match_searched_count(options) - options->extra_below <=
-               MATCH_DISPARITY_LIMIT - options->disparity_min;
-}
 
 // One thread's rows of blocks, and its memory.
 struct part {
@@ -73,6 +69,8 @@ struct part {
 
 struct block {
     uint8_t textured;  // whether there is texture along the row
+    uint8_t sloped;    // whether slopes along the row are above noise
+    uint8_t strong;    // and far above
     uint8_t seen;      // pixels that both cameras may see
     uint8_t accepted;  // of these, by the checks of single pixels
     uint8_t share;     // of the accepted pixels around, in 1/255 of those seen
@@ -82,6 +80,7 @@ struct evidence {
     const struct match_input *input;
     struct match_output *output;
     uint32_t noise_q8;
+    bool coarse;        // whether the texture is
     struct block *map;  // all rows of blocks
     int blocks, block_rows;
     struct part part[MAX_PARTS];
@@ -146,9 +145,8 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
 }
 
 // Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
-// away from depth edges. Smoothing
-// leaves 36 / 256 of the variance of the noise, a difference of two has twice that: 72 times the
-// variance of a pixel, as the rows hold sixteen times the grey levels.
+// away from depth edges. Smoothing leaves 36 / 256 of the variance of the noise, a difference of
+// two has twice that: 72 times that of a pixel, as the rows hold sixteen times the grey levels.
 static void slopes_of(const struct evidence *of, const struct part *part) {
     const uint16_t *restrict above = part->smooth[0] + PAD;
     const uint16_t *restrict here = part->smooth[1] + PAD;
@@ -173,8 +171,9 @@ static void slopes_of(const struct evidence *of, const struct part *part) {
     }
 }
 
-// Whether three blocks in a row have enough texture along it.
-static bool has_texture(const struct evidence *of, const struct part *part, int b) {
+// Judges the slopes of three blocks in a row.
+static void judge_slopes(const struct evidence *of, const struct part *part, int b,
+                         struct block *block) {
     uint64_t along = 0;
     uint64_t upright = 0;
     uint64_t slopes = 0;
@@ -184,8 +183,11 @@ static bool has_texture(const struct evidence *of, const struct part *part, int 
         slopes += part->slopes[clamped(b + i, of->blocks)];
     }
     const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
+    const uint64_t signal_min = (SIGNAL_MIN + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
-    return slopes > 0 && along >= (SIGNAL_MIN + 1) * noise + structure / UPRIGHT_SHARE;
+    block->sloped = slopes > 0 && along >= signal_min;
+    block->textured = slopes > 0 && along >= signal_min + structure / UPRIGHT_SHARE;
+    block->strong = slopes > 0 && along >= STRONG_SIGNAL * noise;
 }
 
 // Whether the pixels between two accepted ones, the second of which is in front by a step, are
@@ -256,13 +258,13 @@ static void measure_row(const struct evidence *of, struct part *part, int block_
         slopes_of(of, part);
     }
     for (int b = 0; b < of->blocks; b++) {
-        blocks[b].textured = has_texture(of, part, b);
+        judge_slopes(of, part, b, &blocks[b]);
     }
 }
 
 // Of a block and those up to `reach` away.
 struct sums {
-    int textured, seen, accepted;
+    int textured, strong, seen, accepted;
 };
 
 static struct sums sums_around(const struct evidence *of, int block_row, int b, int reach) {
@@ -273,6 +275,7 @@ static struct sums sums_around(const struct evidence *of, int block_row, int b, 
         const struct block *blocks = block_row_of(of, r);
         for (int i = clamped(b - reach, of->blocks); i <= last; i++) {
             sums.textured += blocks[i].textured;
+            sums.strong += blocks[i].strong;
             sums.seen += blocks[i].seen;
             sums.accepted += blocks[i].accepted;
         }
@@ -296,17 +299,35 @@ static bool reaches_share(const struct evidence *of, int block_row, int b, int s
     return reaches;
 }
 
+static int share_of(int accepted, int seen) {
+    return seen > 0 ? UINT8_MAX * accepted / seen : 0;
+}
+
+// Whether wrong winners may agree.
+static bool is_suspect(const struct evidence *of, int block_row, int b) {
+    return of->coarse && block_row_of(of, block_row)[b].share < COARSE_SHARE_MIN &&
+           sums_around(of, block_row, b, SHARE_BLOCKS).strong < STRONG_BLOCKS_MIN;
+}
+
+// Whether a block with little texture next to it is believed.
+static bool is_backed(const struct evidence *of, int block_row, int b) {
+    const struct block *block = &block_row_of(of, block_row)[b];
+    const int textured = sums_around(of, block_row, b, FAR_BLOCKS).textured;
+    return (textured >= FAR_TEXTURED_MIN && block->share >= FAR_SHARE_MIN) ||
+           (textured >= FEW_TEXTURED_MIN && block->share >= FEW_SHARE_MIN) ||
+           (textured >= EDGE_TEXTURED_MIN && block->sloped &&
+            share_of(block->accepted, block->seen) >= EDGE_OWN_MIN &&
+            reaches_share(of, block_row, b, FEW_SHARE_MIN));
+}
+
 // The reason to reject a block, or REASON_VALID.
 static enum reason reason_of(const struct evidence *of, int block_row, int b) {
+    const bool suspect = is_suspect(of, block_row, b);
     if (sums_around(of, block_row, b, NEAR_BLOCKS).textured >= NEAR_TEXTURED_MIN) {
-        return reaches_share(of, block_row, b, REACHED_SHARE_MIN) ? REASON_VALID : REASON_AMBIGUOUS;
+        return !suspect && reaches_share(of, block_row, b, REACHED_SHARE_MIN) ? REASON_VALID
+                                                                              : REASON_AMBIGUOUS;
     }
-    const int textured = sums_around(of, block_row, b, FAR_BLOCKS).textured;
-    const int share = block_row_of(of, block_row)[b].share;
-    return (textured >= FAR_TEXTURED_MIN && share >= FAR_SHARE_MIN) ||
-                   (textured >= FEW_TEXTURED_MIN && share >= FEW_SHARE_MIN)
-               ? REASON_VALID
-               : REASON_NO_TEXTURE;
+    return !suspect && is_backed(of, block_row, b) ? REASON_VALID : REASON_NO_TEXTURE;
 }
 
 static void reject(const struct evidence *of, int block_row, int b, enum reason why) {
@@ -335,8 +356,7 @@ static void share_part(void *context, int index) {
     for (int r = of->part[index].begin; r < of->part[index].end; r++) {
         for (int b = 0; b < of->blocks; b++) {
             const struct sums sums = sums_around(of, r, b, SHARE_BLOCKS);
-            block_row_of(of, r)[b].share =
-                (uint8_t)(sums.seen > 0 ? UINT8_MAX * sums.accepted / sums.seen : 0);
+            block_row_of(of, r)[b].share = (uint8_t)share_of(sums.accepted, sums.seen);
         }
     }
 }
@@ -412,8 +432,7 @@ static bool is_doubtful(const struct match_believed *believed, int index, uint8_
 }
 
 // The cost of a winner grows with the slope of its surface and with differences of the lenses, and
-// its margin shrinks, so that limits alone reject correct ones: those that continue a surface are
-// kept.
+// its margin shrinks: correct ones that limits alone reject are kept if they continue a surface.
 static void join(const struct match_options *options, struct match_output *output) {
     const struct match_believed believed = match_believed_of(options);
     const int lowest = match_searched_min(options);
@@ -442,10 +461,13 @@ static void join(const struct match_options *options, struct match_output *outpu
     }
 }
 
-static int reject_unsupported(const struct match_input *input, const struct parallel *parallel,
-                              struct arena *arena, struct match_output *output) {
-    struct evidence of = {
-        .input = input, .output = output, .noise_q8 = match_noise_q8(input, output)};
+static int reject_unsupported(const struct match_input *input, int smoothing,
+                              const struct parallel *parallel, struct arena *arena,
+                              struct match_output *output) {
+    struct evidence of = {.input = input,
+                          .output = output,
+                          .noise_q8 = match_noise_q8(input, output),
+                          .coarse = smoothing == MATCH_COARSE_SMOOTHING};
     if (of.noise_q8 == 0) {
         return ERROR_OK;
     }
@@ -471,8 +493,8 @@ static int reject_unsupported(const struct match_input *input, const struct para
 }
 
 int match_evidence_run(const struct match_input *input, const struct match_options *options,
-                       const struct parallel *parallel, struct arena *arena,
+                       int smoothing, const struct parallel *parallel, struct arena *arena,
                        struct match_output *output) {
     join(options, output);
-    return reject_unsupported(input, parallel, arena, output);
+    return reject_unsupported(input, smoothing, parallel, arena, output);
 }

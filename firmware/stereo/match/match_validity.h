@@ -61,9 +61,10 @@ size_t match_evidence_need_bytes(int width, int threads);
 /// the one of the margin rejected. Then changes REASON_VALID to REASON_NO_TEXTURE where there is
 /// little texture along the row, and to REASON_AMBIGUOUS where there is some, unless enough of the
 /// pixels around are valid: noise, and structure that hardly changes along the rows, also find
-/// partners, but seldom agree. The measure is `match_noise_q8`. ERROR_MEMORY.
+/// partners, but seldom agree. The measure is `match_noise_q8`. `smoothing`: of the pair, by
+/// `match_smoothing`; where its texture is coarse, more must be valid. ERROR_MEMORY.
 int match_evidence_run(const struct match_input *input, const struct match_options *options,
-                       const struct parallel *parallel, struct arena *arena,
+                       int smoothing, const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
 
 enum {

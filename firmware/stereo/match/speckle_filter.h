@@ -11,8 +11,9 @@
 extern "C" {
 #endif
 
-/// Largest step between neighbours of one island, in 1/256 px of disparity.
-enum { SPECKLE_FILTER_ISLAND_STEP_Q8 = 256 };
+/// Largest step between neighbours of one island, in 1/256 px of disparity: of a surface that gains
+/// one and a half a row, with noise.
+enum { SPECKLE_FILTER_ISLAND_STEP_Q8 = 512 };
 
 /// Working memory of `speckle_filter_run_all` in bytes for an image of that width.
 size_t speckle_filter_need_bytes(int width, int speckle_px, int threads);
