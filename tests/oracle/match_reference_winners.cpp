@@ -75,10 +75,9 @@ Grid<Winner> winners_of(const View &left, const View &right, const Search &searc
     return winners;
 }
 
-// Whether the right pixel of (x, y) is assigned to it, to another one at most a lane off, or to one
-// two columns on of the same steep surface, with a lane for every column (but at the ends of the
-// row). It is assigned to the left pixel of the lowest cost, and of these to the one with the
-// largest disparity.
+// Whether the right pixel of (x, y) is assigned to it or to another one at most a lane off. It is
+// assigned to the left pixel of the lowest cost, and of these to the one with the largest
+// disparity.
 bool is_consistent(const Grid<Winner> &winners, int x, int y) {
     const Winner &own = winners.at(x, y);
     const Winner *owner = &own;
@@ -90,12 +89,7 @@ bool is_consistent(const Grid<Winner> &winners, int x, int y) {
             owner = &other;
         }
     }
-    const int ahead = owner->lane - own.lane;
-    const int sign = ahead > 0 ? 1 : -1;
-    const bool is_end = x == 0 || x == winners.width - 1;
-    const bool on_steep =
-        std::abs(ahead) == 2 && !is_end && winners.at(x + sign, y).lane - own.lane == sign;
-    return std::abs(ahead) <= 1 || on_steep;
+    return std::abs(owner->lane - own.lane) <= 1;
 }
 
 // Within the requested range, not at an end of it (unless more is searched there or there is

@@ -139,35 +139,6 @@ static void check_claims(const struct match_level *level, const struct match_lin
     }
 }
 
-// A surface that gains more than half a disparity a column meets a right pixel again two columns
-// on, two lanes off. It is assigned to both if the column between them is on the way.
-/*@ requires \valid_read(level) && match_is_size(level->width, level->height);
-    requires \valid_read(line) && \valid(line->row.consistent + (0 .. level->width - 1));
-    requires \valid_read(line->row.lane + (0 .. level->width - 1));
-    requires \valid_read(line->row.claim + (0 .. level->width));
-    requires -MATCH_DISPARITY_LIMIT <= level->disparity_min <= MATCH_DISPARITY_LIMIT;
-    requires are_winners(line->row.lane, level->width);
-    requires \forall integer x; 0 <= x < level->width ==> line->row.lane[x] >= 0 ==>
-        0 <= x - level->disparity_min - line->row.lane[x] <= level->width;
-    assigns line->row.consistent[0 .. level->width - 1]; */
-static void share_claims(const struct match_level *level, const struct match_line *line) {
-    uint8_t *restrict consistent = line->row.consistent;
-    const int16_t *restrict lane = line->row.lane;
-    const uint32_t *restrict claim = line->row.claim;
-    const int width = level->width;
-    /*@ loop invariant 1 <= x;
-        loop assigns x, consistent[0 .. width - 1];
-        loop variant width - x; */
-    for (int x = 1; x < width - 1; x++) {
-        const int right_x = lane[x] < 0 ? width : x - level->disparity_min - lane[x];
-        const uint32_t ahead =
-            (uint32_t)CLAIM_FIT + 1 - claim[right_x] % CLAIM_FIT - (uint32_t)lane[x];
-        const bool meets_next = ahead == 4 && lane[x + 1] - lane[x] == 1;
-        const bool meets_last = ahead == 0 && lane[x] - lane[x - 1] == 1;
-        consistent[x] = consistent[x] != 0 || meets_next || meets_last;
-    }
-}
-
 /*@ requires \valid_read(level) && \valid_read(level->state);
     assigns \nothing; */
 static inline uint8_t fit_max_of(const struct match_level *level) {
@@ -465,9 +436,6 @@ static void write_output(const struct match_level *level, const struct match_lin
 static void validate_row(struct match_level *level, struct match_line *line, int y,
                          struct rectify_span left) {
     check_claims(level, line);
-    if (match_is_finest(level)) {
-        share_claims(level, line);
-    }
     check_fits(level, line);
     if (match_is_finest(level)) {
         write_output(level, line, y, left);
