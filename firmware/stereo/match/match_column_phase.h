@@ -53,7 +53,7 @@ static inline const uint8_t *steps_above(const struct column_view *view, int y) 
     ensures \valid_read(\result + (0 .. MATCH_TILE_COLUMNS - 1));
     ensures \result ==
         view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
-    ensures \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> \result[c] <= 58982; */
+    ensures \forall integer c; 0 <= c < MATCH_TILE_COLUMNS ==> match_is_weight(\result[c]); */
 static inline const uint16_t *weights_above(const struct column_view *view, int y) {
     return view->level->weight_down[y % view->level->ring_rows] + view->x_begin;
 }
@@ -174,10 +174,9 @@ static inline void carry_up(struct column_view *view, int y, struct share_row *s
     const uint16_t *weight = weights_above(view, y + 1);
     uint16_t carried[MATCH_TILE_COLUMNS];
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
-        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==> weight[i] <= 58982;
-        loop invariant are_shares(&shares->of_column[0], 0, c);
-        loop assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1],
-            view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==>
+       match_is_weight(weight[i]); loop invariant are_shares(&shares->of_column[0], 0, c); loop
+       assigns c, carried[0 .. MATCH_TILE_COLUMNS - 1], view->mass[0 .. MATCH_TILE_COLUMNS - 1],
             shares->of_column[0 .. MATCH_TILE_COLUMNS - 1];
         loop variant MATCH_TILE_COLUMNS - c; */
     for (int c = 0; c < MATCH_TILE_COLUMNS; c++) {
@@ -374,9 +373,9 @@ static inline void carry_down(struct column_view *view, int y, struct column_sha
     const uint8_t least = match_least_p2(view->level);
     /*@ loop invariant 0 <= c <= MATCH_TILE_COLUMNS && is_mass_row(&view->mass[0]);
         loop invariant is_mass_row(mass_below);
-        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==> weight[i] <= 58982;
-        loop invariant are_shares(&shares->before[0], 0, c) && are_shares(&shares->below[0], 0, c);
-        loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
+        loop invariant \forall integer i; 0 <= i < MATCH_TILE_COLUMNS ==>
+       match_is_weight(weight[i]); loop invariant are_shares(&shares->before[0], 0, c) &&
+       are_shares(&shares->below[0], 0, c); loop assigns c, view->mass[0 .. MATCH_TILE_COLUMNS - 1],
             shares->before[0 .. MATCH_TILE_COLUMNS - 1], shares->below[0 .. MATCH_TILE_COLUMNS - 1],
             shares->penalty[0 .. MATCH_TILE_COLUMNS - 1];
         loop variant MATCH_TILE_COLUMNS - c; */

@@ -65,8 +65,8 @@ int match_mean_lanes(const struct match_level *level);
 int match_window_rows(const struct match_level *level, int band_begin);
 
 /// Chooses the windows of the band that begins at row `band_begin` of a level, into `tiles`: all
-/// disparities, or those near the coarser surface around the tile. `above`:
-/// the windows of the band before. Overwrites `scratch` of one thread.
+/// disparities, or those near the coarser surface around the tile. `above`: the windows of the band
+/// before. Overwrites `scratch` of one thread.
 void match_plan_windows(const struct match_level *level, int band_begin,
                         const struct match_scratch *scratch, const struct match_tile *above,
                         struct match_tile *tiles);

@@ -252,6 +252,7 @@ struct match_state {
 /*@ predicate match_is_share(integer pair) =
         1 <= (pair & 0xff) < MATCH_WEIGHT_ONE && pair >> 8 == MATCH_WEIGHT_ONE - (pair & 0xff);
     predicate match_is_mass(integer mass) = 0 <= mass < 10 * MATCH_MASS_ONE;
+    predicate match_is_weight(integer weight) = 0 <= weight <= 58982;
     predicate match_are_lanes(integer lanes) =
         MATCH_LANES <= lanes <= MATCH_MAX_DISPARITIES && lanes % MATCH_LANES == 0;
     predicate match_is_slope(integer slope) = -MATCH_SLOPE_MAX <= slope <= MATCH_SLOPE_MAX;
@@ -288,7 +289,7 @@ struct match_state {
             \valid_read(of->step_down[i] + (0 .. match_columns(of->width) - 1)) &&
             \valid_read(of->weight_down[i] + (0 .. match_columns(of->width) - 1)) &&
             (\forall integer x; 0 <= x < match_columns(of->width) ==>
-                of->weight_down[i][x] <= 58982)); */
+                match_is_weight(of->weight_down[i][x]))); */
 
 /// A pair of shares from the first one, between 1 and 127.
 /*@ requires 1 <= share < MATCH_WEIGHT_ONE;
@@ -338,7 +339,7 @@ static inline match_share match_share_swapped(match_share share) {
 /// Weight of a neighbour across a step of grey levels, in 1/65536: 0.9 (1 - step / 112)^8, which is
 /// close to 0.9 exp(-step / 14).
 /*@ assigns \nothing;
-    ensures \result <= 58982; */
+    ensures match_is_weight(\result); */
 static inline uint16_t match_weight(uint8_t step) {
     const uint16_t capped = step < 112 ? step : 112;
     const uint16_t base = (uint16_t)(65520 - 585 * capped);
@@ -350,16 +351,16 @@ static inline uint16_t match_weight(uint8_t step) {
 
 /// Weight of the average from above across an edge of `weight`. It reaches further than the rows of
 /// look-ahead below, and would lag behind a slanted surface: a sixteenth less.
-/*@ requires weight <= 58982;
+/*@ requires match_is_weight(weight);
     assigns \nothing;
-    ensures \result <= 58982; */
+    ensures match_is_weight(\result); */
 static inline uint16_t match_weight_down(uint16_t weight) {
     return (uint16_t)(weight - weight / 16);
 }
 
 /// A neighbour's mass as it arrives across an edge of `weight`.
 /*@ assigns \nothing;
-    ensures match_is_mass(mass) && weight <= 58982 ==> \result < 9 * MATCH_MASS_ONE; */
+    ensures match_is_mass(mass) && match_is_weight(weight) ==> \result < 9 * MATCH_MASS_ONE; */
 static inline uint16_t match_carry(uint16_t mass, uint16_t weight) {
     return (uint16_t)((uint32_t)mass * weight >> 16);
 }
