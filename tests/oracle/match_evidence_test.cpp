@@ -117,8 +117,8 @@ Grid<int> checked_reasons(Pair pair, const Search &search, int smoothing) {
     const synthetic::Memory memory(match_evidence_need_bytes(width, 1));
     arena arena;
     arena_init(&arena, memory.data(), memory.size());
-    REQUIRE(match_evidence_run(&input, &options, smoothing, &parallel_serial, &arena, &output) ==
-            ERROR_OK);
+    match_join(&options, &parallel_serial, &output);
+    REQUIRE(match_evidence_run(&input, smoothing, &parallel_serial, &arena, &output) == ERROR_OK);
     Grid<int> result(width, height);
     std::copy(reason.cells.begin(), reason.cells.end(), result.cells.begin());
     return result;

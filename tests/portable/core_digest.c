@@ -24,7 +24,7 @@
 #include "stereo/image/debayer.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_kernels.h"
-#include "stereo/match/speckle_filter.h"
+#include "stereo/match/match_validity.h"
 #include "stereo/mesh.h"
 
 static uint32_t digest_math(void) {

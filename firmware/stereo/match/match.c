@@ -10,7 +10,6 @@
 #include "stereo/match/match_paper.h"
 #include "stereo/match/match_state.h"
 #include "stereo/match/match_validity.h"
-#include "stereo/match/speckle_filter.h"
 
 // Values chosen as described in match.md, in the order of enum match_preset.
 static const struct match_method methods[MATCH_PRESET_COUNT] = {
@@ -214,8 +213,8 @@ int match_run(const struct match_input *input, const struct match_options *optio
     if (options->keep_all) {
         return ERROR_OK;
     }
-    const int checked =
-        match_evidence_run(input, options, state.smoothing, parallel, arena, output);
+    match_join(options, parallel, output);
+    const int checked = match_evidence_run(input, state.smoothing, parallel, arena, output);
     return checked != ERROR_OK
                ? checked
                : speckle_filter_run_all(options->speckle_px, parallel, arena, output);

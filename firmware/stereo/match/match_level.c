@@ -383,10 +383,15 @@ static int rows_together(const struct match_band *band, int y, int end) {
 
 static void average_columns(const struct part_context *context, struct match_scratch *scratch,
                             struct match_band *band, struct match_band *above) {
+    // The band above is so many tiles ahead: processors fetch ahead of what they read, and close
+    // behind it they would take lines of the cache that its thread is still writing.
+    enum { TILES_BETWEEN = 4 };
     struct match_level *level = context->level;
     const struct parallel *parallel = level->state->parallel;
     for (int t = 0; t < level->tiles; t++) {
-        while (above != NULL && atomic_load(&above->tiles_done) <= t) {
+        const int after = t + 1 + TILES_BETWEEN;
+        const int needed = after < level->tiles ? after : level->tiles;
+        while (above != NULL && atomic_load(&above->tiles_done) < needed) {
             relax(parallel);
         }
         context->kernels->columns(level, scratch, t, t + 1);

@@ -7,7 +7,6 @@
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_validity.h"
-#include "stereo/match/speckle_filter.h"
 
 // Changing one of these numbers by a quarter changes the mean error on eight recorded pairs (7.7 %)
 // by at most 1.1 points (fewer jumps: JUMP_MAX_PX, LOST); most of them by less than 0.3.

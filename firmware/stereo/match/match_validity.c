@@ -48,14 +48,6 @@ enum {
     // Where texture is coarse and no strong slopes are near, wrong winners agree: all need a share.
     COARSE_SHARE_MIN = 204,
     STRONG_BLOCKS_MIN = 3,
-    // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
-    // it: half if only its cost rejected it, two thirds if it had a rival.
-    JOIN_COLUMNS = 4,
-    JOIN_ROWS = 2,
-    JOIN_COST_MIN = 23,
-    JOIN_RIVAL_MIN = 30,
-    JOIN_STEP_Q8 = 256,
-    MARK_JOINED = 0x40,
 };
 
 // One thread's rows of blocks, and its memory.
@@ -401,69 +393,9 @@ static bool take_part(struct arena *arena, int width, struct part *part) {
            part->slopes != NULL;
 }
 
-// Number of accepted pixels around (x, y) that continue its surface.
-static int companions(const struct match_output *output, int x, int y) {
-    const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
-    const int x_begin = x > JOIN_COLUMNS ? x - JOIN_COLUMNS : 0;
-    const int y_begin = y > JOIN_ROWS ? y - JOIN_ROWS : 0;
-    const int width = output->reason.width;
-    const int x_end = x + JOIN_COLUMNS < width ? x + JOIN_COLUMNS + 1 : width;
-    const int height = output->reason.height;
-    const int y_end = y + JOIN_ROWS < height ? y + JOIN_ROWS + 1 : height;
-    int count = 0;
-    for (int j = y_begin; j < y_end; j++) {
-        const uint8_t *restrict reason = image_u8_row(&output->reason, j);
-        const int32_t *restrict disparity_q8 = image_i32_row(&output->disparity_q8, j);
-        for (int i = x_begin; i < x_end; i++) {
-            const int32_t step_q8 = disparity_q8[i] - here_q8;
-            count += (reason[i] == REASON_VALID) & (step_q8 <= JOIN_STEP_Q8) &
-                     (step_q8 >= -JOIN_STEP_Q8);
-        }
-    }
-    return count;
-}
-
-// Whether one check alone rejected the winner: the limit of its cost, or that of its margin.
-static bool is_doubtful(const struct match_believed *believed, int index, uint8_t reason,
-                        uint8_t confidence) {
-    return reason == REASON_AMBIGUOUS ||
-           (reason == REASON_OUT_OF_RANGE && confidence >= MATCH_MARGIN_MIN &&
-            index >= believed->first && index <= believed->last);
-}
-
-// The cost of a winner grows with the slope of its surface and with differences of the lenses, and
-// its margin shrinks: correct ones that limits alone reject are kept if they continue a surface.
-static void join(const struct match_options *options, struct match_output *output) {
-    const struct match_believed believed = match_believed_of(options);
-    const int lowest = match_searched_min(options);
-    const int width = output->reason.width;
-    for (int y = 0; y < output->reason.height; y++) {
-        uint8_t *reason = image_u8_row(&output->reason, y);
-        const uint8_t *confidence = image_u8_row(&output->confidence, y);
-        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
-        for (int x = 0; x < width; x++) {
-            if (reason[x] == REASON_VALID) {
-                continue;
-            }
-            const int index = match_whole_disparity(disparity_q8[x]) - lowest;
-            const int min = reason[x] == REASON_AMBIGUOUS ? JOIN_RIVAL_MIN : JOIN_COST_MIN;
-            if (is_doubtful(&believed, index, reason[x], confidence[x]) &&
-                companions(output, x, y) >= min) {
-                reason[x] = MARK_JOINED;
-            }
-        }
-    }
-    for (int y = 0; y < output->reason.height; y++) {
-        uint8_t *reason = image_u8_row(&output->reason, y);
-        for (int x = 0; x < width; x++) {
-            reason[x] = reason[x] == MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
-        }
-    }
-}
-
-static int reject_unsupported(const struct match_input *input, int smoothing,
-                              const struct parallel *parallel, struct arena *arena,
-                              struct match_output *output) {
+int match_evidence_run(const struct match_input *input, int smoothing,
+                       const struct parallel *parallel, struct arena *arena,
+                       struct match_output *output) {
     struct evidence of = {.input = input,
                           .output = output,
                           .noise_q8 = match_noise_q8(input, output),
@@ -490,11 +422,4 @@ static int reject_unsupported(const struct match_input *input, int smoothing,
     }
     arena_release(arena, mark);
     return taken ? ERROR_OK : ERROR_MEMORY;
-}
-
-int match_evidence_run(const struct match_input *input, const struct match_options *options,
-                       int smoothing, const struct parallel *parallel, struct arena *arena,
-                       struct match_output *output) {
-    join(options, output);
-    return reject_unsupported(input, smoothing, parallel, arena, output);
 }

@@ -4,6 +4,8 @@
 #ifndef VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
 #define VERGENCE_STEREO_MATCH_MATCH_VALIDITY_H
 
+#include "core/arena.h"
+#include "core/parallel.h"
 #include "stereo/match/match.h"
 
 #ifdef __cplusplus
@@ -54,18 +56,36 @@ static inline struct match_believed match_believed_of(const struct match_options
     };
 }
 
+/// Accepts pixels that continue the surface around them, and that either the limit of the cost or
+/// the one of the margin rejected (REASON_OUT_OF_RANGE, REASON_AMBIGUOUS).
+void match_join(const struct match_options *options, const struct parallel *parallel,
+                struct match_output *output);
+
 /// Memory that `match_evidence_run` takes, in bytes.
 size_t match_evidence_need_bytes(int width, int threads);
 
-/// Accepts pixels that continue the surface around them, and that either the limit of the cost or
-/// the one of the margin rejected. Then changes REASON_VALID to REASON_NO_TEXTURE where there is
+/// Changes REASON_VALID to REASON_NO_TEXTURE where there is
 /// little texture along the row, and to REASON_AMBIGUOUS where there is some, unless enough of the
 /// pixels around are valid: noise, and structure that hardly changes along the rows, also find
 /// partners, but seldom agree. The measure is `match_noise_q8`. `smoothing`: of the pair, by
 /// `match_smoothing`; where its texture is coarse, more must be valid. ERROR_MEMORY.
-int match_evidence_run(const struct match_input *input, const struct match_options *options,
-                       int smoothing, const struct parallel *parallel, struct arena *arena,
+int match_evidence_run(const struct match_input *input, int smoothing,
+                       const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
+
+/// Largest step between neighbours of one island, in 1/256 px of disparity: of a surface that gains
+/// one and a half a row, with noise.
+enum { SPECKLE_FILTER_ISLAND_STEP_Q8 = 512 };
+
+/// Working memory of `speckle_filter_run_all` in bytes for an image of that width.
+size_t speckle_filter_need_bytes(int width, int speckle_px, int threads);
+
+/// Marks every valid pixel of an island (4-connected, neighbours within
+/// SPECKLE_FILTER_ISLAND_STEP_Q8) of fewer than `speckle_px` pixels with REASON_SPECKLE. Each pixel
+/// is visited a constant number of times. Rows are distributed over threads; the result does not
+/// depend on that. ERROR_MEMORY; nothing is changed then.
+int speckle_filter_run_all(int speckle_px, const struct parallel *parallel, struct arena *arena,
+                           struct match_output *output);
 
 enum {
     MATCH_WEAK_SMOOTHING = 2,

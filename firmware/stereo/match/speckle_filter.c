@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stereo/match/speckle_filter.h"
-
 #include <string.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
+#include "stereo/match/match_validity.h"
 
 // Marks in the reason map while islands are measured; above all reasons.
 enum { MARK_QUEUED = 0x40, MARK_UNDECIDED = 0x60, MARK_LARGE = 0x80 };
@@ -16,16 +15,21 @@ struct place {
     int16_t x, y;
 };
 
+struct rows {
+    int begin, end;
+};
+
 // One thread's share of the rows, and its memory.
 struct strip {
     struct match_output *output;
-    int begin, end;       // rows
-    struct place *queue;  // pixels of an island in the order they were found
-    uint8_t *stop;        // by column: whether the pixel does not continue the one to its left
-    uint8_t *joins;       // whether it continues a large island above it
-    int count, limit;     // of the island
-    bool large;           // it touches pixels of a known large island
-    bool cut;             // it may continue beyond the strip
+    int begin, end;         // rows
+    struct place *queue;    // pixels of an island in the order they were found
+    uint8_t *stop;          // by column: whether the pixel does not continue the one to its left
+    uint8_t *joins;         // whether it continues a large island above it
+    int count, limit;       // of the island
+    bool large;             // it touches pixels of a known large island
+    bool cut;               // it may continue beyond the strip
+    struct rows undecided;  // of small islands that may
 };
 
 struct filtering {
@@ -33,6 +37,10 @@ struct filtering {
     int limit, parts;
     struct strip strip[MAX_PARTS];
 };
+
+static struct rows with_row(struct rows rows, int y) {
+    return (struct rows){y < rows.begin ? y : rows.begin, y < rows.end ? rows.end : y + 1};
+}
 
 static int part_count(int threads) {
     return threads < MAX_PARTS ? threads : MAX_PARTS;
@@ -90,9 +98,13 @@ static void measure_island(struct strip *strip, int x, int y) {
     }
     const bool large = strip->large || strip->count == strip->limit;
     const uint8_t small = strip->cut ? MARK_UNDECIDED : REASON_SPECKLE;
+    const uint8_t mark = large ? MARK_LARGE : small;
     for (int i = 0; i < strip->count; i++) {
-        image_u8_row(&output->reason, strip->queue[i].y)[strip->queue[i].x] =
-            large ? MARK_LARGE : small;
+        const struct place at = strip->queue[i];
+        image_u8_row(&output->reason, at.y)[at.x] = mark;
+        if (mark == MARK_UNDECIDED) {
+            strip->undecided = with_row(strip->undecided, at.y);
+        }
     }
 }
 
@@ -174,11 +186,20 @@ static void unmark_part(void *context, int index) {
     replace_marks(strip->output, strip->begin, strip->end, MARK_LARGE);
 }
 
-// Rows within the limit of row y, where two strips meet. Undecided islands reach no farther.
-static void seam_rows(const struct filtering *filtering, int y, int *begin, int *end) {
-    const int height = filtering->output->reason.height;
-    *begin = y > filtering->limit ? y - filtering->limit : 0;
-    *end = height - y > filtering->limit ? y + filtering->limit : height;
+// Rows of undecided islands on both sides of the seam above a strip. They reach no farther than the
+// limit.
+static struct rows seam_rows(const struct filtering *filtering, int index) {
+    const struct strip *above = &filtering->strip[index - 1];
+    const struct strip *below = &filtering->strip[index];
+    const int first = below->begin - filtering->limit;
+    const int end = below->begin + filtering->limit;
+    struct rows rows = {
+        above->undecided.begin < below->undecided.begin ? above->undecided.begin
+                                                        : below->undecided.begin,
+        above->undecided.end > below->undecided.end ? above->undecided.end : below->undecided.end};
+    rows.begin = rows.begin > first ? rows.begin : first;
+    rows.end = rows.end < end ? rows.end : end;
+    return rows;
 }
 
 // Decides the islands on both sides of a seam. All of them must be unmarked before, as an island
@@ -186,15 +207,13 @@ static void seam_rows(const struct filtering *filtering, int y, int *begin, int 
 static void speckle_filter_seams(const struct filtering *filtering) {
     struct strip whole = filtering->strip[0];
     whole.end = filtering->output->reason.height;
-    int begin;
-    int end;
     for (int i = 1; i < filtering->parts; i++) {
-        seam_rows(filtering, filtering->strip[i].begin, &begin, &end);
-        replace_marks(filtering->output, begin, end, MARK_UNDECIDED);
+        const struct rows rows = seam_rows(filtering, i);
+        replace_marks(filtering->output, rows.begin, rows.end, MARK_UNDECIDED);
     }
     for (int i = 1; i < filtering->parts; i++) {
-        seam_rows(filtering, filtering->strip[i].begin, &begin, &end);
-        speckle_filter_rows(&whole, begin, end);
+        const struct rows rows = seam_rows(filtering, i);
+        speckle_filter_rows(&whole, rows.begin, rows.end);
     }
 }
 
@@ -203,7 +222,8 @@ static bool take_strips(struct filtering *filtering, struct arena *arena) {
     const int height = filtering->output->reason.height;
     for (int i = 0; i < filtering->parts; i++) {
         struct strip *strip = &filtering->strip[i];
-        *strip = (struct strip){.output = filtering->output, .limit = filtering->limit};
+        *strip = (struct strip){
+            .output = filtering->output, .limit = filtering->limit, .undecided = {height, 0}};
         strip->begin = height * i / filtering->parts;
         strip->end = height * (i + 1) / filtering->parts;
         strip->queue = arena_take(arena, (size_t)filtering->limit, sizeof *strip->queue);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Small islands compared with a plain flood fill, with any number of threads.
-#include "stereo/match/speckle_filter.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 
 #include "core/error.h"
 #include "stereo/image/reason.h"
+#include "stereo/match/match_validity.h"
 #include "synthetic/matched.hpp"
 #include "synthetic/seed.hpp"
 #include "synthetic/threads.hpp"

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixels that continue the surface around them, although a limit rejected them.
+#include "core/invariant.h"
+#include "stereo/image/reason.h"
+#include "stereo/match/match_state.h"
+#include "stereo/match/match_validity.h"
+
+enum {
+    // A pixel is joined to the surface around it if this many of the 45 pixels of the window are on
+    // it: half if only its cost rejected it, two thirds if it had a rival.
+    COLUMNS = 4,
+    ROWS = 2,
+    COST_MIN = 23,
+    RIVAL_MIN = 30,
+    STEP_Q8 = 256,
+    MARK_JOINED = 0x40,
+};
+
+struct joining {
+    struct match_output *output;
+    struct match_believed believed;
+    int lowest;  // disparity searched
+    int parts;
+};
+
+// Number of accepted pixels around (x, y) that continue its surface.
+static int companions(const struct match_output *output, int x, int y) {
+    const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
+    const int x_begin = x > COLUMNS ? x - COLUMNS : 0;
+    const int y_begin = y > ROWS ? y - ROWS : 0;
+    const int width = output->reason.width;
+    const int x_end = x + COLUMNS < width ? x + COLUMNS + 1 : width;
+    const int height = output->reason.height;
+    const int y_end = y + ROWS < height ? y + ROWS + 1 : height;
+    int count = 0;
+    for (int j = y_begin; j < y_end; j++) {
+        const uint8_t *restrict reason = image_u8_row(&output->reason, j);
+        const int32_t *restrict disparity_q8 = image_i32_row(&output->disparity_q8, j);
+        for (int i = x_begin; i < x_end; i++) {
+            const int32_t step_q8 = disparity_q8[i] - here_q8;
+            count += (reason[i] == REASON_VALID) & (step_q8 <= STEP_Q8) & (step_q8 >= -STEP_Q8);
+        }
+    }
+    return count;
+}
+
+// Whether one check alone rejected the winner: the limit of its cost, or that of its margin.
+static bool is_doubtful(const struct match_believed *believed, int index, uint8_t reason,
+                        uint8_t confidence) {
+    return reason == REASON_AMBIGUOUS ||
+           (reason == REASON_OUT_OF_RANGE && confidence >= MATCH_MARGIN_MIN &&
+            index >= believed->first && index <= believed->last);
+}
+
+// The cost of a winner grows with the slope of its surface and with differences of the lenses, and
+// its margin shrinks: correct ones that limits alone reject are kept if they continue a surface.
+static void join_rows(const struct joining *of, int y_begin, int y_end) {
+    struct match_output *output = of->output;
+    const int width = output->reason.width;
+    for (int y = y_begin; y < y_end; y++) {
+        uint8_t *reason = image_u8_row(&output->reason, y);
+        const uint8_t *confidence = image_u8_row(&output->confidence, y);
+        const int32_t *disparity_q8 = image_i32_row(&output->disparity_q8, y);
+        for (int x = 0; x < width; x++) {
+            if (reason[x] == REASON_VALID) {
+                continue;
+            }
+            const int index = match_whole_disparity(disparity_q8[x]) - of->lowest;
+            const int min = reason[x] == REASON_AMBIGUOUS ? RIVAL_MIN : COST_MIN;
+            if (is_doubtful(&of->believed, index, reason[x], confidence[x]) &&
+                companions(output, x, y) >= min) {
+                reason[x] = MARK_JOINED;
+            }
+        }
+    }
+}
+
+// Row `half` of the 2 x parts halves.
+static int half_row(const struct joining *of, int half) {
+    return of->output->reason.height * half / (2 * of->parts);
+}
+
+// A pass over the upper halves of all parts reads no row that it writes in another part, and so
+// does one over the lower halves.
+static void join_upper_half(void *context, int index) {
+    const struct joining *of = context;
+    join_rows(of, half_row(of, 2 * index), half_row(of, 2 * index + 1));
+}
+
+static void join_lower_half(void *context, int index) {
+    const struct joining *of = context;
+    join_rows(of, half_row(of, 2 * index + 1), half_row(of, 2 * index + 2));
+}
+
+static void accept_joined(void *context, int index) {
+    const struct joining *of = context;
+    for (int y = half_row(of, 2 * index); y < half_row(of, 2 * index + 2); y++) {
+        uint8_t *restrict reason = image_u8_row(&of->output->reason, y);
+        for (int x = 0; x < of->output->reason.width; x++) {
+            reason[x] = reason[x] == MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
+        }
+    }
+}
+
+void match_join(const struct match_options *options, const struct parallel *parallel,
+                struct match_output *output) {
+    // Halves that are lower than the window would meet.
+    const int parts_max = output->reason.height / (2 * ROWS);
+    struct joining of = {.output = output,
+                         .believed = match_believed_of(options),
+                         .lowest = match_searched_min(options),
+                         .parts = parallel->threads < parts_max ? parallel->threads : parts_max};
+    INVARIANT(of.parts >= 1);
+    parallel->run(parallel->self, join_upper_half, &of, of.parts);
+    parallel->run(parallel->self, join_lower_half, &of, of.parts);
+    parallel->run(parallel->self, accept_joined, &of, of.parts);
+}
