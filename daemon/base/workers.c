@@ -11,15 +11,9 @@
 
 enum { SPINS_BEFORE_SLEEP = 4000 };  // about 20..50 us: longer than the gaps between bands of rows
 
-struct worker {
-    struct workers *workers;
-    int number;
-};
-
 struct workers {
     struct parallel parallel;
     pthread_t threads[WORKERS_MAX_THREADS];
-    struct worker worker[WORKERS_MAX_THREADS];
     int started;
 
     pthread_mutex_t mutex;  // guards what follows; the atomics are also read without it, to spin
@@ -90,18 +84,8 @@ static void wait_until(bool (*holds)(struct workers *), struct workers *workers,
     }
 }
 
-// Number of the thread in its pool; 0 for other threads, including a pool's caller.
-static _Thread_local int thread_number;
-
-static int own_number(void *self) {
-    (void)self;
-    return thread_number;
-}
-
 static void *thread_main(void *argument) {
-    const struct worker *worker = argument;
-    struct workers *workers = worker->workers;
-    thread_number = worker->number;
+    struct workers *workers = argument;
     pthread_mutex_lock(&workers->mutex);
     while (!workers->stop) {
         do_parts(workers);
@@ -155,16 +139,11 @@ struct workers *workers_create(int threads) {
     pthread_cond_init(&workers->done, NULL);
     bool enough = true;
     while (workers->started < wanted - 1 && enough) {
-        const int i = workers->started;
-        workers->worker[i] = (struct worker){workers, i + 1};
-        enough = thread_start(&workers->threads[i], thread_main, &workers->worker[i]);
+        enough = thread_start(&workers->threads[workers->started], thread_main, workers);
         workers->started += enough ? 1 : 0;
     }
-    workers->parallel = (struct parallel){.run = run,
-                                          .self = workers,
-                                          .threads = workers->started + 1,
-                                          .thread = own_number,
-                                          .relax = relax_or_yield};
+    workers->parallel = (struct parallel){
+        .run = run, .self = workers, .threads = workers->started + 1, .relax = relax_or_yield};
     return workers;
 }
 

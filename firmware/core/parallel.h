@@ -13,8 +13,6 @@ struct parallel {
     void (*run)(void *self, void (*part)(void *context, int index), void *context, int count);
     void *self;
     int threads;  // number of parts that may run at once, >= 1: a hint for splitting
-    /// Number of the calling thread, 0 .. threads - 1: a hint for reusing its cache. May be NULL.
-    int (*thread)(void *self);
     /// To be called repeatedly by a part that waits for another part in progress. May be NULL.
     void (*relax)(void *self);
 };

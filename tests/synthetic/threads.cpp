@@ -11,7 +11,7 @@
 namespace synthetic {
 
 Threads::Threads(int threads, uint64_t seed)
-    : parallel_{run, this, threads, nullptr, nullptr}, seed_(seed) {}
+    : parallel_{run, this, threads, nullptr}, seed_(seed) {}
 
 void Threads::run(void *self, void (*part)(void *context, int index), void *context, int count) {
     auto *threads = static_cast<Threads *>(self);

@@ -105,34 +105,26 @@ static void *take(struct match_memory *memory, size_t count, size_t element_byte
     return taken;
 }
 
-static void take_band(const struct match_level *level, bool first, struct match_memory *memory,
-                      struct match_band *band) {
-    for (int i = 0; i < MATCH_BAND_ROWS; i++) {
-        band->from_above[i] = take(memory, level->row_bytes, 1);
-    }
-    uint8_t *spare = take(memory, level->row_bytes, 1);
-    // For the first band, the path costs above it are not needed once the sums exist.
-    band->last_above = first ? spare : NULL;
-    band->last_sum = first ? NULL : spare;
-}
-
 static void take_level(struct match_level *level, struct match_memory *memory) {
     const int threads = level->state->threads;
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
-    for (int i = 0; i < threads + 2; i++) {
+    level->batch = match_batch(threads);
+    for (int i = 0; i < level->batch + 2; i++) {
         level->tile[i] = take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
     for (int i = 0; i < threads; i++) {
-        take_band(level, i == 0, memory, &level->band[i]);
+        for (int j = 0; j < MATCH_BAND_ROWS + 1; j++) {
+            level->cells[i][j] = take(memory, level->row_bytes, 1);
+        }
     }
     level->ring_rows = MATCH_RING_ROWS(threads);
     for (int i = 0; i < level->ring_rows; i++) {
         level->ring[i] = take(memory, level->row_bytes, 1);
     }
-    for (int i = 0; i < threads + 1; i++) {
-        // If windows never change, the averages stay in place.
-        const bool new_row = i == 0 || !has_one_window(level);
-        level->down[i] = new_row ? take(memory, level->row_bytes, 1) : level->down[0];
+    // If windows never change, the averages stay in place.
+    level->down_rows = has_one_window(level) ? 1 : 2 * threads;
+    for (int i = 0; i < level->down_rows; i++) {
+        level->down[i] = take(memory, level->row_bytes, 1);
     }
     level->down_mass = take(memory, columns, sizeof *level->down_mass);
     const bool finest = match_is_finest(level);
@@ -143,7 +135,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->step_down[i] = take(memory, columns, 1);
         level->weight_down[i] = take(memory, columns, sizeof *level->weight_down[i]);
     }
-    level->surface_rows = MATCH_SURFACE_ROWS(threads);
+    level->surface_rows = MATCH_SURFACE_ROWS(level->batch);
     for (int i = 0; i < level->surface_rows && !finest; i++) {
         level->surface[i] = take(memory, columns, sizeof *level->surface[i]);
     }
@@ -247,28 +239,36 @@ static void plan(struct match_level *level, int begin, const struct match_tile *
     match_plan_windows(level, begin, level->state->scratch, above, tiles);
 }
 
-// Cells of columns outside the image and of rows below it are read, but have no effect. Each band's
-// rows are cleared by one thread, most likely the one that will write them.
+static int band_count(const struct match_level *level) {
+    return (level->height + MATCH_BAND_ROWS - 1) / MATCH_BAND_ROWS;
+}
+
+// Windows of a band: those of the batch in progress exist, of the band above it, and of the one
+// below. Above band 0 there is one of no disparities.
+static struct match_tile *windows(const struct match_level *level, int number) {
+    const int count = level->batch + 2;
+    return level->tile[(number + count) % count];
+}
+
+// Cells of columns outside the image and of rows below it are read, but have no effect. Each
+// thread clears what it will most likely write.
 static void clear_part(void *level_pointer, int index) {
     const struct match_level *level = level_pointer;
-    const struct match_band *band = &level->band[index];
-    for (int j = 0; j < MATCH_BAND_ROWS; j++) {
-        memset(band->from_above[j], 0, level->row_bytes);
-        memset(level->ring[index * MATCH_BAND_ROWS + j], 0, level->row_bytes);
+    const int threads = level->state->threads;
+    for (int j = 0; j < MATCH_BAND_ROWS + 1; j++) {
+        memset(level->cells[index][j], 0, level->row_bytes);
     }
-    memset(index == 0 ? band->last_above : band->last_sum, 0, level->row_bytes);
-    if (level->down[index + 1] != level->down[0]) {
-        memset(level->down[index + 1], 0, level->row_bytes);
+    for (int j = index; j < level->ring_rows; j += threads) {
+        memset(level->ring[j], 0, level->row_bytes);
+    }
+    for (int j = index; j < level->down_rows; j += threads) {
+        memset(level->down[j], 0, level->row_bytes);
     }
 }
 
 static void clear_cells(struct match_level *level) {
     const struct match_state *state = level->state;
     state->parallel->run(state->parallel->self, clear_part, level, state->threads);
-    for (int j = state->threads * MATCH_BAND_ROWS; j < level->ring_rows; j++) {
-        memset(level->ring[j], 0, level->row_bytes);
-    }
-    memset(level->down[0], 0, level->row_bytes);
     memset(level->down_mass, 0,
            (size_t)level->tiles * MATCH_TILE_COLUMNS * sizeof *level->down_mass);
 }
@@ -276,38 +276,12 @@ static void clear_cells(struct match_level *level) {
 void match_begin_levels(struct match_state *state) {
     for (int i = state->levels - 1; i >= 0; i--) {
         struct match_level *level = &state->level[i];
-        level->bands = level->rows_done = 0;
+        level->rows_done = 0;
         clear_cells(level);
-        memset(level->tile[0], 0, (size_t)level->tiles * sizeof *level->tile[0]);
-        plan(level, 0, level->tile[0], level->tile[1]);
-        match_plan_slopes(level, 0, level->tile[1]);
+        memset(windows(level, -1), 0, (size_t)level->tiles * sizeof *level->tile[0]);
+        plan(level, 0, windows(level, -1), windows(level, 0));
+        match_plan_slopes(level, 0, windows(level, 0));
     }
-}
-
-static void swap_rows(uint8_t **a, uint8_t **b) {
-    uint8_t *kept = *a;
-    *a = *b;
-    *b = kept;
-}
-
-static void swap_tiles(struct match_tile **a, struct match_tile **b) {
-    struct match_tile *kept = *a;
-    *a = *b;
-    *b = kept;
-}
-
-// The state left by the last of the bands is above the next ones.
-static void leave_bands(struct match_level *level) {
-    const int bands = level->bands;
-    if (bands == 0) {
-        return;
-    }
-    struct match_band *last = &level->band[bands - 1];
-    INVARIANT(last->end == level->rows_done && last->end - last->begin == MATCH_BAND_ROWS);
-    swap_rows(&level->band[0].last_above, &last->from_above[MATCH_BAND_ROWS - 1]);
-    swap_rows(&level->down[0], &level->down[bands]);
-    swap_tiles(&level->tile[0], &level->tile[bands]);
-    swap_tiles(&level->tile[1], &level->tile[bands + 1]);
 }
 
 // Pairs of rows up to row y.
@@ -315,35 +289,41 @@ static int pairs(int y) {
     return (y + MATCH_PAIR_ROWS - 1) / MATCH_PAIR_ROWS;
 }
 
-static void begin_band(struct match_level *level, int i) {
-    struct match_band *band = &level->band[i];
-    const struct match_band *above = i == 0 ? NULL : &level->band[i - 1];
-    band->begin = level->rows_done + i * MATCH_BAND_ROWS;
-    const int end = band->begin + MATCH_BAND_ROWS;
-    band->end = end < level->height ? end : level->height;
-    const int ahead = end + MATCH_AHEAD_ROWS;
-    band->cost_begin = band->begin == 0 ? 0 : band->begin + MATCH_AHEAD_ROWS;
-    band->cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
-    band->before = level->tile[i];
-    band->tile = level->tile[i + 1];
-    band->next = level->tile[i + 2];
-    if (above == NULL) {
-        band->last_sum = band->last_above;
-    } else {
-        band->last_above = above->from_above[MATCH_BAND_ROWS - 1];
-    }
-    band->down_before = level->down[i];
-    band->down = level->down[i + 1];
-    atomic_store(&band->tiles_done, 0);
-    if (band->end < level->height) {
-        plan(level, band->end, band->tile, level->tile[i + 2]);
-    }
+// A thread has nine rows of cells for its bands. The last row of path costs stays until the band
+// below has read it, while the next band of the thread begins: the last two change places.
+static uint8_t *last_row(const struct match_level *level, int number, bool is_sum) {
+    const int threads = level->state->threads;
+    const bool is_swapped = number / threads % 2 != 0;
+    return level->cells[number % threads][MATCH_BAND_ROWS - (is_sum == is_swapped ? 1 : 0)];
 }
 
-struct part_context {
+static struct match_band band_of(const struct match_level *level, int number) {
+    struct match_band band = {.begin = number * MATCH_BAND_ROWS};
+    const int end = band.begin + MATCH_BAND_ROWS;
+    const int ahead = end + MATCH_AHEAD_ROWS;
+    band.end = end < level->height ? end : level->height;
+    band.cost_begin = band.begin == 0 ? 0 : band.begin + MATCH_AHEAD_ROWS;
+    band.cost_end = pairs(ahead < level->height ? ahead : level->height) * MATCH_PAIR_ROWS;
+    band.before = windows(level, number - 1);
+    band.tile = windows(level, number);
+    band.next = windows(level, number + 1);
+    memcpy(band.from_above, level->cells[number % level->state->threads], sizeof band.from_above);
+    band.from_above[MATCH_BAND_ROWS - 1] = last_row(level, number, false);
+    band.last_sum = last_row(level, number, true);
+    band.last_above = number == 0 ? NULL : last_row(level, number - 1, false);
+    band.down_before = level->down[(number + level->down_rows - 1) % level->down_rows];
+    band.down = level->down[number % level->down_rows];
+    return band;
+}
+
+// Bands in progress: at most `batch`, and a thread works on one at a time.
+struct batch {
     struct match_level *level;
-    const struct match_kernels *kernels;
-    atomic_uint taken;  // one bit per band
+    int first, bands;
+    atomic_int taken;
+    // By band of the batch: number of tiles whose columns are averaged, and one more when the band
+    // is finished.
+    atomic_int done[MATCH_MAX_BATCH];
 };
 
 static void relax(const struct parallel *parallel) {
@@ -352,25 +332,11 @@ static void relax(const struct parallel *parallel) {
     }
 }
 
-// Takes the band with the number of the calling thread, which last wrote most of its memory; or, if
-// that band is taken or earlier bands are slow to be taken, the first one left. In this order a
-// thread that waits for the band above its own waits for a thread that is running.
-static int take_a_band(struct part_context *context, const struct parallel *parallel, int index) {
-    enum { TIMEOUT = 1000 };
-    const int own = parallel->thread == NULL ? index : parallel->thread(parallel->self);
-    for (int wait = 0;; wait++) {
-        unsigned taken = atomic_load(&context->taken);
-        int first = 0;
-        while ((taken >> first & 1) != 0) {
-            first++;
-        }
-        INVARIANT(first < context->level->bands);
-        if (own > first && own < context->level->bands && wait < TIMEOUT &&
-            (taken >> own & 1) == 0) {
-            relax(parallel);
-        } else if (atomic_compare_exchange_weak(&context->taken, &taken, taken | 1u << first)) {
-            return first;
-        }
+// Until an earlier band of the batch, if there is one, has done as much.
+static void wait_for(const struct batch *batch, int i, int done) {
+    const struct parallel *parallel = batch->level->state->parallel;
+    while (i >= 0 && atomic_load(&batch->done[i]) < done) {
+        relax(parallel);
     }
 }
 
@@ -381,78 +347,81 @@ static int rows_together(const struct match_band *band, int y, int end) {
     return beyond - y < MATCH_ROWS_ABREAST ? beyond - y : MATCH_ROWS_ABREAST;
 }
 
-static void average_columns(const struct part_context *context, struct match_scratch *scratch,
-                            struct match_band *band, struct match_band *above) {
+static void average_columns(struct batch *batch, int i, struct match_scratch *scratch) {
     // The band above is so many tiles ahead: processors fetch ahead of what they read, and close
     // behind it they would take lines of the cache that its thread is still writing.
     enum { TILES_BETWEEN = 4 };
-    struct match_level *level = context->level;
-    const struct parallel *parallel = level->state->parallel;
+    struct match_level *level = batch->level;
     for (int t = 0; t < level->tiles; t++) {
         const int after = t + 1 + TILES_BETWEEN;
-        const int needed = after < level->tiles ? after : level->tiles;
-        while (above != NULL && atomic_load(&above->tiles_done) < needed) {
-            relax(parallel);
-        }
-        context->kernels->columns(level, scratch, t, t + 1);
-        atomic_store(&band->tiles_done, t + 1);
+        wait_for(batch, i - 1, after < level->tiles ? after : level->tiles);
+        level->state->options.kernels->columns(level, scratch, t, t + 1);
+        atomic_store(&batch->done[i], t + 1);
     }
 }
 
 // Processes one band. It only waits for bands that were taken earlier.
-static void band_part(void *context_pointer, int index) {
-    struct part_context *context = context_pointer;
-    struct match_level *level = context->level;
-    const int i = take_a_band(context, level->state->parallel, index);
-    struct match_band *band = &level->band[i];
-    struct match_scratch *scratch = &level->state->scratch[i];
-    scratch->band = band;
-    for (int y = band->cost_begin; y < band->cost_end;) {
-        const int rows = rows_together(band, y, band->cost_end);
-        context->kernels->cost_rows(level, scratch, y, rows);
+static void run_band(struct batch *batch, int i) {
+    struct match_level *level = batch->level;
+    const struct match_kernels *kernels = level->state->options.kernels;
+    const int threads = level->state->threads;
+    const int number = batch->first + i;
+    // Its memory is that of an earlier band.
+    wait_for(batch, i - threads, level->tiles + 1);
+    struct match_band band = band_of(level, number);
+    struct match_scratch *scratch = &level->state->scratch[number % threads];
+    scratch->band = &band;
+    for (int y = band.cost_begin; y < band.cost_end;) {
+        const int rows = rows_together(&band, y, band.cost_end);
+        kernels->cost_rows(level, scratch, y, rows);
         y += rows;
     }
-    average_columns(context, scratch, band, i == 0 ? NULL : &level->band[i - 1]);
-    const int end = pairs(band->end) * MATCH_PAIR_ROWS;
-    for (int y = band->begin; y < end;) {
-        const int rows = rows_together(band, y, end);
-        context->kernels->rows(level, scratch, y, rows);
+    average_columns(batch, i, scratch);
+    const int end = pairs(band.end) * MATCH_PAIR_ROWS;
+    for (int y = band.begin; y < end;) {
+        const int rows = rows_together(&band, y, end);
+        kernels->rows(level, scratch, y, rows);
         y += rows;
     }
+    scratch->band = NULL;
+    atomic_store(&batch->done[i], level->tiles + 1);
 }
 
-// Gives each thread the rows of the ring that it wrote last time, as far as these are free.
-static void save_ring(struct match_level *level) {
-    const int before = level->state->threads * MATCH_BAND_ROWS;
-    const int begin = level->band[0].begin;
-    for (int y = level->band[0].cost_begin; begin > 0 && y < begin + before; y++) {
-        swap_rows(&level->ring[y % level->ring_rows],
-                  &level->ring[(y - before) % level->ring_rows]);
+// Takes bands from above to below until none is left.
+static void bands_part(void *batch_pointer, int index) {
+    (void)index;
+    struct batch *batch = batch_pointer;
+    for (int i = atomic_fetch_add(&batch->taken, 1); i < batch->bands;
+         i = atomic_fetch_add(&batch->taken, 1)) {
+        run_band(batch, i);
     }
 }
 
 // Plans the slopes below a band: each on its own, unlike the windows.
-static void slopes_part(void *level_pointer, int index) {
-    const struct match_level *level = level_pointer;
-    if (level->band[index].end < level->height) {
-        match_plan_slopes(level, level->band[index].end, level->tile[index + 2]);
+static void slopes_part(void *batch_pointer, int index) {
+    const struct batch *batch = batch_pointer;
+    const struct match_level *level = batch->level;
+    const int below = batch->first + index + 1;
+    if (below < band_count(level)) {
+        match_plan_slopes(level, below * MATCH_BAND_ROWS, windows(level, below));
     }
 }
 
-static void run_bands(struct match_level *level) {
+static void run_batch(struct match_level *level) {
     const struct match_state *state = level->state;
-    leave_bands(level);
-    const int rest = (level->height - level->rows_done + MATCH_BAND_ROWS - 1) / MATCH_BAND_ROWS;
-    level->bands = rest < state->threads ? rest : state->threads;
-    INVARIANT(level->bands > 0);
-    for (int i = 0; i < level->bands; i++) {
-        begin_band(level, i);
+    INVARIANT(level->rows_done % MATCH_BAND_ROWS == 0 && level->rows_done < level->height);
+    const int first = level->rows_done / MATCH_BAND_ROWS;
+    const int rest = band_count(level) - first;
+    struct batch batch = {
+        .level = level, .first = first, .bands = rest < level->batch ? rest : level->batch};
+    for (int i = 1; i <= batch.bands && i < rest; i++) {
+        const int below = first + i;
+        plan(level, below * MATCH_BAND_ROWS, windows(level, below - 1), windows(level, below));
     }
-    state->parallel->run(state->parallel->self, slopes_part, level, level->bands);
-    save_ring(level);
-    struct part_context context = {.level = level, .kernels = state->options.kernels};
-    state->parallel->run(state->parallel->self, band_part, &context, level->bands);
-    level->rows_done = level->band[level->bands - 1].end;
+    state->parallel->run(state->parallel->self, slopes_part, &batch, batch.bands);
+    state->parallel->run(state->parallel->self, bands_part, &batch, state->threads);
+    level->rows_done =
+        batch.bands == rest ? level->height : level->rows_done + batch.bands * MATCH_BAND_ROWS;
 }
 
 struct finish_context {
@@ -476,6 +445,6 @@ void match_finish(struct match_state *state) {
 void match_advance(struct match_level *level, int rows) {
     INVARIANT(rows <= level->height);
     while (level->rows_done < rows) {
-        run_bands(level);
+        run_batch(level);
     }
 }

@@ -10,8 +10,9 @@
 ///   2. by tiles: edge-aware average down and up (with MATCH_AHEAD_ROWS rows of look-ahead),
 ///                dynamic-programming path cost from the row above          (match_column_phase.h)
 ///   3. by rows:  path costs from the left and the right, winner, checks       (match_row_phase.h)
-/// Each thread processes one band, so that nearly all of a band's cells stay in one processor's
-/// cache; in phase 2 a tile waits for the one above it.
+/// Each thread processes one band at a time, so that nearly all of a band's cells stay in one
+/// processor's cache; in phase 2 a tile waits for those above it. All threads wait for each other
+/// only after a batch of bands.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_STATE_H
 #define VERGENCE_STEREO_MATCH_MATCH_STATE_H
 
@@ -26,7 +27,8 @@
 
 // Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
-#define MATCH_SURFACE_ROWS(threads) (2 * (threads)*MATCH_BAND_ROWS + 16)
+// Number of rows of a surface, for bands in progress on this level and the next finer one.
+#define MATCH_SURFACE_ROWS(bands) (2 * (bands)*MATCH_BAND_ROWS + 16)
 
 enum {
     MATCH_LANES = 16,        // disparities are padded to a multiple of this
@@ -46,7 +48,8 @@ enum {
     MATCH_AHEAD_ROWS = 6,
     MATCH_MAX_THREADS = 8,
     MATCH_MAX_RING_ROWS = MATCH_RING_ROWS(MATCH_MAX_THREADS),
-    MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_THREADS),
+    MATCH_MAX_BATCH = 16,  // bands between two points where all threads wait for each other
+    MATCH_MAX_SURFACE_ROWS = MATCH_SURFACE_ROWS(MATCH_MAX_BATCH),
     // A winner with a smaller margin is ambiguous, where contrast is faint and where it is high.
     MATCH_MARGIN_MIN = 23,
     MATCH_LEAST_MARGIN = 15,
@@ -72,6 +75,12 @@ enum {
 /// Weights of the first and the second of two values in a blend: low and high byte, together
 /// MATCH_WEIGHT_ONE.
 typedef uint16_t match_share;
+
+/// Bands of a batch. With one thread one is enough.
+static inline int match_batch(int threads) {
+    const int several = 4 * threads < MATCH_MAX_BATCH ? 4 * threads : MATCH_MAX_BATCH;
+    return threads == 1 ? 1 : several;
+}
 
 /// The window of disparities that a tile searches, and the position of its cells in a row of cells:
 /// column x of the tile at offset + (x - first column) * lanes. Averages and path costs follow the
@@ -149,7 +158,6 @@ struct match_band {
     uint8_t *from_above[MATCH_BAND_ROWS];
     uint8_t *last_sum;            // sums of path costs of the last row
     uint8_t *down_before, *down;  // downward average before the band and after it
-    atomic_int tiles_done;        // of phase 2
 };
 
 /// Parameters of a preset.
@@ -181,10 +189,11 @@ struct match_level {
     size_t row_bytes;  // of one row of cells
     int rows_done;
 
-    struct match_band band[MATCH_MAX_THREADS];       // one below the other
-    int bands;                                       // in progress
-    struct match_tile *tile[MATCH_MAX_THREADS + 2];  // windows of the bands, one above, one below
-    uint8_t *down[MATCH_MAX_THREADS + 1];            // downward averages between the bands
+    int batch;                                     // bands in progress, at most
+    struct match_tile *tile[MATCH_MAX_BATCH + 2];  // windows of the bands, one above, one below
+    uint8_t *cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS + 1];  // of the bands of each thread
+    int down_rows;
+    uint8_t *down[2 * MATCH_MAX_THREADS];  // downward averages between the bands
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
     int ring_rows, surface_rows;
     uint8_t *ring[MATCH_MAX_RING_ROWS];   // aggregated cost
