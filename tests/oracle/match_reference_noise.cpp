@@ -139,7 +139,7 @@ int smoothing_of(const View &left, const View &right) {
     if (noise < 160 || usual > 6 * noise) {
         return 0;
     }
-    if (noise >= 696) {
+    if (noise >= 560) {
         return 5;
     }
     return fine / 2 > 15 ? 2 : 4;

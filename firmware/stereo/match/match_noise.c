@@ -17,7 +17,7 @@ enum {
     FLOOR_SHARE = 50,
     FLOOR_OF_SIGMA = 233,
     WEAK_MIN = 160,    // noise of 0.7 grey levels
-    STRONG_MIN = 696,  // 3 grey levels
+    STRONG_MIN = 560,  // 2.4 grey levels
     // Where half of the blocks have more than this many times the noise, fine texture is lost by
     // smoothing.
     FINE_TEXTURE = 6,

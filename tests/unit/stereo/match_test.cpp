@@ -467,7 +467,8 @@ TEST_CASE("a noisy pair is smoothed, and its surface is found") {
     struct Limit {
         double noise_grey, valid_share, bad_1px_share;  // not smoothed: 0.87, 0.056; 0.67, 0.108
     };
-    for (const Limit &limit : {Limit{1.5, 0.89, 0.045}, Limit{6, 0.8, 0.105}}) {
+    for (const Limit &limit :
+         {Limit{1.5, 0.89, 0.045}, Limit{2.7, 0.93, 0.045}, Limit{6, 0.8, 0.105}}) {
         const Pair pair = render(scene, rig, noisy(limit.noise_grey, seed));
         const Matched matched = run_match(pair, match_default_options(0, 48));
         REQUIRE(matched.status == ERROR_OK);
