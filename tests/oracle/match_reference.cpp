@@ -34,8 +34,18 @@ struct Feature {
     double gradient;  // Sobel's along the row, a quarter of it, around 128
 };
 
-// Of neighbours with the centre, and of opposite pixels; two count twice.
+// Of neighbours with the centre, and of opposite pixels; some count twice.
 const std::vector<Comparison> kComparisons = {
+    {'g', -1, 0, 0, 0}, {'g', 1, 0, 0, 0},  {'g', 0, -1, 0, 0},   {'g', 0, 1, 0, 0},
+    {'g', 0, -1, 0, 0}, {'g', 0, 1, 0, 0},  {'g', -1, -1, 0, 0},  {'g', 1, -1, 0, 0},
+    {'g', -1, 1, 0, 0}, {'g', 1, 1, 0, 0},  {'g', -1, -1, 1, 1},  {'g', 1, -1, -1, 1},
+    {'g', 0, -1, 0, 1}, {'g', -2, 0, 2, 0}, {'g', -1, -2, -1, 2}, {'g', 1, -2, 1, 2},
+    {'r', 0, -1, 0, 0}, {'r', 0, 1, 0, 0},  {'r', 0, -1, 0, 1},   {'r', 0, -1, 0, 1},
+    {'r', -2, 0, 2, 0}, {'b', -1, 0, 0, 0}, {'b', 1, 0, 0, 0},    {'b', -1, 0, 1, 0},
+};
+
+// Where smoothing is more than weak.
+const std::vector<Comparison> kSmoothedComparisons = {
     {'g', -1, 0, 0, 0},  {'g', 1, 0, 0, 0},   {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},
     {'g', 0, -1, 0, 0},  {'g', 0, 1, 0, 0},   {'g', -1, -1, 0, 0}, {'g', 1, -1, 0, 0},
     {'g', -1, 1, 0, 0},  {'g', 1, 1, 0, 0},   {'g', -1, -1, 1, 1}, {'g', 1, -1, -1, 1},
@@ -72,7 +82,7 @@ Feature feature_at(const View &view, bool in_colour, int x, int y, const Slopes 
                               support_of(slopes, dx, dy));
     };
     Feature feature;
-    for (const Comparison &one : kComparisons) {
+    for (const Comparison &one : view.smoothing > 2 ? kSmoothedComparisons : kComparisons) {
         const char channel = in_colour ? one.channel : 'g';
         feature.brighter.push_back(level(channel, one.dx, one.dy) >
                                    level(channel, one.other_dx, one.other_dy));

@@ -55,6 +55,7 @@ struct View {
     Grid<uint8_t> grey;
     std::vector<Span> spans;                   // valid columns, by row
     std::vector<Grid<uint8_t>> channels = {};  // red, green and blue; empty: grey only
+    int smoothing = 0;                         // what it got, see smoothing_of
 };
 
 struct Search {

@@ -147,6 +147,7 @@ int smoothing_of(const View &left, const View &right) {
 
 View smoothed(const View &view, int side) {
     View result = view;
+    result.smoothing = side;
     result.grey = smoothed_image(view, view.grey, side);
     for (Grid<uint8_t> &channel : result.channels) {
         channel = smoothed_image(view, channel, side);

@@ -237,7 +237,11 @@ static void gradient_row(uint8_t *const window[], int pitch, int width,
 }
 
 static const struct match_comparison *census_of(const struct match_level *level) {
-    return match_is_finest(level) ? match_finest_census : match_coarser_census;
+    if (!match_is_finest(level)) {
+        return match_coarser_census;
+    }
+    return level->state->smoothing > MATCH_WEAK_SMOOTHING ? match_smoothed_census
+                                                          : match_finest_census;
 }
 
 // The bits of a plane that compare a channel.

@@ -103,8 +103,10 @@ struct match_comparison {
     uint8_t row, column, other_row, other_column;
 };
 
-/// Bit i % 8 of plane i / 8 is comparison i, of the finest level and of the others.
+/// Bit i % 8 of plane i / 8 is comparison i: of the finest level, of that level where smoothing is
+/// more than weak, and of the other levels.
 extern const struct match_comparison match_finest_census[MATCH_CENSUS_BITS];
+extern const struct match_comparison match_smoothed_census[MATCH_CENSUS_BITS];
 extern const struct match_comparison match_coarser_census[MATCH_CENSUS_BITS];
 
 /// Features of one row: 24 census bits in three byte planes, and the horizontal gradient.
