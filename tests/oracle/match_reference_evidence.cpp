@@ -56,7 +56,7 @@ bool is_clipped(const View &view, std::pair<int, int> limits, int x_begin, int y
     return clipped;
 }
 
-// 256 times the variance of the noise; -1: too little was matched.
+// 256 times the variance of the noise.
 double noise_of(const View &left, const View &right, const Answer &answer) {
     const std::pair<int, int> left_limits = limits_of(left);
     const std::pair<int, int> right_limits = limits_of(right);
@@ -79,8 +79,8 @@ double noise_of(const View &left, const View &right, const Answer &answer) {
             bins.push_back(std::min(sum / 16, 1023));
         }
     }
-    if (bins.size() < 8) {
-        return -1;
+    if (bins.empty()) {
+        return 21;
     }
     std::sort(bins.begin(), bins.end());
     const double sum = bins[bins.size() / 10] * 16 + 8;
@@ -327,10 +327,7 @@ void join(const Search &search, Answer *answer) {
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer) {
     join(search, answer);
-    const double noise_q8 = noise_of(left, right, *answer);
-    if (noise_q8 >= 0) {
-        reject_unsupported(left, noise_q8, coarse, answer);
-    }
+    reject_unsupported(left, noise_of(left, right, *answer), coarse, answer);
 }
 
 }  // namespace reference

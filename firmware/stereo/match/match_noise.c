@@ -249,8 +249,8 @@ uint32_t match_noise_q8(const struct match_input *input, const struct match_outp
             }
         }
     }
-    if (blocks < MIN_BLOCKS) {
-        return 0;
+    if (blocks == 0) {
+        return QUANTIZATION_Q8;
     }
     // For two images' normal noise of sigma the mean of |second derivative| is 6.77 sigma, and the
     // lowest tenth of the blocks ends 15 % below.

@@ -400,9 +400,6 @@ int match_evidence_run(const struct match_input *input, int smoothing,
                           .output = output,
                           .noise_q8 = match_noise_q8(input, output),
                           .coarse = smoothing == MATCH_COARSE_SMOOTHING};
-    if (of.noise_q8 == 0) {
-        return ERROR_OK;
-    }
     const size_t mark = arena_mark(arena);
     of.blocks = (int)block_count(output->reason.width);
     of.block_rows = (int)block_count(output->reason.height);

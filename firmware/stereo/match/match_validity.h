@@ -99,7 +99,7 @@ static inline int match_whole_disparity(int32_t disparity_q8) {
 }
 
 /// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
-/// pixels that match, not counting clipped ones. 0 if too little was matched.
+/// pixels that match, not counting clipped ones; at least that of whole grey levels.
 uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output);
 
 /// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
