@@ -66,8 +66,10 @@ View grey_view(int width, int height) {
             std::vector<Span>(static_cast<size_t>(height), Span{0, width})};
 }
 
-// Rows differ by up to `stripes` grey levels; at most `accepted` percent of the pixels are.
-Pair random_pair(Generator &generator, int width, int height, int stripes, int accepted) {
+// Rows differ by up to `stripes` grey levels; at most `accepted` percent of the pixels are; the
+// lowest margin.
+Pair random_pair(Generator &generator, int width, int height, int stripes, int accepted,
+                 int margin) {
     Pair pair = {grey_view(width, height),
                  grey_view(width, height),
                  {{width, height}, {width, height}, {width, height}}};
@@ -85,7 +87,7 @@ Pair random_pair(Generator &generator, int width, int height, int stripes, int a
                     static_cast<uint8_t>(grey + generator.between(-1, 1));
             }
             pair.answer.disparity_q8.at(x, y) = 256 * disparity + generator.between(-300, 300);
-            pair.answer.confidence.at(x, y) = generator.between(15, 40);
+            pair.answer.confidence.at(x, y) = generator.between(margin, margin + 25);
             const bool is_accepted =
                 generator.between(1, 100) <= patches.accepted.at(x / kPatch, y / kPatch);
             const int reason = is_accepted ? REASON_VALID : kDoubts[generator.between(0, 4)];
@@ -130,14 +132,14 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
     INFO("VERGENCE_SEED=", synthetic::test_seed());
     Generator generator;
     std::set<int> changes;
-    for (int round = 0; round < 12; round++) {
+    for (int round = 0; round < 24; round++) {
         CAPTURE(round);
         const int smoothing = round % 2 == 0 ? MATCH_COARSE_SMOOTHING : MATCH_WEAK_SMOOTHING;
         Search search = {0, 40, 0, false};
         search.extra_above = round % 4 < 2 ? 0 : 8;
-        const Pair pair =
-            random_pair(generator, generator.between(150, 210), generator.between(100, 150),
-                        round % 3 == 0 ? 20 : 2, round % 4 == 3 ? 72 : 100);
+        const Pair pair = random_pair(generator, generator.between(150, 210),
+                                      generator.between(100, 150), round % 3 == 0 ? 20 : 2,
+                                      round % 4 == 3 ? 72 : 100, generator.between(0, 10) * 5);
         Answer expected = pair.answer;
         reference::check_neighbourhood(pair.left, pair.right, search,
                                        smoothing == MATCH_COARSE_SMOOTHING, &expected);
@@ -152,4 +154,19 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
         CHECK(differing == 0);
     }
     CHECK(changes == std::set<int>{REASON_VALID, REASON_NO_TEXTURE, REASON_AMBIGUOUS});
+}
+
+TEST_CASE("a surface that only its cost rejects is kept where all rivals are far behind") {
+    INFO("VERGENCE_SEED=", synthetic::test_seed());
+    Generator generator;
+    Pair pair = random_pair(generator, 160, 120, 40, 100, 0);
+    for (const int margin : {47, 48}) {
+        for (size_t i = 0; i < pair.answer.reason.cells.size(); i++) {
+            pair.answer.disparity_q8.cells[i] = 8 * 256 + generator.between(-100, 100);
+            pair.answer.confidence.cells[i] = margin;
+            pair.answer.reason.cells[i] = REASON_OUT_OF_RANGE;
+        }
+        const Grid<int> reasons = checked_reasons(pair, {0, 40, 0, false}, MATCH_WEAK_SMOOTHING);
+        CHECK((reasons.at(80, 60) == REASON_OUT_OF_RANGE) == (margin == 47));
+    }
 }

@@ -150,9 +150,10 @@ Slopes slopes_of(const View &left, const Answer &answer) {
 }
 
 // What the slopes of three blocks in a row show: whether those along it are above noise, whether
-// they are also enough against those along the column, and whether they are far above noise.
+// they are also enough against those along the column, whether they are far above noise, and
+// whether what is not noise of them is enough against those along the column.
 struct Texture {
-    Grid<int> sloped, textured, strong;
+    Grid<int> sloped, textured, strong, balanced;
 };
 
 void judge_slopes(const Slopes &slopes, double noise_q8, int column, int row, Texture *texture) {
@@ -165,9 +166,11 @@ void judge_slopes(const Slopes &slopes, double noise_q8, int column, int row, Te
     }
     // Slopes have 72 times the variance of a pixel.
     const double noise = std::floor(noise_q8 * count * 72 / 256);
-    const double structure = std::floor(std::max(upright - noise, 0.0) / 10);
+    const double upright_alone = std::max(upright - noise, 0.0);
+    const double structure = std::floor(upright_alone / 10);
     texture->sloped.at(column, row) = count > 0 && along >= 4 * noise;
     texture->textured.at(column, row) = count > 0 && along >= 4 * noise + structure;
+    texture->balanced.at(column, row) = count > 0 && along >= noise + std::floor(upright_alone / 5);
     texture->strong.at(column, row) = count > 0 && along >= 128 * noise;
 }
 
@@ -232,7 +235,21 @@ int share_of(double accepted, double seen) {
     return seen > 0 ? static_cast<int>(255 * accepted / seen) : 0;
 }
 
-int reason_of(const Texture &texture, const Shares &shares, bool coarse, int column, int row) {
+// Mean margin, of at most 60, of every fourth pixel of 25 x 25.
+int margin_around(const Answer &answer, int x, int y) {
+    int sum = 0, count = 0;
+    for (int j = std::max(y - 12, 0); j <= std::min(y + 12, answer.confidence.height - 1); j += 4) {
+        for (int i = std::max(x - 12, 0); i <= std::min(x + 12, answer.confidence.width - 1);
+             i += 4) {
+            sum += std::min<int>(answer.confidence.at(i, j), 60);
+            count++;
+        }
+    }
+    return sum / count;
+}
+
+int reason_of(const Texture &texture, const Shares &shares, bool coarse, int margin, int column,
+              int row) {
     int near = 0, far = 0, strong = 0, highest = 0;
     around(texture.textured, column, row, 1,
            [&](int c, int r) { near += texture.textured.at(c, r); });
@@ -249,7 +266,9 @@ int reason_of(const Texture &texture, const Shares &shares, bool coarse, int col
     }
     const bool on_edge = far >= 7 && texture.sloped.at(column, row) != 0 &&
                          shares.own.at(column, row) >= 204 && highest >= 245;
-    const bool backed = (far >= 12 && share >= 217) || (far >= 3 && share >= 245) || on_edge;
+    const bool distinct = margin >= 48 && texture.balanced.at(column, row) != 0 && share >= 217;
+    const bool backed =
+        (far >= 12 && share >= 217) || (far >= 3 && share >= 245) || on_edge || distinct;
     return backed && !suspect ? REASON_VALID : REASON_NO_TEXTURE;
 }
 
@@ -275,7 +294,7 @@ void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *
     const Slopes slopes = slopes_of(left, *answer);
     const Shares shares = shares_of(pixels_of(*answer));
     const Grid<int> blocks = {slopes.along.width, slopes.along.height};
-    Texture texture = {blocks, blocks, blocks};
+    Texture texture = {blocks, blocks, blocks, blocks};
     for (int row = 0; row < blocks.height; row++) {
         for (int column = 0; column < blocks.width; column++) {
             judge_slopes(slopes, noise_q8, column, row, &texture);
@@ -283,16 +302,22 @@ void reject_unsupported(const View &left, double noise_q8, bool coarse, Answer *
     }
     for (int y = 0; y < answer->reason.height; y++) {
         for (int x = 0; x < answer->reason.width; x++) {
+            const int column = x / kBlock;
+            const int row = y / kBlock;
+            const int margin =
+                margin_around(*answer, std::min(column * kBlock + 4, answer->reason.width - 1),
+                              std::min(row * kBlock + 4, answer->reason.height - 1));
             int &reason = answer->reason.at(x, y);
             reason = reason == REASON_VALID
-                         ? reason_of(texture, shares, coarse, x / kBlock, y / kBlock)
+                         ? reason_of(texture, shares, coarse, margin, column, row)
                          : reason;
         }
     }
 }
 
 // Accepts pixels that either the limit of the cost or that of the margin rejected, if enough of the
-// 9 x 5 pixels around are accepted and at most 1 px away.
+// 9 x 5 pixels around are accepted and at most 1 px away. Where margins are high, others that are
+// too expensive count as accepted ones for such a pixel.
 void join(const Search &search, Answer *answer) {
     const Grid<int> reason = answer->reason;
     const int beyond = search.disparity_count - search.extra_above;
@@ -307,15 +332,18 @@ void join(const Search &search, Answer *answer) {
             if (!too_expensive && reason.at(x, y) != REASON_AMBIGUOUS) {
                 continue;
             }
-            int count = 0;
+            int count = 0, expensive = 0;
             for (int j = std::max(y - 2, 0); j <= std::min(y + 2, reason.height - 1); j++) {
                 for (int i = std::max(x - 4, 0); i <= std::min(x + 4, reason.width - 1); i++) {
-                    count += reason.at(i, j) == REASON_VALID &&
-                             std::abs(answer->disparity_q8.at(i, j) -
-                                      answer->disparity_q8.at(x, y)) <= 256;
+                    const bool near = std::abs(answer->disparity_q8.at(i, j) -
+                                               answer->disparity_q8.at(x, y)) <= 256;
+                    count += reason.at(i, j) == REASON_VALID && near;
+                    expensive += reason.at(i, j) == REASON_OUT_OF_RANGE && near;
                 }
             }
-            if (count >= (too_expensive ? 23 : 30)) {
+            const bool is_distinct =
+                too_expensive && count + expensive >= 23 && margin_around(*answer, x, y) >= 48;
+            if (count >= (too_expensive ? 23 : 30) || is_distinct) {
                 answer->reason.at(x, y) = REASON_VALID;
             }
         }

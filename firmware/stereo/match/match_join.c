@@ -14,7 +14,28 @@ enum {
     RIVAL_MIN = 30,
     STEP_Q8 = 256,
     MARK_JOINED = 0x40,
+    // The margins around: of pixels up to so far, every fourth; what is more counts as the highest.
+    AROUND = 12,
+    AROUND_STEP = 4,
+    MARGIN_MAX = 60,
 };
+
+int match_margin_around(const struct match_output *output, int x, int y) {
+    const int x_begin = x > AROUND ? x - AROUND : 0;
+    const int y_begin = y > AROUND ? y - AROUND : 0;
+    const int x_end = x + AROUND < output->reason.width ? x + AROUND + 1 : output->reason.width;
+    const int y_end = y + AROUND < output->reason.height ? y + AROUND + 1 : output->reason.height;
+    int sum = 0;
+    int count = 0;
+    for (int j = y_begin; j < y_end; j += AROUND_STEP) {
+        const uint8_t *restrict confidence = image_u8_row(&output->confidence, j);
+        for (int i = x_begin; i < x_end; i += AROUND_STEP) {
+            sum += confidence[i] < MARGIN_MAX ? confidence[i] : MARGIN_MAX;
+            count++;
+        }
+    }
+    return sum / count;
+}
 
 struct joining {
     struct match_output *output;
@@ -23,8 +44,9 @@ struct joining {
     int parts;
 };
 
-// Number of accepted pixels around (x, y) that continue its surface.
-static int companions(const struct match_output *output, int x, int y) {
+// Number of pixels around (x, y) that continue its surface: accepted ones, and those rejected for
+// the reason `too`; REASON_VALID for none.
+static int companions(const struct match_output *output, int x, int y, uint8_t too) {
     const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
     const int x_begin = x > COLUMNS ? x - COLUMNS : 0;
     const int y_begin = y > ROWS ? y - ROWS : 0;
@@ -38,7 +60,10 @@ static int companions(const struct match_output *output, int x, int y) {
         const int32_t *restrict disparity_q8 = image_i32_row(&output->disparity_q8, j);
         for (int i = x_begin; i < x_end; i++) {
             const int32_t step_q8 = disparity_q8[i] - here_q8;
-            count += (reason[i] == REASON_VALID) & (step_q8 <= STEP_Q8) & (step_q8 >= -STEP_Q8);
+            // Marked pixels count as what they were, whichever is looked at first.
+            const uint8_t was = reason[i] & (MARK_JOINED - 1);
+            count += ((reason[i] == REASON_VALID) | (was == too)) & (step_q8 <= STEP_Q8) &
+                     (step_q8 >= -STEP_Q8);
         }
     }
     return count;
@@ -50,6 +75,13 @@ static bool is_doubtful(const struct match_believed *believed, int index, uint8_
     return reason == REASON_AMBIGUOUS ||
            (reason == REASON_OUT_OF_RANGE && confidence >= MATCH_MARGIN_MIN &&
             index >= believed->first && index <= believed->last);
+}
+
+// Whether winners around that only their cost rejected are as good as accepted ones: where texture
+// is faint noise makes correct ones expensive, but their rivals stay far behind.
+static bool continues_distinct(const struct match_output *output, int x, int y) {
+    return match_margin_around(output, x, y) >= MATCH_DISTINCT_MARGIN &&
+           companions(output, x, y, REASON_OUT_OF_RANGE) >= COST_MIN;
 }
 
 // The cost of a winner grows with the slope of its surface and with differences of the lenses, and
@@ -66,10 +98,12 @@ static void join_rows(const struct joining *of, int y_begin, int y_end) {
                 continue;
             }
             const int index = match_whole_disparity(disparity_q8[x]) - of->lowest;
-            const int min = reason[x] == REASON_AMBIGUOUS ? RIVAL_MIN : COST_MIN;
+            const bool expensive = reason[x] == REASON_OUT_OF_RANGE;
+            const int min = expensive ? COST_MIN : RIVAL_MIN;
             if (is_doubtful(&of->believed, index, reason[x], confidence[x]) &&
-                companions(output, x, y) >= min) {
-                reason[x] = MARK_JOINED;
+                (companions(output, x, y, REASON_VALID) >= min ||
+                 (expensive && continues_distinct(output, x, y)))) {
+                reason[x] = (uint8_t)(reason[x] | MARK_JOINED);
             }
         }
     }
@@ -97,7 +131,7 @@ static void accept_joined(void *context, int index) {
     for (int y = half_row(of, 2 * index); y < half_row(of, 2 * index + 2); y++) {
         uint8_t *restrict reason = image_u8_row(&of->output->reason, y);
         for (int x = 0; x < of->output->reason.width; x++) {
-            reason[x] = reason[x] == MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
+            reason[x] = reason[x] >= MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
         }
     }
 }

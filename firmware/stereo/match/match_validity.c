@@ -24,6 +24,7 @@ enum {
     // tenth of a pixel moves such structure by a third of a pixel.
     SIGNAL_MIN = 3,
     UPRIGHT_SHARE = 10,
+    BALANCED_SHARE = 5,   // less noise
     STRONG_SIGNAL = 128,  // of strong slopes: times the energy of noise, noise included
     // Pixels between two accepted ones are hidden from the right camera if the second one is in
     // front by so much, and if they are not wider than 3/2 of that.
@@ -63,6 +64,7 @@ struct block {
     uint8_t textured;  // whether there is texture along the row
     uint8_t sloped;    // whether slopes along the row are above noise
     uint8_t strong;    // and far above
+    uint8_t balanced;  // whether there are some beside noise, and more against those upright
     uint8_t seen;      // pixels that both cameras may see
     uint8_t accepted;  // of these, by the checks of single pixels
     uint8_t share;     // of the accepted pixels around, in 1/255 of those seen
@@ -179,6 +181,7 @@ static void judge_slopes(const struct evidence *of, const struct part *part, int
     const uint64_t structure = upright > noise ? upright - noise : 0;
     block->sloped = slopes > 0 && along >= signal_min;
     block->textured = slopes > 0 && along >= signal_min + structure / UPRIGHT_SHARE;
+    block->balanced = slopes > 0 && along >= noise + structure / BALANCED_SHARE;
     block->strong = slopes > 0 && along >= STRONG_SIGNAL * noise;
 }
 
@@ -301,6 +304,12 @@ static bool is_suspect(const struct evidence *of, int block_row, int b) {
            sums_around(of, block_row, b, SHARE_BLOCKS).strong < STRONG_BLOCKS_MIN;
 }
 
+static int margin_of(const struct evidence *of, int block_row, int b) {
+    const int x = clamped(b * BLOCK + BLOCK / 2, of->output->reason.width);
+    const int y = clamped(block_row * BLOCK + BLOCK / 2, of->output->reason.height);
+    return match_margin_around(of->output, x, y);
+}
+
 // Whether a block with little texture next to it is believed.
 static bool is_backed(const struct evidence *of, int block_row, int b) {
     const struct block *block = &block_row_of(of, block_row)[b];
@@ -309,7 +318,9 @@ static bool is_backed(const struct evidence *of, int block_row, int b) {
            (textured >= FEW_TEXTURED_MIN && block->share >= FEW_SHARE_MIN) ||
            (textured >= EDGE_TEXTURED_MIN && block->sloped &&
             share_of(block->accepted, block->seen) >= EDGE_OWN_MIN &&
-            reaches_share(of, block_row, b, FEW_SHARE_MIN));
+            reaches_share(of, block_row, b, FEW_SHARE_MIN)) ||
+           (block->balanced && block->share >= FAR_SHARE_MIN &&
+            margin_of(of, block_row, b) >= MATCH_DISTINCT_MARGIN);
 }
 
 // The reason to reject a block, or REASON_VALID.

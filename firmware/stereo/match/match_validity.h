@@ -57,18 +57,25 @@ static inline struct match_believed match_believed_of(const struct match_options
 }
 
 /// Accepts pixels that continue the surface around them, and that either the limit of the cost or
-/// the one of the margin rejected (REASON_OUT_OF_RANGE, REASON_AMBIGUOUS).
+/// the one of the margin rejected (REASON_OUT_OF_RANGE, REASON_AMBIGUOUS). Of the former, whole
+/// areas where the margin is high.
 void match_join(const struct match_options *options, const struct parallel *parallel,
                 struct match_output *output);
+
+/// Where winners are this far ahead of their rivals on the mean, texture or cost matter less.
+enum { MATCH_DISTINCT_MARGIN = 48 };
+
+/// Mean margin of the winners around a pixel.
+int match_margin_around(const struct match_output *output, int x, int y);
 
 /// Memory that `match_evidence_run` takes, in bytes.
 size_t match_evidence_need_bytes(int width, int threads);
 
-/// Changes REASON_VALID to REASON_NO_TEXTURE where there is
-/// little texture along the row, and to REASON_AMBIGUOUS where there is some, unless enough of the
-/// pixels around are valid: noise, and structure that hardly changes along the rows, also find
-/// partners, but seldom agree. The measure is `match_noise_q8`. `smoothing`: of the pair, by
-/// `match_smoothing`; where its texture is coarse, more must be valid. ERROR_MEMORY.
+/// Changes REASON_VALID to REASON_NO_TEXTURE where there is little texture along the row, and to
+/// REASON_AMBIGUOUS where there is some, unless enough of the pixels around are valid: noise, and
+/// structure that hardly changes along the rows, also find partners, but seldom agree, or have near
+/// rivals. The measure is `match_noise_q8`. `smoothing`: of the pair, by `match_smoothing`; where
+/// its texture is coarse, more must be valid. ERROR_MEMORY.
 int match_evidence_run(const struct match_input *input, int smoothing,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
