@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How core code runs parallel work without depending on threads. The parts of one call are
-/// independent and may run in any order on any thread; results never depend on that.
+/// How core code runs parallel work without depending on threads. The parts of one call may run in
+/// any order on any thread; results never depend on that. A part may wait only for what another one
+/// that has begun is doing.
 #ifndef VERGENCE_CORE_PARALLEL_H
 #define VERGENCE_CORE_PARALLEL_H
 

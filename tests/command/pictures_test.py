@@ -130,7 +130,8 @@ class Pictures(pairs.Fixture):
         self.assertAlmostEqual(result["pictures"]["left"]["brightness_percent"],
                                100 * self.left.mean() / 255, delta=0.5)
         random = numpy.random.default_rng(pairs.SEED)
-        dark = self.save("dark.png", cv2.add((self.right * 0.02).astype(numpy.uint8),
+        # Of 2 % of the light, six grey levels, four fifths of the surface are found.
+        dark = self.save("dark.png", cv2.add((self.right * 0.01).astype(numpy.uint8),
                                              random.integers(0, 3, self.right.shape, numpy.uint8)))
         self.named(("the right image is too dark",), self.left_path, dark, *pairs.RECTIFIED)
         soft = self.save("soft.png", cv2.GaussianBlur(self.right, (0, 0), 4))

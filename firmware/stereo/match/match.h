@@ -79,8 +79,9 @@ size_t match_need_bytes(int width, const struct match_options *options, int thre
 /// range.
 uint64_t match_work(int width, int height, const struct match_options *options);
 
-/// Called after each band with the number of finished rows; returns false to cancel. Coarser levels
-/// run just ahead of the finest, so progress is proportional to time.
+/// Called after each batch of bands, of 8 to 128 rows, with the number of finished rows; returns
+/// false to cancel. Coarser levels run a batch ahead of the finest, so progress is about
+/// proportional to time.
 typedef bool match_progress(void *self, int rows_done, int rows);
 
 /// Matches a pair. `progress` may be NULL. The result does not depend on `parallel`. Errors:

@@ -20,6 +20,7 @@ const struct match_comparison match_finest_census[MATCH_CENSUS_BITS] = {
     {MATCH_GREY, 1, 1, 3, 3}, {MATCH_GREY, 1, 3, 3, 1},
     {MATCH_GREY, 1, 2, 3, 2}, {MATCH_GREY, 2, 0, 2, 4},
     {MATCH_GREY, 0, 1, 4, 1}, {MATCH_GREY, 0, 3, 4, 3},
+    // In red and blue; one counts twice.
     {MATCH_RED, 1, 2, 2, 2}, {MATCH_RED, 3, 2, 2, 2},
     {MATCH_RED, 1, 2, 3, 2}, {MATCH_RED, 1, 2, 3, 2},
     {MATCH_RED, 2, 0, 2, 4},
@@ -27,7 +28,7 @@ const struct match_comparison match_finest_census[MATCH_CENSUS_BITS] = {
     {MATCH_BLUE, 2, 1, 2, 3},
 };
 
-// Pixels farther apart: less detail, but more contrast.
+// Of noisy pairs. Pixels farther apart: less detail, but more contrast.
 const struct match_comparison match_smoothed_census[MATCH_CENSUS_BITS] = {
     // Neighbours with the centre; those above and below count twice.
     {MATCH_GREY, 2, 1, 2, 2}, {MATCH_GREY, 2, 3, 2, 2},

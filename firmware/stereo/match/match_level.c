@@ -105,10 +105,16 @@ static void *take(struct match_memory *memory, size_t count, size_t element_byte
     return taken;
 }
 
+// Bands of a batch: as many for each thread. With one thread one is enough.
+static int bands_of_batch(int threads) {
+    const int each = MATCH_MAX_BATCH / threads;
+    return threads == 1 ? 1 : threads * (each < 4 ? each : 4);
+}
+
 static void take_level(struct match_level *level, struct match_memory *memory) {
     const int threads = level->state->threads;
     const size_t columns = (size_t)level->tiles * MATCH_TILE_COLUMNS;
-    level->batch = match_batch(threads);
+    level->batch = bands_of_batch(threads);
     for (int i = 0; i < level->batch + 2; i++) {
         level->tile[i] = take(memory, (size_t)level->tiles, sizeof *level->tile[i]);
     }
@@ -122,7 +128,7 @@ static void take_level(struct match_level *level, struct match_memory *memory) {
         level->ring[i] = take(memory, level->row_bytes, 1);
     }
     // If windows never change, the averages stay in place.
-    level->down_rows = has_one_window(level) ? 1 : 2 * threads;
+    level->down_rows = has_one_window(level) ? 1 : threads + 1;
     for (int i = 0; i < level->down_rows; i++) {
         level->down[i] = take(memory, level->row_bytes, 1);
     }
@@ -250,8 +256,7 @@ static struct match_tile *windows(const struct match_level *level, int number) {
     return level->tile[(number + count) % count];
 }
 
-// Cells of columns outside the image and of rows below it are read, but have no effect. Each
-// thread clears what it will most likely write.
+// Cells of columns outside the image and of rows below it are read, but have no effect.
 static void clear_part(void *level_pointer, int index) {
     const struct match_level *level = level_pointer;
     const int threads = level->state->threads;
@@ -289,8 +294,8 @@ static int pairs(int y) {
     return (y + MATCH_PAIR_ROWS - 1) / MATCH_PAIR_ROWS;
 }
 
-// A thread has nine rows of cells for its bands. The last row of path costs stays until the band
-// below has read it, while the next band of the thread begins: the last two change places.
+// Bands `threads` apart share nine rows of cells. The last row of path costs stays until the band
+// below has read it, while the next of these bands begins: the last two change places.
 static uint8_t *last_row(const struct match_level *level, int number, bool is_sum) {
     const int threads = level->state->threads;
     const bool is_swapped = number / threads % 2 != 0;
@@ -333,7 +338,7 @@ static void relax(const struct parallel *parallel) {
 }
 
 // Until an earlier band of the batch, if there is one, has done as much.
-static void wait_for(const struct batch *batch, int i, int done) {
+static void wait_for(struct batch *batch, int i, int done) {
     const struct parallel *parallel = batch->level->state->parallel;
     while (i >= 0 && atomic_load(&batch->done[i]) < done) {
         relax(parallel);
@@ -360,13 +365,15 @@ static void average_columns(struct batch *batch, int i, struct match_scratch *sc
     }
 }
 
-// Processes one band. It only waits for bands that were taken earlier.
+// Processes one band. It only waits for bands that were taken earlier. Band n overwrites memory of
+// band n - threads, which is finished: the rows of the ring with the costs of that band, which only
+// it and the band above read; the downward average before that of the bands in progress; and, in
+// phase 3, the row of path costs that the band below that one has read before phase 2 of band n.
 static void run_band(struct batch *batch, int i) {
     struct match_level *level = batch->level;
     const struct match_kernels *kernels = level->state->options.kernels;
     const int threads = level->state->threads;
     const int number = batch->first + i;
-    // Its memory is that of an earlier band.
     wait_for(batch, i - threads, level->tiles + 1);
     struct match_band band = band_of(level, number);
     struct match_scratch *scratch = &level->state->scratch[number % threads];

@@ -27,7 +27,7 @@ void match_take_memory(struct match_state *state, struct match_memory *memory);
 /// Prepares the first band.
 void match_begin_levels(struct match_state *state);
 
-/// Runs bands of a level, and of coarser ones as needed, until `rows` rows are done.
+/// Runs bands of a level, and of coarser ones as needed, until at least `rows` rows are done.
 void match_advance(struct match_level *level, int rows);
 
 /// At the end: smooths the output and fills the rows that the finest level covers.

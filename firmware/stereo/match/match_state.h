@@ -12,7 +12,7 @@
 ///   3. by rows:  path costs from the left and the right, winner, checks       (match_row_phase.h)
 /// Each thread processes one band at a time, so that nearly all of a band's cells stay in one
 /// processor's cache; in phase 2 a tile waits for those above it. All threads wait for each other
-/// only after a batch of bands.
+/// before and after a batch of bands.
 #ifndef VERGENCE_STEREO_MATCH_MATCH_STATE_H
 #define VERGENCE_STEREO_MATCH_MATCH_STATE_H
 
@@ -27,7 +27,7 @@
 
 // Number of rows shared by the bands in progress, for this many threads.
 #define MATCH_RING_ROWS(threads) ((threads)*MATCH_BAND_ROWS + MATCH_AHEAD_ROWS)
-// Number of rows of a surface, for bands in progress on this level and the next finer one.
+// Number of rows of a surface, for a batch of this level and one of the next finer level.
 #define MATCH_SURFACE_ROWS(bands) (2 * (bands)*MATCH_BAND_ROWS + 16)
 
 enum {
@@ -75,12 +75,6 @@ enum {
 /// Weights of the first and the second of two values in a blend: low and high byte, together
 /// MATCH_WEIGHT_ONE.
 typedef uint16_t match_share;
-
-/// Bands of a batch. With one thread one is enough.
-static inline int match_batch(int threads) {
-    const int several = 4 * threads < MATCH_MAX_BATCH ? 4 * threads : MATCH_MAX_BATCH;
-    return threads == 1 ? 1 : several;
-}
 
 /// The window of disparities that a tile searches, and the position of its cells in a row of cells:
 /// column x of the tile at offset + (x - first column) * lanes. Averages and path costs follow the
@@ -191,11 +185,11 @@ struct match_level {
     size_t row_bytes;  // of one row of cells
     int rows_done;
 
-    int batch;                                     // bands in progress, at most
+    int batch;                                     // bands of a batch, at most
     struct match_tile *tile[MATCH_MAX_BATCH + 2];  // windows of the bands, one above, one below
-    uint8_t *cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS + 1];  // of the bands of each thread
+    uint8_t *cells[MATCH_MAX_THREADS][MATCH_BAND_ROWS + 1];  // band n uses n % threads
     int down_rows;
-    uint8_t *down[2 * MATCH_MAX_THREADS];  // downward averages between the bands
+    uint8_t *down[MATCH_MAX_THREADS + 1];  // downward averages between the bands
     // Shared by the bands in progress. Row y is in slot y % ring_rows and so on.
     int ring_rows, surface_rows;
     uint8_t *ring[MATCH_MAX_RING_ROWS];   // aggregated cost

@@ -24,7 +24,7 @@ enum {
     // tenth of a pixel moves such structure by a third of a pixel.
     SIGNAL_MIN = 3,
     UPRIGHT_SHARE = 10,
-    BALANCED_SHARE = 5,   // less noise
+    BALANCED_SHARE = 5,   // the same, with noise taken off both
     STRONG_SIGNAL = 128,  // of strong slopes: times the energy of noise, noise included
     // Pixels between two accepted ones are hidden from the right camera if the second one is in
     // front by so much, and if they are not wider than 3/2 of that.
@@ -64,7 +64,7 @@ struct block {
     uint8_t textured;  // whether there is texture along the row
     uint8_t sloped;    // whether slopes along the row are above noise
     uint8_t strong;    // and far above
-    uint8_t balanced;  // whether there are some beside noise, and more against those upright
+    uint8_t balanced;  // whether they have enough of the energy of those along the column
     uint8_t seen;      // pixels that both cameras may see
     uint8_t accepted;  // of these, by the checks of single pixels
     uint8_t share;     // of the accepted pixels around, in 1/255 of those seen

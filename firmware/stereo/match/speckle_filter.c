@@ -191,8 +191,10 @@ static void unmark_part(void *context, int index) {
 static struct rows seam_rows(const struct filtering *filtering, int index) {
     const struct strip *above = &filtering->strip[index - 1];
     const struct strip *below = &filtering->strip[index];
-    const int first = below->begin - filtering->limit;
-    const int end = below->begin + filtering->limit;
+    const int height = filtering->output->reason.height;
+    const int limit = filtering->limit < height ? filtering->limit : height;
+    const int first = below->begin - limit;
+    const int end = below->begin + limit;
     struct rows rows = {
         above->undecided.begin < below->undecided.begin ? above->undecided.begin
                                                         : below->undecided.begin,
