@@ -20,16 +20,27 @@ enum {
     MARGIN_MAX = 60,
 };
 
+// The pixels of the image up to so many columns and rows from (x, y).
+struct window {
+    int x_begin, x_end, y_begin, y_end;
+};
+
+static struct window window_at(const struct match_output *output, int x, int y, int columns,
+                               int rows) {
+    const int width = output->reason.width;
+    const int height = output->reason.height;
+    return (struct window){x > columns ? x - columns : 0,
+                           x + columns < width ? x + columns + 1 : width, y > rows ? y - rows : 0,
+                           y + rows < height ? y + rows + 1 : height};
+}
+
 int match_margin_around(const struct match_output *output, int x, int y) {
-    const int x_begin = x > AROUND ? x - AROUND : 0;
-    const int y_begin = y > AROUND ? y - AROUND : 0;
-    const int x_end = x + AROUND < output->reason.width ? x + AROUND + 1 : output->reason.width;
-    const int y_end = y + AROUND < output->reason.height ? y + AROUND + 1 : output->reason.height;
+    const struct window window = window_at(output, x, y, AROUND, AROUND);
     int sum = 0;
     int count = 0;
-    for (int j = y_begin; j < y_end; j += AROUND_STEP) {
+    for (int j = window.y_begin; j < window.y_end; j += AROUND_STEP) {
         const uint8_t *restrict confidence = image_u8_row(&output->confidence, j);
-        for (int i = x_begin; i < x_end; i += AROUND_STEP) {
+        for (int i = window.x_begin; i < window.x_end; i += AROUND_STEP) {
             sum += confidence[i] < MARGIN_MAX ? confidence[i] : MARGIN_MAX;
             count++;
         }
@@ -48,17 +59,12 @@ struct joining {
 // the reason `too`; REASON_VALID for none.
 static int companions(const struct match_output *output, int x, int y, uint8_t too) {
     const int32_t here_q8 = image_i32_row(&output->disparity_q8, y)[x];
-    const int x_begin = x > COLUMNS ? x - COLUMNS : 0;
-    const int y_begin = y > ROWS ? y - ROWS : 0;
-    const int width = output->reason.width;
-    const int x_end = x + COLUMNS < width ? x + COLUMNS + 1 : width;
-    const int height = output->reason.height;
-    const int y_end = y + ROWS < height ? y + ROWS + 1 : height;
+    const struct window window = window_at(output, x, y, COLUMNS, ROWS);
     int count = 0;
-    for (int j = y_begin; j < y_end; j++) {
+    for (int j = window.y_begin; j < window.y_end; j++) {
         const uint8_t *restrict reason = image_u8_row(&output->reason, j);
         const int32_t *restrict disparity_q8 = image_i32_row(&output->disparity_q8, j);
-        for (int i = x_begin; i < x_end; i++) {
+        for (int i = window.x_begin; i < window.x_end; i++) {
             const int32_t step_q8 = disparity_q8[i] - here_q8;
             // Marked pixels count as what they were, whichever is looked at first.
             const uint8_t was = reason[i] & (MARK_JOINED - 1);
@@ -114,8 +120,8 @@ static int half_row(const struct joining *of, int half) {
     return of->output->reason.height * half / (2 * of->parts);
 }
 
-// A pass over the upper halves of all parts reads no row that it writes in another part, and so
-// does one over the lower halves.
+// A pass over the upper halves of all parts reads no row that another part writes in it, nor does
+// one over the lower halves.
 static void join_upper_half(void *context, int index) {
     const struct joining *of = context;
     join_rows(of, half_row(of, 2 * index), half_row(of, 2 * index + 1));
@@ -128,9 +134,11 @@ static void join_lower_half(void *context, int index) {
 
 static void accept_joined(void *context, int index) {
     const struct joining *of = context;
-    for (int y = half_row(of, 2 * index); y < half_row(of, 2 * index + 2); y++) {
+    const int width = of->output->reason.width;
+    const int y_end = half_row(of, 2 * index + 2);
+    for (int y = half_row(of, 2 * index); y < y_end; y++) {
         uint8_t *restrict reason = image_u8_row(&of->output->reason, y);
-        for (int x = 0; x < of->output->reason.width; x++) {
+        for (int x = 0; x < width; x++) {
             reason[x] = reason[x] >= MARK_JOINED ? (uint8_t)REASON_VALID : reason[x];
         }
     }

@@ -321,7 +321,7 @@ static struct match_band band_of(const struct match_level *level, int number) {
     return band;
 }
 
-// Bands in progress: at most `batch`, and a thread works on one at a time.
+// Bands between two points where all threads wait for each other; a thread works on one at a time.
 struct batch {
     struct match_level *level;
     int first, bands;

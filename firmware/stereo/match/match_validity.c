@@ -325,12 +325,14 @@ static bool is_backed(const struct evidence *of, int block_row, int b) {
 
 // The reason to reject a block, or REASON_VALID.
 static enum reason reason_of(const struct evidence *of, int block_row, int b) {
-    const bool suspect = is_suspect(of, block_row, b);
-    if (sums_around(of, block_row, b, NEAR_BLOCKS).textured >= NEAR_TEXTURED_MIN) {
-        return !suspect && reaches_share(of, block_row, b, REACHED_SHARE_MIN) ? REASON_VALID
-                                                                              : REASON_AMBIGUOUS;
+    const bool near_texture =
+        sums_around(of, block_row, b, NEAR_BLOCKS).textured >= NEAR_TEXTURED_MIN;
+    const bool agrees = near_texture ? reaches_share(of, block_row, b, REACHED_SHARE_MIN)
+                                     : is_backed(of, block_row, b);
+    if (agrees && !is_suspect(of, block_row, b)) {
+        return REASON_VALID;
     }
-    return !suspect && is_backed(of, block_row, b) ? REASON_VALID : REASON_NO_TEXTURE;
+    return near_texture ? REASON_AMBIGUOUS : REASON_NO_TEXTURE;
 }
 
 static void reject(const struct evidence *of, int block_row, int b, enum reason why) {
