@@ -153,7 +153,8 @@ TEST_CASE("what is around a pixel is judged as the reference does") {
         }
         CHECK(differing == 0);
     }
-    CHECK(changes == std::set<int>{REASON_VALID, REASON_NO_TEXTURE, REASON_AMBIGUOUS});
+    CHECK(changes ==
+          std::set<int>{REASON_VALID, REASON_OCCLUDED, REASON_NO_TEXTURE, REASON_AMBIGUOUS});
 }
 
 TEST_CASE("a surface that only its cost rejects is kept where all rivals are far behind") {
@@ -169,4 +170,55 @@ TEST_CASE("a surface that only its cost rejects is kept where all rivals are far
         const Grid<int> reasons = checked_reasons(pair, {0, 40, 0, false}, MATCH_WEAK_SMOOTHING);
         CHECK((reasons.at(80, 60) == REASON_OUT_OF_RANGE) == (margin == 47));
     }
+}
+
+TEST_CASE("what an object hides is rejected as the reference does") {
+    INFO("VERGENCE_SEED=", synthetic::test_seed());
+    Generator generator;
+    constexpr int kWidth = 200, kHeight = 400;
+    int rejected = 0;
+    for (const bool spans : {false, true}) {
+        View left = grey_view(kWidth, kHeight);
+        Answer answer = {{kWidth, kHeight}, {kWidth, kHeight}, {kWidth, kHeight}};
+        std::vector<rectify_span> valid;
+        for (int y = 0; y < kHeight; y++) {
+            // Rows of plain pieces, alike for some rows, and of runs of one reason.
+            int grey = 100, reason = REASON_VALID;
+            for (int x = 0; x < kWidth; x++) {
+                const int next = generator.between(40, 200);
+                grey = generator.one_in(16) ? next : grey;
+                const int above = y % 8 == 0 ? grey : left.grey.at(x, y - 1) + 1;
+                left.grey.at(x, y) = static_cast<uint8_t>(above + generator.between(-1, 1));
+                reason = generator.one_in(4)
+                             ? (generator.one_in(2) ? int{REASON_VALID}
+                                                    : kDoubts[generator.between(0, 4)])
+                             : reason;
+                answer.reason.at(x, y) = reason;
+            }
+            const int begin = spans ? generator.between(0, 20) : 0;
+            const int end = spans ? generator.between(kWidth - 20, kWidth) : kWidth;
+            left.spans[static_cast<size_t>(y)] = {begin, end};
+            valid.push_back({static_cast<int16_t>(begin), static_cast<int16_t>(end)});
+        }
+        const uint32_t noise_q8 = 128;
+        Grid<uint8_t> reasons(kWidth, kHeight);
+        std::copy(answer.reason.cells.begin(), answer.reason.cells.end(), reasons.cells.begin());
+        match_input input = {};
+        input.left = {left.grey.cells.data(), kWidth, kHeight, kWidth};
+        input.left_span = spans ? valid.data() : nullptr;
+        match_output output = {};
+        output.reason = {reasons.cells.data(), kWidth, kHeight, kWidth};
+        for (int y = 0; y < kHeight; y++) {
+            match_reject_hidden(&input, noise_q8, y, &output);
+        }
+        const Grid<int> before = answer.reason;
+        reference::reject_hidden(left, noise_q8, &answer);
+        int differing = 0;
+        for (size_t i = 0; i < reasons.cells.size(); i++) {
+            differing += reasons.cells[i] != answer.reason.cells[i];
+            rejected += before.cells[i] != answer.reason.cells[i];
+        }
+        CHECK(differing == 0);
+    }
+    CHECK(rejected > 1000);
 }

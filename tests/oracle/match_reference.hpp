@@ -125,6 +125,10 @@ Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer);
 
+/// Rejects plain pixels between some called occluded and an outline: what an object hides.
+/// `noise_q8`: 256 times the variance of the noise of a pixel.
+void reject_hidden(const View &left, double noise_q8, Answer *answer);
+
 /// Winners, checks, smoothing, speckles. If `doubtful` is not 0, no winner is better than its
 /// rivals by enough.
 Answer decide(const View &left, const View &right, const Search &search, const Sums &sums,

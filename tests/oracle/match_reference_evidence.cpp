@@ -350,12 +350,76 @@ void join(const Search &search, Answer *answer) {
     }
 }
 
+// Squared slope over four pixels of the row, smoothed by (1 2 1) both ways, times 16; 0 where one
+// of the pixels is not valid.
+double slope_at(const View &left, int x, int y) {
+    const int weight[3] = {1, 2, 1};
+    double slope = 0;
+    for (int j = -1; j <= 1; j++) {
+        const int row = std::clamp(y + j, 0, left.grey.height - 1);
+        const Span span = left.spans[static_cast<size_t>(row)];
+        if (x - 3 < span.begin || x + 3 >= span.end) {
+            return 0;
+        }
+        for (int i = -1; i <= 1; i++) {
+            slope += weight[j + 1] * weight[i + 1] *
+                     (left.grey.at(x + i + 2, row) - left.grey.at(x + i - 2, row));
+        }
+    }
+    return slope * slope;
+}
+
+// Where the pixels from x on that are plain up to an outline end; x if there is no outline, or if
+// the eight pixels before are not plain too.
+int plain_end(const View &left, double noise, int x, int y) {
+    const int end = std::min(x + 24, left.grey.width);
+    const auto is_plain = [&](int at) { return slope_at(left, at, y) <= 32 * noise; };
+    for (int i = x - 8; i < x; i++) {
+        if (!is_plain(i)) {
+            return x;
+        }
+    }
+    int at = x;
+    while (at < end && is_plain(at)) {
+        at++;
+    }
+    bool is_outline = false;
+    for (int i = at; i < std::min(at + 5, end); i++) {
+        is_outline = is_outline || slope_at(left, i, y) > 1000 * noise;
+    }
+    return !is_outline ? x : at - x < 4 ? at : at + 2;
+}
+
 }  // namespace
+
+// Of the 16 pixels before, at least 4 must be called occluded.
+void reject_hidden(const View &left, double noise_q8, Answer *answer) {
+    const Grid<int> reason = answer->reason;
+    const double noise = std::floor(72 * noise_q8 / 256);
+    for (int y = 0; y < reason.height; y++) {
+        int end = 0;
+        for (int x = 1; x < reason.width; x++) {
+            if (reason.at(x, y) != REASON_VALID) {
+                continue;
+            }
+            int occluded = 0;
+            for (int i = std::max(x - 16, 0); i < x; i++) {
+                occluded += reason.at(i, y) == REASON_OCCLUDED;
+            }
+            if (x >= end && occluded >= 4 && reason.at(x - 1, y) != REASON_VALID) {
+                end = plain_end(left, noise, x, y);
+            }
+            answer->reason.at(x, y) = x < end ? REASON_OCCLUDED : REASON_VALID;
+        }
+    }
+}
 
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer) {
     join(search, answer);
-    reject_unsupported(left, noise_of(left, right, *answer), coarse, answer);
+    const double noise_q8 = noise_of(left, right, *answer);
+    reject_unsupported(left, noise_q8, coarse, answer);
+    reject_hidden(left, noise_q8, answer);
 }
 
 }  // namespace reference

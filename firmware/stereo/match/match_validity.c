@@ -14,7 +14,6 @@ enum {
     ROW_STEP = 2,    // between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
-    NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
     // The disparity changes by more than this over four columns at a depth edge, and slopes as near
     // to one may be the edge itself: where a curved object ends, both cameras see different points.
     RIM_STEP_Q8 = 8 * 256,
@@ -94,11 +93,10 @@ static void smooth_row(const struct match_input *input, int y, uint16_t *smooth)
     int end = width;
     for (int j = 0; j < 3; j++) {
         const int at = clamped(y + j - 1, height);
+        const struct rectify_span span = match_span_of(&input->left, input->left_span, at);
         row[j] = image_u8_row(&input->left, at);
-        if (input->left_span != NULL) {
-            begin = input->left_span[at].begin > begin ? input->left_span[at].begin : begin;
-            end = input->left_span[at].end < end ? input->left_span[at].end : end;
-        }
+        begin = span.begin > begin ? span.begin : begin;
+        end = span.end < end ? span.end : end;
     }
     memset(smooth, 0, (size_t)(width + 2 * PAD) * sizeof *smooth);
     if (end - begin < 3) {
@@ -139,8 +137,7 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
 }
 
 // Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
-// away from depth edges. Smoothing leaves 36 / 256 of the variance of the noise, a difference of
-// two has twice that: 72 times that of a pixel, as the rows hold sixteen times the grey levels.
+// away from depth edges.
 static void slopes_of(const struct evidence *of, const struct part *part) {
     const uint16_t *restrict above = part->smooth[0] + PAD;
     const uint16_t *restrict here = part->smooth[1] + PAD;
@@ -176,7 +173,7 @@ static void judge_slopes(const struct evidence *of, const struct part *part, int
         upright += part->upright[clamped(b + i, of->blocks)];
         slopes += part->slopes[clamped(b + i, of->blocks)];
     }
-    const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
+    const uint64_t noise = slopes * MATCH_SLOPE_NOISE * of->noise_q8 / 256;
     const uint64_t signal_min = (SIGNAL_MIN + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
     block->sloped = slopes > 0 && along >= signal_min;
@@ -371,6 +368,9 @@ static void reject_part(void *context, int index) {
     for (int r = of->part[index].begin; r < of->part[index].end; r++) {
         for (int b = 0; b < of->blocks; b++) {
             reject(of, r, b, reason_of(of, r, b));
+        }
+        for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < of->output->reason.height; y++) {
+            match_reject_hidden(of->input, of->noise_q8, y, of->output);
         }
     }
 }

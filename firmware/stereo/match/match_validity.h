@@ -62,6 +62,11 @@ static inline struct match_believed match_believed_of(const struct match_options
 void match_join(const struct match_options *options, const struct parallel *parallel,
                 struct match_output *output);
 
+/// Changes REASON_VALID to REASON_OCCLUDED in a row for what an object hides from the right camera
+/// and its outline makes seem a part of it. `noise_q8`: `match_noise_q8`.
+void match_reject_hidden(const struct match_input *input, uint32_t noise_q8, int y,
+                         struct match_output *output);
+
 /// Where winners are this far ahead of their rivals on the mean, texture or cost matter less.
 enum { MATCH_DISTINCT_MARGIN = 48 };
 
@@ -100,6 +105,12 @@ enum {
     MATCH_STRONG_SMOOTHING = 5,
 };
 
+/// The valid columns of a row.
+static inline struct rectify_span match_span_of(const struct image_u8 *image,
+                                                const struct rectify_span *spans, int y) {
+    return spans == NULL ? (struct rectify_span){0, (int16_t)image->width} : spans[y];
+}
+
 /// The nearest whole disparity.
 static inline int match_whole_disparity(int32_t disparity_q8) {
     return (disparity_q8 + 128) >> 8;
@@ -108,6 +119,11 @@ static inline int match_whole_disparity(int32_t disparity_q8) {
 /// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
 /// pixels that match, not counting clipped ones; at least that of whole grey levels.
 uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output);
+
+/// Noise of a slope, times the variance of that of a pixel: the difference between two pixels of
+/// rows that were smoothed by (1 2 1) both ways, times 16. Smoothing leaves 36 / 256 of the
+/// variance, a difference has twice that.
+enum { MATCH_SLOPE_NOISE = 72 };
 
 /// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
 /// for noisier images, 0 for those of little noise or of texture as fine as noise.
