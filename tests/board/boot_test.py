@@ -97,8 +97,6 @@ class Instrument(SurfaceTest):
                                (system["MemAvailable"], daemon["VmRSS"]))
         print(f"processor: U-Boot {self.u_boot_s:.2f} s, kernel to prompt {self.linux_s:.2f} s; "
               f"memory: {available:.1f} MiB available, daemon {resident:.1f} MiB")
-        self.assertLess(self.u_boot_s, 2)
-        self.assertLess(self.linux_s, 3)
         self.assertGreater(available, 44)
         self.assertLess(resident, 5)
         self.assertEqual(daemon["Seccomp"].strip(), "2")
