@@ -259,29 +259,36 @@ static bool is_final(enum outcome outcome, bool may_repeat) {
     return outcome != NOT_RECEIVED && (outcome != UNANSWERED || !may_repeat);
 }
 
-/// Sends the request until its outcome is known, or the peer is gone. `perhaps`: it may have been
-/// executed.
+/// Sends the request once and receives its answer. `perhaps`: it may have been executed.
+static enum outcome attempt(struct answer *self, const char *request, bool *perhaps) {
+    if (!remote_line_send(&self->remote->line, request, strlen(request))) {
+        return BROKEN;
+    }
+    const enum outcome outcome = receive(self);
+    *perhaps = *perhaps || outcome == UNANSWERED || outcome == BROKEN;
+    return outcome;
+}
+
+/// Sends the request until its outcome is known, or the peer is gone.
 static enum outcome repeat(struct answer *self, const char *request, bool may_repeat,
                            bool *perhaps) {
     struct remote *remote = self->remote;
     enum outcome outcome = UNANSWERED;
     int silent = 0;
+    bool late = false;  // the answer may be
     for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(remote); i++) {
         const uint64_t before = remote->line.rx_bytes;
-        const bool sent = remote_line_send(&remote->line, request, strlen(request));
-        if (!sent) {
-            return BROKEN;
-        }
-        outcome = receive(self);
-        *perhaps = *perhaps || outcome == UNANSWERED || outcome == BROKEN;
+        outcome = attempt(self, request, perhaps);
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
         if (is_final(outcome, may_repeat)) {
-            break;
+            // Of two answers to one request the first one counts.
+            return late && !drain(remote) ? BROKEN : outcome;
         }
         // A damaged line may have become two, each with its answer.
         if (outcome == NOT_RECEIVED && !drain(remote)) {
             return BROKEN;
         }
+        late = outcome == UNANSWERED && !self->damaged;
     }
     return outcome;
 }

@@ -7,6 +7,7 @@ import os
 import random
 import resource
 import signal
+import time
 import unittest
 import zlib
 
@@ -182,6 +183,20 @@ class Send(DaemonTest):
                 break
             self.assertEqual(done.returncode, 3, done.stderr)
         self.assertEqual((self.there("serial"), self.parts()), (data, []))
+
+    def test_answers_that_come_late_over_a_serial_line(self):
+        line = BadLine(self.console, SEED, 0, 0)
+        self.addCleanup(line.close)
+        data, path = self.content(15000)
+        process = self.begin("send", path, "late", where=f"serial:{line.name}")
+        wait_until(lambda: line.carried >= 5000)
+        # For longer than the client waits before it asks again: then each request has an answer.
+        self.daemon.send_signal(signal.SIGSTOP)
+        time.sleep(4)
+        self.daemon.send_signal(signal.SIGCONT)
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(process.returncode, 0, (output, reported))
+        self.assertEqual(self.there("late"), data)
 
     def test_a_serial_line_that_breaks(self):
         line = BadLine(self.console, SEED, 0, 0)
