@@ -117,6 +117,13 @@ class Board:
                 text += data.decode(errors="replace")
         return found[1].replace("\r", "").strip()
 
+    def restart(self):
+        """Resets the board; the shell's line stays open till it has, however busy the machine is."""
+        with socket.socket(socket.AF_UNIX) as line:
+            line.connect(str(self.folder / "shell.sock"))
+            line.sendall(b"reboot -f\n")
+            self.wait("^U-Boot 20", COMMAND_LIMIT_S)
+
     def report(self):
         """What the tool wrote on standard error."""
         return (self.folder / "errors").read_text(encoding="utf-8", errors="replace")

@@ -165,8 +165,7 @@ class Linux(LinuxTest):
         self.on_board("bringup")
         self.on_board("window 1024 768")
         self.board.send("capture\r")
-        with contextlib.suppress(TimeoutError):
-            self.board.shell("reboot -f", limit_s=5)
+        self.board.restart()
         self.board.wait("Starting kernel", BOOT_LIMIT_S)
         self.board.wait_prompt()
         self.on_board("bringup")
