@@ -125,6 +125,9 @@ Sums sum_up(const View &left, const Search &search, const Volume &row_averages,
 void check_neighbourhood(const View &left, const View &right, const Search &search, bool coarse,
                          Answer *answer);
 
+/// A row of the left image, smoothed by (1 2 1) both ways, times 16; column 0 is at index 2.
+std::vector<int> smooth_row(const View &left, int y);
+
 /// Rejects plain pixels between some called occluded and an outline: what an object hides.
 /// `noise_q8`: 256 times the variance of the noise of a pixel.
 void reject_hidden(const View &left, double noise_q8, Answer *answer);

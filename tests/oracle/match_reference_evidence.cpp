@@ -87,6 +87,8 @@ double noise_of(const View &left, const View &right, const Answer &answer) {
     return std::max(std::floor(sum * sum / 530), 21.0);
 }
 
+}  // namespace
+
 // The left image's row with its ends repeated beyond what is valid in it and its neighbours,
 // smoothed by (1 2 1) both ways, times 16; column 0 is at index 2.
 std::vector<int> smooth_row(const View &left, int y) {
@@ -111,6 +113,8 @@ std::vector<int> smooth_row(const View &left, int y) {
     }
     return smooth;
 }
+
+namespace {
 
 // Squared slopes of the blocks along the rows, and along the columns, and their number.
 struct Slopes {
@@ -350,53 +354,30 @@ void join(const Search &search, Answer *answer) {
     }
 }
 
-// Squared slope over four pixels of the row, smoothed by (1 2 1) both ways, times 16; 0 where one
-// of the pixels is not valid.
-double slope_at(const View &left, int x, int y) {
-    const int weight[3] = {1, 2, 1};
-    double slope = 0;
-    for (int j = -1; j <= 1; j++) {
-        const int row = std::clamp(y + j, 0, left.grey.height - 1);
-        const Span span = left.spans[static_cast<size_t>(row)];
-        if (x - 3 < span.begin || x + 3 >= span.end) {
-            return 0;
-        }
-        for (int i = -1; i <= 1; i++) {
-            slope += weight[j + 1] * weight[i + 1] *
-                     (left.grey.at(x + i + 2, row) - left.grey.at(x + i - 2, row));
-        }
-    }
-    return slope * slope;
-}
-
-// Where the pixels from x on that are plain up to an outline end; x if there is no outline, or if
-// the eight pixels before are not plain too.
-int plain_end(const View &left, double noise, int x, int y) {
-    const int end = std::min(x + 24, left.grey.width);
-    const auto is_plain = [&](int at) { return slope_at(left, at, y) <= 32 * noise; };
-    for (int i = x - 8; i < x; i++) {
-        if (!is_plain(i)) {
-            return x;
-        }
-    }
-    int at = x;
-    while (at < end && is_plain(at)) {
-        at++;
-    }
-    bool is_outline = false;
-    for (int i = at; i < std::min(at + 5, end); i++) {
-        is_outline = is_outline || slope_at(left, i, y) > 1000 * noise;
-    }
-    return !is_outline ? x : at - x < 4 ? at : at + 2;
-}
-
 }  // namespace
 
-// Of the 16 pixels before, at least 4 must be called occluded.
+// Of the 16 pixels before, at least 4 must be called occluded. The 8 pixels before, and all up to
+// the outline, are plain.
 void reject_hidden(const View &left, double noise_q8, Answer *answer) {
     const Grid<int> reason = answer->reason;
     const double noise = std::floor(72 * noise_q8 / 256);
     for (int y = 0; y < reason.height; y++) {
+        const std::vector<int> smooth = smooth_row(left, y);
+        const auto slope_at = [&](int x) {
+            const auto at = static_cast<size_t>(x);
+            return std::pow(smooth[at + 4] - smooth[at], 2) / noise;
+        };
+        const auto plain_end = [&](int x) {
+            int at = std::max(x - 8, 0);
+            while (at < std::min(x + 24, reason.width) && slope_at(at) <= 32) {
+                at++;
+            }
+            bool is_outline = false;
+            for (int i = at; i < std::min({at + 5, x + 24, reason.width}); i++) {
+                is_outline = is_outline || slope_at(i) > 1000;
+            }
+            return !is_outline ? x : at - x < 4 ? at : at + 2;
+        };
         int end = 0;
         for (int x = 1; x < reason.width; x++) {
             if (reason.at(x, y) != REASON_VALID) {
@@ -407,7 +388,7 @@ void reject_hidden(const View &left, double noise_q8, Answer *answer) {
                 occluded += reason.at(i, y) == REASON_OCCLUDED;
             }
             if (x >= end && occluded >= 4 && reason.at(x - 1, y) != REASON_VALID) {
-                end = plain_end(left, noise, x, y);
+                end = plain_end(x);
             }
             answer->reason.at(x, y) = x < end ? REASON_OCCLUDED : REASON_VALID;
         }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single pixels that are judged again by those around: what continues a surface although a limit
-// rejected it, and what is hidden although all checks accepted it.
+// Pixels that continue the surface around them, although a limit rejected them.
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 #include "stereo/match/match_state.h"
@@ -19,19 +18,6 @@ enum {
     AROUND = 12,
     AROUND_STEP = 4,
     MARGIN_MAX = 60,
-    // What an object hides is looked for where a quarter of the 16 pixels before are hidden, up to
-    // so many pixels on. From so many before, as the object itself may begin there, to its outline
-    // no slope has more than so many times the energy of noise; the outline has more.
-    HIDDEN_BEFORE_MIN = 4,
-    HIDDEN_MAX_PX = 24,
-    PLAIN_BEFORE_PX = 8,
-    PLAIN_SLOPE = 32,
-    OUTLINE_SLOPE = 1000,
-    REACH = 2,       // of a slope, to each side
-    OUTLINE_PX = 5,  // in which an outline, smoothed, is steepest
-    // Where much is hidden the first pixels of the outline's slope are too.
-    MUCH_PX = 4,
-    FOOT_PX = 2,
 };
 
 // The pixels of the image up to so many columns and rows from (x, y).
@@ -170,69 +156,4 @@ void match_join(const struct match_options *options, const struct parallel *para
     parallel->run(parallel->self, join_upper_half, &of, of.parts);
     parallel->run(parallel->self, join_lower_half, &of, of.parts);
     parallel->run(parallel->self, accept_joined, &of, of.parts);
-}
-
-// The squared slope over four pixels of the row, smoothed (see MATCH_SLOPE_NOISE); 0 where not all
-// pixels are valid.
-static uint32_t slope_at(const struct match_input *input, int x, int y) {
-    int32_t slope = 0;
-    for (int j = -1; j <= 1; j++) {
-        const int last = input->left.height - 1;
-        const int at = y + j < 0 ? 0 : (y + j < last ? y + j : last);
-        const struct rectify_span span = match_span_of(&input->left, input->left_span, at);
-        if (x - REACH - 1 < span.begin || x + REACH + 1 >= span.end) {
-            return 0;
-        }
-        const uint8_t *before = image_u8_row(&input->left, at) + x - REACH;
-        const uint8_t *after = before + 2 * REACH;
-        slope += (j == 0 ? 2 : 1) *
-                 (after[-1] + 2 * after[0] + after[1] - before[-1] - 2 * before[0] - before[1]);
-    }
-    return (uint32_t)(slope * slope);
-}
-
-// The end of the pixels from x on that have no texture of their own and reach to an outline; x if
-// there are none.
-static int hidden_end(const struct match_input *input, uint32_t noise_q8, int x, int y) {
-    const uint64_t noise = (uint64_t)MATCH_SLOPE_NOISE * noise_q8 / 256;
-    const int width = input->left.width;
-    INVARIANT(x >= 0 && x < width);
-    const int end = x + HIDDEN_MAX_PX < width ? x + HIDDEN_MAX_PX : width;
-    int at = x - PLAIN_BEFORE_PX;
-    while (at < end && slope_at(input, at, y) <= PLAIN_SLOPE * noise) {
-        at++;
-    }
-    uint32_t steepest = 0;
-    for (int i = at; i < end && i < at + OUTLINE_PX; i++) {
-        const uint32_t slope = slope_at(input, i, y);
-        steepest = slope > steepest ? slope : steepest;
-    }
-    if (at < x || steepest <= OUTLINE_SLOPE * noise) {
-        return x;
-    }
-    INVARIANT(at < end);
-    return at - x < MUCH_PX ? at : at + FOOT_PX;
-}
-
-// What an object hides has no match. Where it has no texture along the row either, the nearest
-// contrast decides: the object's outline, which gives it the object's disparity.
-void match_reject_hidden(const struct match_input *input, uint32_t noise_q8, int y,
-                         struct match_output *output) {
-    INVARIANT(y >= 0 && y < output->reason.height);
-    uint8_t *reason = image_u8_row(&output->reason, y);
-    uint16_t hidden = 0;  // a bit for each of the pixels before
-    bool follows = true;  // an accepted pixel
-    int end = 0;
-    for (int x = 0; x < output->reason.width; x++) {
-        const bool is_hidden = reason[x] == REASON_OCCLUDED;
-        const bool accepted = reason[x] == REASON_VALID;
-        if (accepted && !follows && x >= end && __builtin_popcount(hidden) >= HIDDEN_BEFORE_MIN) {
-            end = hidden_end(input, noise_q8, x, y);
-        }
-        if (accepted && x < end) {
-            reason[x] = REASON_OCCLUDED;
-        }
-        hidden = (uint16_t)(hidden << 1 | is_hidden);
-        follows = accepted;
-    }
 }

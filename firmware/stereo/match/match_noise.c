@@ -40,11 +40,16 @@ struct limits {
     uint8_t darkest, brightest;
 };
 
+static struct rectify_span span_of(const struct image_u8 *image, const struct rectify_span *spans,
+                                   int y) {
+    return spans == NULL ? (struct rectify_span){0, (int16_t)image->width} : spans[y];
+}
+
 static struct limits limits_of(const struct image_u8 *image, const struct rectify_span *spans) {
     struct limits limits = {UINT8_MAX, 0};
     for (int y = 0; y < image->height; y++) {
         const uint8_t *restrict row = image_u8_row(image, y);
-        const struct rectify_span span = match_span_of(image, spans, y);
+        const struct rectify_span span = span_of(image, spans, y);
         uint8_t darkest = UINT8_MAX;
         uint8_t brightest = 0;
         for (int x = span.begin; x < span.end; x++) {
@@ -113,7 +118,7 @@ static struct rectify_span common_span(const struct image_u8 *image,
                                        const struct rectify_span *spans, int y) {
     struct rectify_span common = {0, (int16_t)image->width};
     for (int j = y - 1; j <= y + BLOCK; j++) {
-        const struct rectify_span span = match_span_of(image, spans, j);
+        const struct rectify_span span = span_of(image, spans, j);
         common.begin = span.begin > common.begin ? span.begin : common.begin;
         common.end = span.end < common.end ? span.end : common.end;
     }

@@ -14,6 +14,7 @@ enum {
     ROW_STEP = 2,    // between rows whose texture is measured
     SLOPE_ROWS = 3,  // smoothed rows in use
     MAX_PARTS = 8,
+    NOISE_OF_SLOPE = 72,  // times the variance of a pixel: see slopes_of
     // The disparity changes by more than this over four columns at a depth edge, and slopes as near
     // to one may be the edge itself: where a curved object ends, both cameras see different points.
     RIM_STEP_Q8 = 8 * 256,
@@ -48,6 +49,18 @@ enum {
     // Where texture is coarse and no strong slopes are near, wrong winners agree: all need a share.
     COARSE_SHARE_MIN = 204,
     STRONG_BLOCKS_MIN = 3,
+    // Pixels beside an outline may be hidden if so many of the 16 before are called occluded.
+    OCCLUDED_BEFORE_MIN = 4,
+    // Up to the outline, and before, slopes have at most so many times the energy of noise: the rim
+    // of an object begins with a slope.
+    HIDDEN_MAX_PX = 24,
+    PLAIN_BEFORE_PX = 8,
+    PLAIN_SLOPE = 32,
+    OUTLINE_SLOPE = 1000,  // has more
+    OUTLINE_PX = 5,        // within so many pixels
+    // After so many plain pixels the first ones of the outline's slope are rejected too.
+    FOOT_RUN_MIN_PX = 4,
+    FOOT_PX = 2,
 };
 
 // One thread's rows of blocks, and its memory.
@@ -93,10 +106,11 @@ static void smooth_row(const struct match_input *input, int y, uint16_t *smooth)
     int end = width;
     for (int j = 0; j < 3; j++) {
         const int at = clamped(y + j - 1, height);
-        const struct rectify_span span = match_span_of(&input->left, input->left_span, at);
         row[j] = image_u8_row(&input->left, at);
-        begin = span.begin > begin ? span.begin : begin;
-        end = span.end < end ? span.end : end;
+        if (input->left_span != NULL) {
+            begin = input->left_span[at].begin > begin ? input->left_span[at].begin : begin;
+            end = input->left_span[at].end < end ? input->left_span[at].end : end;
+        }
     }
     memset(smooth, 0, (size_t)(width + 2 * PAD) * sizeof *smooth);
     if (end - begin < 3) {
@@ -137,7 +151,8 @@ static void mark_rims(const struct match_output *output, int y, uint8_t *at_rim)
 }
 
 // Adds the squared slopes over four pixels, along row and column, of the middle row, of columns
-// away from depth edges.
+// away from depth edges. Smoothing leaves 36 / 256 of the variance of the noise, a difference of
+// two has twice that: 72 times that of a pixel, as the rows hold sixteen times the grey levels.
 static void slopes_of(const struct evidence *of, const struct part *part) {
     const uint16_t *restrict above = part->smooth[0] + PAD;
     const uint16_t *restrict here = part->smooth[1] + PAD;
@@ -173,7 +188,7 @@ static void judge_slopes(const struct evidence *of, const struct part *part, int
         upright += part->upright[clamped(b + i, of->blocks)];
         slopes += part->slopes[clamped(b + i, of->blocks)];
     }
-    const uint64_t noise = slopes * MATCH_SLOPE_NOISE * of->noise_q8 / 256;
+    const uint64_t noise = slopes * NOISE_OF_SLOPE * of->noise_q8 / 256;
     const uint64_t signal_min = (SIGNAL_MIN + 1) * noise;
     const uint64_t structure = upright > noise ? upright - noise : 0;
     block->sloped = slopes > 0 && along >= signal_min;
@@ -345,6 +360,53 @@ static void reject(const struct evidence *of, int block_row, int b, enum reason 
     }
 }
 
+static uint32_t slope_at(const uint16_t *smooth, int x) {
+    const int32_t slope = smooth[x + PAD] - smooth[x - PAD];
+    return (uint32_t)(slope * slope);
+}
+
+// Where the plain pixels from x on end at an outline, with the foot of its slope; x if they do not.
+static int hidden_end(const uint16_t *smooth, uint64_t noise, int width, int x) {
+    INVARIANT(x >= 0 && x < width);
+    const int end = x + HIDDEN_MAX_PX < width ? x + HIDDEN_MAX_PX : width;
+    int at = x > PLAIN_BEFORE_PX ? x - PLAIN_BEFORE_PX : 0;
+    while (at < end && slope_at(smooth, at) <= PLAIN_SLOPE * noise) {
+        at++;
+    }
+    uint32_t steepest = 0;
+    for (int i = at; i < end && i < at + OUTLINE_PX; i++) {
+        const uint32_t slope = slope_at(smooth, i);
+        steepest = slope > steepest ? slope : steepest;
+    }
+    if (at < x || steepest <= OUTLINE_SLOPE * noise) {
+        return x;
+    }
+    INVARIANT(at < end);
+    return at - x < FOOT_RUN_MIN_PX ? at : at + FOOT_PX;
+}
+
+// What an object hides has no match. Where it has no texture along the row either, the nearest
+// contrast decides: the object's outline, which gives it the object's disparity.
+void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, uint8_t *reason) {
+    const uint64_t noise = (uint64_t)NOISE_OF_SLOPE * noise_q8 / 256;
+    uint16_t occluded = 0;       // of the pixels before, a bit each
+    bool after_accepted = true;  // so that none begins at column 0
+    int end = 0;
+    for (int x = 0; x < width; x++) {
+        const bool is_occluded = reason[x] == REASON_OCCLUDED;
+        const bool accepted = reason[x] == REASON_VALID;
+        if (accepted && !after_accepted && x >= end &&
+            __builtin_popcount(occluded) >= OCCLUDED_BEFORE_MIN) {
+            end = hidden_end(smooth, noise, width, x);
+        }
+        if (accepted && x < end) {
+            reason[x] = REASON_OCCLUDED;
+        }
+        occluded = (uint16_t)(occluded << 1 | is_occluded);
+        after_accepted = accepted;
+    }
+}
+
 static void measure_part(void *context, int index) {
     struct evidence *of = context;
     struct part *part = &of->part[index];
@@ -370,7 +432,10 @@ static void reject_part(void *context, int index) {
             reject(of, r, b, reason_of(of, r, b));
         }
         for (int y = r * BLOCK; y < (r + 1) * BLOCK && y < of->output->reason.height; y++) {
-            match_reject_hidden(of->input, of->noise_q8, y, of->output);
+            uint16_t *smooth = of->part[index].smooth[0];
+            smooth_row(of->input, y, smooth);
+            match_reject_hidden(smooth + PAD, of->noise_q8, of->output->reason.width,
+                                image_u8_row(&of->output->reason, y));
         }
     }
 }

@@ -62,11 +62,6 @@ static inline struct match_believed match_believed_of(const struct match_options
 void match_join(const struct match_options *options, const struct parallel *parallel,
                 struct match_output *output);
 
-/// Changes REASON_VALID to REASON_OCCLUDED in a row for what an object hides from the right camera
-/// and its outline makes seem a part of it. `noise_q8`: `match_noise_q8`.
-void match_reject_hidden(const struct match_input *input, uint32_t noise_q8, int y,
-                         struct match_output *output);
-
 /// Where winners are this far ahead of their rivals on the mean, texture or cost matter less.
 enum { MATCH_DISTINCT_MARGIN = 48 };
 
@@ -76,11 +71,18 @@ int match_margin_around(const struct match_output *output, int x, int y);
 /// Memory that `match_evidence_run` takes, in bytes.
 size_t match_evidence_need_bytes(int width, int threads);
 
+/// Changes REASON_VALID to REASON_OCCLUDED for pixels of a row without texture of their own,
+/// between occluded ones and an outline. `smooth`: 16 times the grey levels of the left image,
+/// smoothed by (1 2 1) both ways, also of two pixels before and after the row. `noise_q8`:
+/// `match_noise_q8`.
+void match_reject_hidden(const uint16_t *smooth, uint32_t noise_q8, int width, uint8_t *reason);
+
 /// Changes REASON_VALID to REASON_NO_TEXTURE where there is little texture along the row, and to
 /// REASON_AMBIGUOUS where there is some, unless enough of the pixels around are valid: noise, and
 /// structure that hardly changes along the rows, also find partners, but seldom agree, or have near
-/// rivals. The measure is `match_noise_q8`. `smoothing`: of the pair, by `match_smoothing`; where
-/// its texture is coarse, more must be valid. ERROR_MEMORY.
+/// rivals. Then rejects what is hidden, by `match_reject_hidden`. The measure is `match_noise_q8`.
+/// `smoothing`: of the pair, by `match_smoothing`; where its texture is coarse, more must be valid.
+/// ERROR_MEMORY.
 int match_evidence_run(const struct match_input *input, int smoothing,
                        const struct parallel *parallel, struct arena *arena,
                        struct match_output *output);
@@ -105,12 +107,6 @@ enum {
     MATCH_STRONG_SMOOTHING = 5,
 };
 
-/// The valid columns of a row.
-static inline struct rectify_span match_span_of(const struct image_u8 *image,
-                                                const struct rectify_span *spans, int y) {
-    return spans == NULL ? (struct rectify_span){0, (int16_t)image->width} : spans[y];
-}
-
 /// The nearest whole disparity.
 static inline int match_whole_disparity(int32_t disparity_q8) {
     return (disparity_q8 + 128) >> 8;
@@ -119,11 +115,6 @@ static inline int match_whole_disparity(int32_t disparity_q8) {
 /// Variance of the noise of a pixel, in 1/256 of a squared grey level: what differs between valid
 /// pixels that match, not counting clipped ones; at least that of whole grey levels.
 uint32_t match_noise_q8(const struct match_input *input, const struct match_output *output);
-
-/// Noise of a slope, times the variance of that of a pixel: the difference between two pixels of
-/// rows that were smoothed by (1 2 1) both ways, times 16. Smoothing leaves 36 / 256 of the
-/// variance, a difference has twice that.
-enum { MATCH_SLOPE_NOISE = 72 };
 
 /// Weight of each of the two neighbours of a pixel along a row and along a column, in 1/16: higher
 /// for noisier images, 0 for those of little noise or of texture as fine as noise.

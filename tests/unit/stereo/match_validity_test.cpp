@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is kept and rejected by what is around a pixel, of whole pairs.
-#include "stereo/match/match_validity.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -88,7 +86,7 @@ TEST_CASE("the grain that an object hides is not kept at the object's depth") {
     constexpr double kFaint = 1;
     // A bright object with spots, in front of a table whose grain lies along the rows, with
     // little texture beside.
-    constexpr int kLeft = 140, kRight = 240, kTop = 30, kBottom = 130;
+    constexpr int kLeft = 140, kRight = 240, kTop = 30, kBottom = 130, kRim = 8;
     std::mt19937_64 random(seed);
     std::uniform_int_distribution<int> bright(70, 110);
     std::uniform_int_distribution<int> spot(-30, 10);
@@ -122,11 +120,12 @@ TEST_CASE("the grain that an object hides is not kept at the object's depth") {
         options.preset = preset;
         const Matched matched = run_match(left, right, kWidth, kHeight, options);
         REQUIRE(matched.status == ERROR_OK);
-        int hidden = 0, object = 0;
+        int hidden = 0, rim = 0, object = 0;
         for (int y = kTop + 4; y < kBottom - 4; y++) {
             const auto row = matched.reason.begin() + y * kWidth;
             hidden += static_cast<int>(
                 std::count(row + kLeft - (kNear - kFar), row + kLeft, REASON_VALID));
+            rim += static_cast<int>(std::count(row + kLeft, row + kLeft + kRim, REASON_VALID));
             object += static_cast<int>(std::count(row + kLeft, row + kRight, REASON_VALID));
         }
         const int rows = kBottom - kTop - 8;
@@ -134,6 +133,7 @@ TEST_CASE("the grain that an object hides is not kept at the object's depth") {
         MESSAGE(std::string(match_preset_name(preset)), ": ", hidden_px,
                 " hidden pixels of a row are kept");
         CHECK(hidden_px < 4);
+        CHECK(rim > 0.8 * rows * kRim);
         CHECK(object > 0.9 * rows * (kRight - kLeft));
     }
 }
