@@ -275,20 +275,21 @@ static enum outcome repeat(struct answer *self, const char *request, bool may_re
     struct remote *remote = self->remote;
     enum outcome outcome = UNANSWERED;
     int silent = 0;
-    bool late = false;  // the answer may be
+    bool pending = false;  // an earlier attempt may still be answered
     for (int i = 0; i < TRIES && silent < SILENT_TRIES && !remote_interrupted(remote); i++) {
         const uint64_t before = remote->line.rx_bytes;
         outcome = attempt(self, request, perhaps);
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
         if (is_final(outcome, may_repeat)) {
             // Of two answers to one request the first one counts.
-            return late && !drain(remote) ? BROKEN : outcome;
+            (void)(pending && drain(remote));
+            return outcome;
         }
         // A damaged line may have become two, each with its answer.
         if (outcome == NOT_RECEIVED && !drain(remote)) {
             return BROKEN;
         }
-        late = outcome == UNANSWERED && !self->damaged;
+        pending = pending || (outcome == UNANSWERED && !self->damaged);
     }
     return outcome;
 }

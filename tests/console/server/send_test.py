@@ -187,13 +187,16 @@ class Send(DaemonTest):
     def test_answers_that_come_late_over_a_serial_line(self):
         line = BadLine(self.console, SEED, 0, 0)
         self.addCleanup(line.close)
-        data, path = self.content(15000)
+        data, path = self.content(100000)
         process = self.begin("send", path, "late", where=f"serial:{line.name}")
         wait_until(lambda: line.carried >= 5000)
         # For longer than the client waits before it asks again: then each request has an answer.
         self.daemon.send_signal(signal.SIGSTOP)
-        time.sleep(4)
-        self.daemon.send_signal(signal.SIGCONT)
+        try:
+            time.sleep(4)
+            self.assertIsNone(process.poll())
+        finally:
+            self.daemon.send_signal(signal.SIGCONT)
         output, reported = process.communicate(timeout=TIMEOUT_S)
         self.assertEqual(process.returncode, 0, (output, reported))
         self.assertEqual(self.there("late"), data)
