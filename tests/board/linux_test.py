@@ -86,6 +86,11 @@ class Linux(LinuxTest):
     def setUp(self):
         self.board.shell("dmesg -c >/dev/null")
 
+    def edit_settings(self, sed_script):
+        """Edits the daemon's settings and starts it again."""
+        self.board.shell(f"sed -i '{sed_script}' /etc/vergence/vergenced.conf; kill $(pidof vergenced)")
+        self.board.wait_prompt()
+
     def complaints(self):
         """What the daemon has logged since the test began."""
         return self.board.shell("dmesg | grep -E ' (warning|error): ' || true")
@@ -193,16 +198,12 @@ class Linux(LinuxTest):
     def test_a_missing_device_is_reported_as_missing(self):
         self.assertIn("0x5b 0x1d", self.board.shell("i2ctransfer -y 0 w1@0x2c 0 r2"))
         # No device answers at the left sensor's address.
-        self.board.shell("sed -i '$a rig.sensor_address_left = 0x50' /etc/vergence/vergenced.conf; "
-                         "kill $(pidof vergenced)")
-        self.board.wait_prompt()
+        self.addCleanup(self.edit_settings, "/sensor_address_left/d")
+        self.edit_settings("$a rig.sensor_address_left = 0x50")
         answer = json.loads(self.board.shell("vergence --connect unix:/run/vergence/vergenced.sock "
                                              "--json bringup").splitlines()[-1])
         self.assertFalse(answer["ok"])
         self.assertRegex(answer["message"], "left sensor.*(answer|acknowledge)")
-        self.board.shell("sed -i '/sensor_address_left/d' /etc/vergence/vergenced.conf; "
-                         "kill $(pidof vergenced)")
-        self.board.wait_prompt()
 
 
 class Bench(BoardTest):
