@@ -281,8 +281,9 @@ static enum outcome repeat(struct answer *self, const char *request, bool may_re
         outcome = attempt(self, request, perhaps);
         silent = remote->line.rx_bytes == before ? silent + 1 : 0;
         if (is_final(outcome, may_repeat)) {
-            // Of two answers to one request the first one counts.
-            (void)(pending && drain(remote));
+            if (pending) {
+                (void)drain(remote);  // of two answers to one request the first one counts
+            }
             return outcome;
         }
         // A damaged line may have become two, each with its answer.
