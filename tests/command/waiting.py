@@ -2,7 +2,8 @@
 """Waiting for a state that no call reports: a file, a line of a log, a process's state."""
 import time
 
-TIMEOUT_S = 60
+# Only what hangs reaches it: a search on a simulated rig can take 30 s on an idle machine.
+TIMEOUT_S = 180
 
 
 def wait_until(condition, message="waited in vain", timeout_s=TIMEOUT_S, interval_s=0.01):

@@ -129,6 +129,7 @@ class FocusBadInput(BadInputTest):
         self.assert_focuses()
 
     def test_silence_in_mid_sweep(self):
+        self.addCleanup(self.control, "fault serial ok")
         self.later(1.5, "fault serial silent")
         answer = self.user.ask(f"autofocus side=left {REGION}")
         self.assertRegex(answer[-1], "^ERR TIMEOUT .*lens")
