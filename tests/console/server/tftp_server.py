@@ -28,6 +28,7 @@ class TftpServer:
         self.lose, self.double, self.dies_after = lose, double, dies_after
         self.rejects, self.random = rejects, random.Random(1)
         self.errors = []  # that clients sent
+        self.peers = set()  # a repeated request is of a transfer that goes on
         self.ends = threading.Event()
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
@@ -45,12 +46,11 @@ class TftpServer:
         self.socket.close()
 
     def listen(self):
-        peers = set()  # a repeated request is of a transfer that has begun
         while not self.ends.is_set():
             if select.select([self.socket], [], [], 0.05)[0]:
                 request, peer = self.socket.recvfrom(65536)
-                if peer not in peers and not self.chance(self.lose):
-                    peers.add(peer)
+                if peer not in self.peers and not self.chance(self.lose):
+                    self.peers.add(peer)
                     thread = threading.Thread(target=self.serve, args=(request, peer))
                     self.threads.append(thread)
                     thread.start()
@@ -65,6 +65,8 @@ class TftpServer:
                 Transfer(self, own, peer).run(request)
             except Dropped:
                 pass
+            finally:
+                self.peers.discard(peer)  # its port may become another transfer's
 
 
 class Transfer:
