@@ -28,7 +28,7 @@ class TftpServer:
         self.lose, self.double, self.dies_after = lose, double, dies_after
         self.rejects, self.random = rejects, random.Random(1)
         self.errors = []  # that clients sent
-        self.peers = set()  # a repeated request is of a transfer that goes on
+        self.peers = set()  # of transfers under way: their requests may come again
         self.ends = threading.Event()
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
