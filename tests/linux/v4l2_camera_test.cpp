@@ -402,6 +402,24 @@ TEST_CASE("a stream that stays broken: three attempts with pauses, then an error
     CHECK(fake_kernel_now_us() == before_us + 10000);
 }
 
+TEST_CASE("a stream that breaks at the deadline is restarted for the next call") {
+    const Kernel kernel;
+    fake_video *video = grey_camera();
+    Camera camera;
+    REQUIRE(camera.start(kWidth, kHeight) == ERROR_OK);
+    hal_camera_frame frame;
+    fake_kernel_fail("DQBUF", 1, EIO, 2);
+    CHECK(camera.look(&frame, 0, 0) == ERROR_TIMEOUT);
+    CHECK(fake_kernel_now_us() == kStart_us);
+    CHECK(camera.counts().restarts == 1);
+    CHECK(video->starts == 2);
+    // The second error needs a pause, for which this call has no time: nothing more is logged.
+    REQUIRE(camera.log.lines.size() == 1);
+    CHECK(camera.log.lines[0] ==
+          "4 camera /dev/video0: DQBUF: Input/output error; restarting the stream");
+    CHECK(camera.look(&frame) == ERROR_OK);
+}
+
 TEST_CASE("an unplugged camera is reported at once") {
     for (const int error : {ENODEV, ENXIO}) {
         for (const char *call : {"DQBUF", "poll"}) {

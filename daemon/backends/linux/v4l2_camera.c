@@ -125,22 +125,24 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     return ERROR_OK;
 }
 
-/// Restarts a broken stream. `tries` counts the attempts of this call.
+/// Restarts a broken stream. `tries` counts the attempts of this call; the first needs no time, so
+/// that a stream that breaks at the deadline delivers frames to the next call.
 static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
     int error = ERROR_IO;
     while (error != ERROR_OK) {
-        char text[sizeof self->stream.last_error.text + 40];
-        snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text,
-                 *tries < RESTARTS_MAX ? "restarting the stream" : "giving up for now");
-        report(self, *tries < RESTARTS_MAX ? HAL_LOG_WARNING : HAL_LOG_ERROR, text);
-        if (*tries == RESTARTS_MAX) {
-            return ERROR_IO;
-        }
+        const bool last = *tries == RESTARTS_MAX;
         const uint64_t pause_us = *tries == 0 ? 0 : (uint64_t)PAUSE_US << (*tries - 1);
         const uint64_t until_us = monotonic_now_us() + pause_us;
-        if (until_us >= deadline_us) {
+        if (!last && pause_us > 0 && until_us >= deadline_us) {
             monotonic_clock_wait_until_us(deadline_us);
             return ERROR_TIMEOUT;
+        }
+        char text[sizeof self->stream.last_error.text + 40];
+        snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text,
+                 last ? "giving up for now" : "restarting the stream");
+        report(self, last ? HAL_LOG_ERROR : HAL_LOG_WARNING, text);
+        if (last) {
+            return ERROR_IO;
         }
         monotonic_clock_wait_until_us(until_us);
         ++*tries;

@@ -2,8 +2,8 @@
 /// hal_camera on a Linux video device: a webcam, or the parallel port behind the camera select.
 ///
 /// A broken stream (driver error, no frame for three frame times, an impossible buffer) is stopped,
-/// its buffers are released, and it is restarted: at most 3 times per call, with increasing pauses,
-/// within the call's deadline. Each restart is counted and logged.
+/// its buffers are released, and it is restarted: at most 3 times per call, at once and then after
+/// increasing pauses within the call's deadline. Each restart is counted and logged.
 ///
 /// Frames that need no conversion are lent: they stay in the driver's buffers, of which the driver
 /// gets new ones when all are lent. If its frames cease meanwhile, as it may need more buffers than
