@@ -25,7 +25,7 @@ IMAGE = os.environ.get("VERGENCE_IMAGE", "")
 VERGENCE = os.environ.get("VERGENCE", "vergence")
 # Limits for a machine that does much else; the figures are in firmware/image/README.md.
 BOOT_LIMIT_S, COMMAND_LIMIT_S, END_LIMIT_S = 180, 240, 30
-ANSWER_LIMIT_S = 5  # of the console, whatever became of the daemon
+ANSWER_LIMIT_S = 15  # of the console, whatever became of the daemon
 # Ways to end or to stop what runs on the board. The last one leaves the system's watchdog alone.
 KILL, STOP = "kill -9 $(pidof vergenced)", "kill -STOP $(pidof vergenced)"
 WATCHDOG_LIMIT_S = 60

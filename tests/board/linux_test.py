@@ -36,7 +36,9 @@ class LinuxTest(BoardTest):
         cls.files = cls.place / "files"
         cls.launch(VERGENCED, "profile=rig", "store=none", f"backend=sim unix:{cls.place}/host.sock",
                    f"socket={cls.place}/vergence.sock", f"files={cls.files}", f"log={cls.place}/log")
+        end = time.monotonic() + BOOT_LIMIT_S
         while not (cls.place / "vergence.sock").exists():
+            assert time.monotonic() < end, "the daemon's socket does not come"
             time.sleep(0.05)
         cls.begin("--linux", "--rig", f"unix:{cls.place}/board.sock")
         cls.addClassCleanup(cls.board.close)

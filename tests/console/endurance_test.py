@@ -41,6 +41,7 @@ class Endurance(unittest.TestCase):
         line = run.stdout.readline()
         while "bringup" not in line:
             line = run.stdout.readline()
+            self.assertTrue(line, "it ended")
         with open(f"/proc/{run.pid}/task/{run.pid}/children", encoding="ascii") as file:
             children = [int(word) for word in file.read().split()]
         for child in children:

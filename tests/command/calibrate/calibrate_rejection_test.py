@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`vergence calibrate`: the error line is right, even for unusual mistakes."""
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -14,6 +15,12 @@ import boards
 import seen_corners
 from calibrate_fixture import Fixture
 from pairs import VERGENCE, run
+
+
+def processor_s():
+    """Processor time of the programs that were run and have ended, s."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 class Seen(Fixture):
@@ -50,16 +57,16 @@ class Seen(Fixture):
         return made
 
     def test_many_pairs_of_one_mirrored_camera(self):
-        begin = time.monotonic()
+        before_s = processor_s()
         done = self.run_seen(self.mirrored(60))
-        took = time.monotonic() - begin
+        mirrored_s = processor_s() - before_s
         self.assertIn(done.returncode, (3, 5))
         self.assertIn("mirrored", done.stderr.splitlines()[-1])
         # Correct pairs are solved to the end.
         shutil.rmtree(self.out, ignore_errors=True)
-        begin = time.monotonic()
+        before_s = processor_s()
         self.assert_good(self.run_seen(seen_corners.pairs(60)), 60)
-        self.assertLess(took, time.monotonic() - begin + 2)
+        self.assertLess(mirrored_s, processor_s() - before_s + 2)
 
     def test_ctrl_c_while_mirrored_pairs_are_looked_at(self):
         cache = seen_corners.write(self.pictures, self.mirrored(15))
@@ -71,11 +78,15 @@ class Seen(Fixture):
         shutil.rmtree(self.out, ignore_errors=True)
         stopped = 0
         for part in (0.3, 0.5, 0.6, 0.7, 0.8, 0.9):
+            begin = time.monotonic()
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             time.sleep(part * whole)
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=60)
-            if process.returncode not in (3, 5):  # it finished before
+            if process.returncode in (3, 5):
+                # It finished before: other programs slowed the first run.
+                whole = min(whole, time.monotonic() - begin)
+            else:
                 stopped += 1
                 self.assertEqual(process.returncode, 130, part)
                 self.assertEqual([p.name for p in self.folder.iterdir()], ["pictures"])

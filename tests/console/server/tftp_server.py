@@ -6,9 +6,11 @@ import select
 import socket
 import struct
 import threading
+import time
 
 READ, WRITE, DATA, ACK, ERROR, OPTIONS = range(1, 7)
 WAIT_S = 0.3
+LAST_WAIT_S = 1.5  # longer than the client waits before it sends a block again
 TRIES = 20
 LARGEST = 1 << 24
 
@@ -157,6 +159,9 @@ class Transfer:
         self.server.files[name] = data
         self.send(answer)
         # The last answer may be lost: then the last block comes again.
-        while select.select([self.own], [], [], 2 * WAIT_S)[0]:
+        end_s = time.monotonic() + LAST_WAIT_S
+        while not self.server.ends.is_set() and time.monotonic() < end_s:
+            if not select.select([self.own], [], [], 0.05)[0]:
+                continue
             if struct.unpack("!HH", self.own.recvfrom(65536)[0][:4]) == (DATA, block % 65536):
                 self.send(answer)
