@@ -14,6 +14,7 @@ import unittest
 
 from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, KILL, ROOT, STOP, STOP_ALL,
                            VERGENCE, BoardTest, child_of)
+from waiting import wait_until
 
 SIMRIG, VERGENCED = os.environ["SIMRIG"], os.environ["VERGENCED"]
 RIG = ("--scene", "plane", "--rig", "perfect", "--seed", "11")
@@ -36,10 +37,7 @@ class LinuxTest(BoardTest):
         cls.files = cls.place / "files"
         cls.launch(VERGENCED, "profile=rig", "store=none", f"backend=sim unix:{cls.place}/host.sock",
                    f"socket={cls.place}/vergence.sock", f"files={cls.files}", f"log={cls.place}/log")
-        end = time.monotonic() + BOOT_LIMIT_S
-        while not (cls.place / "vergence.sock").exists():
-            assert time.monotonic() < end, "the daemon's socket does not come"
-            time.sleep(0.05)
+        wait_until((cls.place / "vergence.sock").exists, "the daemon's socket does not come")
         cls.begin("--linux", "--rig", f"unix:{cls.place}/board.sock")
         cls.addClassCleanup(cls.board.close)
         cls.board.wait_prompt()

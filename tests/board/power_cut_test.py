@@ -19,6 +19,7 @@ import unittest
 
 from board_process import BOOT_LIMIT_S, COMMAND_LIMIT_S, PROMPT, child_of
 from flash_test import SLOTS, FlashTest
+from waiting import wait_until
 
 CUTS = int(os.environ.get("VERGENCE_CUTS", "20"))
 SEED = int(os.environ.get("VERGENCE_SEED", "1"))
@@ -33,13 +34,6 @@ WORDS = ("--args", "mtdparts=0.flash:64m(boot),256k(environment),4m(image),4m(im
 EXPOSURES_US = (9000, 5000)
 KEEP_GOING = 1.1  # cuts are within so many times of what an undisturbed run took
 SAVED = "/var/lib/vergence/store"
-
-
-def wait_until(condition):
-    end = time.monotonic() + COMMAND_LIMIT_S
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError(f"not within {COMMAND_LIMIT_S} s")
 
 
 class PowerCuts(FlashTest):
@@ -78,7 +72,8 @@ class PowerCuts(FlashTest):
         try:
             # The signal takes effect later, thread by thread.
             wait_until(lambda: all(" T " in stat.read_text(encoding="utf-8", errors="replace")
-                                   for stat in pathlib.Path(f"/proc/{number}/task").glob("*/stat")))
+                                   for stat in pathlib.Path(f"/proc/{number}/task").glob("*/stat")),
+                       timeout_s=COMMAND_LIMIT_S)
             return self.part(at, size)
         finally:
             os.kill(number, signal.SIGCONT)
@@ -162,7 +157,7 @@ class PowerCuts(FlashTest):
         """Returns when the first byte of flash has changed, and the time."""
         before = self.part(*STORE)
         self.board.send("settings save\r")
-        wait_until(lambda: self.part(*STORE) != before)
+        wait_until(lambda: self.part(*STORE) != before, timeout_s=COMMAND_LIMIT_S, interval_s=0)
         return time.monotonic()
 
     def cut_saves(self, count, kill):

@@ -2,11 +2,11 @@
 """The serial line as a person, a script and the PC's client use it: tools/board with the image."""
 import re
 import subprocess
-import time
 import unittest
 
 from board_process import (BOOT_LIMIT_S, COMMAND_LIMIT_S, SCENE, VERGENCE, Board, BoardTest, SurfaceTest,
                            board_command)
+from waiting import wait_until
 
 
 class Terminal(BoardTest):
@@ -51,10 +51,8 @@ class SerialLine(SurfaceTest):
         board = self.board = Board(folder, *SCENE, "--serial", str(folder / "line"))
         self.addCleanup(board.close)
         log = folder / "console.log"
-        end = time.monotonic() + BOOT_LIMIT_S
-        while not log.exists() or b"vergence> " not in log.read_bytes():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.1)
+        wait_until(lambda: log.exists() and b"vergence> " in log.read_bytes(), "no prompt",
+                   BOOT_LIMIT_S, 0.1)
         sent = bytes(range(256)) * 64
         (folder / "sent").write_bytes(sent)
         for words in (("status",), ("send", "sent"), ("fetch", "sent", "fetched"), ("bugreport",)):

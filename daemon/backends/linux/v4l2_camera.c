@@ -125,25 +125,30 @@ static int start(void *opaque, const struct hal_camera_format *format) {
     return ERROR_OK;
 }
 
+/// Reports the stream's last error and what follows from it.
+static void report_broken(const struct v4l2_camera *self, enum hal_log_level level,
+                          const char *then) {
+    char text[sizeof self->stream.last_error.text + 40];
+    snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text, then);
+    report(self, level, text);
+}
+
 /// Restarts a broken stream. `tries` counts the attempts of this call; the first needs no time, so
 /// that a stream that breaks at the deadline delivers frames to the next call.
 static int restart(struct v4l2_camera *self, uint64_t deadline_us, int *tries) {
     int error = ERROR_IO;
     while (error != ERROR_OK) {
-        const bool last = *tries == RESTARTS_MAX;
+        if (*tries == RESTARTS_MAX) {
+            report_broken(self, HAL_LOG_ERROR, "giving up for now");
+            return ERROR_IO;
+        }
         const uint64_t pause_us = *tries == 0 ? 0 : (uint64_t)PAUSE_US << (*tries - 1);
         const uint64_t until_us = monotonic_now_us() + pause_us;
-        if (!last && pause_us > 0 && until_us >= deadline_us) {
+        if (pause_us > 0 && until_us >= deadline_us) {
             monotonic_clock_wait_until_us(deadline_us);
             return ERROR_TIMEOUT;
         }
-        char text[sizeof self->stream.last_error.text + 40];
-        snprintf(text, sizeof text, "%s; %s", self->stream.last_error.text,
-                 last ? "giving up for now" : "restarting the stream");
-        report(self, last ? HAL_LOG_ERROR : HAL_LOG_WARNING, text);
-        if (last) {
-            return ERROR_IO;
-        }
+        report_broken(self, HAL_LOG_WARNING, "restarting the stream");
         monotonic_clock_wait_until_us(until_us);
         ++*tries;
         self->counts.restarts++;
