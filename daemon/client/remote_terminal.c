@@ -175,8 +175,9 @@ static bool begin(struct terminal *self) {
     el_set(self->edit, EL_BIND, "^I", "vergence-complete", NULL);
     el_set(self->edit, EL_BIND, "^C", "vergence-cancel", NULL);
     el_set(self->edit, EL_BIND, "^R", "em-inc-search-prev", NULL);
-    // What is typed while a command runs, as Ctrl-C, is not shown among its answer.
-    el_set(self->edit, EL_SETTY, "-x", "-echo", NULL);
+    // What is typed while a command runs, as Ctrl-C, is not shown among its answer. Ctrl-D is left
+    // to the next line, which libedit begins to show before it changes the terminal's mode.
+    el_set(self->edit, EL_SETTY, "-x", "-echo", "-icanon", NULL);
     el_source(self->edit, NULL);
     return true;
 }

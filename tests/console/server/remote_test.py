@@ -321,6 +321,13 @@ class Remote(DaemonTest):
         terminal_user.type("\x04")
         self.assertEqual(terminal_user.process.wait(TIMEOUT_S), 0)
 
+    def test_ctrl_d_while_a_command_runs(self):
+        terminal_user = TerminalUser.of(self)
+        terminal_user.type("wait 1\r")
+        terminal_user.until(lambda: "waiting" in terminal_user.screen.lines[-1])
+        terminal_user.type("\x04")
+        self.assertEqual(terminal_user.process.wait(20), 0)
+
     def test_history(self):
         """It survives the client, killed or not, and Ctrl-R finds a line in it."""
         first = TerminalUser.of(self)
