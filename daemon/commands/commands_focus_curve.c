@@ -41,7 +41,7 @@ static int sweep(const struct command_call *call) {
     }
     if (values[CURVE_REGION].given) {
         const double *numbers = values[CURVE_REGION].numbers;
-        snprintf(line + used, sizeof line - used, " region=%.17g,%.17g,%.17g,%.17g", numbers[0],
+        snprintf(line + used, sizeof line - used, " region=%.0f,%.0f,%.0f,%.0f", numbers[0],
                  numbers[1], numbers[2], numbers[3]);
     }
     return command_give(call, line, call->reply);
@@ -139,7 +139,7 @@ static const struct command_argument arguments[CURVE_ARGUMENTS] = {
                     .choices = COMMANDS_SIDES,
                     .help = "camera; default: both"},
     [CURVE_REGION] = {.name = "region",
-                      .kind = COMMAND_NUMBER,
+                      .kind = COMMAND_INTEGER,
                       .unit = "px",
                       .min = 0,
                       .max = UINT16_MAX,

@@ -62,10 +62,10 @@ int commands_camera_exposure(const struct command_call *call);
 int commands_camera_gain(const struct command_call *call);
 int commands_camera_window(const struct command_call *call);
 
-/// Reads an option X,Y,W,H in px; `*region_px` has no width if it was not given. 0, or ERROR_RANGE
-/// with a message.
-int commands_region(const struct command_call *call, const struct command_value *value,
-                    struct rig_rectangle *region_px);
+/// Reads an option X,Y,W,H in px, with W and H from `min_px` to `max_px`; `*region_px` has no width
+/// if it was not given. 0, or ERROR_RANGE with a message.
+int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
+                    int max_px, struct rig_rectangle *region_px);
 int commands_focus_auto(const struct command_call *call);
 /// The sides of these whose camera has a focus control of its own.
 unsigned commands_focus_controls(const struct command_call *call, unsigned sides);

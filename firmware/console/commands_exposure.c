@@ -50,7 +50,8 @@ int commands_exposure_auto(const struct command_call *call) {
         .whites = command_is_set(&call->values[WHITES]),
         .keep_iris = call->values[IRIS].given && call->values[IRIS].choice == 0,
     };
-    int error = commands_region(call, &call->values[REGION], &request.region_px);
+    int error = commands_region(call, &call->values[REGION], RIG_AUTOEXPOSURE_REGION_MIN_PX,
+                                UINT16_MAX, &request.region_px);
     if (error != 0) {
         return error;
     }

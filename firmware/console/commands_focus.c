@@ -20,9 +20,8 @@ enum {
 };
 enum { ADVICE_BYTES = 256 };
 
-// 0 within `value`, or ERROR_RANGE with a message.
-int commands_region(const struct command_call *call, const struct command_value *value,
-                    struct rig_rectangle *region_px) {
+int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
+                    int max_px, struct rig_rectangle *region_px) {
     uint16_t parts[4];
     *region_px = (struct rig_rectangle){.width_px = 0};
     if (!value->given) {
@@ -30,12 +29,16 @@ int commands_region(const struct command_call *call, const struct command_value 
     }
     for (int i = 0; i < 4; i++) {
         const double number = value->numbers[i];
-        const int min = i < 2 ? 0 : 2;
-        if (!(number >= min && number <= UINT16_MAX) || number != floor(number)) {
+        INVARIANT(number >= 0 && number <= UINT16_MAX);
+        if (i >= 2 && (number < min_px || number > max_px)) {
             struct command_text sentence = commands_sentence(call);
-            command_text_add(&sentence,
-                             "region: invalid (expected X,Y,W,H: whole numbers of "
-                             "pixels, W and H at least 2)");
+            command_text_add(&sentence, "region: W and H of ");
+            command_text_add_typed(&sentence, value->text);
+            command_text_add(&sentence, " are out of range (expected ");
+            command_text_add_integer(&sentence, min_px);
+            command_text_add(&sentence, " to ");
+            command_text_add_integer(&sentence, max_px);
+            command_text_add(&sentence, " px)");
             return ERROR_RANGE;
         }
         parts[i] = (uint16_t)(number / 2) * 2;  // of whole groups of the colour filter
@@ -167,7 +170,8 @@ int commands_focus_auto(const struct command_call *call) {
     if (values[AUTOFOCUS_PREFER].given) {
         options.choice = choices[values[AUTOFOCUS_PREFER].choice];
     }
-    int error = commands_region(call, &values[AUTOFOCUS_REGION], &options.region_px);
+    int error = commands_region(call, &values[AUTOFOCUS_REGION], RIG_AUTOFOCUS_REGION_MIN_PX,
+                                FOCUS_WINDOW_MAX_PX, &options.region_px);
     if (error == ERROR_OK) {
         error = rig_autofocus(call->rig, sides, &options);
     }

@@ -15,13 +15,13 @@
         .help = "camera; default: both"                                    \
     }
 
-#define REGION_OPTION(usual)                                                                 \
-    {                                                                                        \
-        .name = "region", .kind = COMMAND_NUMBER, .unit = "px", .min = 0, .max = UINT16_MAX, \
-        .count = 4, .separator = ',', .value_name = "X,Y,W,H",                               \
-        .help =                                                                              \
-            "part of the sensor to look at: column and row of its corner, "                  \
-            "width, height; default: " usual                                                 \
+#define REGION_OPTION(usual)                                                                  \
+    {                                                                                         \
+        .name = "region", .kind = COMMAND_INTEGER, .unit = "px", .min = 0, .max = UINT16_MAX, \
+        .count = 4, .separator = ',', .value_name = "X,Y,W,H",                                \
+        .help =                                                                               \
+            "part of the sensor to look at: column and row of its corner, "                   \
+            "width, height; default: " usual                                                  \
     }
 
 #define ANGLE_VALUE .kind = COMMAND_NUMBER, .unit = "deg", .min = -180, .max = 180
@@ -169,7 +169,7 @@ static const struct command_argument window_arguments[] = {
 
 static const struct command_argument autofocus_arguments[] = {
     SIDE_OPTION,
-    REGION_OPTION("100 x 100 px in the middle"),
+    REGION_OPTION("100 x 100 px in the middle; at least 32 x 32 px"),
     {.name = "measure",
      .kind = COMMAND_CHOICE,
      .choices = "variance normalized tenengrad laplacian",
@@ -188,7 +188,7 @@ static const struct command_argument autofocus_arguments[] = {
 
 static const struct command_argument autoexpose_arguments[] = {
     SIDE_OPTION,
-    REGION_OPTION("the whole window"),
+    REGION_OPTION("the whole window; at least 16 x 16 px"),
     {.name = "target",
      .kind = COMMAND_NUMBER,
      .unit = "%",

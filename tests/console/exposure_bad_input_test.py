@@ -42,7 +42,7 @@ class ExposureBadInput(BadInputTest):
 
     def test_region_outside_the_sensor(self):
         before = self.iris()
-        for region in ("2040,740,100,100", "3000,3000,10,10", "10,10,0,0"):
+        for region in ("2040,740,100,100", "3000,3000,40,40", "10,10,0,0", "10,10,15,100"):
             self.refused(f"autoexpose side=left region={region}", "RANGE", "region")
         self.assertEqual(self.iris(), before)
 

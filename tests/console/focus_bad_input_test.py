@@ -142,7 +142,8 @@ class FocusBadInput(BadInputTest):
 
     def test_region_outside_the_sensor(self):
         before = self.control("status").split("\n", 1)[1]
-        for region in ("2000,740,100,100", "0,1500,100,100", "3000,3000,10,10", "10,10,0,0"):
+        for region in ("2000,740,100,100", "0,1500,100,100", "3000,3000,40,40", "10,10,0,0",
+                       "10,10,2,2", "10,10,31,100", "10,10,100,31", "10,10,100,5000"):
             self.refused(f"autofocus side=left region={region}", "RANGE", "region")
         self.assertEqual(self.control("status").split("\n", 1)[1], before, "nothing moved")
 

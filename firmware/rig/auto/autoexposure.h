@@ -24,6 +24,9 @@
 extern "C" {
 #endif
 
+/// Least side of a region, px: its 128 green pixels make the noise of one small in their mean.
+enum { RIG_AUTOEXPOSURE_REGION_MIN_PX = 16 };
+
 struct rig_autoexposure_request {
     unsigned sides;  ///< bits RIG_LEFT, RIG_RIGHT
     /// As rig_region_begin (rig/rig_region.h), of both cameras; width 0: the present windows.

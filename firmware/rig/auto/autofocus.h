@@ -21,11 +21,17 @@
 extern "C" {
 #endif
 
-/// Size of the region unless another is asked for, px.
-enum { RIG_AUTOFOCUS_REGION_PX = 100 };
+/// Size of the region, px.
+enum {
+    RIG_AUTOFOCUS_REGION_PX = 100,  ///< unless another is asked for
+    /// At least: in fewer pixels noise and single bright points look like texture.
+    RIG_AUTOFOCUS_REGION_MIN_PX = 32,
+};
 
 struct rig_autofocus_options {
-    struct rig_rectangle region_px;  ///< as rig_region_begin; width 0: in the middle
+    struct rig_rectangle region_px;  ///< as rig_region_begin, each side
+                                     ///< RIG_AUTOFOCUS_REGION_MIN_PX .. FOCUS_WINDOW_MAX_PX;
+                                     ///< width 0: in the middle
     enum focus_measure measure;
     enum focus_choice choice;
     bool whole_range;  ///< sweep everything, whatever is known

@@ -32,8 +32,8 @@ import sys
 import tempfile
 import time
 
-TESTS = os.path.join(os.path.dirname(__file__), os.pardir)
-sys.path += [os.path.join(TESTS, "simrig"), os.path.join(TESTS, "command")]
+TESTS = os.path.join(os.path.dirname(__file__), os.pardir, os.pardir)
+sys.path += [os.path.join(TESTS, name) for name in ("console", "simrig", "command")]
 from daemon_process import SIMRIG, VERGENCE, VERGENCED, Client  # noqa: E402
 from simrig_client import CONTROLLER, Client as RigClient, Gone  # noqa: E402
 
