@@ -238,12 +238,14 @@ static int take_block(struct receipt *self) {
 
 static int run_send(const struct command_call *call) {
     struct receipt receipt = {.call = call, .root = -1, .fd = -1};
-    if (call->values[OFFSET].given && !call->values[DATA].given) {
-        return command_fail(call, ERROR_MISSING, "send: OFFSET requires BLOCK_CRC and DATA");
+    const bool block = call->values[OFFSET].given;
+    if (call->values[BLOCK_CRC].given != block || call->values[DATA].given != block) {
+        return command_fail(call, ERROR_MISSING,
+                            "send: a block needs offset=, block-crc= and data= together");
     }
     int error = take_arguments(&receipt);
     if (error == 0) {
-        error = call->values[OFFSET].given ? take_block(&receipt) : announce(&receipt);
+        error = block ? take_block(&receipt) : announce(&receipt);
     }
     if (receipt.fd >= 0) {
         close(receipt.fd);

@@ -119,7 +119,8 @@ class Send(DaemonTest):
         for _ in range(2):
             self.assertEqual(report(450, data[450:])["result"], {"have": 600, "whole": "yes"})
         self.assertEqual(self.there("b"), data)
-        self.assertEqual(client.ask(f"send b 600 {crc_of(data)} offset=0")[0][:11], "ERR MISSING")
+        for part in ("offset=0", "data=AAAA", f"block-crc={crc_of(data)}", "offset=0 data=AAAA"):
+            self.assertEqual(client.ask(f"send b 600 {crc_of(data)} {part}")[0][:11], "ERR MISSING")
         self.assertEqual(client.ask("send b 600 0123456x")[0][:10], "ERR SYNTAX")
         self.assertEqual(client.ask_json(
             f"send b 600 {crc_of(data)} offset=0 block-crc={crc_of(data)} data=A===")["error"], "CRC")
