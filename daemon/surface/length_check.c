@@ -4,10 +4,16 @@
 #include "core/error.h"
 
 const char length_unit_option[] =
-    "confirm with --unit mm, or give --unit m or cm for a file that states no unit";
+    "state the unit of the file's lengths, --unit mm, --unit cm or --unit m";
 
 int length_check_baseline(double baseline_mm, const char *name, const char *remedy,
                           struct message *message) {
+    if (baseline_mm > LENGTH_MAX_BASELINE_MM) {
+        return message_set(
+            message, ERROR_BASELINE,
+            "%s: baseline of %.6g mm is above %g mm, possibly mm taken for metres: %s", name,
+            baseline_mm, LENGTH_MAX_BASELINE_MM, remedy);
+    }
     if (baseline_mm >= LENGTH_MIN_BASELINE_MM) {
         return ERROR_OK;
     }

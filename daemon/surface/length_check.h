@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Lengths are in mm everywhere. Values that were probably typed in metres are rejected unless
-/// --unit confirms them, as no pair of cameras measures at such lengths.
+/// Lengths are in mm everywhere. Values that were probably typed in metres, or in mm where a format
+/// has metres, are rejected unless --unit confirms them, as no pair of cameras measures at such
+/// lengths.
 #ifndef VERGENCE_DAEMON_SURFACE_LENGTH_CHECK_H
 #define VERGENCE_DAEMON_SURFACE_LENGTH_CHECK_H
 
@@ -15,17 +16,19 @@ extern "C" {
 /// to 5: all below the limits, while real values in mm rarely are.
 /// - Longer side of a board, over all squares: micro boards for microscopes start at about 20 mm.
 /// - Baseline: the smallest stereo modules have 6 mm, most endoscopes 4 to 5 mm; the latter need
-///   --unit.
+///   --unit. The longest on vehicles have 2 m, those of buildings and ships some 10 m. A baseline
+///   in mm that is read as metres is 5 m to 2 km.
 /// - Nearest depth: twice that baseline; nearer, the views hardly overlap.
 #define LENGTH_MIN_BOARD_MM 20.0
 #define LENGTH_MIN_BASELINE_MM 5.0
+#define LENGTH_MAX_BASELINE_MM 10000.0
 #define LENGTH_MIN_DEPTH_MM 10.0
 
-/// Remedy for a baseline, for commands that have the option --unit.
+/// Remedy for a baseline of a file, for commands that have the option --unit.
 extern const char length_unit_option[];
 
-/// Returns 0, or ERROR_BASELINE with `message` set if the baseline is implausibly short. The
-/// message begins with `name` (of a file, or "--baseline") and ends with `remedy`.
+/// Returns 0, or ERROR_BASELINE with `message` set if the baseline is implausibly short or long.
+/// The message begins with `name` (of a file, or "--baseline") and ends with `remedy`.
 int length_check_baseline(double baseline_mm, const char *name, const char *remedy,
                           struct message *message);
 

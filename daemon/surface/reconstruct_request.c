@@ -94,9 +94,10 @@ const struct command_argument reconstruct_arguments[] = {
      .help = "With --rectified and no calibration: distance between the cameras in mm."},
     {.name = "unit", .kind = COMMAND_CHOICE, .offset = FIELD(unit), .value_name = "UNIT",
      .choices = "mm cm m",
-     .help = "Unit of length of an imported calibration whose format states none. Default: mm. Options and "
-             "results are always in mm. Without it a baseline below 5 mm or a depth below "
-             "10 mm is rejected, as metres are probably meant; --unit mm accepts them."},
+     .help = "Unit of length of an imported calibration. Default: what its format prescribes, mm where it "
+             "prescribes none. Options and results are always in mm. Without it a baseline below 5 mm "
+             "or above 10 m or a depth below 10 mm is rejected, as the unit is probably another one; "
+             "--unit mm accepts lengths in options."},
     {.name = "first-camera", .kind = COMMAND_INTEGER, .offset = FIELD(first_camera), .value_name = "N",
      .min = 0, .max = 8,
      .help = "Number of the left camera in a calibration of several pairs (KITTI: 0 grey, 2 colour)."},

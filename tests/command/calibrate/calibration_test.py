@@ -91,6 +91,40 @@ class Calibration(unittest.TestCase):
         page = self.explain(files, "--size", "640x480", "--unit", "m")
         self.assertAlmostEqual(page["translation_right_left_mm"][0], -99.5, 8)
 
+    def write_ros(self, left, right, shift=-60):
+        """Two camera_info files under these names."""
+        identity = "data: [1, 0, 0, 0, 1, 0, 0, 0, 1]"
+        paths = []
+        for name, product in ((left, 0), (right, shift)):
+            paths.append(self.write(name, f"""image_width: 640
+image_height: 480
+camera_matrix: {{data: [530, 0, 320, 0, 531, 240, 0, 0, 1]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{data: [-0.28, 0.08, 0.001, -0.0002, 0]}}
+rectification_matrix: {{{identity}}}
+projection_matrix: {{data: [500, 0, 325, {product}, 0, 500, 244, 0, 0, 0, 1, 0]}}
+"""))
+        return paths
+
+    def test_two_files_of_one_calibration_are_one(self):
+        pair = self.write_ros("left.yaml", "right.yaml")
+        for files in (pair, pair[::-1], self.write_ros("a.yaml", "b.yaml")):
+            done = self.info(*files, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            pages = json.loads(done.stdout)
+            self.assertEqual([page["baseline_mm"] for page in pages], [120])
+        rig = self.here / "rig.txt"
+        self.explain(*pair, "--convert", rig)
+        done = self.info(*pair, rig, "--json")
+        self.assertEqual([page["format"] for page in json.loads(done.stdout)],
+                         ["ROS camera_info", "vergence"])
+        self.assert_refused(self.info(*self.write_ros("left.yaml", "right.yaml", -60000)),
+                            "120000 mm", "above", "--unit mm")
+        page = self.explain(*pair, "--unit", "mm")
+        self.assertEqual(page["baseline_mm"], 120)
+        done = self.info(rig, rig, "--json")
+        self.assertEqual(len(json.loads(done.stdout)), 2, "the same file twice")
+
     def test_derived_figures(self):
         page = self.explain(self.write("calib.txt", MIDDLEBURY))
         self.assertTrue(page["rectified"])

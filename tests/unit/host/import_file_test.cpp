@@ -88,6 +88,31 @@ TEST_CASE("Kalibr: a chain") {
     refused("pinhole", "[pinhole", ERROR_SYNTAX, {"line"});
 }
 
+TEST_CASE("Kalibr: poses against an inertial unit, as Kalibr and OpenVINS write them") {
+    const folder here;
+    const auto imu = [](const std::string &name, const std::string &x_left,
+                        const std::string &x_right) {
+        const auto pose = [&](const std::string &x) {
+            return "  " + name + ":\n    - [0, 0, 1, " + x +
+                   "]\n    - [0, 1, 0, 0]\n    - [-1, 0, 0, 0]\n    - [0, 0, 0, 1]\n";
+        };
+        std::string text = kalibr;
+        const size_t begin = text.find("  T_cn_cnm1:"), end = text.find("  cam_overlaps: [0]");
+        text.replace(begin, end - begin, pose(x_right));
+        return "%YAML:1.0\n" + replace(text, "cam0:\n", "cam0:\n" + pose(x_left));
+    };
+    loaded result = load(here.write("camchain-imucam.yaml", imu("T_cam_imu", "0.05", "-0.07")));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-120));
+    CHECK(result.value.rotation_right_left_rad[1] == 0);
+    result = load(here.write("kalibr_imucam_chain.yaml", imu("T_imu_cam", "0.05", "-0.07")));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    // The unit's x is the cameras' z; -(R^T t_right) + R^T t_left.
+    CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(120));
+}
+
 TEST_CASE("mrcal: a pair, as mrcal writes it") {
     const folder here;
     const std::string left = here.write("left.cameramodel", mrcal(mrcal_left));
@@ -149,6 +174,45 @@ TEST_CASE("ROS: a raw pair") {
     CHECK(result.value.left.fx_px == 500);
     CHECK(result.value.right.cy_px == 244);
     CHECK(result.value.translation_right_left_mm[0] == -120);
+}
+
+TEST_CASE("ROS: the names of camera_info in matrices of OpenCV, and lengths in mm") {
+    const folder here;
+    const auto tagged = [](std::string text) {
+        for (const char *name : {"camera_matrix:", "distortion_coefficients:",
+                                 "rectification_matrix:", "projection_matrix:"}) {
+            text = replace(text, name, std::string(name) + " !!opencv-matrix");
+        }
+        return "%YAML:1.0\n---\n" + text;
+    };
+    const std::string left = camera_info("left", identity, P_left);
+    const std::string right = camera_info("right", identity, P_right);
+    here.write("left.yaml", tagged(left));
+    loaded result = load(here.write("right.yaml", tagged(right)));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.report.format == "ROS camera_info");
+    CHECK(result.value.translation_right_left_mm[0] == -120);
+    here.write("right.yaml", replace(right, "-60", "-60000"));
+    const std::string long_path = here.write("left.yaml", left);
+    check_refused(long_path, {}, ERROR_BASELINE, {"120000 mm", "--unit mm"});
+    import_options options;
+    options.unit = "mm";
+    result = load(long_path, options);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.translation_right_left_mm[0] == -120);
+    // A unit that makes it implausible is meant for the results; the format's own confirms it.
+    here.write("right.yaml", right);
+    result = load(long_path, options);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.translation_right_left_mm[0] == -120);
+    here.write("right.yaml", replace(right, "-60", "-2"));
+    check_refused(long_path, options, ERROR_BASELINE, {"4 mm", "--unit m"});
+    options.unit = "m";
+    result = load(long_path, options);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.translation_right_left_mm[0] == -4);
 }
 
 TEST_CASE("ROS: an echoed message and an ideal pair") {

@@ -198,3 +198,203 @@ TEST_CASE("KITTI: mistakes are named") {
     refused("D_02: ", "D_02: 1 ", ERROR_SYNTAX, {"D_02", "6", "5"});
     refused("corner_dist:", "corner_dist", ERROR_SYNTAX, {"line 2"});
 }
+
+namespace {
+
+std::string euroc(const std::string &x_m, const std::string &z_m) {
+    return "# General sensor definitions.\nsensor_type: camera\ncomment: one of two\nT_BS:\n"
+           "  cols: 4\n  rows: 4\n  data: [0.0, -1.0, 0.0, 0.5,\n         1.0, 0.0, 0.0, " +
+           x_m + ",\n         0.0, 0.0, 1.0, " + z_m +
+           ",\n         0.0, 0.0, 0.0, 1.0]\nrate_hz: 20\nresolution: [752, 480]\n"
+           "camera_model: pinhole\nintrinsics: [458.6, 457.2, 367.2, 248.3] #fu, fv, cu, cv\n"
+           "distortion_model: radial-tangential\n"
+           "distortion_coefficients: [-0.28, 0.07, 0.0002, 0.00002]\n";
+}
+
+}  // namespace
+
+TEST_CASE("EuRoC: the sensors' poses in the body's frame, by either file's name") {
+    const folder here;
+    // The body is turned by 90 degrees about z: its y is the cameras' x.
+    const std::string left = here.write("rig_cam0.yaml", euroc("0.01", "0.02"));
+    const std::string right = here.write("rig_cam1.yaml", euroc("0.12", "0.03"));
+    for (const std::string &path : {left, right, left + "," + right}) {
+        const loaded result = load(path);
+        INFO(result.message);
+        REQUIRE(result.code == ERROR_OK);
+        CHECK(result.report.format == "EuRoC");
+        CHECK(result.report.files[0] == left);
+        CHECK(result.value.left.fy_px == 457.2);
+        CHECK(result.value.right.p1 == 0.0002);
+        CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-110));
+        CHECK(result.value.translation_right_left_mm[1] == 0);
+        CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(-10));
+        CHECK(result.value.rotation_right_left_rad[2] == 0);
+    }
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        check_refused(here.write("rig_cam1.yaml", replace(euroc("0.12", "0"), from, to)), {}, code,
+                      words);
+    };
+    refused("0.0, -1.0, 0.0", "0.0, -1.1, 0.0", ERROR_ROTATION, {"T_BS"});
+    refused("0.0, 0.0, 0.0, 1.0]", "0.0, 0.0, 0.0]", ERROR_SYNTAX, {"T_BS", "15", "16"});
+    refused("radial-tangential", "omni", ERROR_DISTORTION, {"omni", "radial-tangential"});
+    refused("sensor_type: camera", "sensor_type: imu", ERROR_SYNTAX, {"imu", "camera"});
+    refused("distortion_model: radial-tangential\n", "", ERROR_MISSING, {"distortion_model"});
+    refused("resolution: [752, 480]\n", "", ERROR_MISSING, {"resolution"});
+    check_refused(here.write("front.yaml", euroc("0", "0")), {}, ERROR_MISSING, {"pair", "cam0"});
+}
+
+TEST_CASE("K.txt: a camera matrix and the baseline in m") {
+    const folder here;
+    import_options options;
+    const std::string text = "750.0 0.0 480.0 0.0 750.0 270.0 0.0 0.0 1.0\n0.065\n";
+    const std::string path = here.write("K.txt", text);
+    check_refused(path, options, ERROR_MISSING, {"--size"});
+    options.width_px = 960;
+    options.height_px = 540;
+    for (const std::string &name : {path, here.path}) {
+        const loaded result = load(name, options);
+        INFO(result.message);
+        REQUIRE(result.code == ERROR_OK);
+        CHECK(result.value.rectified);
+        CHECK(result.value.left.width_px == 960);
+        CHECK(result.value.right.cy_px == 270);
+        CHECK(result.value.translation_right_left_mm[0] == -65);
+    }
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        check_refused(here.write("K.txt", replace(text, from, to)), options, code, words);
+    };
+    refused("0.065\n", "", ERROR_SYNTAX, {"baseline", "9", "10"});
+    refused("0.065", "0", ERROR_BASELINE, {"baseline"});
+    refused("0.065", "0.065 1", ERROR_SYNTAX, {"11", "10"});
+    refused("0.065", "65", ERROR_BASELINE, {"65000 mm", "above", "--unit mm"});
+    refused("750.0 0.0 480", "750.0 1.0 480", ERROR_RANGE, {"skew"});
+}
+
+namespace {
+
+/// A camera as eepromToJsonFile writes it.
+std::string oak_camera(const std::string &to, const std::string &x_cm) {
+    return R"({"cameraType": 0, "distortionCoeff": [0.1, -0.2, 0.001, -0.0005, 0.05, 0.0, 0.0, 0.0,
+               0.0, 0.0, 0.0, 0.0, 0.0, 0.0], "extrinsics": {"rotationMatrix": [[0.8, 0.0, -0.6],
+               [0.0, 1.0, 0.0], [0.6, 0.0, 0.8]], "specTranslation": {"x": -7.5, "y": 0.0, "z": 0.0},
+               "toCameraSocket": )" +
+           to + R"(, "translation": {"x": )" + x_cm + R"(, "y": 0.25, "z": 0.0}}, "height": 800,
+               "intrinsicMatrix": [[799.75, 0.0, 662.5], [0.0, 799.25, 382.25], [0.0, 0.0, 1.0]],
+               "lensPosition": 0, "specHfovDeg": 71.8, "width": 1280})";
+}
+
+std::string oak(const std::string &cameras, const std::string &sockets = "1 2") {
+    return R"({"batchName": "", "boardName": "OAK-D", "cameraData": [)" + cameras +
+           R"(], "stereoRectificationData": {"leftCameraSocket": )" + sockets.substr(0, 2) +
+           R"(, "rectifiedRotationLeft": [], "rightCameraSocket": )" + sockets.substr(2) +
+           R"(}, "version": 7})";
+}
+
+}  // namespace
+
+TEST_CASE("DepthAI: the pair of an EEPROM, whichever camera refers to whichever") {
+    const folder here;
+    const std::string none = oak_camera("-1", "0");
+    const std::string direct = "[1, " + oak_camera("2", "-7.5") + "], [2, " + none + "]";
+    loaded result = load(here.write("oak.json", oak(direct)));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.report.format == "DepthAI");
+    CHECK_FALSE(result.value.rectified);
+    CHECK(result.value.left.width_px == 1280);
+    CHECK(result.value.left.fx_px == 799.75);
+    CHECK(result.value.right.k3 == 0.05);
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-75));
+    CHECK(result.value.translation_right_left_mm[1] == doctest::Approx(2.5));
+    CHECK(result.value.rotation_right_left_rad[1] == doctest::Approx(-std::asin(0.6)));
+    // The same pose by the inverse reference: p_left = R p_right + t.
+    const std::string inverse = "[1, " + none + "], [2, " + oak_camera("1", "7.5") + "]";
+    result = load(here.write("inverse.json", oak(inverse, "-1-1")));
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.rotation_right_left_rad[1] == doctest::Approx(std::asin(0.6)));
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-75 * 0.8));
+    CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(75 * 0.6));
+    // Both by a third camera: equal rotations cancel, and 3 - 10.5 cm are left, turned back.
+    const std::string third = "[0, " + none + "], [1, " + oak_camera("0", "3") + "], [2, " +
+                              oak_camera("0", "10.5") + "]";
+    result = load(here.write("third.json", oak(third)));
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.rotation_right_left_rad[1] == doctest::Approx(0));
+    CHECK(calibration_baseline_mm(&result.value) == doctest::Approx(75));
+    const auto refused = [&](const std::string &from, const std::string &to, int code,
+                             std::initializer_list<const char *> words) {
+        check_refused(here.write("oak.json", replace(oak(direct), from, to)), {}, code, words);
+    };
+    refused("\"cameraType\": 0", "\"cameraType\": 2", ERROR_DISTORTION, {"cameraType", "socket 1"});
+    refused("[2, {", "[3, {", ERROR_MISSING, {"socket 2"});
+    refused("\"toCameraSocket\": 2", "\"toCameraSocket\": -1", ERROR_MISSING, {"connect"});
+    refused("\"toCameraSocket\": 2", "\"toCameraSocket\": 1", ERROR_MISSING, {"connect"});
+    refused("\"x\": -7.5, \"y\": 0.25", "\"x\": -7.5", ERROR_MISSING, {"translation", "y"});
+    refused("[799.75, 0.0,", "[799.75,", ERROR_SYNTAX, {"intrinsicMatrix", "8", "9"});
+    refused("\"version\": 7}", "", ERROR_SYNTAX, {"JSON"});
+    refused("\"width\": 1280", "\"width\": 0", ERROR_RANGE, {"width"});
+}
+
+namespace {
+
+const char *const realsense_table =
+    R"({"baseline": -50.0648, "intrinsic_left.x.x": 0.497, "rectified.0.fx": 957.25,
+        "rectified.0.fy": 957.25, "rectified.0.height": 1080, "rectified.0.ppx": 971.75,
+        "rectified.0.ppy": 527.75, "rectified.0.width": 1920, "rectified.1.fx": "638.125",
+        "rectified.1.fy": "638.125", "rectified.1.height": "720", "rectified.1.ppx": "647.875",
+        "rectified.1.ppy": "351.875", "rectified.1.width": "1280", "rectified.2.fx": 574.25,
+        "rectified.2.fy": 574.25, "rectified.2.height": 0, "rectified.2.ppx": 367.0,
+        "rectified.2.ppy": 352.5, "rectified.2.width": 0, "world2left_rot.x.x": 0.999999})";
+
+std::string listed(const std::string &stream, const std::string &format, const std::string &ppx) {
+    return " Intrinsic of \"" + stream + "\" / 848x480 / {" + format +
+           "}\n  Width:      \t848\n  Height:     \t480\n  PPX:        \t" + ppx +
+           "\n  PPY:        \t234.5\n  Fx:         \t422.75\n  Fy:         \t422.75\n"
+           "  Distortion: \tBrown Conrady\n  Coeffs:     \t0  \t0  \t0  \t0  \t0  \n"
+           "  FOV (deg):  \t90.17 x 59.17\n\n";
+}
+
+}  // namespace
+
+TEST_CASE("RealSense: the table of the viewer and the listing of rs-enumerate-devices") {
+    const folder here;
+    import_options options;
+    const std::string table = here.write("d435.json", realsense_table);
+    check_refused(table, options, ERROR_MISSING, {"--size", "1920x1080, 1280x720"});
+    options.width_px = 1280;
+    options.height_px = 720;
+    loaded result = load(table, options);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.report.format == "RealSense");
+    CHECK(result.value.rectified);
+    CHECK(result.value.left.fx_px == 638.125);
+    CHECK(result.value.right.cx_px == 647.875);
+    CHECK(result.value.translation_right_left_mm[0] == -50.0648);
+    options.height_px = 700;
+    check_refused(table, options, ERROR_MISSING, {"1280x700", "1280x720"});
+    const std::string text =
+        "Device info: \n    Name : \tIntel RealSense D435\n\nIntrinsic Parameters:\n\n" +
+        listed("Infrared 1", "Y8", "429.25") + listed("Infrared 1", "Y16", "400") +
+        listed("Infrared 2", "Y8", "429.25") + listed("Color", "RGB8/BGR8", "420") +
+        "\nExtrinsic Parameters:\nExtrinsic from \"Infrared 1\"\t  To\t  \"Infrared 1\" :\n"
+        " Rotation Matrix:\n   1               0               0            \n\n"
+        " Translation Vector: 0  0  0  \n\n\n"
+        "Extrinsic from \"Infrared 1\"\t  To\t  \"Infrared 2\" :\n Rotation Matrix:\n"
+        "   1               0               0            \n\n"
+        " Translation Vector: -0.05006478  0  0  \n\n\n";
+    options.width_px = 848;
+    options.height_px = 480;
+    result = load(here.write("d435.txt", text), options);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.left.cx_px == 429.25);
+    CHECK(result.value.translation_right_left_mm[0] == -50.06478);
+    const std::string back = here.write("back.txt", replace(text, ": -0.0500", ": 0.0500"));
+    CHECK(load(back, options).code < 0);
+    const std::string cut = here.write("cut.txt", replace(text, "Translation Vector: -0.", ""));
+    check_refused(cut, options, ERROR_MISSING, {"extrinsic"});
+}

@@ -61,13 +61,12 @@ const command_argument options[] = {
                 "those of a recorded pair, SESSION or SESSION:NUMBER."),
     number_option("size", COMMAND_INTEGER, offsetof(request, size_px), "WIDTHxHEIGHT",
                   "Size of the raw images in pixels, for calibrations that do not state it "
-                  "(OpenCV's, some of "
-                  "KITTI's).",
+                  "(OpenCV's, some of KITTI's, K.txt) or state several (RealSense's).",
                   1, 32768, 2, 'x'),
     choice_option("unit", offsetof(request, unit), "UNIT",
-                  "Unit of length of a calibration that does not state it (OpenCV's). Default: mm. "
-                  "A baseline "
-                  "below 5 mm is rejected, as metres are likely, unless --unit mm is given.",
+                  "Unit of length of a calibration of another program. Default: what its format "
+                  "prescribes, mm where it prescribes none (OpenCV's). Without it a baseline below "
+                  "5 mm or above 10 m is rejected, as the unit is probably another one.",
                   "mm cm m"),
     flag_option("rectified", offsetof(request, rectified),
                 "The images are already rectified: use the rectified cameras (P1 and P2, P_rect) "
@@ -95,13 +94,16 @@ const option_page page_of_command = {
     "FILE...",
     "explain a calibration, a result or a session",
     "Explains each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
-    "camera_info pairs, Kalibr's camchain.yaml, mrcal's .cameramodel pairs, Middlebury calib.txt, "
-    "KITTI, true cameras of the simulated rig) with the figures that follow from them, and results "
+    "camera_info pairs, Kalibr's camchain.yaml, EuRoC's sensor.yaml pairs, mrcal's .cameramodel "
+    "pairs, Middlebury calib.txt, KITTI, K.txt, DepthAI's EEPROM as JSON, the table of a RealSense "
+    "as JSON or as rs-enumerate-devices -c prints it, true cameras of the simulated rig) with the "
+    "figures that follow from them, and results "
     "(result.json, a result directory, PFM, PNG, PGM, PLY, PCD, GLB) with sizes, counts and "
     "extents; and recorded sessions, with how each pair was taken: axes, exposure, brightness, "
     "and whether the session's calibration matches.\n"
-    "A calibration of several files is named by one of them, by its directory, or as a list "
-    "FILE,FILE.",
+    "A calibration of several files is named by one of them, by all of them, by its directory, or "
+    "as "
+    "a list FILE,FILE.",
     "vergence info rig.txt\n"
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
     "vergence info rig.txt --export ros --out camera_info/\n"
@@ -238,6 +240,18 @@ bool read_zoom(const std::string &path, const zoom_calibration &value, const req
     return write_calibration(path, at, asked, page, message);
 }
 
+import_options import_options_of(const request &asked) {
+    static const char *const units[] = {"mm", "cm", "m"};
+    import_options import;
+    import.width_px = asked.size_px[0];
+    import.height_px = asked.size_px[1];
+    import.unit = asked.unit >= 0 ? units[asked.unit] : "";
+    import.rectified = asked.rectified;
+    import.first_camera = asked.first_camera;
+    import.accept_edits = asked.accept_edits;
+    return import;
+}
+
 bool read_calibration(const std::string &path, const request &asked, info_page *page,
                       std::string *message) {
     message->clear();
@@ -256,17 +270,10 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
         *message = path + ": --at requires a calibration of all zooms";
         return false;
     }
-    static const char *const units[] = {"mm", "cm", "m"};
-    import_options import;
-    import.width_px = asked.size_px[0];
-    import.height_px = asked.size_px[1];
-    import.unit = asked.unit >= 0 ? units[asked.unit] : "";
-    import.rectified = asked.rectified;
-    import.first_camera = asked.first_camera;
-    import.accept_edits = asked.accept_edits;
     calibration value;
     calibration_file_report report;
-    if (calibration_file_load(path, import, &value, &report, message) != ERROR_OK) {
+    if (calibration_file_load(path, import_options_of(asked), &value, &report, message) !=
+        ERROR_OK) {
         return false;
     }
     *page = info_calibration(path, value, report);
@@ -292,22 +299,6 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
         *message = path + ": damaged";
         return false;
     }
-}
-
-/// A result directory stands for the files in it.
-std::vector<std::string> expand(const std::string &path) {
-    if (!input_file_is_directory(path.c_str()) || !exists(path + "/result.json")) {
-        return {path};
-    }
-    const std::string folder = path.back() == '/' ? path : path + "/";
-    std::vector<std::string> files;
-    for (const char *name : {"result.json", "disparity.pfm", "disparity.png", "depth.png",
-                             "reasons.png", "reasons.pgm", "mesh.ply", "mesh.glb", "points.pcd"}) {
-        if (exists(folder + name)) {
-            files.push_back(folder + name);
-        }
-    }
-    return files;
 }
 
 void print_text(const info_page &page) {
@@ -443,18 +434,20 @@ int command_info(int argc, char **argv) {
     if (count == 0) {
         return refuse("name a calibration, a result file, a result directory or a session");
     }
-    if (asked.convert != nullptr && count != 1) {
+    std::vector<std::string> names(operands.begin(), operands.begin() + count);
+    info_join_pairs(import_options_of(asked), &names);
+    if (asked.convert != nullptr && names.size() != 1) {
         return refuse("--convert requires exactly one calibration");
     }
     if ((asked.export_format >= 0) != (asked.out != nullptr)) {
         return refuse("--export requires --out DIR, and --out requires --export FORMAT");
     }
-    if (asked.out != nullptr && (count != 1 || *asked.out == '\0')) {
+    if (asked.out != nullptr && (names.size() != 1 || *asked.out == '\0')) {
         return refuse("--export requires exactly one calibration and a directory");
     }
     std::vector<std::string> paths;
-    for (int i = 0; i < count; i++) {
-        const std::vector<std::string> more = expand(operands[static_cast<size_t>(i)]);
+    for (const std::string &name : names) {
+        const std::vector<std::string> more = info_expand(name);
         paths.insert(paths.end(), more.begin(), more.end());
     }
     return explain_all(paths, asked);

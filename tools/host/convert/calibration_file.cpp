@@ -55,17 +55,11 @@ import_file read_file(const std::string &path) {
     return file;
 }
 
-std::string directory_of(const std::string &path) {
-    const size_t slash = path.rfind('/');
-    return slash == std::string::npos ? "" : path.substr(0, slash + 1);
-}
-
-/// `path` with the last `from` in its file name replaced by `to`, or "" when it has none.
+/// `path` with the last `from` in it replaced by `to`, or "" when it has none: in its file name, or
+/// else in the directories (cam0/sensor.yaml).
 std::string partner_name(const std::string &path, const std::string &from, const std::string &to) {
-    const std::string directory = directory_of(path);
-    std::string name = path.substr(directory.size());
-    const size_t at = name.rfind(from);
-    return at == std::string::npos ? "" : directory + name.replace(at, from.size(), to);
+    const size_t at = path.rfind(from);
+    return at == std::string::npos ? "" : std::string(path).replace(at, from.size(), to);
 }
 
 /// The first existing file whose name differs from `path` by one of the swaps.
@@ -105,9 +99,12 @@ std::vector<std::string> files_in(std::string directory) {
         {"left.yaml", "right.yaml"},
         {"left.yml", "right.yml"},
         {"camchain.yaml"},
+        {"cam0/sensor.yaml", "cam1/sensor.yaml"},
+        {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml"},
         {"left.cameramodel", "right.cameramodel"},
         {"calib.txt"},
         {"calib_cam_to_cam.txt"},
+        {"K.txt"},
     };
     std::vector<std::string> found;
     for (const auto &names : default_names) {
@@ -136,8 +133,8 @@ std::vector<std::string> files_in(std::string directory) {
                  ": no calibration under a known name (calibration.txt, rig.calibration, "
                  "instrument.zoom, "
                  "intrinsics.yml and extrinsics.yml, left.yaml and right.yaml, camchain.yaml, "
-                 "left.cameramodel and right.cameramodel, calib.txt, calib_cam_to_cam.txt): name "
-                 "the file");
+                 "left.cameramodel and right.cameramodel, cam0/sensor.yaml and cam1/sensor.yaml, "
+                 "calib.txt, calib_cam_to_cam.txt, K.txt): name the file");
     }
     return found;
 }
@@ -213,12 +210,6 @@ void check_use(const std::string &path, const import_options &options, const imp
                                  ": calibration of raw images, which are not "
                                  "rectified: omit --rectified");
     }
-    message why;
-    if (options.unit != "mm" && !pair.unit_given &&
-        length_check_baseline(calibration_baseline_mm(&pair.value), path.c_str(),
-                              length_unit_option, &why) != ERROR_OK) {
-        fail(ERROR_BASELINE, why.text);
-    }
 }
 
 /// OpenCV's files may be halves: the other half is next to the one that the user named.
@@ -242,25 +233,33 @@ import_pair read_opencv(std::vector<import_file> *files, const import_options &o
 
 /// Formats with one file per camera.
 struct camera_format {
-    const char *name;  // with an article
+    const char *name;          // with an article
+    const char *left, *right;  // words for the sides in names of files
     bool (*matches)(const std::string &text);
     import_pair (*import)(const std::vector<import_file> &files, const import_options &options);
 };
-const camera_format ros_format = {"a camera_info file", import_ros_matches, import_ros};
-const camera_format mrcal_format = {"a camera of mrcal", import_mrcal_matches, import_mrcal};
-const camera_format simrig_format = {"a camera of the simulated rig", import_simrig_matches,
-                                     import_simrig};
+const camera_format ros_format = {"a camera_info file", "left", "right", import_ros_matches,
+                                  import_ros};
+const camera_format mrcal_format = {"a camera of mrcal", "left", "right", import_mrcal_matches,
+                                    import_mrcal};
+const camera_format euroc_format = {"a camera of EuRoC", "cam0", "cam1", import_euroc_matches,
+                                    import_euroc};
+const camera_format simrig_format = {"a camera of the simulated rig", "left", "right",
+                                     import_simrig_matches, import_simrig};
 
 import_pair read_cameras(const camera_format &format, std::vector<import_file> *files,
                          const import_options &options) {
     if (files->size() == 1) {
         const std::string path = files->front().path;
-        const std::string right = find_partner(path, {{"left", "right"}, {"LEFT", "RIGHT"}});
-        const std::string left = find_partner(path, {{"right", "left"}, {"RIGHT", "LEFT"}});
+        const std::string right =
+            find_partner(path, {{"left", "right"}, {"LEFT", "RIGHT"}, {format.left, format.right}});
+        const std::string left =
+            find_partner(path, {{"right", "left"}, {"RIGHT", "LEFT"}, {format.right, format.left}});
         if (right.empty() && left.empty()) {
             fail(ERROR_MISSING, path +
                                     ": is one camera of a pair: name both files, LEFT,RIGHT, or "
-                                    "put them side by side as left.yaml and right.yaml");
+                                    "put them side by side as " +
+                                    format.left + ".yaml and " + format.right + ".yaml");
         }
         files->insert(right.empty() ? files->begin() : files->end(),
                       read_file(right.empty() ? left : right));
@@ -295,10 +294,14 @@ import_pair read_one(std::vector<import_file> *files, const import_options &opti
 }
 
 const text_format text_formats[] = {
-    {false, import_opencv_matches, read_opencv},
     {true, import_kalibr_matches, read_one<import_kalibr>},
+    {false, import_euroc_matches, read_format<euroc_format>},
     {false, import_mrcal_matches, read_format<mrcal_format>},
     {false, import_ros_matches, read_format<ros_format>},
+    {false, import_opencv_matches, read_opencv},
+    {true, import_depthai_matches, read_one<import_depthai>},
+    {true, import_realsense_matches, read_one<import_realsense>},
+    {true, import_matrix_matches, read_one<import_matrix>},
     {false, import_simrig_matches, read_format<simrig_format>},
     {true, import_middlebury_matches, read_one<import_middlebury>},
     {true, import_kitti_matches, read_one<import_kitti>},
@@ -325,8 +328,35 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     fail(ERROR_SYNTAX,
          first.path +
              ": not a calibration (expected our own text, OpenCV intrinsics/extrinsics, ROS "
-             "camera_info, Kalibr, mrcal, Middlebury calib.txt, KITTI or cameras of the "
-             "simulated rig)");
+             "camera_info, Kalibr, EuRoC, mrcal, Middlebury calib.txt, KITTI, K.txt, DepthAI, "
+             "RealSense or cameras of the simulated rig)");
+}
+
+/// Reads it, and questions a baseline that is probably in another unit. A stated unit settles it if
+/// the format prescribes none, or this one. Where the format prescribes another one, the stated
+/// unit may be meant for the results: it counts only if it makes the baseline plausible.
+import_pair read_lengths(std::vector<import_file> *files, const import_options &options) {
+    import_pair pair = read_any(files, options);
+    const double stated_mm = import_stated_unit_mm(options);
+    message why;
+    const int code = length_check_baseline(calibration_baseline_mm(&pair.value),
+                                           files->front().path.c_str(), length_unit_option, &why);
+    const bool settled =
+        stated_mm > 0 && (pair.format_unit_mm == 0 || stated_mm == pair.format_unit_mm);
+    if (code == ERROR_OK || settled) {
+        return pair;
+    }
+    if (stated_mm > 0) {
+        import_options plain = options;
+        plain.unit = "";
+        pair = read_any(files, plain);
+        if (length_check_baseline(calibration_baseline_mm(&pair.value), files->front().path.c_str(),
+                                  length_unit_option, &why) == ERROR_OK) {
+            pair.assumed.push_back("lengths are in the unit of the format");
+            return pair;
+        }
+    }
+    fail(ERROR_BASELINE, why.text);
 }
 
 /// Printable ASCII without the characters that our text rejects.
@@ -384,40 +414,12 @@ int calibration_file_settle(calibration *value, calibration_fault *fault) {
     return code;
 }
 
-std::string calibration_file_explain(int code, const calibration_fault &fault) {
-    std::string text;
-    if (fault.line > 0) {
-        text += "line " + std::to_string(fault.line);
-    }
-    const std::string field = fault.field;
-    if (!field.empty()) {
-        text += (text.empty() ? "" : ", ") + field;
-    }
-    text += text.empty() ? "" : ": ";
-    if (code == ERROR_CRC) {
-        char digits[16];
-        std::snprintf(digits, sizeof digits, "%08x", fault.crc);
-        return text + error_text(code) + ", which give " + digits;
-    }
-    text += *fault.reason != '\0' ? fault.reason : error_text(code);
-    int count;
-    const calibration_field *fields = calibration_grammar_fields(&count);
-    for (int i = 0; i < count; i++) {
-        if (code == ERROR_RANGE && *fault.reason == '\0' && field == fields[i].name) {
-            text += ", which is " + std::to_string(fields[i].min) + ".." +
-                    std::to_string(fields[i].max) + (*fields[i].unit != '\0' ? " " : "") +
-                    fields[i].unit;
-        }
-    }
-    return text;
-}
-
 int calibration_file_load(const std::string &path, const import_options &options,
                           calibration *value, calibration_file_report *report,
                           std::string *message) {
     try {
         std::vector<import_file> files = read_files(path);
-        import_pair pair = read_any(&files, options);
+        import_pair pair = read_lengths(&files, options);
         if (!pair.tag.empty()) {
             set_id(files, &pair);
             finish_import(path, &pair);

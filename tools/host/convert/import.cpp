@@ -93,11 +93,30 @@ std::string import_place(const import_entries &entries, const std::string &name)
     return "line " + std::to_string(entries.at(name).line) + ", " + name;
 }
 
-double import_unit_mm(const import_options &options) {
+double import_stated_unit_mm(const import_options &options) {
     return options.unit == "mm"   ? 1.0
            : options.unit == "cm" ? 10.0
            : options.unit == "m"  ? 1000.0
                                   : 0.0;
+}
+
+double import_unit_mm(const import_options &options, double format_mm, import_pair *pair) {
+    const double stated_mm = import_stated_unit_mm(options);
+    pair->format_unit_mm = format_mm;
+    return stated_mm > 0 ? stated_mm : format_mm > 0 ? format_mm : 1;
+}
+
+void import_stated_size(const import_file &file, const std::string &format,
+                        const import_options &options, import_pair *pair) {
+    if (options.width_px <= 0 || options.height_px <= 0) {
+        import_fail(ERROR_MISSING, file,
+                    format + " does not state the image size: give it, --size WIDTHxHEIGHT");
+    }
+    for (lens *camera : {&pair->value.left, &pair->value.right}) {
+        camera->width_px = options.width_px;
+        camera->height_px = options.height_px;
+    }
+    pair->assumed.push_back("image size not stated: that of the images");
 }
 
 void import_camera_matrix(const import_file &file, const std::string &field,
@@ -303,6 +322,46 @@ void import_pose(const import_file &file, const std::string &field, const std::v
                         "right-handed");
     }
     std::copy(translation_mm, translation_mm + 3, value->translation_right_left_mm);
+}
+
+void import_common_pose(const import_file &file, const std::string &field,
+                        const import_matrix4 &left, const import_matrix4 &right, bool from_common,
+                        double unit_mm, calibration *value) {
+    std::vector<double> R_side[2], t_side[2];
+    for (const import_matrix4 *side : {&left, &right}) {
+        const import_matrix4 &T = *side;
+        const std::vector<double> R = {T[0], T[1], T[2], T[4], T[5], T[6], T[8], T[9], T[10]};
+        const double t[3] = {T[3], T[7], T[11]};
+        double checked[3];
+        if (geometry_vector_from_rotation(R.data(), checked) != ERROR_OK) {
+            import_fail(ERROR_ROTATION, file,
+                        field +
+                            " is not a rotation: its rows must be orthogonal, of length 1 and "
+                            "right-handed");
+        }
+        // Both as R p_common + t.
+        std::vector<double> turn = R, shift(t, t + 3);
+        if (!from_common) {
+            turn = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
+            geometry_rotate(turn.data(), t, shift.data());
+            for (double &value_of_axis : shift) {
+                value_of_axis = -value_of_axis;
+            }
+        }
+        R_side[side == &right] = turn;
+        t_side[side == &right] = shift;
+    }
+    // p_right = R_right R_left^T (p_left - t_left) + t_right.
+    const std::vector<double> &L = R_side[0];
+    const double R_common_left[9] = {L[0], L[3], L[6], L[1], L[4], L[7], L[2], L[5], L[8]};
+    std::vector<double> R_right_left(9);
+    double turned[3], t_mm[3];
+    geometry_multiply(R_side[1].data(), R_common_left, R_right_left.data());
+    geometry_rotate(R_right_left.data(), t_side[0].data(), turned);
+    for (size_t i = 0; i < 3; i++) {
+        t_mm[i] = (t_side[1][i] - turned[i]) * unit_mm;
+    }
+    import_pose(file, field, R_right_left, t_mm, value);
 }
 
 void import_projections(const import_file &file, const std::string &field,

@@ -4,6 +4,7 @@
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_HPP
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct import_file {
 /// What the user states about a file that the file leaves open.
 struct import_options {
     int width_px = 0, height_px = 0;  // of the raw images, 0: unknown; used where the file has none
-    std::string unit;                 // "mm", "cm" or "m"; "": not stated
+    std::string unit;                 // of the file: "mm", "cm" or "m"; "": not stated
     bool rectified = false;     // the images are already rectified: use the file's projections
     int first_camera = -1;      // KITTI: the left camera, 0 or 2; -1: 2 where the file has it
     bool accept_edits = false;  // our own text: a wrong checksum is corrected, not rejected
@@ -30,7 +31,7 @@ struct import_pair {
     calibration value{};
     std::string format;                // e.g. "OpenCV"
     std::string tag;                   // lower-case prefix of the id, e.g. "opencv"
-    bool unit_given = false;           // the file states no unit, but the options do
+    double format_unit_mm = 1;         // unit of length that the format prescribes; 0: none
     std::vector<std::string> assumed;  // sentences without a full stop, printable ASCII
 };
 
@@ -53,6 +54,19 @@ import_pair import_simrig(const std::vector<import_file> &files, const import_op
 /// Kalibr's camera chain: cam0 is the left camera, cam1 the right one.
 import_pair import_kalibr(const import_file &file, const import_options &options);
 
+/// The pair of sensor.yaml files of a data set in EuRoC's form, left first.
+import_pair import_euroc(const std::vector<import_file> &files, const import_options &options);
+
+/// The EEPROM of a camera of Luxonis, as DepthAI writes it.
+import_pair import_depthai(const import_file &file, const import_options &options);
+
+/// The rectified infrared pair of a RealSense D400: the calibration table that its viewer saves, or
+/// what `rs-enumerate-devices -c` prints.
+import_pair import_realsense(const import_file &file, const import_options &options);
+
+/// K.txt: the nine numbers of the camera matrix of a rectified pair and its baseline.
+import_pair import_matrix(const import_file &file, const import_options &options);
+
 /// The pair of mrcal's camera models, left first.
 import_pair import_mrcal(const std::vector<import_file> &files, const import_options &options);
 
@@ -67,6 +81,10 @@ bool import_opencv_matches(const std::string &text);
 bool import_ros_matches(const std::string &text);
 bool import_simrig_matches(const std::string &text);
 bool import_kalibr_matches(const std::string &text);
+bool import_euroc_matches(const std::string &text);
+bool import_depthai_matches(const std::string &text);
+bool import_realsense_matches(const std::string &text);
+bool import_matrix_matches(const std::string &text);
 bool import_mrcal_matches(const std::string &text);
 bool import_middlebury_matches(const std::string &text);
 bool import_kitti_matches(const std::string &text);
@@ -128,6 +146,24 @@ void import_projections(const import_file &file, const std::string &field,
                         double unit_mm, import_pair *pair);
 
 /// Millimetres per unit that the options state, or 0 if they state none.
-double import_unit_mm(const import_options &options);
+double import_stated_unit_mm(const import_options &options);
+
+/// Millimetres per unit of the file's lengths: as the options state, or `format_mm`, what the
+/// format prescribes (0: none; then mm).
+double import_unit_mm(const import_options &options, double format_mm, import_pair *pair);
+
+/// A right-handed frame's pose as a 4x4 matrix (row-major, its last row is ignored).
+using import_matrix4 = std::array<double, 16>;
+
+/// The pose that maps points of the left camera into the right one, from the poses that map both
+/// into a common frame, or, with `from_common`, that frame into both. Rejects matrices that are no
+/// poses.
+void import_common_pose(const import_file &file, const std::string &field,
+                        const import_matrix4 &left, const import_matrix4 &right, bool from_common,
+                        double unit_mm, calibration *value);
+
+/// Size of both cameras from the options; `format` names what does not state it.
+void import_stated_size(const import_file &file, const std::string &format,
+                        const import_options &options, import_pair *pair);
 
 #endif

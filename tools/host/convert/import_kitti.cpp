@@ -51,10 +51,9 @@ bool size_is(const kitti &from, const std::string &name, const import_options &o
 }
 
 /// Raw images of the recordings: both cameras are given relative to camera 0.
-void read_raw(const kitti &from, const std::string &left, const std::string &right,
+void read_raw(const kitti &from, const std::string &left, const std::string &right, double unit_mm,
               import_pair *pair) {
-    double t_side_mm[2][3];
-    std::vector<double> R_side[2];
+    import_matrix4 T_side[2];
     lens *const lenses[2] = {&pair->value.left, &pair->value.right};
     for (int side = 0; side < 2; side++) {
         const std::string &camera = side == 0 ? left : right;
@@ -63,44 +62,27 @@ void read_raw(const kitti &from, const std::string &left, const std::string &rig
                              lenses[side]);
         import_distortion(from.file, "D_" + camera, from.numbers("D_" + camera, 5), lenses[side],
                           &pair->assumed);
-        R_side[side] = from.numbers("R_" + camera, 9);
-        const std::vector<double> t_m = from.numbers("T_" + camera, 3);
-        for (int i = 0; i < 3; i++) {
-            t_side_mm[side][i] = t_m[static_cast<size_t>(i)] * metre_mm;
-        }
+        const std::vector<double> R = from.numbers("R_" + camera, 9);
+        const std::vector<double> t = from.numbers("T_" + camera, 3);
+        T_side[side] = {R[0], R[1], R[2], t[0], R[3], R[4], R[5], t[1],
+                        R[6], R[7], R[8], t[2], 0,    0,    0,    1};
     }
-    // p_left = R_left p_0 + t_left and p_right = R_right p_0 + t_right, so that
-    // p_right = R_right R_left^T (p_left - t_left) + t_right.
-    const std::vector<double> &L = R_side[0];
-    const double R_0_left[9] = {L[0], L[3], L[6], L[1], L[4], L[7], L[2], L[5], L[8]};
-    std::vector<double> R_right_left(9);
-    geometry_multiply(R_side[1].data(), R_0_left, R_right_left.data());
-    double turned_mm[3], t_mm[3];
-    geometry_rotate(R_right_left.data(), t_side_mm[0], turned_mm);
-    for (int i = 0; i < 3; i++) {
-        t_mm[i] = t_side_mm[1][i] - turned_mm[i];
-    }
-    import_pose(from.file, "R_" + left + " and R_" + right, R_right_left, t_mm, &pair->value);
+    import_common_pose(from.file, "R_" + left + " and R_" + right, T_side[0], T_side[1], true,
+                       unit_mm, &pair->value);
 }
 
 void read_rectified(const kitti &from, const std::string &left, const std::string &right,
-                    const std::string &size_prefix, const import_options &options,
+                    const std::string &size_prefix, double unit_mm, const import_options &options,
                     import_pair *pair) {
     const std::vector<double> P_left = from.numbers(left, 12);
     const std::vector<double> P_right = from.numbers(right, 12);
-    import_projections(from.file, left + " and " + right, P_left, P_right, metre_mm, pair);
+    import_projections(from.file, left + " and " + right, P_left, P_right, unit_mm, pair);
     if (!size_prefix.empty()) {
         set_size(from, size_prefix + left.substr(left.size() - 2), &pair->value.left);
         set_size(from, size_prefix + right.substr(right.size() - 2), &pair->value.right);
         return;
     }
-    if (options.width_px <= 0 || options.height_px <= 0) {
-        import_fail(ERROR_MISSING, from.file,
-                    "this KITTI file does not state the image size: give it, --size WIDTHxHEIGHT");
-    }
-    pair->value.left.width_px = pair->value.right.width_px = options.width_px;
-    pair->value.left.height_px = pair->value.right.height_px = options.height_px;
-    pair->assumed.push_back("image size not stated: that of the images");
+    import_stated_size(from.file, "this KITTI file", options, pair);
 }
 
 /// calib_time: 09-Jan-2012 13:57:47
@@ -154,18 +136,20 @@ import_pair import_kitti(const import_file &file, const import_options &options)
     const std::string left = std::to_string(first), right = std::to_string(first + 1);
     pair.assumed.push_back("left image of camera " + left + ", right of camera " + right);
     const std::string left2 = "0" + left, right2 = "0" + right;
+    const double unit_mm = import_unit_mm(options, metre_mm, &pair);
     read_date(from, &pair.value);
     if (bare) {
-        read_rectified(from, "P" + left, "P" + right, "", options, &pair);
+        read_rectified(from, "P" + left, "P" + right, "", unit_mm, options, &pair);
         return pair;
     }
     const bool raw = !options.rectified && size_is(from, "S_" + left2, options) &&
                      !size_is(from, "S_rect_" + left2, options);
     if (raw) {
-        read_raw(from, left2, right2, &pair);
+        read_raw(from, left2, right2, unit_mm, &pair);
         pair.assumed.push_back("images of the raw size are not rectified");
     } else {
-        read_rectified(from, "P_rect_" + left2, "P_rect_" + right2, "S_rect_", options, &pair);
+        read_rectified(from, "P_rect_" + left2, "P_rect_" + right2, "S_rect_", unit_mm, options,
+                       &pair);
         pair.assumed.push_back("images are the rectified ones");
     }
     return pair;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// mrcal's .cameramodel, one file per camera: a Python dictionary, which is YAML except for the
 /// bytes of its optimization inputs. `extrinsics` is rt_cam_ref in m, as in export_mrcal.cpp.
-#include <algorithm>
 #include <cstdio>
 
 #include "core/error.h"
@@ -14,7 +13,7 @@ const double metre_mm = 1000;
 
 struct model {
     lens camera{};
-    double R_cam_ref[9], t_mm[3];
+    import_matrix4 T_cam_ref;
 };
 
 /// Without byte strings b'...', whose braces would confuse the parser.
@@ -49,9 +48,10 @@ model read_model(const import_file &file, std::vector<std::string> *assumed) {
                                      import_yaml_numbers(file, "imagersize", root["imagersize"], 2),
                                      D, assumed);
     const std::vector<double> rt = import_yaml_numbers(file, "extrinsics", root["extrinsics"], 6);
-    geometry_rotation_from_vector(rt.data(), result.R_cam_ref);
-    std::transform(rt.begin() + 3, rt.end(), result.t_mm,
-                   [](double metres) { return metres * metre_mm; });
+    double R[9];
+    geometry_rotation_from_vector(rt.data(), R);
+    result.T_cam_ref = {R[0], R[1], R[2], rt[3], R[3], R[4], R[5], rt[4],
+                        R[6], R[7], R[8], rt[5], 0,    0,    0,    1};
     return result;
 }
 
@@ -61,7 +61,7 @@ bool import_mrcal_matches(const std::string &text) {
     return text.find("'lensmodel'") != std::string::npos;
 }
 
-import_pair import_mrcal(const std::vector<import_file> &files, const import_options &) {
+import_pair import_mrcal(const std::vector<import_file> &files, const import_options &options) {
     import_pair pair;
     pair.format = "mrcal";
     pair.tag = "mrcal";
@@ -69,16 +69,7 @@ import_pair import_mrcal(const std::vector<import_file> &files, const import_opt
     const model right = read_model(files[1], &pair.assumed);
     pair.value.left = left.camera;
     pair.value.right = right.camera;
-    // p_right = R_right p_ref + t_right with p_ref = R_left^T (p_left - t_left).
-    const double *R = left.R_cam_ref;
-    const double R_ref_left[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
-    std::vector<double> R_right_left(9);
-    double t_mm[3], moved_mm[3];
-    geometry_multiply(right.R_cam_ref, R_ref_left, R_right_left.data());
-    geometry_rotate(R_right_left.data(), left.t_mm, moved_mm);
-    for (int i = 0; i < 3; i++) {
-        t_mm[i] = right.t_mm[i] - moved_mm[i];
-    }
-    import_pose(files[1], "extrinsics", R_right_left, t_mm, &pair.value);
+    import_common_pose(files[1], "extrinsics", left.T_cam_ref, right.T_cam_ref, true,
+                       import_unit_mm(options, metre_mm, &pair), &pair.value);
     return pair;
 }

@@ -249,31 +249,21 @@ std::vector<double> rotation(const finding &found) {
 
 void set_size(const import_file &file, const findings &from, const import_options &options,
               import_pair *pair) {
-    int width_px = from.width_px, height_px = from.height_px;
-    if (width_px <= 0 || height_px <= 0) {
-        width_px = options.width_px;
-        height_px = options.height_px;
-        if (width_px <= 0 || height_px <= 0) {
-            import_fail(ERROR_MISSING, file,
-                        "this OpenCV file does not state the image size: give it, --size "
-                        "WIDTHxHEIGHT");
-        }
-        pair->assumed.push_back("image size not stated: that of the images");
+    if (from.width_px <= 0 || from.height_px <= 0) {
+        import_stated_size(file, "this OpenCV file", options, pair);
+        return;
     }
     for (lens *camera : {&pair->value.left, &pair->value.right}) {
-        camera->width_px = width_px;
-        camera->height_px = height_px;
+        camera->width_px = from.width_px;
+        camera->height_px = from.height_px;
     }
 }
 
 double unit_mm(const import_options &options, import_pair *pair) {
-    const double stated = import_unit_mm(options);
-    if (stated > 0) {
-        pair->unit_given = true;
-        return stated;
+    if (options.unit.empty()) {
+        pair->assumed.push_back("unit of length assumed: mm");
     }
-    pair->assumed.push_back("unit of length assumed: mm");
-    return 1;
+    return import_unit_mm(options, 0, pair);
 }
 
 void read_raw(const import_file &file, const findings &from, const import_options &options,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /// sensor_msgs/CameraInfo as YAML, as written by camera_calibration (camera_matrix: {data}) or as
-/// an echoed message (K: [...] or k: [...]). For a point of the rectified frame P = [f 0 cx Tx; 0 f
-/// cy Ty; 0 0 1 0] with Tx = -f B in the right camera, lengths in m, and R maps the raw camera's
-/// frame to the rectified one. Source: REP 104, CameraInfo.msg.
+/// an echoed message (K: [...] or k: [...]), or with the same names as OpenCV writes them. For a
+/// point of the rectified frame P = [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] with Tx = -f B in the right
+/// camera, lengths in m, and R maps the raw camera's frame to the rectified one. Source: REP 104,
+/// CameraInfo.msg.
 #include <cmath>
 
 #include "core/error.h"
@@ -97,10 +98,8 @@ void check_model(const import_file &file, const YAML::Node &root, const std::vec
 }
 
 camera_info read_info(const import_file &file, std::vector<std::string> *assumed) {
-    const YAML::Node root = YAML::Load(file.text);
-    if (!root.IsMap()) {
-        import_fail(ERROR_SYNTAX, file, "must be a YAML map, as camera_info files are");
-    }
+    const YAML::Node root =
+        import_yaml_map(file, file.text, "a YAML map, as camera_info files are");
     camera_info info;
     info.camera.width_px = whole(file, root, {"image_width", "width"}, -1);
     info.camera.height_px = whole(file, root, {"image_height", "height"}, -1);
@@ -122,13 +121,13 @@ camera_info read_info(const import_file &file, std::vector<std::string> *assumed
 /// Pose of raw cameras: with T the right P's translation over its focal lengths,
 /// R_right p_right = R_left p_left + T.
 void set_raw_pose(const import_file &file, const camera_info &left, const camera_info &right,
-                  import_pair *pair) {
+                  double unit_mm, import_pair *pair) {
     const std::vector<double> &P = right.P, &P0 = left.P;
     if (!(P[0] > 0) || !(P[5] > 0) || !(P0[0] > 0) || !(P0[5] > 0)) {
         import_fail(ERROR_RANGE, file, "projection_matrix: focal lengths must be above 0");
     }
-    const double T_mm[3] = {(P[3] / P[0] - P0[3] / P0[0]) * metre_mm,
-                            (P[7] / P[5] - P0[7] / P0[5]) * metre_mm, 0};
+    const double T_mm[3] = {(P[3] / P[0] - P0[3] / P0[0]) * unit_mm,
+                            (P[7] / P[5] - P0[7] / P0[5]) * unit_mm, 0};
     if (T_mm[0] == 0 && T_mm[1] == 0) {
         import_fail(ERROR_BASELINE, file,
                     "projection_matrix: no baseline: its fourth column must be "
@@ -159,26 +158,29 @@ void set_raw_pose(const import_file &file, const camera_info &left, const camera
 }  // namespace
 
 bool import_ros_matches(const std::string &text) {
-    return text.find("distortion_model:") != std::string::npos ||
-           text.find("projection_matrix:") != std::string::npos;
+    // Files that OpenCV wrote have these names too, for one camera.
+    const bool camera = text.find("\nprojection_matrix:") != std::string::npos;
+    return camera || (text.find("opencv-matrix") == std::string::npos &&
+                      text.find("distortion_model:") != std::string::npos);
 }
 
 import_pair import_ros(const std::vector<import_file> &files, const import_options &options) {
     import_pair pair;
     pair.format = "ROS camera_info";
     pair.tag = "ros";
+    const double unit_mm = import_unit_mm(options, metre_mm, &pair);
     const import_file *reading = &files[0];
     try {
         const camera_info left = read_info(files[0], &pair.assumed);
         reading = &files[1];
         const camera_info right = read_info(files[1], &pair.assumed);
         if (options.rectified || (left.ideal && right.ideal && left.P[0] == right.P[0])) {
-            import_projections(files[1], "projection_matrix", left.P, right.P, metre_mm, &pair);
+            import_projections(files[1], "projection_matrix", left.P, right.P, unit_mm, &pair);
             pair.assumed.push_back("images assumed to be rectified (image_rect)");
         } else {
             pair.value.left = left.camera;
             pair.value.right = right.camera;
-            set_raw_pose(files[1], left, right, &pair);
+            set_raw_pose(files[1], left, right, unit_mm, &pair);
             pair.assumed.push_back("images assumed to be raw (image_raw)");
         }
         pair.value.left.width_px = left.camera.width_px;

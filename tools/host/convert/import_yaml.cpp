@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/convert/import_yaml.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -8,7 +9,9 @@
 YAML::Node import_yaml_map(const import_file &file, const std::string &text,
                            const std::string &what) {
     try {
-        const YAML::Node root = YAML::Load(text);
+        // YAML parsers reject OpenCV's first line; a comment keeps the line numbers.
+        const bool opencv = text.compare(0, 5, "%YAML") == 0;
+        const YAML::Node root = YAML::Load(opencv ? "#" + text.substr(1) : text);
         if (!root.IsMap()) {
             import_fail(ERROR_SYNTAX, file, "must be " + what);
         }
@@ -47,6 +50,27 @@ std::vector<double> import_yaml_numbers(const import_file &file, const std::stri
                         std::to_string(count));
     }
     return values;
+}
+
+import_matrix4 import_yaml_pose(const import_file &file, const std::string &field,
+                                const YAML::Node &node) {
+    const YAML::Node list = node && node.IsMap() ? node["data"] : node;
+    if (!list) {
+        import_fail(ERROR_MISSING, file, field + " is missing");
+    }
+    std::vector<double> all;
+    const bool rows = list.IsSequence() && list.size() == 4;
+    if (rows) {
+        for (const YAML::Node &row : list) {
+            const std::vector<double> values = import_yaml_numbers(file, field, row, 4);
+            all.insert(all.end(), values.begin(), values.end());
+        }
+    } else {
+        all = import_yaml_numbers(file, field, list, 16);
+    }
+    import_matrix4 pose;
+    std::copy(all.begin(), all.end(), pose.begin());
+    return pose;
 }
 
 lens import_yaml_lens(const import_file &file, const std::string &field,

@@ -10,8 +10,8 @@
 
 #include "tools/host/convert/import.hpp"
 
-/// The map in `text`, from `file`; rejects anything that is not YAML or not a map, naming the
-/// expected kind of file ("a camera chain of Kalibr").
+/// The map in `text`, from `file`, which may begin with OpenCV's %YAML:1.0; rejects anything that
+/// is not YAML or not a map, naming the expected kind of file ("a camera chain of Kalibr").
 YAML::Node import_yaml_map(const import_file &file, const std::string &text,
                            const std::string &what);
 
@@ -23,6 +23,10 @@ std::vector<double> import_yaml_numbers(const import_file &file, const std::stri
 /// The same, exactly `count` of them.
 std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
                                         const YAML::Node &node, size_t count);
+
+/// A 4x4 pose: 16 numbers in a list, four rows of four, or either as `data` of a matrix.
+import_matrix4 import_yaml_pose(const import_file &file, const std::string &field,
+                                const YAML::Node &node);
 
 /// A lens from fx fy cx cy and coefficients in OpenCV's order (`import_distortion`), and from width
 /// and height.

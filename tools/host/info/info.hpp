@@ -32,6 +32,12 @@ struct info_page {
 /// The first bytes of a file, enough to identify its kind.
 std::string info_head(const std::string &path);
 
+/// Makes one operand of two neighbours that are the files of one calibration.
+void info_join_pairs(const import_options &options, std::vector<std::string> *operands);
+
+/// The files that an operand stands for: those in a result directory, or itself.
+std::vector<std::string> info_expand(const std::string &path);
+
 /// Explains a loaded calibration.
 info_page info_calibration(const std::string &path, const calibration &value,
                            const calibration_file_report &report);
