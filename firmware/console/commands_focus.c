@@ -61,6 +61,7 @@ static int error_of(enum focus_verdict verdict) {
         case FOCUS_PENDING:
         case FOCUS_NO_CONTRAST:
         case FOCUS_PEAK_AT_END:
+        case FOCUS_LIGHTS:
         case FOCUS_VERDICTS:
             break;
     }

@@ -299,8 +299,8 @@ static const struct command commands[] = {
              "position from one side, and checks it there. Where a focus was found before at this "
              "zoom, only its neighbourhood is searched. The verdict is \"focused\", \"sharp "
              "everywhere\" or \"two peaks\" (two distances; the sharper one is taken); the "
-             "command fails with \"no contrast\", \"peak at end of range\" and \"scene "
-             "changed\". Exposure, gain and window are afterwards as before.",
+             "command fails with \"no contrast\", \"peak at end of range\", \"misled by "
+             "lights\" and \"scene changed\". Exposure, gain and window are afterwards as before.",
      .arguments = autofocus_arguments,
      .argument_count = COUNT(autofocus_arguments),
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,

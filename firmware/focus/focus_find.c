@@ -23,6 +23,11 @@ static const double narrowest_part = 0.4;
 static const double widest_regions = 2;
 // A measure that locates the top within this part of what is good enough needs no help.
 static const double located_part = 0.25;
+// Light is compared within so many half widths of a peak, in so many steps. It may differ by this
+// part (that of light which flickers, and that of light which is steady: which differs by less than
+// `steady` from frame to frame), and by this value, as that of black does.
+enum { LIGHTS_WIDTHS = 3, LIGHTS_BINS = 4 };
+static const double flickering_part = 0.11, steady_part = 0.04, steady = 0.004, lights_values = 0.5;
 
 // White noise of variance 1 in a channel's unit.
 static double unit_of(const struct focus_search *self, enum focus_channel channel) {
@@ -190,6 +195,72 @@ unsigned focus_find_peaks(struct focus_search *self, struct focus_peak *peak) {
 
 double focus_find_least(const struct focus_search *self, enum focus_channel channel) {
     return contrast_min(self) * unit_of(self, channel);
+}
+
+// Mean light of the samples at these distances from a position; false: there are none.
+static bool light_at(const struct focus_search *self, double position, double from, double to,
+                     double *light) {
+    double sum = 0;
+    unsigned count = 0;
+    for (unsigned i = 0; i < self->curve.count; i++) {
+        const double off = self->curve.samples[i].position - position;
+        if (off >= fmin(from, to) && off <= fmax(from, to)) {
+            sum += self->curve.samples[i].mean;
+            count++;
+        }
+    }
+    *light = count > 0 ? sum / count : 0;
+    return count > 0;
+}
+
+// By how much light may differ. That which lights bring into the region grows or falls steadily
+// while the ring moves, and not at all while it rests.
+static double light_part(const struct focus_search *self) {
+    const struct focus_sample *samples = self->curve.samples;
+    double moving = 0, resting = 0, light = 0;
+    unsigned moves = 0, rests = 0;
+    for (unsigned i = 1; i + 1 < self->curve.count; i++) {
+        const double middle = samples[i].mean, next = samples[i + 1].mean;
+        if (samples[i].leg == FOCUS_LEG_REST && samples[i].position == samples[i + 1].position) {
+            resting += fabs(next - middle);
+            rests++;
+        } else if (samples[i].leg != FOCUS_LEG_REST) {
+            moving += fabs(middle - (samples[i - 1].mean + next) / 2);
+            moves++;
+        }
+        light += middle;
+    }
+    const double least = steady * light / fmax(moves + rests, 1);
+    return moving <= least * moves && resting <= least * rests ? steady_part : flickering_part;
+}
+
+// Whether two amounts of light differ by more than this part and what black does.
+static bool is_other_light(double a, double b, double part) {
+    return fabs(a - b) > part * fmin(a, b) + lights_values;
+}
+
+bool focus_find_lights(const struct focus_search *self) {
+    const struct focus_peak *peak = &self->result.peak;
+    const double width = fmax(peak->half_width, self->options.tolerance), part = light_part(self);
+    double above = 0, below = 0, up = 0, down = 0, middle = 0;
+    for (unsigned i = 0; i < self->curve.count; i++) {
+        const double off = self->curve.samples[i].position - peak->position;
+        up = fmax(up, off);
+        down = fmax(down, -off);
+    }
+    const double reach = fmin(fmin(up, down), LIGHTS_WIDTHS * width);
+    for (int i = 0; i < LIGHTS_BINS && reach > 0; i++) {
+        const double from = reach * i / LIGHTS_BINS, to = reach * (i + 1) / LIGHTS_BINS;
+        if (light_at(self, peak->position, from, to, &above) &&
+            light_at(self, peak->position, -from, -to, &below) &&
+            is_other_light(above, below, part)) {
+            return true;
+        }
+    }
+    const double side = up > down ? 1 : -1;
+    return reach < width && light_at(self, peak->position, -width / 2, width / 2, &middle) &&
+           light_at(self, peak->position, side * width, side * LIGHTS_WIDTHS * width, &above) &&
+           is_other_light(above, middle, part);
 }
 
 double focus_find_at_peak(const struct focus_search *self, unsigned count, double *light) {

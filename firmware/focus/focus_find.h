@@ -40,6 +40,12 @@ bool focus_find_top(struct focus_search *self, unsigned leg, double min, double 
 /// `least`: curvature over its standard deviation.
 bool focus_find_hump(struct focus_search *self, double least, struct focus_peak *peak);
 
+/// Whether lights in or beside the region outshine it around the result's peak. Blur is the same at
+/// equal distances on both sides of a focus, and so is the light that it brings into the region or
+/// takes out of it: where the light grows to one side, the peak comes from the discs of lights that
+/// are out of focus. Where the ring cannot reach the other side, the light must stay as it is.
+bool focus_find_lights(const struct focus_search *self);
+
 /// Sharpness at the top of the result's peak, as the first `count` samples of the curve show it: of
 /// a wide peak not more than the highest of them, as the vertex of a fit may be above a rounded
 /// top.

@@ -220,6 +220,9 @@ static void set_blur(struct focus_search *self, double counts) {
 
 static struct focus_step finish(struct focus_search *self, const struct focus_event *event,
                                 enum focus_verdict verdict) {
+    if (focus_find_lights(self)) {
+        return give_back(self, FOCUS_LIGHTS);
+    }
     self->result.verdict = verdict;
     return end(self, event);
 }

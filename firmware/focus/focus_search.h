@@ -45,6 +45,9 @@ enum { FOCUS_TRIES = 4 };
     X(TWO_PEAKS, "two peaks",                                                                  \
       "the region shows two distances: choose with prefer=near or prefer=far, or a smaller "   \
       "region")                                                                                \
+    X(LIGHTS, "misled by lights",                                                              \
+      "lights in or beside the region outshine it out of focus: choose a region away from "    \
+      "them, shorten the exposure until they are not white, or focus by hand")                 \
     X(SCENE_CHANGED, "scene changed", "keep subject, cameras and light still, then try again") \
     X(LENS_JAMMED, "lens jammed", "free the ring, then run bringup")
 

@@ -25,6 +25,8 @@ Verdict verdict_of(focus_verdict verdict) {
             return Verdict::kEnd;
         case FOCUS_TWO_PEAKS:
             return Verdict::kTwoPeaks;
+        case FOCUS_LIGHTS:
+            return Verdict::kLights;
         case FOCUS_SCENE_CHANGED:
             return Verdict::kChanged;
         case FOCUS_LENS_JAMMED:

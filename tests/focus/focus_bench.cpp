@@ -10,8 +10,9 @@
 namespace focus {
 
 const char *const kVerdictNames[kVerdicts] = {
-    "focused",   "sharp everywhere", "no contrast", "peak at end of range",
-    "two peaks", "scene changed",    "lens jammed", "error",
+    "focused",   "sharp everywhere", "no contrast",   "peak at end of range",
+    "two peaks", "misled by lights", "scene changed", "lens jammed",
+    "error",
 };
 const MethodRow kMethodRows[kMethods] = {
     {"cold", "cold", autofocus_cold, true, 12, 20, 250},
@@ -121,7 +122,8 @@ Result FocusBench::result(unsigned method, unsigned side, const Report &report) 
         result.contrast = std::max(result.contrast, own_camera.contrast(own_camera.still(sharp)));
     }
     result.noise = scene.noise_electrons() / scene.electrons;
-    result.kind = result.contrast < 0.5 * result.noise ? SceneClass::kFlat
+    result.kind = !scene.lamps.empty()                   ? SceneClass::kLamps
+                  : result.contrast < 0.5 * result.noise ? SceneClass::kFlat
                   : result.contrast < 3 * result.noise || result.contrast < 0.02
                       ? SceneClass::kBetween
                   : scene.two_depths ? SceneClass::kTwoDepths

@@ -20,11 +20,12 @@ enum class Verdict {
     kNoContrast,
     kEnd,
     kTwoPeaks,
+    kLights,
     kChanged,
     kJammed,
     kError,
 };
-constexpr int kVerdicts = 8;
+constexpr int kVerdicts = 9;
 extern const char *const kVerdictNames[kVerdicts];
 
 /// What a method reports about a lens.

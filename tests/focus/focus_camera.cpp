@@ -61,7 +61,7 @@ FocusCamera::FocusCamera(const Scene &scene, const BlurStack &stack, FocusWorld 
 // ---- the image
 
 /// What is in the image of a lens at rest with its rings there.
-void FocusCamera::mix_at(const Rings &rings, double part, BlurMix mix[2]) const {
+void FocusCamera::mix_at(const Rings &rings, double part, Image &image) const {
     const SceneSide &own = scene_.side[side_];
     const double spot_px = own.lens.spot_px(rings[simrig::kZoom], rings[simrig::kIris]);
     // The stack has the spot of the iris that the scene began with; a larger one is a disc of the
@@ -71,12 +71,16 @@ void FocusCamera::mix_at(const Rings &rings, double part, BlurMix mix[2]) const 
         const double disc_px =
             own.lens.blur_px(rings[simrig::kFocus], rings[simrig::kZoom], rings[simrig::kIris],
                              far == 1 ? own.far_per_mm : own.per_mm);
-        stack_.add(mix[far], std::sqrt(std::max(0.0, disc_px * disc_px + more)), part);
+        stack_.add(image.mix[far], std::sqrt(std::max(0.0, disc_px * disc_px + more)), part);
+        if (far == 0 && !scene_.lamps.empty()) {
+            image.discs.emplace_back(std::hypot(disc_px, 4 * spot_px), part);
+        }
     }
 }
 
 /// A row of relative radiance. scale: of the image, against that in focus.
-void FocusCamera::draw_row(const BlurMix mix[2], int y, double scale, float *row) const {
+void FocusCamera::draw_row(const Image &image, int y, double scale, float *row) const {
+    const BlurMix *mix = image.mix;
     constexpr int kSize = int(BlurStack::kSize);
     const double up = (y - kFramePx / 2) / scale;
     const int split_px = int(scene_.split * kFramePx);
@@ -97,6 +101,30 @@ void FocusCamera::draw_row(const BlurMix mix[2], int y, double scale, float *row
     }
 }
 
+/// Adds a row of the lamps: a disc of uniform light convolved with that of the blur, with edges
+/// that fall linearly from where both overlap fully to where they no longer do.
+void FocusCamera::draw_lamps(const Image &image, int y, double scale, float *row) const {
+    for (const Lamp &lamp : scene_.lamps) {
+        for (const auto &[disc_px, part] : image.discs) {
+            const double own_px = lamp.diameter_px, most = std::max(own_px, disc_px);
+            const double least = std::min(own_px, disc_px);
+            const double outer = (most + least) / 2, inner = (most - least) / 2;
+            // As much light as in focus.
+            const double peak =
+                lamp.radiance * part * own_px * own_px / (most * most + least * least / 3);
+            const double up = y - kFramePx / 2 - lamp.y_px * scale;
+            const double reach = std::sqrt(std::max(0.0, outer * outer - up * up));
+            const double middle = kFramePx / 2 + lamp.x_px * scale;
+            const int first = int(std::clamp(middle - reach, 0.0, double(kFramePx)));
+            const int last = int(std::clamp(middle + reach + 1, 0.0, double(kFramePx)));
+            for (int x = first; x < last; x++) {
+                const double far = std::hypot(x - middle, up);
+                row[x] += float(peak * std::clamp((outer - far) / (outer - inner), 0.0, 1.0));
+            }
+        }
+    }
+}
+
 /// Light that a row has which is read at this time, against light without flicker.
 double FocusCamera::flicker_at(double end_us) const {
     if (scene_.flicker == 0) {
@@ -107,7 +135,7 @@ double FocusCamera::flicker_at(double end_us) const {
     return 1 + scene_.flicker * std::sin(half) / half * std::sin(middle);
 }
 
-void FocusCamera::draw(const BlurMix mix[2], const Rings &rings, double begin_us, bool noisy,
+void FocusCamera::draw(const Image &image, const Rings &rings, double begin_us, bool noisy,
                        std::vector<uint16_t> &values) const {
     const SceneSide &own = scene_.side[side_];
     const double zoom = rings[simrig::kZoom];
@@ -121,7 +149,8 @@ void FocusCamera::draw(const BlurMix mix[2], const Rings &rings, double begin_us
     constexpr float kFull = float(kFullWellElectrons), kRead = float(kReadElectrons);
     float row[kFramePx];
     for (int y = 0; y < kFramePx; y++) {
-        draw_row(mix, y, scale, row);
+        draw_row(image, y, scale, row);
+        draw_lamps(image, y, scale, row);
         const auto own_light = float(light * (noisy ? flicker_at(begin_us + kRowUs * y) : 1));
         const float *response = &response_[std::size_t(y * kFramePx)];
         const float *deviate = &deviates()[noise_.next() % (deviates().size() - kFramePx)];
@@ -145,27 +174,27 @@ void FocusCamera::expose(double begin_us, std::vector<uint16_t> &values) {
     const double to = world_.rings_at(side_, end_us)[simrig::kFocus];
     const double steps = std::abs(from - to) * own.px_per_count() / kBlurStepPx;
     const int moments = std::clamp(int(std::ceil(steps)), 1, kMomentsMax);
-    BlurMix mix[2];
+    Image image;
     for (int i = 0; i < moments; i++) {
         const double time_us = open_us + exposure_us_ * (i + 0.5) / moments;
-        mix_at(world_.rings_at(side_, time_us), 1.0 / moments, mix);
+        mix_at(world_.rings_at(side_, time_us), 1.0 / moments, image);
     }
-    draw(mix, world_.rings_at(side_, end_us - exposure_us_ / 2), begin_us, true, values);
+    draw(image, world_.rings_at(side_, end_us - exposure_us_ / 2), begin_us, true, values);
 }
 
 std::vector<uint16_t> FocusCamera::still(const Rings &rings) const {
     std::vector<uint16_t> values(kFramePx * kFramePx);
-    BlurMix mix[2];
-    mix_at(rings, 1, mix);
-    draw(mix, rings, 0, false, values);
+    Image image;
+    mix_at(rings, 1, image);
+    draw(image, rings, 0, false, values);
     return values;
 }
 
 std::vector<uint16_t> FocusCamera::noisy(const Rings &rings, double begin_us) const {
     std::vector<uint16_t> values(kFramePx * kFramePx);
-    BlurMix mix[2];
-    mix_at(rings, 1, mix);
-    draw(mix, rings, begin_us, true, values);
+    Image image;
+    mix_at(rings, 1, image);
+    draw(image, rings, begin_us, true, values);
     return values;
 }
 

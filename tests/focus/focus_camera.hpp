@@ -4,6 +4,7 @@
 #define VERGENCE_TESTS_FOCUS_FOCUS_CAMERA_HPP
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "blur_stack.hpp"
@@ -46,10 +47,16 @@ class FocusCamera {
     double period_us() const { return std::max(exposure_us_, kFrameMinUs); }
     double flicker_at(double end_us) const;
     void expose(double begin_us, std::vector<uint16_t> &values);
-    void mix_at(const Rings &rings, double part, BlurMix mix[2]) const;
-    void draw(const BlurMix mix[2], const Rings &rings, double begin_us, bool noisy,
+    /// What a frame is made of: parts of levels of the stack for both depths; discs of lamps.
+    struct Image {
+        BlurMix mix[2];
+        std::vector<std::pair<double, double>> discs;  ///< diameter of the blur, part
+    };
+    void mix_at(const Rings &rings, double part, Image &image) const;
+    void draw_lamps(const Image &image, int y, double scale, float *row) const;
+    void draw(const Image &image, const Rings &rings, double begin_us, bool noisy,
               std::vector<uint16_t> &values) const;
-    void draw_row(const BlurMix mix[2], int y, double scale, float *row) const;
+    void draw_row(const Image &image, int y, double scale, float *row) const;
 
     const Scene &scene_;
     const BlurStack &stack_;

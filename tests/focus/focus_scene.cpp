@@ -9,7 +9,10 @@
 
 namespace focus {
 
-const char *const kSceneClassNames[kSceneClasses] = {"textured", "two depths", "flat", "between"};
+const char *const kSceneClassNames[kSceneClasses] = {"textured", "two depths", "flat", "between",
+                                                     "lamps"};
+
+double lamps_share = 0.1;
 
 namespace {
 
@@ -75,6 +78,30 @@ void draw_texture(Scene &scene, simrig::Noise &noise) {
     scene.split = between(noise, 0.3, 0.7);
 }
 
+/// Lamps in a row, in a grid or anywhere, before a ground that is darker, with or without texture.
+void draw_lamps(Scene &scene, simrig::Noise &noise) {
+    const bool in_grid = noise.chance(0.5);
+    const double spacing_px = between_log(noise, 40, 400), reach_px = between_log(noise, 100, 800);
+    const double diameter_px = between_log(noise, 2, 60), radiance = between_log(noise, 3, 3000);
+    const double left_px = between(noise, 0, spacing_px), top_px = between(noise, 0, spacing_px);
+    const unsigned most = in_grid ? 60 : 1 + unsigned(noise.next() % 12);
+    const int steps = int(reach_px / spacing_px) + 1;
+    for (int j = -steps; in_grid && j <= steps; j++) {
+        for (int i = -steps; i <= steps && scene.lamps.size() < most; i++) {
+            scene.lamps.push_back(
+                {left_px + i * spacing_px, top_px + j * spacing_px, diameter_px, radiance});
+        }
+    }
+    while (!in_grid && scene.lamps.size() < most) {
+        scene.lamps.push_back({between(noise, -reach_px, reach_px),
+                               between(noise, -reach_px, reach_px),
+                               diameter_px * between(noise, 0.7, 1.4), radiance});
+    }
+    scene.electrons = between_log(noise, 0.004, 0.4) * kFullWellElectrons;
+    scene.texture.contrast = noise.chance(0.5) ? 0 : scene.texture.contrast;
+    scene.two_depths = false;
+}
+
 }  // namespace
 
 Scene draw_scene(uint64_t seed, unsigned index) {
@@ -107,6 +134,11 @@ Scene draw_scene(uint64_t seed, unsigned index) {
     scene.warm_us = between(noise, 0, 3600e6);
     draw_light(scene, noise);
     draw_texture(scene, noise);
+    // Of numbers of their own, so that all other scenes are the same with and without lamps.
+    simrig::Noise lamps(simrig::Noise(seed ^ 0x1A35).next() + index);
+    if (lamps.chance(lamps_share)) {
+        draw_lamps(scene, lamps);
+    }
     return scene;
 }
 
@@ -119,12 +151,13 @@ std::string Scene::text() const {
     const SceneSide &left = side[0];
     std::snprintf(text, sizeof text,
                   "%s slope %.2f contrast %.4f%s, zoom %.0f iris %.0f (f/%.1f), %.2f px a count, "
-                  "exposure %.0f us, gain %.1f, noise %.1f %%, light %.2f%s",
+                  "exposure %.0f us, gain %.1f, noise %.1f %%, light %.2f%s, %u lamps",
                   kTextureNames[int(texture.kind)], texture.slope, texture.contrast,
                   two_depths ? " two depths" : "", left.zoom, left.iris,
                   left.lens.f_number(left.zoom, left.iris), left.px_per_count(), exposure_us,
                   gain_q3 / 8.0, 100 * noise_electrons() / electrons,
-                  electrons * (gain_q3 / 8.0) / kFullWellElectrons, flicker != 0 ? " flicker" : "");
+                  electrons * (gain_q3 / 8.0) / kFullWellElectrons, flicker != 0 ? " flicker" : "",
+                  unsigned(lamps.size()));
     return text;
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "blur_stack.hpp"
 #include "lens_truth.hpp"
@@ -17,9 +18,16 @@ namespace focus {
 constexpr unsigned kSides = 2;
 
 /// How a scene counts.
-enum class SceneClass { kTextured, kTwoDepths, kFlat, kBetween };
-constexpr int kSceneClasses = 4;
+enum class SceneClass { kTextured, kTwoDepths, kFlat, kBetween, kLamps };
+constexpr int kSceneClasses = 5;
 extern const char *const kSceneClassNames[kSceneClasses];
+
+/// A bright disc at the scene's depth, in or beside the window: out of focus a larger one.
+struct Lamp {
+    double x_px, y_px;   ///< from the middle of the frame
+    double diameter_px;  ///< in focus
+    double radiance;     ///< times that of the ground
+};
 
 struct SceneSide {
     LensTruth lens;
@@ -40,6 +48,7 @@ struct Scene {
     uint64_t seed = 0;
     unsigned index = 0;
     Texture texture;
+    std::vector<Lamp> lamps;
     bool two_depths = false;
     double split = 0.5;  ///< part of the window's width with the near depth
     double exposure_us = 5000;
@@ -54,6 +63,9 @@ struct Scene {
     double noise_electrons() const;
     std::string text() const;
 };
+
+/// Part of all scenes that have lamps.
+extern double lamps_share;
 
 /// The same scene for the same numbers.
 Scene draw_scene(uint64_t seed, unsigned index);

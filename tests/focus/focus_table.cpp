@@ -16,6 +16,7 @@ constexpr double kFalsePx = 2;
 struct Column {
     unsigned textured = 0, sharp = 0, two_depths = 0, sharp_two = 0;
     unsigned flat = 0, no_contrast = 0, between = 0;
+    unsigned lamps = 0, sharp_lamps = 0, false_lamps = 0;
     unsigned lenses = 0, false_focused = 0, errors = 0;
     unsigned blurs = 0, right_blurs = 0;
     std::vector<double> seconds, frames;  ///< of both lenses; of each
@@ -45,6 +46,11 @@ void add(Column &column, const Result &result) {
         case SceneClass::kFlat:
             column.flat++;
             column.no_contrast += report.verdict == Verdict::kNoContrast;
+            break;
+        case SceneClass::kLamps:
+            column.lamps++;
+            column.false_lamps += is_false(result);
+            column.sharp_lamps += result.is_sharp() && report.verdict == Verdict::kFocused;
             break;
         case SceneClass::kBetween:
             column.between++;
@@ -152,6 +158,10 @@ void print_table(std::FILE *file, const std::vector<Result> &results) {
         [](const Column &c) { return shares(c.sharp_two, c.two_depths); });
     row("flat: `no contrast`", "all",
         [](const Column &c) { return shares(c.no_contrast, c.flat); });
+    row("lamps: `focused`, and is", "",
+        [](const Column &c) { return shares(c.sharp_lamps, c.lamps); });
+    row("lamps: `focused`, but is not", "0",
+        [](const Column &c) { return shares(c.false_lamps, c.lamps); });
     row("`focused`, but is not", "0",
         [](const Column &c) { return shares(c.false_focused, c.lenses); });
     row("reported blur is within 30 % or 0.5 px", "95 %",

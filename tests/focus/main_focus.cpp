@@ -20,8 +20,8 @@ using namespace focus;
 namespace {
 
 const char *const kUsage =
-    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--scene N [--curve yes|--samples yes]]
-                   [--failures N] [--short yes] [--write FILE]
+    R"(usage: focus_bench [--runs N] [--seed N] [--jobs N] [--methods LIST] [--lamps N]
+                   [--scene N [--curve yes|--samples yes]] [--failures N] [--short yes] [--write FILE]
 
 Focuses both lenses of the rig on random scenes and prints how well that went.
 
@@ -32,11 +32,13 @@ Focuses both lenses of the rig on random scenes and prints how well that went.
                   (default: cold,table,climb,stops)
   --measure N     of the autofocus: 0 variance, 1 normalised, 2 Tenengrad, 3 Laplacian (default: 0)
   --scene N       this scene only, with all that is known about it
+  --lamps N       percent of the scenes that have lamps (default: 10)
   --curve yes     with --scene: the curves of both lenses, a line for each position of a ring: side,
                   position, blur, then variance, its normalised form, Tenengrad and Laplacian energy
                   without noise, and the same with it
   --samples yes   with --scene: what each autofocus saw, a line for each frame: side, leg, position,
-                  then sharpness and its standard deviation for each channel
+                  then sharpness and its standard deviation for each channel, relative variance of
+                  the noise, mean, and saturated values in 1/1000
   --failures N    failures that are printed, one a line (default: 20)
   --short yes     the limits of a few hundred scenes, as tools/test --all has them
   --write FILE    the table, in Markdown
@@ -68,7 +70,8 @@ void print_samples(const FocusBench &bench, unsigned side) {
             std::printf(" %.5g %.3g", double(sample.sharpness[channel]),
                         double(sample.deviation[channel]));
         }
-        std::printf("\n");
+        std::printf(" %.4g %.4g %u\n", double(sample.noise), double(sample.mean),
+                    unsigned(sample.saturated_permille));
     }
 }
 
@@ -200,6 +203,8 @@ Options options_of(int argc, char **argv) {
             options.jobs = std::max(1U, unsigned(number(value)));
         } else if (name == "--scene") {
             options.scene = long(number(value));
+        } else if (name == "--lamps") {
+            lamps_share = double(number(value)) / 100;
         } else if (name == "--curve") {
             options.curve = std::strcmp(value, "yes") == 0;
         } else if (name == "--measure") {

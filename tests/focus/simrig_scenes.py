@@ -282,7 +282,7 @@ def judged(row):
 
 
 VERDICTS = ("focused", "sharp everywhere", "no contrast", "peak at end of range", "two peaks",
-            "scene changed", "lens jammed")
+            "misled by lights", "scene changed", "lens jammed")
 
 
 def line_of(row):

@@ -24,6 +24,7 @@ struct Lens {
     double rest = 0.7;       // of the motor
     double ring = 560;
     double pixel_noise = 0;  // relative variance
+    std::function<double(double)> light = [](double) { return 300.0; };
     bool jams = false;
 };
 
@@ -61,7 +62,7 @@ Run run(Lens lens, const focus_search_options &options, std::mt19937_64 &random)
             sample.deviation[channel] = float(lens.noise * value + lens.floor_noise);
         }
         sample.noise = float(lens.pixel_noise);
-        sample.mean = 300;
+        sample.mean = float(lens.light(ring));
         sample.leg = leg;
         focus_search_add(&run.search, &sample);
     };
@@ -195,6 +196,25 @@ TEST_CASE("verdicts") {
         options.region_px = 100;
         lens.sharpness = lorentz(500, 150, 0.01);
         CHECK(run(lens, options, random).search.result.verdict == FOCUS_NO_CONTRAST);
+    }
+    SUBCASE("lights out of focus: the ring is back") {
+        // As many to both sides of the true focus at 500, where the region is dark.
+        const auto below = lorentz(480, 6, 40), above = lorentz(520, 6, 30);
+        lens.sharpness = [=](double ring) { return below(ring) + above(ring); };
+        lens.light = [](double ring) { return 5 + std::max(0.0, std::abs(ring - 500) - 15); };
+        const Run result = run(lens, options, random);
+        CHECK(result.search.result.verdict == FOCUS_LIGHTS);
+        CHECK(std::abs(result.ring - 560) < 4);
+    }
+    SUBCASE("lights that blur into the region from both sides do not matter") {
+        lens.sharpness = lorentz(500, 6, 0.01);
+        lens.light = [](double ring) { return 100 + 3 * std::abs(ring - 500); };
+        CHECK(run(lens, options, random).search.result.verdict == FOCUS_FOCUSED);
+    }
+    SUBCASE("lights that flicker do not matter") {
+        lens.sharpness = lorentz(500, 6, 0.01);
+        lens.light = [&](double) { return 300 + 12 * std::normal_distribution<double>()(random); };
+        CHECK(run(lens, options, random).search.result.verdict == FOCUS_FOCUSED);
     }
     SUBCASE("jam") {
         lens.sharpness = lorentz(500, 6, 0.01);
