@@ -125,6 +125,12 @@ struct solution_sigmas {
     std::array<double, 3> translation_mm{};
 };
 
+/// How well a length across the view is known, as far as the calibration determines it.
+struct length_test {
+    double length_mm = 100, distance_mm = 0;  // the median distance of the boards
+    double sigma_mm = 0;                      // 0: not determined
+};
+
 struct verdict {
     bool good = false;
     std::string sentence;              // for the user: good or not, and why
@@ -162,6 +168,7 @@ struct solution {
     fit_test fit;
     start_test second_start;
     solution_sigmas sigma;
+    length_test length;                         // of a pair
     std::shared_ptr<const error_model> errors;  // for uncertainty.hpp; null when not solved
     calib::verdict verdict;
 };

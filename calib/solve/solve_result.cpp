@@ -84,6 +84,40 @@ double rms_of(const bundle &data, const bundle_state &state) {
     return std::sqrt(squares / double(std::max(1L, count)));
 }
 
+// Of the boards that both cameras see.
+double board_distance_mm(const bundle &data, const bundle_state &state) {
+    std::vector<double> distances;
+    for (size_t i = 0; i < data.captures.size(); i++) {
+        if (data.captures[i][LEFT].used && data.captures[i][RIGHT].used) {
+            distances.push_back(state.T_left_board[i].t_mm[2]);
+        }
+    }
+    const auto middle = distances.begin() + long(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    return distances.empty() ? 0 : *middle;
+}
+
+// Across, about the middle of what both cameras see at the distance of the boards: small, so that
+// they do see it.
+length_test length_of(const bundle &data, const bundle_state &state, const error_model &errors) {
+    const double share = 0.01;
+    length_test result;
+    const double *t_mm = state.T_right_left.t_mm, *R = state.T_right_left.R;
+    result.distance_mm = board_distance_mm(data, state);
+    // Half way between where the two axes are at this distance.
+    const double right_x_mm = -(R[0] * t_mm[0] + R[3] * t_mm[1] + R[6] * t_mm[2]);
+    const double right_slope = R[8] > 0 ? R[6] / R[8] : 0;
+    const double middle_mm = 0.5 * (right_x_mm + right_slope * result.distance_mm);
+    const double half_mm = 0.5 * share * result.distance_mm;
+    const double first[3] = {middle_mm - half_mm, 0, result.distance_mm};
+    const double second[3] = {middle_mm + half_mm, 0, result.distance_mm};
+    double sigma_mm = 0;
+    if (result.distance_mm > 0 && errors.length_sigma(first, second, &sigma_mm)) {
+        result.sigma_mm = sigma_mm / (2 * half_mm) * result.length_mm;
+    }
+    return result;
+}
+
 }  // namespace
 
 solution describe(const observations &seen, const ordered_bundle &ordered,
@@ -143,6 +177,7 @@ void describe_errors(const bundle &data, const bundle_state &state, const error_
             sigma.rotation_rad[size_t(i)] = errors.rig_sigma(i);
             sigma.translation_mm[size_t(i)] = errors.rig_sigma(3 + i);
         }
+        result->length = length_of(data, state, errors);
     }
     result->errors = std::make_shared<const error_model>(errors);
 }

@@ -30,6 +30,7 @@ const double FLOOR_PX = 0.5;
 const double LARGE_IMAGE = 1.0 / 4000;
 const double SCATTER_RATIO = 25;     // ratio of variances between board positions
 const double BASELINE_SHARE = 0.01;  // largest acceptable sigma of the baseline
+const double LEAST_BASELINE = 5e-3;  // share of the boards' distance
 const double STRETCH_SHARE = 0.005;  // share by which a print's rows and columns may differ
 const double OUTER = 0.7;            // of half a diagonal: where lenses bend most
 const int OUTER_FEWEST = 5;          // minimum number of corners rejected there to be significant
@@ -193,9 +194,15 @@ void look_at_rig(const solution &found, std::vector<finding> *findings) {
     const double baseline_mm = geometry_norm(found.T_right_left.t_mm);
     if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm) {
         findings->push_back(
-            {700, sentence("the baseline of %.2g mm is known only to %.2g mm: the cameras are "
-                           "in the same place, or --square is not in mm",
-                           baseline_mm, found.sigma.baseline_mm)});
+            {700,
+             baseline_mm < 3 * found.sigma.baseline_mm ||
+                     baseline_mm < LEAST_BASELINE * found.length.distance_mm
+                 ? sentence("the cameras are in the same place, to %.2g mm: are these pictures "
+                            "of two cameras, and is --square in mm?",
+                            std::max(baseline_mm, found.sigma.baseline_mm))
+                 : sentence("the baseline of %.3g mm is known only to %.2g mm: the board was in "
+                            "too few or too similar positions",
+                            baseline_mm, found.sigma.baseline_mm)});
     }
 }
 
@@ -291,6 +298,10 @@ std::string sentence_on_good(const bundle &data, const solution &found) {
     if (data.cameras == CAMERAS) {
         text += sentence(", the baseline of %.2f mm to %.2g mm",
                          calibration_baseline_mm(&found.rig), found.sigma.baseline_mm);
+    }
+    if (found.length.sigma_mm > 0) {
+        text += sentence("; a length of %.0f mm at %.0f mm is known to +- %.2g mm",
+                         found.length.length_mm, found.length.distance_mm, found.length.sigma_mm);
     }
     return text + ".";
 }

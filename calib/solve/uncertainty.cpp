@@ -259,10 +259,43 @@ bool error_model::projection_covariance(int camera, const double pixel_px[2], do
     return true;
 }
 
+bool error_model::point_rows(const double in_left_mm[3], std::vector<double> (&rows)[3]) const {
+    // Both pixels stay fixed: 0 = J dpoint + K dshared, four equations for dpoint.
+    vector3 J[4];
+    std::vector<double> K[4];
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        std::vector<double> of_pixel[2];
+        double by_left[2][3];
+        if (!pixel_rows(camera, in_left_mm, false, of_pixel, by_left)) {
+            return false;
+        }
+        for (int axis = 0; axis < 2; axis++) {
+            J[2 * camera + axis] = {by_left[axis][0], by_left[axis][1], by_left[axis][2]};
+            K[2 * camera + axis] = of_pixel[axis];
+        }
+    }
+    matrix3 A = matrix3::Zero();
+    for (const vector3 &of_row : J) {
+        A += of_row * of_row.transpose();
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        const vector3 by = solve_symmetric(A, vector3::Unit(axis));
+        rows[axis].assign(SIZE, 0.0);
+        for (int i = 0; i < 4; i++) {
+            const double weight = by.dot(J[i]);
+            for (size_t k = 0; k < rows[axis].size(); k++) {
+                rows[axis][k] -= weight * K[i][k];
+            }
+        }
+    }
+    return true;
+}
+
 bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
                               double *sigma_mm) const {
     const lens left = lens_from_state(frame_[LEFT], state_.lens[LEFT]);
     double point[3];
+    std::vector<double> rows[3];
     if (cameras_ != CAMERAS || !(depth_mm > 0) || !std::isfinite(depth_mm) ||
         !lens_ray(&left, left_pixel_px, point)) {
         return false;
@@ -270,30 +303,26 @@ bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
     for (double &value : point) {
         value *= depth_mm;
     }
-    // Both pixels stay fixed: 0 = J dpoint + K dshared, four equations for dpoint.
-    vector3 J[4];
-    std::vector<double> K[4];
-    for (int camera = 0; camera < CAMERAS; camera++) {
-        std::vector<double> rows[2];
-        double by_left[2][3];
-        if (!pixel_rows(camera, point, false, rows, by_left)) {
-            return false;
-        }
-        for (int axis = 0; axis < 2; axis++) {
-            J[2 * camera + axis] = {by_left[axis][0], by_left[axis][1], by_left[axis][2]};
-            K[2 * camera + axis] = rows[axis];
-        }
+    if (!point_rows(point, rows)) {
+        return false;
     }
-    matrix3 A = matrix3::Zero();
-    for (const vector3 &of_row : J) {
-        A += of_row * of_row.transpose();
+    *sigma_mm = std::sqrt(variance(rows[2]));
+    return std::isfinite(*sigma_mm);
+}
+
+bool error_model::length_sigma(const double first_mm[3], const double second_mm[3],
+                               double *sigma_mm) const {
+    std::vector<double> first[3], second[3], row(SIZE, 0.0);
+    const double apart[3] = {second_mm[0] - first_mm[0], second_mm[1] - first_mm[1],
+                             second_mm[2] - first_mm[2]};
+    const double length_mm = geometry_norm(apart);
+    if (cameras_ != CAMERAS || !(length_mm > 0) || !point_rows(first_mm, first) ||
+        !point_rows(second_mm, second)) {
+        return false;
     }
-    const vector3 depth_by = solve_symmetric(A, vector3::UnitZ());
-    std::vector<double> row(SIZE, 0.0);
-    for (int i = 0; i < 4; i++) {
-        const double weight = depth_by.dot(J[i]);
+    for (int axis = 0; axis < 3; axis++) {
         for (size_t k = 0; k < row.size(); k++) {
-            row[k] -= weight * K[i][k];
+            row[k] += apart[axis] / length_mm * (second[axis][k] - first[axis][k]);
         }
     }
     *sigma_mm = std::sqrt(variance(row));

@@ -60,7 +60,12 @@ class error_model {
     /// see it.
     bool depth_sigma(const double left_pixel_px[2], double depth_mm, double *sigma_mm) const;
 
+    /// Likewise of the length between two points in the left camera's frame.
+    bool length_sigma(const double first_mm[3], const double second_mm[3], double *sigma_mm) const;
+
   private:
+    // Derivatives of a point in the left frame, seen at fixed pixels, by the shared parameters.
+    bool point_rows(const double in_left_mm[3], std::vector<double> (&rows)[3]) const;
     double variance(const std::vector<double> &row) const;
     double covariance(const std::vector<double> &a, const std::vector<double> &b) const;
     // Rows of derivatives of one camera's pixel by the shared parameters, and by a point in the

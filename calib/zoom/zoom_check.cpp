@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/zoom/zoom_check.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
+#include "calib/base/sentence.hpp"
+#include "calib/zoom/zoom_expected.hpp"
 #include "core/invariant.h"
+#include "core/math.h"
 #include "stereo/geometry/geometry.h"
 
 namespace calib {
@@ -17,6 +20,15 @@ const int CELLS_X = 4, CELLS_Y = 3;
 const double ALARM_Z = 6, ALARM_SHARE = 0.3;  // of a pattern in the noise of a corner
 const double ALARM_NOISE = 2;                 // residuals over what the corners' noise explains
 const int REFIT_ITERATIONS = 2;               // the equations are nearly linear there
+// Of zooms left out: rows as a share of half of the diagonal, f as a share of itself.
+const double HELD_OUT_ROWS = 1.0 / 400, HELD_OUT_FOCAL = 0.01;
+const double BASELINE_SHARE = 0.05;        // largest acceptable sigma of the baseline
+const double BASELINE_DEPTHS = 2;          // the longest baseline, in distances of the boards
+const double LARGEST_BASELINE_MM = 10000;  // beyond, the unit of --square is in doubt
+const double TURNED_RAD = MATH_PI / 3;     // of one camera against the other
+const double PAN_SCALE = 0.2;              // a servo's angle differs from the commanded one
+const int ZOOM_SAMPLES = 32;
+const char *const side_names[CAMERAS] = {"left", "right"};
 
 // Sums over left-out settings.
 struct left_out {
@@ -146,10 +158,92 @@ std::vector<cell> cells_of(const zoom_solution &solution) {
     return result;
 }
 
-std::string warning_of(const char *before, double value, const char *after) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.1f", value);
-    return std::string(before) + text + after;
+double baseline_sigma_mm(const zoom_solution &solution) {
+    const double *at_mm = &solution.rig->camera[RIGHT].mount[ZOOM_POSITION_X];
+    const double length_mm = geometry_norm(at_mm);
+    double variance = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            variance +=
+                at_mm[i] * at_mm[k] *
+                solution.covariance.shared(solution.layout.mount_at(RIGHT, ZOOM_POSITION_X + i),
+                                           solution.layout.mount_at(RIGHT, ZOOM_POSITION_X + k));
+        }
+    }
+    return length_mm > 0 ? std::sqrt(std::max(0.0, variance)) / length_mm : INFINITY;
+}
+
+void check_baseline(const zoom_solution &solution, std::vector<std::string> *warnings) {
+    const double *at_mm = &solution.rig->camera[RIGHT].mount[ZOOM_POSITION_X];
+    const double baseline_mm = geometry_norm(at_mm), distance_mm = board_distance_mm(solution);
+    const double sigma_mm = baseline_sigma_mm(solution);
+    if (at_mm[0] < 0 && -at_mm[0] > std::fabs(at_mm[1])) {
+        warnings->push_back(
+            sentence("left and right are exchanged: the right camera is %.0f mm to the left of the "
+                     "left one; exchange the cameras' cables or their names, and take the pictures "
+                     "again",
+                     -at_mm[0]));
+    }
+    if (baseline_mm > BASELINE_DEPTHS * distance_mm) {
+        warnings->push_back(
+            sentence("the baseline of %.3g mm is impossible, with boards at %.3g mm", baseline_mm,
+                     distance_mm));
+    } else if (baseline_mm > LARGEST_BASELINE_MM) {
+        warnings->push_back(
+            sentence("the baseline would be %.3g m: is --square in mm?", baseline_mm / 1000));
+    }
+    if (!(sigma_mm <= BASELINE_SHARE * baseline_mm)) {
+        warnings->push_back(sentence(
+            "the baseline of %.3g mm is known only to %.2g mm: the board was in too few or "
+            "too similar positions",
+            baseline_mm, sigma_mm));
+    }
+}
+
+void check_poses(const zoom_solution &solution, std::vector<std::string> *warnings) {
+    double turned_rad = 0;
+    for (size_t i = 0; i < solution.problem.captures.size(); i++) {
+        const zoom_eye eye[CAMERAS] = {
+            eye_of(solution.problem, solution.layout, solution.estimate, i, LEFT),
+            eye_of(solution.problem, solution.layout, solution.estimate, i, RIGHT)};
+        turned_rad = std::max(turned_rad, turn_between_rad(eye[LEFT].T_camera_instrument,
+                                                           eye[RIGHT].T_camera_instrument));
+    }
+    if (turned_rad > TURNED_RAD) {
+        warnings->push_back(sentence("the cameras would be turned by %.0f degrees from each other",
+                                     turned_rad / MATH_RAD_PER_DEGREE));
+    }
+    for (int camera = 0; camera < CAMERAS; camera++) {
+        const double scale = solution.rig->camera[camera].mount[ZOOM_PAN_SCALE];
+        if (!(std::fabs(scale) <= PAN_SCALE)) {
+            warnings->push_back(
+                sentence("the %s servo would turn by %.2f of the angle that was set: were its cables or "
+                         "the cameras exchanged?",
+                         side_names[camera], 1 + scale));
+        }
+    }
+}
+
+// The focal length of a zoom grows or shrinks all the way.
+void check_focal(const zoom_solution &solution, std::vector<std::string> *warnings) {
+    for (int side = 0; side < CAMERAS; side++) {
+        const zoom_camera &camera = solution.rig->camera[side];
+        int growing = 0;
+        double last = 0;
+        for (int i = 0; i <= ZOOM_SAMPLES; i++) {
+            const double part = double(i) / ZOOM_SAMPLES;
+            const double counts = camera.zoom.min + (camera.zoom.max - camera.zoom.min) * part;
+            const double f_px = zoom_function_value(&camera, ZOOM_FOCAL, counts);
+            growing += i > 0 ? (f_px > last ? 1 : -1) : 0;
+            last = f_px;
+        }
+        if (std::abs(growing) < ZOOM_SAMPLES) {
+            warnings->push_back(
+                sentence("the focal length of the %s camera does not follow the "
+                         "zoom: too few zooms, or its positions are wrong",
+                         side_names[side]));
+        }
+    }
 }
 
 }  // namespace
@@ -163,6 +257,19 @@ void check_left_out(zoom_solution *solution, int threads, const std::function<vo
     zoom_validation &out = solution->rig->validation;
     out.held_out_px = sum.corners > 0 ? std::sqrt(sum.epipolar_px / sum.corners) : 0;
     out.held_out_focal = sum.settings > 0 ? std::sqrt(sum.focal / sum.settings) : 0;
+    if (out.held_out_px > HELD_OUT_ROWS * solution->problem.side[LEFT].frame.radius_px ||
+        out.held_out_focal > HELD_OUT_FOCAL) {
+        solution->warnings.push_back(sentence(
+            "zooms that were left out are predicted only to %.1f px of rows and %.2f %% of the "
+            "focal length: the lenses do not repeat, positions are wrong, or zooms are too few",
+            out.held_out_px, 100 * out.held_out_focal));
+    }
+}
+
+void check_rig(zoom_solution *solution) {
+    check_baseline(*solution, &solution->warnings);
+    check_poses(*solution, &solution->warnings);
+    check_focal(*solution, &solution->warnings);
 }
 
 void check_fit(zoom_solution *solution) {
@@ -181,15 +288,16 @@ void check_fit(zoom_solution *solution) {
     const double share = corners > 0 ? std::sqrt(std::fmax(0, excess) / (2 * corners)) : 0;
     solution->rig->validation.chi_square_z = z;
     if (solution->noise_ratio > ALARM_NOISE) {
-        solution->warnings.push_back(warning_of(
-            "corners are off by ", solution->noise_ratio,
-            " times what their noise explains: the lenses or the servos do not repeat, or the "
-            "rig moved while the pictures were taken"));
+        solution->warnings.push_back(
+            sentence("corners are off by %.1f times what their noise explains: the lenses or the "
+                     "servos do not repeat, or the rig moved while the pictures were taken",
+                     solution->noise_ratio));
     }
     if (z > ALARM_Z && share > ALARM_SHARE) {
         solution->warnings.push_back(
-            warning_of("residuals have a pattern of ", share * solution->rms_px,
-                       " px over the images that the model does not explain"));
+            sentence("residuals have a pattern of %.1f px over the images that the model does not "
+                     "explain",
+                     share * solution->rms_px));
     }
 }
 

@@ -49,6 +49,7 @@ class zoom_solver {
         }
         widen();
         describe_zoom(&result_);
+        check_rig(&result_);
         check_fit(&result_);
         if (options_.leave_out) {
             check_left_out(&result_, options_.threads,

@@ -7,6 +7,7 @@ import re
 import subprocess
 import tempfile
 import unittest
+import zlib
 
 from pairs import run
 
@@ -26,6 +27,25 @@ def focal_lengths(calibration, zoom, focus):
     return [float(one) for one in re.findall(r"focal length (\S+) x", done.stdout)[:2]]
 
 
+def write_exchanged(folder):
+    """The kept capture as a rig records it whose cameras, lenses and servos were exchanged; a third of its
+    pairs."""
+    index = b""
+    for number, line in enumerate((KEPT / "session.index").read_text().splitlines()):
+        kind, *words = line.rsplit(" ", 1)[0].split(" ")
+        if kind in ("pair", "instrument"):
+            if kind == "pair" and number % 3:
+                continue
+            values = dict(word.split("=", 1) for word in words)
+            other = {"left": "right", "right": "left"}
+            words = [key + "=" + values[re.sub("^(left|right)(?=_)", lambda side: other[side[0]], key)]
+                     for key in values]
+        index += " ".join([kind, *words]).encode() + b" "
+        index += b"%08x\n" % zlib.crc32(index[:-1])
+    folder.mkdir()
+    (folder / "session.index").write_bytes(index)
+
+
 class ZoomCapture(unittest.TestCase):
     def test_the_kept_capture_is_solved_without_its_frames(self):
         with tempfile.TemporaryDirectory() as out:
@@ -38,6 +58,14 @@ class ZoomCapture(unittest.TestCase):
             self.assertGreater(found["corners"], 16000)
             self.assertLess(found["rms_px"], 0.02)
             self.assertLess(found["held_out_focal"], 0.002)
+            self.assertTrue(found["verdict"]["good"])
+            self.assertIn(found["verdict"]["sentence"], done.stdout)
+            self.assertRegex(done.stdout, r"a length of 100 mm at 15\d\d mm is known to \+- [123]\.\d mm")
+            for length in found["length_sigma"]:
+                self.assertLess(length["own_mm"], 0.6 * length["read_mm"])
+            page = pathlib.Path(out, "solved", "calibration.html").read_text(encoding="utf-8")
+            for column in ("motors as read", "own matches", "a second zoom", "board in view"):
+                self.assertEqual(page.count(f"<th>{column}</th>"), 3)
             self.check_focal_lengths(out, out + "/solved/instrument.zoom")
 
     def check_focal_lengths(self, out, calibration):
@@ -49,6 +77,18 @@ class ZoomCapture(unittest.TestCase):
                 expected = focal_lengths(out + "/truth.zoom", zoom + HALF_PLAY_COUNTS, 600 + HALF_PLAY_COUNTS)
                 for one, other in zip(found, expected):
                     self.assertLess(abs(one - other), LIMIT_PX + LIMIT_RELATIVE * other)
+
+    def test_exchanged_sides_are_not_good(self):
+        with tempfile.TemporaryDirectory() as out:
+            write_exchanged(pathlib.Path(out, "exchanged"))
+            done = run("calibrate", out + "/exchanged", *BOARD, "--corners", str(KEPT / "corners.vnl"),
+                       "--quiet", "--out", out + "/solved")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (5, 1), done.stderr)
+            self.assertIn("Not good: left and right are exchanged", done.stderr)
+            text = pathlib.Path(out, "solved", "instrument.zoom").read_text(encoding="ascii")
+            self.assertIn("\nnote NOT GOOD: left and right are exchanged", text)
+            page = pathlib.Path(out, "solved", "calibration.html").read_text(encoding="utf-8")
+            self.assertEqual(page.count("left and right are exchanged"), 1)
 
     def test_without_corners_the_frames_are_missed(self):
         done = run("calibrate", str(KEPT), *BOARD, "--out", "nowhere")

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <string>
 
+#include "calib/zoom/zoom_check.hpp"
+#include "calib/zoom/zoom_expected.hpp"
 #include "calib/zoom/zoom_order.hpp"
 #include "calib/zoom/zoom_solve.hpp"
 #include "stereo/geometry/geometry.h"
@@ -359,6 +361,100 @@ TEST_CASE("the solver's cameras are those of the calibration that it writes") {
             CHECK(std::fabs(pair.side[side].position_mm[i] - back.t_mm[i]) < 1e-7);
         }
     }
+}
+
+namespace {
+
+// What the verdict says of a rig that was changed after it was solved.
+template <class Change>
+std::string verdict_of(const calib::zoom_solution &solution, const Change &change) {
+    calib::zoom_solution changed = solution;
+    changed.rig = std::make_shared<zoom_calibration>(*solution.rig);
+    change(&changed);
+    calib::check_rig(&changed);
+    CHECK(changed.warnings.empty() == (calib::zoom_verdict(changed, {}).rfind("Good: ", 0) == 0));
+    return calib::zoom_verdict(changed, {});
+}
+
+bool says(const std::string &text, const char *words) {
+    INFO(text);
+    return text.rfind("Not good: ", 0) == 0 && text.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("an implausible rig is not good, with the reason") {
+    using solution = calib::zoom_solution;
+    synthetic::ZoomPlan plan;
+    plan.zooms = 4;
+    plan.boards = 5;
+    synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
+    calib::zoom_options options;
+    options.leave_out = false;
+    const solution good = calib::solve_zoom(views.seen, options);
+    REQUIRE(good.failure == "");
+    INFO(calib::zoom_verdict(good, {}));
+    CHECK(good.warnings.empty());
+    CHECK(verdict_of(good, [](solution *) {}).rfind("Good: ", 0) == 0);
+    const auto position = [](solution *rig, int i) -> double & {
+        return rig->rig->camera[1].mount[ZOOM_POSITION_X + i];
+    };
+    CHECK(says(verdict_of(good, [&](solution *rig) { position(rig, 0) = 1e6; }), "impossible"));
+    CHECK(says(verdict_of(good, [&](solution *rig) { position(rig, 0) = 0; }), "too similar"));
+    CHECK(says(verdict_of(good, [](solution *rig) { rig->covariance.shared *= 1e8; }),
+               "too few or too similar positions"));
+    CHECK(says(
+        verdict_of(good, [](solution *rig) { rig->rig->camera[0].mount[ZOOM_PAN_SCALE] = -0.44; }),
+        "left servo"));
+    CHECK(says(verdict_of(good,
+                          [](solution *rig) {
+                              const int turn = rig->layout.mount_at(1, ZOOM_ROTATION_Z);
+                              rig->estimate.shared[size_t(turn)] += 1.57;
+                          }),
+               "degrees"));
+    CHECK(says(
+        verdict_of(good,
+                   [](solution *rig) { rig->rig->camera[1].function[ZOOM_FOCAL].term[2] += 1e5; }),
+        "right camera does not follow"));
+    for (calib::zoom_capture &capture : views.seen.captures) {
+        std::swap(capture.view[0], capture.view[1]);
+        std::swap(capture.axes[0], capture.axes[1]);
+        std::swap(capture.name[0], capture.name[1]);
+    }
+    const solution exchanged = calib::solve_zoom(views.seen, options);
+    REQUIRE(exchanged.failure == "");
+    REQUIRE(!exchanged.warnings.empty());
+    CHECK(exchanged.warnings[0].find("left and right are exchanged") != std::string::npos);
+}
+
+TEST_CASE("what pictures add is expected to reduce what the motors leave") {
+    synthetic::ZoomPlan plan;
+    plan.zooms = 4;
+    plan.boards = 5;
+    const synthetic::ZoomViews views = synthetic::make_zoom_views(plan, 3, 4);
+    calib::zoom_options options;
+    options.leave_out = false;
+    const calib::zoom_solution solution = calib::solve_zoom(views.seen, options);
+    REQUIRE(solution.failure == "");
+    const double distance_mm = calib::board_distance_mm(solution);
+    const zoom_state state = calib::zoom_aimed(*solution.rig, 0, distance_mm);
+    const calib::zoom_expected expected =
+        calib::expect_zoom(*solution.rig, state, calib::zoom_again(*solution.rig, state, 1),
+                           views.seen.boards[0], distance_mm);
+    const double middle[2] = {1023.5, 767.5};
+    const zoom_variance variance =
+        zoom_depth_variance(solution.rig.get(), &state, middle, distance_mm);
+    CHECK(expected.read.depth_mm ==
+          doctest::Approx(std::sqrt(zoom_variance_sum(&variance))).epsilon(0.05));
+    CHECK(expected.own.depth_mm < 0.7 * expected.read.depth_mm);
+    CHECK(expected.second.depth_mm < 0.7 * expected.own.depth_mm);
+    CHECK(expected.board.depth_mm < 0.3 * expected.own.depth_mm);
+    CHECK(expected.board.length_mm < 0.3 * expected.own.length_mm);
+    // A point that the right camera does not see.
+    zoom_state apart = state;
+    apart.side[1].pan_rad = 1.5;
+    CHECK(calib::expect_zoom(*solution.rig, apart, apart, views.seen.boards[0], distance_mm)
+              .read.depth_mm == 0);
 }
 
 TEST_CASE("a board nearer than the lens can focus does not say where it was focused") {

@@ -209,14 +209,15 @@ class runner {
         for (const std::string &line : calibrate_zoom_notes(zoom)) {
             result_.notes.push_back(line);
         }
-        const int code =
-            write_results({{"instrument.zoom", calibrate_zoom_file(zoom)},
-                           {"corners.vnl", corners_text()},
-                           {"calibration.html", zoom_report({&zoom.seen, &zoom.solution})}});
-        if (code != CLIENT_OK || zoom.solution.warnings.empty()) {
-            return code;
-        }
-        return fail(CLIENT_NOT_GOOD, "Not good: " + zoom.solution.warnings[0] + ".");
+        solution_.verdict.sentence = zoom.verdict;
+        solution_.verdict.good = zoom.solution.warnings.empty();
+        const int code = write_results(
+            {{"instrument.zoom", calibrate_zoom_file(zoom)},
+             {"corners.vnl", corners_text()},
+             {"calibration.html", zoom_report({&zoom.seen, &zoom.solution, zoom.verdict})}});
+        return code == CLIENT_OK && !solution_.verdict.good
+                   ? fail(CLIENT_NOT_GOOD, solution_.verdict.sentence)
+                   : code;
     }
 
     /// Origin, id and notes of the rig; false with `message_` set when it cannot be used.
@@ -468,7 +469,7 @@ class runner {
             if (!job_.verify) {
                 std::cout << "results     " << job_.out_path << "\n";
             }
-            if ((zoom_text_.empty() || job_.verify) && solution_.verdict.good) {
+            if (solution_.verdict.good) {
                 std::cout << solution_.verdict.sentence << "\n";
             }
         }

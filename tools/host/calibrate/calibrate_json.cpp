@@ -70,6 +70,10 @@ json rig_json(const calibrate_result &result) {
             {"translation_sigma_mm", solution.sigma.translation_mm},
             {"rows_rms_px", result.rows.rms_px},
             {"rows_max_px", result.rows.max_px},
+            {"length_sigma",
+             {{"length_mm", solution.length.length_mm},
+              {"distance_mm", solution.length.distance_mm},
+              {"sigma_mm", solution.length.sigma_mm}}},
             {"depth_sigma", depth_json(solution, baseline_mm)}};
 }
 

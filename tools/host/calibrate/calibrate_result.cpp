@@ -147,6 +147,15 @@ calibrate_rows calibrate_rows_of(const calib::solution &solution) {
     return rows;
 }
 
+std::string calibrate_not_good_note(const std::string &reason, const std::string &note) {
+    std::string text = "NOT GOOD: " + reason + (note.empty() ? "" : "; " + note);
+    if (text.size() >= CALIBRATION_NOTE_BYTES) {
+        text.resize(CALIBRATION_NOTE_BYTES - 1);
+        text.resize(text.find_last_not_of(' ') + 1);  // a note has no blanks at its ends
+    }
+    return text;
+}
+
 bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,
                         calibrate_result *result, std::string *error) {
     calibration &rig = result->rig;
@@ -164,7 +173,7 @@ bool calibrate_rig_name(const std::string &id, const std::string &date, const st
         const std::string reason = result->solution->verdict.reasons.empty()
                                        ? "see calibration.json"
                                        : result->solution->verdict.reasons[0];
-        text = "NOT GOOD: " + reason + (note.empty() ? "" : "; " + note);
+        text = calibrate_not_good_note(reason, note);
     }
     std::snprintf(rig.note, sizeof rig.note, "%s", text.c_str());
     calibration_fault fault{};
@@ -193,6 +202,11 @@ std::string calibrate_result_text(const calibrate_result &result) {
         text += report_text_format("baseline    %.3f +- %.3f mm\n",
                                    geometry_norm(solution.T_right_left.t_mm),
                                    solution.sigma.baseline_mm);
+    }
+    if (solution.length.sigma_mm > 0) {
+        text += report_text_format("length      %.0f mm at %.0f mm known to +- %.2g mm\n",
+                                   solution.length.length_mm, solution.length.distance_mm,
+                                   solution.length.sigma_mm);
     }
     text += report_text_format("fit         %.3f px rms per point", solution.rms_px);
     text += solution.held_out_rms_px > 0

@@ -41,6 +41,9 @@ std::vector<std::string> calibrate_origin_notes(const std::vector<calibrate_shot
 /// `calibration_depth_sigma_mm` adds: fitted at the boards' median distance and at twice that.
 void calibrate_sigmas_of(const calib::solution &solution, calibration *rig);
 
+/// The note of a calibration that is not good, as much of it as a calibration holds.
+std::string calibrate_not_good_note(const std::string &reason, const std::string &note);
+
 /// The rig as our own text. The note of a rig that is not good says so. `id` "" derives one from
 /// the corners. Returns false with one sentence in `*error` when the text cannot hold it.
 bool calibrate_rig_name(const std::string &id, const std::string &date, const std::string &note,

@@ -209,7 +209,10 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
         report_text_format("zoom-%08x", static_cast<unsigned>(crc_of(job->seen)));
     std::snprintf(rig.id, sizeof rig.id, "%s", job->id.empty() ? made.c_str() : job->id.c_str());
     std::snprintf(rig.date, sizeof rig.date, "%s", job->date.c_str());
-    std::snprintf(rig.note, sizeof rig.note, "%s", job->note.c_str());
+    std::snprintf(rig.note, sizeof rig.note, "%s",
+                  job->solution.warnings.empty()
+                      ? job->note.c_str()
+                      : calibrate_not_good_note(job->solution.warnings[0], job->note).c_str());
     std::snprintf(rig.instrument, sizeof rig.instrument, "%s", origin.instrument);
     for (size_t side = 0; side < 2; side++) {
         std::snprintf(rig.camera[side].name, sizeof rig.camera[side].name, "%s",
@@ -221,6 +224,10 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
         *error = "the calibration found cannot be used: " + calibration_file_explain(code, fault);
         return false;
     }
+    if (!job->paper) {
+        job->lengths = calib::lengths_of_zoom(job->solution, job->seen.boards[0]);
+    }
+    job->verdict = calib::zoom_verdict(job->solution, job->lengths);
     return true;
 }
 
@@ -275,6 +282,19 @@ std::string calibrate_zoom_text(const calibrate_zoom_job &job) {
         text += report_text_format("prediction  rows to %.2f px, f to %.3f %% at zooms left out\n",
                                    checked.held_out_px, 100 * checked.held_out_focal);
     }
+    for (const calib::zoom_lengths &one : job.lengths) {
+        const calib::zoom_expected &expected = one.expected;
+        if (expected.read.length_mm > 0) {
+            text += report_text_format(
+                "length      %.0f mm at %.0f mm, f %.0f px: +- %.2g mm as read, %.2g with own "
+                "matches",
+                calib::EXPECTED_LENGTH_MM, one.distance_mm, one.focal_px, expected.read.length_mm,
+                expected.own.length_mm);
+            text += expected.board.length_mm > 0
+                        ? report_text_format(", %.2g with the board\n", expected.board.length_mm)
+                        : "\n";
+        }
+    }
     return text;
 }
 
@@ -291,7 +311,18 @@ std::string calibrate_zoom_json(const calibrate_zoom_job &job) {
     root["held_out_px"] = rig.validation.held_out_px;
     root["held_out_focal"] = rig.validation.held_out_focal;
     root["chi_square_z"] = rig.validation.chi_square_z;
-    root["warnings"] = job.solution.warnings;
+    root["verdict"] = {{"good", job.solution.warnings.empty()},
+                       {"sentence", job.verdict},
+                       {"reasons", job.solution.warnings}};
+    for (const calib::zoom_lengths &one : job.lengths) {
+        root["length_sigma"].push_back({{"length_mm", calib::EXPECTED_LENGTH_MM},
+                                        {"distance_mm", one.distance_mm},
+                                        {"focal_px", one.focal_px},
+                                        {"read_mm", one.expected.read.length_mm},
+                                        {"own_mm", one.expected.own.length_mm},
+                                        {"second_zoom_mm", one.expected.second.length_mm},
+                                        {"board_mm", one.expected.board.length_mm}});
+    }
     for (size_t side = 0; side < 2; side++) {
         ordered_json camera;
         for (const calib::zoom_setting &one : job.solution.settings) {

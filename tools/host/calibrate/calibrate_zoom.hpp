@@ -3,10 +3,12 @@
 #ifndef VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_ZOOM_HPP
 #define VERGENCE_TOOLS_HOST_CALIBRATE_CALIBRATE_ZOOM_HPP
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "calib/zoom/zoom_expected.hpp"
 #include "calib/zoom/zoom_solve.hpp"
 #include "tools/host/calibrate/calibrate_views.hpp"
 
@@ -26,6 +28,8 @@ struct calibrate_zoom_job {
     calib::zoom_observations seen;
     std::vector<size_t> shot_of;  // of each capture
     calib::zoom_solution solution;
+    std::array<calib::zoom_lengths, 2> lengths;  // not with `paper`
+    std::string verdict;                         // "Good: ..." or "Not good: ..."
 };
 
 /// Solves. Returns false with one sentence in `*error` when nothing can be calibrated.

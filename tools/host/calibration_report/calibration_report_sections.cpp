@@ -63,20 +63,28 @@ std::string calibration_report_image_name(const calibration_page &page, std::siz
                : report_text_escape(report_text_file_name(name));
 }
 
+std::string calibration_report_verdict_box(const std::string &kind, const std::string &sentence,
+                                           const std::vector<std::string> &reasons,
+                                           const std::vector<std::string> &remarks) {
+    // The part before the colon is the verdict itself.
+    const std::size_t colon = sentence.find(": ");
+    const std::size_t word = colon != std::string::npos && colon < 40 ? colon + 1 : 0;
+    const std::string html =
+        report_text_format("<div class=\"verdict %s\" id=\"verdict\"><p><b>%s</b>%s</p></div>\n",
+                           kind.c_str(), report_text_escape(sentence.substr(0, word)).c_str(),
+                           report_text_escape(sentence.substr(word)).c_str());
+    const std::vector<std::string> others(reasons.begin() + (reasons.empty() ? 0 : 1),
+                                          reasons.end());
+    const std::string items = notes(others, "warning") + notes(remarks, "remark");
+    return items.empty() ? html : html + "<ul class=\"notes\">\n" + items + "</ul>\n";
+}
+
 std::string calibration_report_verdict(const calib::solution &result) {
     const calib::verdict &verdict = result.verdict;
-    // "Good: ...", "Not good: ...": the part before the colon is the verdict itself.
-    const std::size_t colon = verdict.sentence.find(": ");
-    const std::size_t word = colon != std::string::npos && colon < 40 ? colon + 1 : 0;
-    std::string html =
-        report_text_format("<div class=\"verdict %s\" id=\"verdict\"><p><b>%s</b>%s</p></div>\n",
-                           verdict.good    ? "is-good"
-                           : result.solved ? "is-fair"
-                                           : "is-bad",
-                           report_text_escape(verdict.sentence.substr(0, word)).c_str(),
-                           report_text_escape(verdict.sentence.substr(word)).c_str());
-    const std::string items = notes(verdict.reasons, "warning") + notes(verdict.remarks, "remark");
-    return items.empty() ? html : html + "<ul class=\"notes\">\n" + items + "</ul>\n";
+    return calibration_report_verdict_box(verdict.good    ? "is-good"
+                                          : result.solved ? "is-fair"
+                                                          : "is-bad",
+                                          verdict.sentence, verdict.reasons, verdict.remarks);
 }
 
 std::string calibration_report_cards(const calibration_page &page,

@@ -13,6 +13,11 @@
 #include "tools/host/convert/export.hpp"
 
 std::string calibration_report_verdict(const calib::solution &result);
+/// The sentence of a verdict, "Good: ..." or "Not good: ...", and its reasons: the first is part of
+/// the sentence. `kind`: is-good, is-fair, is-bad.
+std::string calibration_report_verdict_box(const std::string &kind, const std::string &sentence,
+                                           const std::vector<std::string> &reasons,
+                                           const std::vector<std::string> &remarks);
 std::string calibration_report_cards(const calibration_page &page,
                                      const calibration_figures &figures);
 std::string calibration_report_hints(const calibration_figures &figures);

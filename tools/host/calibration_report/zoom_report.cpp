@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "tools/host/calibration_report/calibration_report_sections.hpp"
 #include "tools/host/calibration_report/calibration_report_sources.hpp"
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/report/report_sources.hpp"
@@ -24,13 +25,9 @@ std::string card(const std::string &name, const std::string &value, const std::s
 }
 
 std::string verdict(const zoom_page &page) {
-    const calib::zoom_solution &result = *page.result;
-    const bool good = result.warnings.empty();
-    std::string text = good ? "Corners agree with one model of both lenses at all zooms."
-                            : report_text_escape(result.warnings[0]);
-    return report_text_format("<div class=\"verdict %s\" id=\"verdict\"><p><b>%s</b>%s</p></div>\n",
-                              good ? "is-good" : "is-bad", good ? "Good." : "Not good.",
-                              text.c_str());
+    const std::vector<std::string> &reasons = page.result->warnings;
+    return calibration_report_verdict_box(reasons.empty() ? "is-good" : "is-bad", page.verdict,
+                                          reasons, {});
 }
 
 std::string cards(const zoom_page &page) {

@@ -11,6 +11,7 @@
 struct zoom_page {
     const calib::zoom_observations *seen;
     const calib::zoom_solution *result;  // solved
+    std::string verdict;                 // "Good: ..." or "Not good: ..."
 };
 
 /// The page as HTML: the same input gives the same bytes.

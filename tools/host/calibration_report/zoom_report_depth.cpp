@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/zoom/zoom_expected.hpp"
 #include "core/math.h"
 #include "stereo/zoom/zoom_sigma.h"
 #include "tools/host/calibration_report/calibration_report_sections.hpp"
@@ -11,48 +12,42 @@
 
 namespace {
 
-const double matched_px = 0.1;
+const double matched_px = calib::EXPECTED_MATCH_PX;
 const double depths_mm[] = {1000, 1800, 3000, 10000, 100000};
 
 std::string length_text(double mm) {
     return report_text_length(mm, "mm");
 }
 
-// Turned so that both axes meet the depth straight ahead of the instrument, within the pans'
-// ranges.
-zoom_state aimed(const zoom_page &page, double share, double depth_mm) {
-    zoom_state state = zoom_report_state(page, share);
-    const zoom_calibration &rig = *page.result->rig;
-    const double middle_mm = 0.5 * rig.camera[1].mount[ZOOM_POSITION_X];
-    for (size_t side = 0; side < 2; side++) {
-        const double turn = std::atan((side == 0 ? middle_mm : -middle_mm) / depth_mm);
-        const zoom_range &range = rig.camera[side].pan_rad;
-        state.side[side].pan_rad = std::clamp(turn, range.min, range.max);
-    }
-    return state;
+std::string sigma_cell(double sigma_mm) {
+    return "<td>" + (sigma_mm > 0 ? "± " + length_text(sigma_mm) : "–") + "</td>";
 }
 
 std::string depth_row(const zoom_page &page, double share, double depth_mm) {
     const zoom_calibration &rig = *page.result->rig;
-    const zoom_state state = aimed(page, share, depth_mm);
+    const zoom_state state = calib::zoom_aimed(rig, share, depth_mm);
+    const zoom_state second = calib::zoom_again(rig, state, share < 0.5 ? 1 : 0);
+    const calib::zoom_expected expected =
+        calib::expect_zoom(rig, state, second, page.seen->boards[0], depth_mm);
     zoom_pair pair;
     zoom_pair_at(rig.camera, &state, &pair);
     const double middle[2] = {0.5 * (rig.camera[0].width_px - 1),
                               0.5 * (rig.camera[0].height_px - 1)};
     const zoom_variance variance = zoom_depth_variance(&rig, &state, middle, depth_mm);
-    if (!(variance.lens > 0)) {
+    if (!(variance.lens > 0) || !(expected.read.depth_mm > 0)) {
         return "<tr><th scope=\"row\">" + length_text(depth_mm) +
-               "</th><td colspan=\"5\">not seen by both</td></tr>\n";
+               "</th><td colspan=\"8\">not seen by both</td></tr>\n";
     }
     const double baseline_mm = std::fabs(rig.camera[1].mount[ZOOM_POSITION_X]);
     const double match_mm =
         matched_px * depth_mm * depth_mm / (pair.side[0].lens.fx_px * baseline_mm);
     const double lens = std::sqrt(std::max(0.0, variance.lens + variance.mount + variance.cross));
-    const double all = std::sqrt(zoom_variance_sum(&variance) + match_mm * match_mm);
-    return "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th><td>± " + length_text(all) +
-           "</td><td>" + length_text(lens) + "</td><td>" + length_text(std::sqrt(variance.motor)) +
-           "</td><td>" + length_text(std::sqrt(variance.pan)) + "</td><td>" +
-           length_text(match_mm) + "</td></tr>\n";
+    return "<tr><th scope=\"row\">" + length_text(depth_mm) + "</th>" +
+           sigma_cell(expected.read.depth_mm) + sigma_cell(expected.own.depth_mm) +
+           sigma_cell(expected.second.depth_mm) + sigma_cell(expected.board.depth_mm) + "<td>" +
+           length_text(lens) + "</td><td>" + length_text(std::sqrt(variance.motor)) + "</td><td>" +
+           length_text(std::sqrt(variance.pan)) + "</td><td>" + length_text(match_mm) +
+           "</td></tr>\n";
 }
 
 // From above: x to the right, z up the page.
@@ -77,7 +72,7 @@ struct drawing {
 
 std::string zoom_report_depth(const zoom_page &page) {
     const zoom_calibration &rig = *page.result->rig;
-    std::string html = "<div class=\"grid\">\n";
+    std::string html;
     for (const double share : {0.0, 0.5, 1.0}) {
         const zoom_state state = zoom_report_state(page, share);
         const double f = zoom_function_value(&rig.camera[0], ZOOM_FOCAL, state.side[0].zoom_counts);
@@ -86,21 +81,32 @@ std::string zoom_report_depth(const zoom_page &page) {
             rows += depth_row(page, share, depth_mm);
         }
         html += report_text_format("<div class=\"panel\"><h3>f = %.0f px</h3>", f) +
-                "<table><thead><tr><th>depth</th><th>one sigma</th><th>lenses, rig</th>"
+                "<table><thead><tr><th>depth</th><th>motors as read</th><th>own matches</th>"
+                "<th>a second zoom</th><th>board in view</th><th>lenses, rig</th>"
                 "<th>motors</th><th>pan</th><th>matching</th></tr></thead><tbody>\n" +
                 rows + "</tbody></table></div>\n";
     }
     return html +
-           "</div>\n<p>In the middle of the image, both cameras turned to the point as far "
-           "as they were calibrated. Matching: a tenth of a pixel of disparity. Zoom "
-           "readings, pans and the length of the board's squares are common to all points "
-           "of a pair; self-calibration reduces the first two.</p>\n";
+           report_text_format(
+               "<p>One standard deviation, in the middle of the image, both cameras turned to the "
+               "point as far as they were calibrated. Motors as read: what the lenses, the rig, "
+               "the "
+               "motors and the pans (columns on the right) leave together. Own matches: every pair "
+               "is refined by what its two images show, here %d matches to %.1f px with a relief "
+               "of "
+               "1/%.0f of the distance; with a second zoom, the pans untouched; or with the board "
+               "in "
+               "view (–: too few of its corners would be). Matching: %.1f px of disparity, of each "
+               "point by "
+               "itself; all else is common to the points of a pair.</p>\n",
+               calib::EXPECTED_MATCHES, calib::EXPECTED_MATCH_PX, 1 / calib::EXPECTED_RELIEF,
+               matched_px);
 }
 
 std::string zoom_report_rig(const zoom_page &page) {
     const zoom_calibration &rig = *page.result->rig;
     const double reach_mm = 1800, cost_rad = 0.1 * MATH_RAD_PER_DEGREE;
-    const zoom_state state = aimed(page, 0, reach_mm);
+    const zoom_state state = calib::zoom_aimed(rig, 0, reach_mm);
     zoom_pair pair;
     zoom_pair_at(rig.camera, &state, &pair);
     const double baseline_mm = std::fabs(rig.camera[1].mount[ZOOM_POSITION_X]);
