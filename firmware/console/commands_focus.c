@@ -20,6 +20,12 @@ enum {
 };
 enum { ADVICE_BYTES = 256 };
 
+// Farther away, a count of the ring or of its data sheet is much of the distance.
+static const double far_mm_min = 5000;
+// Lenses whose peaks differ by more than this, less than once in a thousand by their data sheets
+// alone, are focused on two things; and by this blur, as it would not matter else.
+static const double other_counts = 3 * 1.41 * LENS_PRIOR_Q4 / 16, other_px = 2;
+
 int commands_region(const struct command_call *call, const struct command_value *value, int min_px,
                     int max_px, struct rig_rectangle *region_px) {
     uint16_t parts[4];
@@ -90,6 +96,19 @@ static void add_iris_advice(const struct command_call *call, unsigned side, doub
     }
 }
 
+// Between which a distance lies of which the ring's position is only a rough measure.
+static void put_distance_bounds(const struct command_call *call, unsigned side,
+                                double distance_mm) {
+    const struct focus_result *result = &call->rig->camera[side].focus.search.result;
+    double near_mm = 0, far_mm = 0;
+    if (distance_mm > far_mm_min &&
+        rig_optics_distance_bounds(call->rig, side, result->position, result->blur_counts, &near_mm,
+                                   &far_mm) == ERROR_OK) {
+        commands_lens_distance(call, "distance_from", near_mm);
+        commands_lens_distance(call, "distance_to", far_mm);
+    }
+}
+
 // The distances between which the image is sharp, where they are known, and what makes it more.
 static void put_sharp_range(const struct command_call *call, unsigned side,
                             struct command_text *advice) {
@@ -101,9 +120,22 @@ static void put_sharp_range(const struct command_call *call, unsigned side,
         return;
     }
     commands_lens_distance(call, "distance", distance_mm);
+    put_distance_bounds(call, side, distance_mm);
     commands_lens_distance(call, "sharp_from", near_mm);
     commands_lens_distance(call, "sharp_to", far_mm);
     add_iris_advice(call, side, distance_mm, near_mm, far_mm, advice);
+}
+
+static void put_note(const struct command_call *call, const struct focus_search *search) {
+    const struct focus_result *result = &search->result;
+    if (search->options.choice != FOCUS_STRONGER && result->verdict == FOCUS_FOCUSED &&
+        !search->options.curve_only) {
+        reply_text(call, "note",
+                   "the region shows one distance only, so that prefer=near and prefer=far do not "
+                   "matter: for another, choose a region that shows more of it");
+    } else if (result->light_changed) {
+        reply_text(call, "note", "the light changed during the search");
+    }
 }
 
 static void put_focus(const struct command_call *call, unsigned side) {
@@ -111,7 +143,7 @@ static void put_focus(const struct command_call *call, unsigned side) {
     const struct focus_result *result = &focus->search.result;
     char bytes[ADVICE_BYTES];
     struct command_text advice = command_text_begin(bytes, sizeof bytes);
-    command_text_add(&advice, focus_verdict_help(result->verdict));
+    command_text_add(&advice, focus_search_help(&focus->search));
     reply_group_begin(call, commands_side_name(side), false);
     reply_text(call, "verdict", focus_search_text(&focus->search));
     const char *unit = focus_mover_steps(call->rig, side) > 0 ? "steps" : "counts";
@@ -131,13 +163,50 @@ static void put_focus(const struct command_call *call, unsigned side) {
     if (advice.length > 0) {
         reply_text(call, "advice", bytes);
     }
-    if (result->light_changed) {
-        reply_text(call, "note", "the light changed during the search");
-    }
+    put_note(call, &focus->search);
     reply_number(call, "frames", focus->frames, 0, NULL);
     reply_number(call, "tries", result->tries, 0, NULL);
     reply_number(call, "time", focus->duration_ms / 1000.0, 1, "s");
     reply_group_end(call);
+}
+
+// Names two distances where each lens is focused on its own.
+static void put_disagreement(const struct command_call *call) {
+    double distance_mm[RIG_SIDES], blur_px = 0;
+    int32_t focus = 0;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct focus_result *result = &call->rig->camera[side].focus.search.result;
+        const int32_t counts = (int32_t)lround(result->position);
+        if (error_of(result->verdict) != ERROR_OK ||
+            rig_optics_distance_at(call->rig, side, counts, &distance_mm[side]) != ERROR_OK) {
+            return;
+        }
+    }
+    // Where the right lens would be for what the left one sees.
+    if (rig_optics_focus_for(call->rig, RIG_RIGHT, distance_mm[RIG_LEFT], &focus) != ERROR_OK ||
+        rig_optics_blur_per_count(call->rig, RIG_RIGHT, &blur_px) != ERROR_OK) {
+        return;
+    }
+    const double off = fabs(focus - call->rig->camera[RIG_RIGHT].focus.search.result.position);
+    if (off <= other_counts || off * blur_px <= other_px) {
+        return;
+    }
+    char bytes[ADVICE_BYTES];
+    struct command_text text = command_text_begin(bytes, sizeof bytes);
+    command_text_add(&text, "the lenses are focused on different distances (left ");
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        if (isinf(distance_mm[side])) {
+            command_text_add(&text, "infinity");
+        } else {
+            command_text_add_number(&text, distance_mm[side] / 1000, 1);
+            command_text_add(&text, " m");
+        }
+        command_text_add(&text, side == RIG_LEFT ? ", right "
+                                                 : "): choose a region that shows the "
+                                                   "subject in both cameras, or "
+                                                   "prefer=near or prefer=far");
+    }
+    reply_text(call, "note", bytes);
 }
 
 static int sum_up(const struct command_call *call, unsigned sides) {
@@ -148,7 +217,8 @@ static int sum_up(const struct command_call *call, unsigned sides) {
             struct command_text sentence = commands_sentence(call);
             command_text_join(&sentence, commands_side_name(side),
                               " camera: ", focus_verdict_text(verdict));
-            command_text_join(&sentence, " (", focus_verdict_help(verdict), ")");
+            command_text_join(&sentence, " (",
+                              focus_search_help(&call->rig->camera[side].focus.search), ")");
             return error;
         }
     }
@@ -180,6 +250,9 @@ int commands_focus_auto(const struct command_call *call) {
         if ((sides >> side & 1) != 0) {
             put_focus(call, side);
         }
+    }
+    if (error == ERROR_OK && sides == (1u << RIG_LEFT | 1u << RIG_RIGHT) && !options.curve_only) {
+        put_disagreement(call);
     }
     // A curve has been measured whatever it shows.
     return error != ERROR_OK || options.curve_only ? error : sum_up(call, sides);

@@ -14,6 +14,8 @@ static const double noise_part = 0.9, relative_contrast = 0.01;
 // the region mislead the variance more than gradients.
 static const double significant[FOCUS_CHANNELS] = {
     [FOCUS_CHANNEL_CHOSEN] = 15, [FOCUS_CHANNEL_TENENGRAD] = 8, [FOCUS_CHANNEL_LAPLACIAN] = 15};
+// Of a peak that may be one: by chance one search in a thousand shows such a peak.
+static const double hidden = 5;
 // What is not focus, as a camera's own processing and light that drifts, changes the sharpness by
 // up to this part of it, as smoothly as a peak.
 static const double drift_part = 0.1;
@@ -180,6 +182,31 @@ bool focus_find_choose(struct focus_search *self) {
     }
     self->finder = FOCUS_CHANNEL_CHOSEN;
     return false;
+}
+
+bool focus_find_hidden(struct focus_search *self, struct focus_peak *peak) {
+    double best = hidden;
+    for (int i = 0; i < FOCUS_CHANNELS; i++) {
+        const struct focus_range range = focus_find_range(1u << FOCUS_LEG_SWEEP, finest[i],
+                                                          self->options.min, self->options.max);
+        struct focus_peak found;
+        const double noise = self->noises[finest[i]];
+        if (peak_in(self, &range, &found) && !is_too_wide(self, &found) &&
+            found.height - found.floor > best * noise && noise > 0) {
+            best = (found.height - found.floor) / noise;
+            self->finder = finest[i];
+            *peak = found;
+        }
+    }
+    return best > hidden;
+}
+
+void focus_find_learn_rest(struct focus_search *self, double min, double max) {
+    for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
+        const struct focus_range range =
+            focus_find_range(1u << FOCUS_LEG_REST, (enum focus_channel)channel, min, max);
+        self->noises[channel] = focus_curve_noise(&self->curve, &range);
+    }
 }
 
 unsigned focus_find_peaks(struct focus_search *self, struct focus_peak *peak) {

@@ -14,6 +14,13 @@ extern "C" {
 struct focus_range focus_find_range(unsigned legs, enum focus_channel channel, double min,
                                     double max);
 
+/// The peak of the sweep that most likely is one although none stands out from the noise; it is
+/// then of `finder`. False: there is no such peak.
+bool focus_find_hidden(struct focus_search *self, struct focus_peak *peak);
+
+/// Learns the noise of the frames at rest, which are of a longer exposure than those of the sweep.
+void focus_find_learn_rest(struct focus_search *self, double min, double max);
+
 /// Learns floors and noises of all channels from the sweep.
 void focus_find_learn(struct focus_search *self);
 
@@ -43,7 +50,7 @@ bool focus_find_hump(struct focus_search *self, double least, struct focus_peak 
 /// Whether lights in or beside the region outshine it around the result's peak. Blur is the same at
 /// equal distances on both sides of a focus, and so is the light that it brings into the region or
 /// takes out of it: where the light grows to one side, the peak comes from the discs of lights that
-/// are out of focus. Where the ring cannot reach the other side, the light must stay as it is.
+/// are out of focus. Where the ring cannot reach the other side, the light must not change.
 bool focus_find_lights(const struct focus_search *self);
 
 /// Sharpness at the top of the result's peak, as the first `count` samples of the curve show it: of

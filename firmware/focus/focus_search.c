@@ -67,7 +67,8 @@ static bool is_at_end(const struct focus_search *self, double position) {
 // ---- steps
 
 static struct focus_step go(struct focus_search *self, double position) {
-    return (struct focus_step){FOCUS_STEP_GO, FOCUS_LEG_SWEEP, within_range(self, position), 0, 0};
+    return (struct focus_step){FOCUS_STEP_GO, FOCUS_LEG_SWEEP, within_range(self, position), 0, 0,
+                               false};
 }
 
 static struct focus_step end(struct focus_search *self, const struct focus_event *event) {
@@ -80,8 +81,8 @@ static struct focus_step end(struct focus_search *self, const struct focus_event
 static struct focus_step give_back(struct focus_search *self, enum focus_verdict verdict) {
     self->result.verdict = verdict;
     self->phase = FOCUS_SEARCH_RETURN;
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, within_range(self, self->begin),
-                               0, 0};
+    return (struct focus_step){
+        FOCUS_STEP_APPROACH, FOCUS_LEG_REST, within_range(self, self->begin), 0, 0, false};
 }
 
 static double sweep_spacing(const struct focus_search *self, double way) {
@@ -97,7 +98,7 @@ static double sweep_spacing(const struct focus_search *self, double way) {
 static struct focus_step sweep(struct focus_search *self, enum focus_leg leg, double to,
                                double spacing) {
     self->step_begin = self->curve.count;
-    return (struct focus_step){FOCUS_STEP_SWEEP, leg, within_range(self, to), spacing, 0};
+    return (struct focus_step){FOCUS_STEP_SWEEP, leg, within_range(self, to), spacing, 0, false};
 }
 
 // The whole range, from the nearer end.
@@ -135,7 +136,7 @@ struct focus_step focus_search_begin(struct focus_search *self,
     self->result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
     self->begin = position;
     self->passes = self->stops = 0;
-    self->wide = self->guessed = false;
+    self->wide = self->guessed = self->slow = false;
     self->off_sum = 0;
     self->channel = self->finder = FOCUS_CHANNEL_CHOSEN;
     return options->expected_half_range > 0 ? begin_near(self) : begin_cold(self, position);
@@ -154,13 +155,14 @@ static struct focus_step approach(struct focus_search *self, double target) {
     self->target = within_range(self, target);
     self->phase = FOCUS_SEARCH_APPROACH;
     self->step_begin = self->curve.count;
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0};
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0, false};
 }
 
 static struct focus_step look(struct focus_search *self, enum focus_search_phase phase) {
     self->phase = phase;
     self->step_begin = self->curve.count;
-    return (struct focus_step){FOCUS_STEP_LOOK, FOCUS_LEG_REST, self->target, 0, LOOK_FRAMES};
+    return (struct focus_step){FOCUS_STEP_LOOK, FOCUS_LEG_REST, self->target, 0,
+                               LOOK_FRAMES,     false};
 }
 
 // Mean of the samples of this step; false if there are none.
@@ -290,7 +292,7 @@ static double stop_position(const struct focus_search *self, unsigned stop) {
 static struct focus_step go_to_stop(struct focus_search *self) {
     self->phase = FOCUS_SEARCH_STOP;
     self->target = within_range(self, stop_position(self, self->stops));
-    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0};
+    return (struct focus_step){FOCUS_STEP_APPROACH, FOCUS_LEG_REST, self->target, 0, 0, false};
 }
 
 static struct focus_step begin_stops(struct focus_search *self) {
@@ -328,6 +330,13 @@ static struct focus_step pass(struct focus_search *self) {
 
 // ---- after the sweep
 
+// Whether a peak shows that frames of the full exposure may confirm.
+static bool has_hidden_peak(struct focus_search *self) {
+    const struct focus_search_options *options = &self->options;
+    return !self->slow && options->noise_ratio > 1 && !options->curve_only &&
+           focus_find_hidden(self, &self->result.peak);
+}
+
 static struct focus_step no_peak(struct focus_search *self, const struct focus_event *event,
                                  const struct focus_peak *peak) {
     const struct focus_search_options *options = &self->options;
@@ -335,6 +344,11 @@ static struct focus_step no_peak(struct focus_search *self, const struct focus_e
     struct focus_peak *hump = &self->result.peak;
     if (self->near_only) {
         return begin_cold(self, event->position);
+    }
+    if (has_hidden_peak(self)) {
+        self->slow = true;
+        self->result.second.height = 0;
+        return begin_stops(self);
     }
     self->wide = focus_find_hump(self, seen_curvature, hump);
     const bool textured = peak->floor > 4 * focus_find_least(self, self->finder);
@@ -421,6 +435,9 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     if (focus_curve_peaks(&self->curve, &range, peaks) == 0) {
         return give_back(self, FOCUS_SCENE_CHANGED);
     }
+    if (self->slow) {
+        focus_find_learn_rest(self, range.min, range.max);
+    }
     // A pass does not go far enough to see the floor.
     struct focus_peak peak = peaks[0];
     peak.floor = fmin(self->floors[self->finder], peak.floor);
@@ -440,8 +457,7 @@ static struct focus_step after_pass(struct focus_search *self, const struct focu
     return approach(self, peak.position);
 }
 
-struct focus_step focus_search_next(struct focus_search *self, const struct focus_event *event) {
-    INVARIANT(self->phase != FOCUS_SEARCH_END);
+static struct focus_step next(struct focus_search *self, const struct focus_event *event) {
     if (event->jammed) {
         self->result.verdict = FOCUS_LENS_JAMMED;
         return end(self, event);
@@ -472,4 +488,11 @@ struct focus_step focus_search_next(struct focus_search *self, const struct focu
             break;
     }
     return end(self, event);
+}
+
+struct focus_step focus_search_next(struct focus_search *self, const struct focus_event *event) {
+    INVARIANT(self->phase != FOCUS_SEARCH_END);
+    struct focus_step step = next(self, event);
+    step.slow = self->slow;
+    return step;
 }

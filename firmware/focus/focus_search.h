@@ -13,7 +13,9 @@
 /// through that peak once more, from the side of approach and with all frames that come, if the
 /// sweep had too few on it; approaches the peak from that side; and is judged at rest by position
 /// and picture. Up to FOCUS_TRIES approaches are made. Where the peak is expected, only its
-/// neighbourhood is swept; if there is none, everything.
+/// neighbourhood is swept; if there is none, everything. Where the noise of a shorter exposure
+/// nearly hides a peak, the ring rests at several positions around it for frames of the full
+/// exposure.
 ///
 /// Sources: the variance as measure: Liu, Willis and Sui, "Stereoscopic 3D Reconstruction using
 /// Motorized Zoom Lenses within an Embedded System"; success only where a real peak was seen:
@@ -38,8 +40,8 @@ enum { FOCUS_TRIES = 4 };
       "the focus hardly changes the picture: for a more exact distance zoom in or open "       \
       "the iris")                                                                              \
     X(NO_CONTRAST, "no contrast",                                                              \
-      "choose a region with texture, add light, or remove the lens "                           \
-      "cap")                                                                                   \
+      "choose a region with texture, add light, remove the lens cap, or move a subject that "  \
+      "is too near away")                                                                      \
     X(PEAK_AT_END, "peak at end of range",                                                     \
       "the subject is nearer or farther than the lens can focus: move it, or zoom out")        \
     X(TWO_PEAKS, "two peaks",                                                                  \
@@ -97,6 +99,7 @@ struct focus_step {
     enum focus_leg leg;  ///< of the frames
     double position, spacing;
     unsigned frames;
+    bool slow;  ///< with exposure and gain as before the search, whose noise is less
 };
 
 /// What a finished step led to.
@@ -144,9 +147,13 @@ struct focus_search {
     uint16_t step_begin;  ///< samples before this step
     struct focus_rest rests[FOCUS_TRIES];
     double off_sum;  ///< of the tries' distances from their targets
+    bool slow;       ///< the sweep's noise hid a peak: looked at again
     bool wide;       ///< a picture at rest does not show how far it is
     bool guessed;    ///< it is wide, and was not seen in the sweep
 };
+
+/// What to do, which depends on where the peak is; "" if nothing. Static storage.
+const char *focus_search_help(const struct focus_search *self);
 
 /// What was found, in words; of a curve only, "one peak" instead of "focused". Static storage.
 const char *focus_search_text(const struct focus_search *self);

@@ -13,6 +13,7 @@ enum {
     // The potentiometer's drift since the table was learned, in counts.
     DRIFT_COUNTS = 3,
     PREDICTION_SIGMAS = 3,
+    BOUNDS_SIGMAS = 2,
 };
 
 #define UM_PER_MM 1000.0
@@ -153,6 +154,23 @@ int rig_optics_distance_at(const struct rig *self, unsigned side, int32_t focus,
         const double distance =
             lens_optics_distance(&optics, within(&optics.focus, focus) - deviation);
         *distance_mm = fmax(distance, optics.focus_nearest_mm * NEAREST_PART);
+    }
+    return error;
+}
+
+int rig_optics_distance_bounds(const struct rig *self, unsigned side, double focus,
+                               double sigma_counts, double *near_mm, double *far_mm) {
+    const int error = check(self, side, LENS_FOCUS, RIG_OPTICS_DISTANCE);
+    if (error == ERROR_OK) {
+        const struct lens_optics optics = optics_of(self);
+        // The table's entries are known relative to the first one only.
+        const double prior = (double)LENS_PRIOR_Q4 / Q4;
+        const double reach = BOUNDS_SIGMAS * sqrt(sigma_counts * sigma_counts + prior * prior);
+        double deviation = 0, sigma = 0;
+        deviation_of(self, side, &deviation, &sigma);
+        *near_mm = fmax(lens_optics_distance(&optics, focus - deviation + reach),
+                        optics.focus_nearest_mm * NEAREST_PART);
+        *far_mm = fmax(lens_optics_distance(&optics, focus - deviation - reach), *near_mm);
     }
     return error;
 }

@@ -49,6 +49,11 @@ int rig_optics_distance_at(const struct rig *self, unsigned side, int32_t focus,
                            double *distance_mm);
 int rig_optics_focus_for(const struct rig *self, unsigned side, double distance_mm, int32_t *focus);
 
+/// The distances between which an object is with a probability of 95 % whose focus was found at a
+/// position (counts) with this standard deviation: it and that of a lens from its data sheet.
+int rig_optics_distance_bounds(const struct rig *self, unsigned side, double focus,
+                               double sigma_counts, double *near_mm, double *far_mm);
+
 /// f-number at an iris position, and the inverse within the range of iris (ERROR_RANGE: outside).
 int rig_optics_f_number(const struct rig *self, unsigned side, int32_t iris, double *f_number);
 int rig_optics_iris_for(const struct rig *self, unsigned side, double f_number, int32_t *iris);

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """usage: simrig_scenes.py BUILD [--runs N] [--seed N] [--jobs N] [--scene N] [--region PX]
-                        [--keep DIR] [--list]
+                        [--hard] [--keep DIR] [--list]
 
 Focuses one lens of the simulated rig with the daemon's `autofocus` on random scenes: textures from
 white noise to 1/f^1.5, steps, two depths and flat ones, at any zoom, iris and distance, with play
 of 0 to 8 counts, reading noise of 1.5, potentiometers that are 3 counts off, and light that
 flickers by 6 %. The rig itself says where the ring is sharp. Prints rows of a Markdown table.
+
+--hard runs 40 scenes instead: 16 like these, and 24 with lamps, in the dark, far away, nearer than
+the lens can focus, with two depths, flat, repetitive and with little light. What a person would
+focus by hand and the instrument does not is missed.
 
 BUILD holds the programs simrig, simrig-render, vergenced and vergence-board (a build with
 -DVERGENCE_FPGA=ON). --scene runs only the scene of that number, --keep leaves its files in DIR,
@@ -38,6 +42,8 @@ START_S, ANSWER_S = 60, 900
 SHARP_PX = 1  # diameter of a blur that counts as sharp
 FALSE_PX = 2  # more than the best reachable: `focused` is false
 STEP_COUNTS = 2
+HARD = (["noise"] * 12 + ["step"] * 4 + ["lamps"] * 4 + ["dark"] * 4 + ["far"] * 3 + ["near"] * 3 +
+        ["two depths"] * 3 + ["flat"] * 3 + ["bars"] * 2 + ["low light"] * 2)
 KINDS = ("noise", "noise", "noise", "noise", "step", "two depths", "flat", "faint")
 
 
@@ -53,7 +59,7 @@ def f_number(zoom, iris):
 class Scene:
     """What a random scene shows, and how its rig is set."""
 
-    def __init__(self, seed, number, region_px):
+    def __init__(self, seed, number, region_px, hard=False):
         random = numpy.random.default_rng((seed, number))
         self.number, self.seed = number, int(random.integers(1 << 31))
         # Column, row, columns, rows of the array.
@@ -80,8 +86,42 @@ class Scene:
         self.gain = float(random.choice((1, 1, 2, 4)))
         self.level = float(random.choice((random.uniform(0.25, 0.6), random.uniform(0.05, 0.25),
                                           random.uniform(0.6, 1.1)), p=(0.75, 0.15, 0.1)))
+        self.lamps = []
+        if hard:
+            self.kind = HARD[number % len(HARD)]
+            self.make_hard(random)
         self.motors = {axis: (float(random.uniform(0, 8)), float(random.uniform(-3, 3)))
                        for axis in ("zoom", "focus", "iris")}
+
+    def make_hard(self, random):
+        """What a kind of scene needs, the rest being as drawn."""
+        self.contrast = max(self.contrast, 0.12)
+        if self.kind == "lamps":
+            self.zoom, self.iris = float(random.uniform(500, 850)), 850.0
+            self.distance_mm = float(random.uniform(1500, 4000))
+            self.contrast = float(random.choice((0, 0.12)))
+            # Fewer than 64 objects; size, distance from one to the next and brightness in pixels and
+            # times that of the wall.
+            step_px, size_px = random.uniform(60, 250), random.uniform(4, 30)
+            brightness = 10 ** float(random.uniform(1, 3.5))
+            across = [(i - random.uniform(3.2, 3.8)) * step_px for i in range(7)]
+            self.lamps = [(x, y, size_px, brightness) for x in across for y in across]
+            self.level = 10 ** float(random.uniform(-2.5, -0.5))
+        elif self.kind in ("dark", "low light"):
+            dark = self.kind == "dark"
+            self.zoom = float(random.uniform(300, 850 if not dark else 600))
+            self.exposure_us = LONGEST_US if dark else float(random.choice((40000, 100000)))
+            self.gain = 8.0 if dark else 4.0
+            self.level = float(random.uniform(0.15, 0.4) if dark else random.uniform(0.1, 0.3))
+            self.contrast = float(random.uniform(0.25, 0.45))
+        elif self.kind == "far":
+            self.zoom, self.iris = float(random.uniform(600, 850)), 850.0
+            self.distance_mm = 10000 * 6 ** float(random.uniform())
+        elif self.kind == "near":
+            self.zoom, self.iris = float(random.uniform(450, 850)), 850.0
+            self.distance_mm = float(random.uniform(450, 740))
+        if self.kind not in ("dark", "low light", "lamps"):
+            self.level = float(random.uniform(0.25, 0.6))
 
     def text(self):
         return (f"{self.number:4d} {self.kind:10s} {self.side:5s} zoom {self.zoom:3.0f} "
@@ -103,6 +143,9 @@ class Scene:
             turn = math.radians(self.slant_deg)
             right = (x * math.cos(turn) + y * math.sin(turn)) * self.texel_px > self.split_px
             return 0.4 * (1 + self.contrast * numpy.where(right, 1, -1))
+        if self.kind == "bars":
+            bars = numpy.arange(size) // 8 % 2 * 2 - 1
+            return numpy.tile(0.4 * (1 + self.contrast * bars), (size, 1))
         white = numpy.fft.fft2(random.normal(size=(size, size)))
         radius = numpy.hypot(*numpy.meshgrid(numpy.fft.fftfreq(size), numpy.fft.fftfreq(size)))
         radius[0, 0] = 1
@@ -120,7 +163,7 @@ class Scene:
         root = 255 * numpy.sqrt(numpy.clip(self.picture(size), 0.01, 1))
         # The rounding to 8 bits must not be a texture of its own.
         root += numpy.random.default_rng(self.seed + 1).uniform(-0.5, 0.5, root.shape) * (
-            self.kind in ("noise", "step", "two depths"))
+            self.kind not in ("flat", "faint"))
         cv2.imwrite(str(folder / "texture.png"), numpy.repeat(
             numpy.round(root).astype(numpy.uint8)[:, :, None], 3, axis=2))
         x_mm = 0 if self.side == "left" else 250
@@ -138,6 +181,15 @@ class Scene:
             pixel_mm = self.distance_mm * PIXEL_MM / focal_mm(self.zoom)
             sheets = [sheet("near", self.distance_mm, self.split_px * pixel_mm - 3000),
                       sheet("far", self.behind_mm, 0)]
+        pixel_mm = self.distance_mm * PIXEL_MM / focal_mm(self.zoom)
+        for i, (x_px, y_px, size_px, brightness) in enumerate(self.lamps):
+            side_mm = size_px * pixel_mm
+            sheets.append((
+                f"  - lamp{i}: {{kind: paper, contrast: 0, colours: [[0.8, 0.8, 0.8]], brightness: "
+                f"{brightness / 2}}}\n",
+                f"  - sheet: {{name: lamp{i}, material: lamp{i}, size_mm: [{side_mm}, {side_mm}], "
+                f"position_mm: [{x_mm + x_px * pixel_mm}, {y_px * pixel_mm}, "
+                f"{self.distance_mm - 1}]}}\n"))
         light = f"[{self.luminance()}, {self.luminance()}, {self.luminance()}]"
         (folder / "scene.yaml").write_text(
             "room: {origin_mm: [0, 0, 0], tilt_deg: 0}\nlights: []\n"
@@ -278,6 +330,8 @@ def judged(row):
     # The motor does not make smaller steps: this much blur cannot be avoided.
     reachable_px = row["px"] * min(STEP_COUNTS / max(abs(row["counts"]), 1e-9), 1)
     row["false"] = row["verdict"] == "focused" and row["px"] > reachable_px + FALSE_PX
+    row["missed"] = (row["class"] in ("textured", "two depths") and scene.kind != "lamps" and
+                     not (row["ends_sharp"] and row["verdict"] in VERDICTS[:2] + ("two peaks",)))
     return row
 
 
@@ -287,7 +341,7 @@ VERDICTS = ("focused", "sharp everywhere", "no contrast", "peak at end of range"
 
 def line_of(row):
     reported = "-" if row["reported_px"] is None else f"{row['reported_px']:.1f}"
-    mark = "FALSE" if row["false"] else "" if row["ends_sharp"] else "off"
+    mark = "FALSE" if row["false"] else "missed" if row["missed"] else "" if row["ends_sharp"] else "off"
     return (f"{row['scene'].text()}  {row['class']:10s} {row['verdict']:20s} {row['counts']:+7.1f} "
             f"counts {row['px']:6.1f} px (reported {reported}) {row['frames']} frames "
             f"{row['seconds']:.1f} s {mark}")
@@ -313,6 +367,8 @@ def table(rows, seed):
          share(flat, lambda row: row["verdict"] == "no contrast"), "all"),
         ("`focused` for what is not (2 px above the best reachable)",
          share(rows, lambda row: row["false"]), "0"),
+        ("missed: textured, but neither sharp nor said to be",
+         share(rows, lambda row: row["missed"]), "-"),
         ("reported blur within 30 % or 0.5 px of the true one",
          share(reported, lambda row: abs(row["reported_px"] - row["px"]) <=
                max(0.3 * row["px"], 0.5)),
@@ -337,13 +393,14 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--scene", type=int)
     parser.add_argument("--region", type=int, default=100)
+    parser.add_argument("--hard", action="store_true")
     parser.add_argument("--keep", type=pathlib.Path)
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
     programs = Programs(options.build)
 
     def run(number):
-        scene = Scene(options.seed, number, options.region)
+        scene = Scene(options.seed, number, options.region, options.hard)
         if options.keep:
             options.keep.mkdir(parents=True, exist_ok=True)
         folder = pathlib.Path(tempfile.mkdtemp(prefix=f"scene{number}.", dir=options.keep))
@@ -357,7 +414,8 @@ def main():
         if options.list:
             print(line_of(row), flush=True)
         return row
-    numbers = [options.scene] if options.scene is not None else range(options.runs)
+    numbers = [options.scene] if options.scene is not None else range(
+        len(HARD) if options.hard else options.runs)
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         rows = list(pool.map(run, numbers))
     print("\n".join(table(rows, options.seed)))

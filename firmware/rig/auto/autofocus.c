@@ -63,6 +63,8 @@ struct focuser {
     struct ahead *ahead;  // NULL: no other lens
     uint64_t begin_us;
     bool own_control;  // of the camera's focus, instead of a motorized lens
+    uint32_t full_exposure_us;  // 0: the search has no other one
+    uint16_t full_gain_q3;
     double counts_per_s;
     struct pending pending[PENDING_MAX];
     unsigned waiting;
@@ -225,10 +227,25 @@ static int read_position(struct focuser *self, struct focus_event *event) {
     return error;
 }
 
+// Takes the frames of the rest of the search with the exposure and gain from before it.
+static int slow_down(struct focuser *self) {
+    uint32_t applied_us = 0;
+    uint16_t applied_q3 = 0;
+    int error = rig_region_exposure(self->rig, &self->region, self->full_exposure_us, &applied_us);
+    if (error == ERROR_OK) {
+        error = rig_region_gain(self->rig, &self->region, self->full_gain_q3, &applied_q3);
+    }
+    self->full_exposure_us = 0;
+    return error;
+}
+
 // Carries out a step.
 static int carry_out(struct focuser *self, const struct focus_step *step,
                      struct focus_event *event) {
-    int error = ERROR_OK;
+    int error = step->slow && self->full_exposure_us != 0 ? slow_down(self) : ERROR_OK;
+    if (error != ERROR_OK) {
+        return error;
+    }
     switch (step->kind) {
         case FOCUS_STEP_GO:
             error = begin_move(self, step->position, LENS_MOVE_COARSE);
@@ -274,6 +291,8 @@ static int shorten_exposure(struct focuser *self, double counts_max, double *rat
     double exposure_us = fmax(fmax(wanted_us, before_us / (brighter * DARKER)), flicker_us);
     exposure_us = floor(exposure_us / flicker_us) * flicker_us;
     const double shorter = before_us / exposure_us;
+    self->full_exposure_us = before_us;
+    self->full_gain_q3 = gain_q3;
     uint32_t applied_us = 0;
     uint16_t applied_q3 = 0;
     int error = rig_region_exposure(self->rig, &self->region, (uint32_t)exposure_us, &applied_us);
@@ -283,6 +302,12 @@ static int shorten_exposure(struct focuser *self, double counts_max, double *rat
     }
     *ratio = shorter;
     return error;
+}
+
+// Whether the search may begin where the peak is expected. The nearer or the farther of two peaks
+// may be elsewhere.
+static bool may_expect(const struct rig_autofocus_options *options) {
+    return !options->whole_range && !options->curve_only && options->choice == FOCUS_STRONGER;
 }
 
 static struct focus_search_options options_of(const struct focuser *self) {
@@ -302,7 +327,7 @@ static struct focus_search_options options_of(const struct focuser *self) {
     if (rig_optics_blur_per_count(self->rig, self->side, &blur_px) == ERROR_OK) {
         options.blur_per_count_px = blur_px;
     }
-    if (!self->options->whole_range && !self->options->curve_only &&
+    if (may_expect(self->options) &&
         rig_optics_focus_prediction(self->rig, self->side, &expected, &half_range) == ERROR_OK) {
         options.expected = expected;
         options.expected_half_range = half_range;
@@ -330,7 +355,7 @@ static bool begin_of_other(const struct focuser *self, double *counts) {
     const struct lens_axis_settings *axis = axis_of(self);
     const double back = axis->approach == LENS_FROM_ABOVE ? 1 : -1;
     int32_t expected = 0, half_range = 0;
-    if (!self->options->whole_range &&
+    if (may_expect(self->options) &&
         rig_optics_focus_prediction(self->rig, self->ahead->side, &expected, &half_range) ==
             ERROR_OK) {
         *counts = expected + back * (half_range + axis->backlash_counts + axis->tolerance_counts);

@@ -71,7 +71,7 @@ static int sweep(struct rig *self, unsigned side, const struct focus_step *step,
     const double from = focus_mover_position(self, side), way = step->position - from;
     const int most = step->leg == FOCUS_LEG_PASS ? PASS_FRAMES : SWEEP_FRAMES;
     const int frames = (int)fmax(1, fmin(ceil(fabs(way) / fmax(step->spacing, 1)), most));
-    const struct focus_step one = {FOCUS_STEP_LOOK, step->leg, 0, 0, 1};
+    const struct focus_step one = {FOCUS_STEP_LOOK, step->leg, 0, 0, 1, false};
     for (int i = 0; i <= frames; i++) {
         int error = focus_mover_go(self, side, round(from + way * i / frames));
         if (error == ERROR_OK) {

@@ -23,6 +23,7 @@ struct Lens {
     double reading = 0.5;    // noise of positions
     double rest = 0.7;       // of the motor
     double ring = 560;
+    double slow_noise = 0;   // of the frames of the full exposure
     double pixel_noise = 0;  // relative variance
     std::function<double(double)> light = [](double) { return 300.0; };
     bool jams = false;
@@ -54,12 +55,13 @@ Run run(Lens lens, const focus_search_options &options, std::mt19937_64 &random)
     Run run;
     const auto measure = [&](double ring, focus_leg leg) {
         const double value = lens.sharpness(ring);
+        const double floor_noise = run.search.slow ? lens.slow_noise : lens.floor_noise;
         focus_sample sample{};
         sample.position = float(ring + lens.reading * normal(random));
         for (int channel = 0; channel < FOCUS_CHANNELS; channel++) {
-            sample.sharpness[channel] = float(value * (1 + lens.noise * normal(random)) +
-                                              lens.floor_noise * normal(random));
-            sample.deviation[channel] = float(lens.noise * value + lens.floor_noise);
+            sample.sharpness[channel] =
+                float(value * (1 + lens.noise * normal(random)) + floor_noise * normal(random));
+            sample.deviation[channel] = float(lens.noise * value + floor_noise);
         }
         sample.noise = float(lens.pixel_noise);
         sample.mean = float(lens.light(ring));
@@ -151,6 +153,26 @@ TEST_CASE("verdicts") {
         CHECK(result.search.result.verdict == FOCUS_NO_CONTRAST);
         CHECK(std::abs(result.ring - 560) < 4);
     }
+    SUBCASE("a peak that the noise of a short exposure nearly hides is looked at again") {
+        lens.sharpness = lorentz(520, 12, 0.01);
+        lens.floor_noise = 0.01 / 7;
+        SUBCASE("there is none") {
+            lens.sharpness = [](double) { return 0.01; };
+            lens.slow_noise = 1e-4;
+            options.noise_ratio = 16;
+            CHECK(run(lens, options, random).search.result.verdict == FOCUS_NO_CONTRAST);
+        }
+        SUBCASE("with a longer one") {
+            lens.slow_noise = 1e-4;
+            options.noise_ratio = 16;
+            const Run result = run(lens, options, random);
+            CHECK(result.search.result.verdict == FOCUS_FOCUSED);
+            CHECK(std::abs(result.ring - 520) <= 3);
+        }
+        SUBCASE("there is no longer one") {
+            CHECK(run(lens, options, random).search.result.verdict == FOCUS_NO_CONTRAST);
+        }
+    }
     SUBCASE("two distances") {
         const auto near = lorentz(700, 6, 0.01), far = lorentz(450, 6, 0.007);
         lens.sharpness = [=](double ring) { return near(ring) + far(ring); };
@@ -177,6 +199,8 @@ TEST_CASE("verdicts") {
         lens.sharpness = lorentz(900, 40, 0.01);
         const Run result = run(lens, options, random);
         CHECK(result.search.result.verdict == FOCUS_PEAK_AT_END);
+        CHECK(std::string(focus_search_help(&result.search)).find("nearer than") !=
+              std::string::npos);
         CHECK(result.ring > 847);
     }
     SUBCASE("depth of field covers the range") {
