@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stereo/match_repeats.h"
 
+#include <string.h>
+
+#include "core/error.h"
 #include "core/invariant.h"
 #include "stereo/image/reason.h"
 
 enum {
     CELL_COLUMNS = 16,  // what is tested at once
     CELL_ROWS = 8,
-    ROW_STEP = 2,  // distance of the rows that are compared
-    LAG_MIN = 3,   // minimum period in pixels: closer rivals are in every search
-    FALL = 4,      // a repetition must differ by this factor less than what lies before it
+    WINDOW_MIN = 24,  // columns compared, at least
+    LAG_MIN = 3,      // minimum period in pixels: closer rivals are in every search
+    FALL = 2,         // a repetition must differ by this factor less than what lies before it
+    DIFFERENT = 1,    // mean difference of grey levels between the two, at least
     PARTS_MAX = 8,
-    DIFFERENT = 6,  // mean difference of grey levels between the two, at least
 };
 
 struct cells {
@@ -19,38 +22,60 @@ struct cells {
     const struct match_options *options;
     const struct match_output *output;
     int parts;
+    uint16_t *columns[PARTS_MAX];  // sums of a row of cells' grey levels
     uint32_t count[PARTS_MAX];
 };
 
 // A cell and its disparity.
 struct cell {
     const struct image_u8 *image;
+    const uint16_t *columns;  // sums of the rows' grey levels
     int x, y, rows, disparity;
     uint32_t valid;  // pixels
 };
 
-static bool is_inside(const struct cell *cell, int lag) {
-    return cell->x - lag >= 0 && cell->x - lag + CELL_COLUMNS <= cell->image->width;
+// Columns compared at a lag, around the cell: more at longer ones, as there are more of them that
+// chance could make alike.
+static int window_of(int lag) {
+    const int length = lag < 0 ? -lag : lag;
+    return 3 * length / 2 > WINDOW_MIN ? 3 * length / 2 : WINDOW_MIN;
 }
 
-// Sum of the differences of grey levels between the cell and the pixels `lag` to the left of it.
-static int difference(const struct cell *cell, int lag) {
-    INVARIANT(is_inside(cell, lag) && cell->y + cell->rows <= cell->image->height);
-    int sum = 0;
-    for (int j = 0; j < cell->rows; j += ROW_STEP) {
-        const uint8_t *restrict here = image_u8_row(cell->image, cell->y + j) + cell->x;
-        const uint8_t *restrict there = here - lag;
-        for (int i = 0; i < CELL_COLUMNS; i++) {
-            sum += here[i] > there[i] ? here[i] - there[i] : there[i] - here[i];
-        }
+static int window_begin(const struct cell *cell, int window) {
+    return cell->x + (CELL_COLUMNS - window) / 2;
+}
+
+static bool is_inside(const struct cell *cell, int window, int lag) {
+    const int begin = window_begin(cell, window);
+    const int end = begin + window;
+    return (lag > 0 ? begin - lag : begin) >= 0 &&
+           (lag < 0 ? end - lag : end) <= cell->image->width;
+}
+
+// Mean difference, in 1/16 grey level, between the window around the cell and the pixels `lag` to
+// the left of it, but for one of brightness; both are summed over the rows: what repeats along the
+// row is upright, and noise averages out.
+static int difference(const struct cell *cell, int window, int lag) {
+    INVARIANT(is_inside(cell, window, lag));
+    const uint16_t *restrict here = cell->columns + window_begin(cell, window);
+    const uint16_t *restrict there = here - lag;
+    int total = 0;
+    for (int i = 0; i < window; i++) {
+        total += here[i] - there[i];
     }
-    return sum;
+    const int mean = total / window;
+    int sum = 0;
+    for (int i = 0; i < window; i++) {
+        const int change = here[i] - there[i] - mean;
+        sum += change > 0 ? change : -change;
+    }
+    return 16 * sum / (cell->rows * window);
 }
 
 // A period need not be an integer number of pixels.
-static bool is_alike_near(const struct cell *cell, int lag, int limit) {
+static bool is_alike_near(const struct cell *cell, int window, int lag, int limit) {
     for (int near = lag - 1; near <= lag + 1; near++) {
-        if (is_inside(cell, near) && difference(cell, near) <= limit) {
+        if (is_inside(cell, window, near) && difference(cell, window, near) <= limit) {
             return true;
         }
     }
@@ -58,21 +83,24 @@ static bool is_alike_near(const struct cell *cell, int lag, int limit) {
 }
 
 // Whether the content of the cell occurs again `direction` times 3 to `last` pixels to the left,
-// with something else between, and once more: on the other side or as far again. Two similar edges
-// are not a repetition.
+// with something else between, and twice more: on the other side and as far again. Three similar
+// edges are not a repetition.
 static bool repeats(const struct cell *cell, int direction, int last) {
-    const int compared = (cell->rows + ROW_STEP - 1) / ROW_STEP * CELL_COLUMNS;
-    int max = DIFFERENT * compared;
+    int max = 16 * DIFFERENT;
     bool left_it = false;
-    for (int step = 1; step <= last && is_inside(cell, direction * step); step++) {
+    for (int step = 1; step <= last; step++) {
         const int lag = direction * step;
-        const int here = difference(cell, lag);
+        const int window = window_of(lag);
+        if (!is_inside(cell, window, lag)) {
+            break;
+        }
+        const int here = difference(cell, window, lag);
         if (here >= max) {
             max = here;
             left_it = true;
         } else if (left_it && step >= LAG_MIN && here <= max / FALL &&
-                   (is_alike_near(cell, -lag, max / FALL) ||
-                    is_alike_near(cell, 2 * lag, max / FALL))) {
+                   is_alike_near(cell, window, -lag, max / FALL) &&
+                   is_alike_near(cell, window, 2 * lag, max / FALL)) {
             return true;
         }
     }
@@ -98,16 +126,31 @@ static bool set_disparity(const struct match_output *output, int first, struct c
     return count > 0;
 }
 
-static uint32_t count_row_of_cells(const struct cells *cells, int y) {
+static void sum_rows(const struct image_u8 *image, int y, int rows, uint16_t *restrict columns) {
+    memset(columns, 0, (size_t)image->width * sizeof *columns);
+    for (int j = 0; j < rows; j++) {
+        const uint8_t *restrict row = image_u8_row(image, y + j);
+        for (int x = 0; x < image->width; x++) {
+            columns[x] = (uint16_t)(columns[x] + row[x]);
+        }
+    }
+}
+
+static uint32_t count_row_of_cells(const struct cells *cells, int y, uint16_t *columns) {
     INVARIANT(cells->input->left.width >= CELL_COLUMNS);
     uint32_t repeated = 0;
     const struct match_options *options = cells->options;
     const struct image_u8 *image = &cells->input->left;
     const int rows = image->height - y < CELL_ROWS ? image->height - y : CELL_ROWS;
+    sum_rows(image, y, rows, columns);
     for (int begin = 0; begin < image->width; begin += CELL_COLUMNS) {
         // The last cell ends at the end of the image and overlaps the one before.
         const int last = image->width - CELL_COLUMNS;
-        struct cell cell = {.image = image, .x = begin < last ? begin : last, .y = y, .rows = rows};
+        struct cell cell = {.image = image,
+                            .columns = columns,
+                            .x = begin < last ? begin : last,
+                            .y = y,
+                            .rows = rows};
         if (!set_disparity(cells->output, begin, &cell)) {
             continue;
         }
@@ -124,21 +167,31 @@ static void count_part(void *cells_pointer, int index) {
     struct cells *cells = cells_pointer;
     const int rows = (cells->input->left.height + CELL_ROWS - 1) / CELL_ROWS;
     for (int i = rows * index / cells->parts; i < rows * (index + 1) / cells->parts; i++) {
-        cells->count[index] += count_row_of_cells(cells, i * CELL_ROWS);
+        cells->count[index] += count_row_of_cells(cells, i * CELL_ROWS, cells->columns[index]);
     }
 }
 
-uint32_t match_count_repeats(const struct match_input *input, const struct match_options *options,
-                             const struct parallel *parallel, const struct match_output *output) {
+int match_count_repeats(const struct match_input *input, const struct match_options *options,
+                        const struct parallel *parallel, struct arena *arena,
+                        const struct match_output *output, uint32_t *count) {
     const int threads = parallel->threads < 1 ? 1 : parallel->threads;
     struct cells cells = {.input = input,
                           .options = options,
                           .output = output,
                           .parts = threads < PARTS_MAX ? threads : PARTS_MAX};
-    parallel->run(parallel->self, count_part, &cells, cells.parts);
-    uint32_t count = 0;
+    const size_t mark = arena_mark(arena);
+    bool taken = true;
     for (int i = 0; i < cells.parts; i++) {
-        count += cells.count[i];
+        cells.columns[i] = arena_take(arena, (size_t)input->left.width, sizeof *cells.columns[i]);
+        taken = taken && cells.columns[i] != NULL;
     }
-    return count;
+    if (taken) {
+        parallel->run(parallel->self, count_part, &cells, cells.parts);
+    }
+    arena_release(arena, mark);
+    *count = 0;
+    for (int i = 0; i < cells.parts; i++) {
+        *count += cells.count[i];
+    }
+    return taken ? ERROR_OK : ERROR_MEMORY;
 }

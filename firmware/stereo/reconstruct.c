@@ -310,11 +310,11 @@ static int match(struct run *run) {
     struct arena rest;
     arena_init(&rest, run->arena->base + run->arena->used_bytes,
                run->arena->size_bytes - run->arena->used_bytes);
-    const int error =
+    int error =
         match_run(&input, &options, run->parallel, match_band_done, run, &rest, &result->match);
     if (error == ERROR_OK && !options.keep_all) {
-        result->repeating_count =
-            match_count_repeats(&input, &options, run->parallel, &result->match);
+        error = match_count_repeats(&input, &options, run->parallel, &rest, &result->match,
+                                    &result->repeating_count);
     }
     result->match_peak_bytes = rest.peak_bytes;
     const size_t peak = run->arena->used_bytes + rest.peak_bytes;
