@@ -321,10 +321,11 @@ static int run_show(const struct command_call *call) {
 }
 
 /// Rejects a calibration of another instrument or of other axis positions, unless accepted.
-static int check_match(const struct command_call *call, const struct calibration *calibration) {
+static int check_match(const struct command_call *call, const struct calibration *calibration,
+                       bool zoom) {
     struct calibration_match_state state;
     struct message message;
-    if (call->rig->state != RIG_READY || !calibration->has_origin) {
+    if (call->rig->state != RIG_READY) {
         return 0;
     }
     int error = read_lenses(call);
@@ -332,31 +333,65 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     state_now(call, &state);
+    if (zoom) {
+        state.width_px[RIG_LEFT] = state.width_px[RIG_RIGHT] = 0;  // it is cut to any window
+    }
     const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
-    if (error != 0 && accepted) {
+    if (error == ERROR_MISMATCH && accepted) {
         reply_text(call, "accepted_mismatch", message.text);
         return 0;
     }
     return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
-/// Checks a calibration of one state.
+/// Records cameras, windows and axes as they are now in a calibration that states none, as those
+/// of other programs, so that a later move is noticed. Returns 0 also where nothing is known.
+static int record_axes(const struct command_call *call, struct calibration *calibration,
+                       struct calibration_text *text) {
+    static const char note[] = "axes: where they were when it was set, not when it was made";
+    struct calibration_match_state state;
+    if (calibration->has_origin) {
+        return 0;
+    }
+    if (call->rig->state != RIG_READY) {
+        reply_text(call, "axes",
+                   "not recorded, moves will go unnoticed: bringup, then set it again");
+        return 0;
+    }
+    state_now(call, &state);
+    calibration->has_origin = true;
+    calibration->origin = state.origin;
+    const size_t used = strlen(calibration->note);
+    if (used + sizeof note + 2 <= sizeof calibration->note) {
+        snprintf(calibration->note + used, sizeof calibration->note - used, "%s%s",
+                 used > 0 ? "; " : "", note);
+    }
+    const int length = calibration_print(calibration, text->data, sizeof text->data);
+    if (length < 0) {
+        return command_fail(call, length, "the axes cannot be recorded: %s", error_text(length));
+    }
+    text->length = (size_t)length;
+    reply_text(call, "axes", "recorded as they are now");
+    return 0;
+}
+
+/// Checks a calibration of one state, and completes it with the axes.
 static int check_one(const struct command_call *call, const char *name,
-                     const struct calibration_text *text) {
+                     struct calibration_text *text) {
     struct calibration calibration;
     struct message message;
     int error = calibration_at(name, text->data, text->length, &calibration, &message);
     if (error != 0) {
         return command_fail(call, error, "%s", message.text);
     }
-    error = check_match(call, &calibration);
+    error = check_match(call, &calibration, false);
     if (error == 0 && !call->values[UNIT].given &&
         length_check_baseline(calibration_baseline_mm(&calibration), name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
-    return error;
+    return error == 0 ? record_axes(call, &calibration, text) : error;
 }
 
 /// Checks a zoom calibration: that it is of this instrument and its cameras. Its axes may stand
@@ -378,11 +413,11 @@ static int check_zoom(const struct command_call *call, const char *name,
                sizeof zoom->camera[side].name);
     }
     free(zoom);
-    return check_match(call, &of_rig);
+    return check_match(call, &of_rig, true);
 }
 
 static int set_text(const struct command_call *call, const char *name,
-                    const struct calibration_text *text) {
+                    struct calibration_text *text) {
     int error = zoom_calibration_is_text(text->data, text->length) ? check_zoom(call, name, text)
                                                                    : check_one(call, name, text);
     if (error != 0) {
@@ -461,7 +496,10 @@ static const struct command commands[] = {
     {.name = "calibration",
      .summary = "show, set or forget the saved calibration",
      .help = "It is saved across restarts. \"set\" rejects an invalid calibration, and, after a "
-             "bring-up, one made with other axes, cameras or windows. A calibration of all zooms "
+             "bring-up, one made with other axes, cameras or windows. One that states no axes, as "
+             "those of other "
+             "programs, is saved with the present ones, so that a later move is noticed. A "
+             "calibration of all zooms "
              "gives each pair the calibration of its own zoom, focus and pan.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,

@@ -161,6 +161,23 @@ static bool is_whole_sensor(const struct lens *lens, const struct calibration_wi
            window->column_px == 0 && window->row_px == 0 && window->skip == 1;
 }
 
+/// Images of another size. Those of a window that is known may be cut from the whole sensor's.
+static int match_size(const struct calibration *calibration, int side,
+                      const struct calibration_match_state *state, struct message *message) {
+    const struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
+    const int width_px = state->width_px[side], height_px = state->height_px[side];
+    const bool whole_sensor =
+        lens->width_px == MT9T001_WIDTH_PX && lens->height_px == MT9T001_HEIGHT_PX;
+    if (width_px == 0 || (lens->width_px == width_px && lens->height_px == height_px) ||
+        (whole_sensor && state->origin.side[side].window.skip != 0)) {
+        return ERROR_OK;
+    }
+    return message_set(message, ERROR_SIZE_MISMATCH,
+                       "the %s images have %dx%d px, the calibration is for %dx%d px: set "
+                       "\"window\" to that size, or calibrate again",
+                       rig_side_names[side], width_px, height_px, lens->width_px, lens->height_px);
+}
+
 static int match_window(const struct calibration *calibration, int side,
                         const struct calibration_match_state *state, const char *accept,
                         struct message *message) {
@@ -238,16 +255,16 @@ int calibration_match(const struct calibration *calibration,
                       struct message *message) {
     const struct calibration_origin *made = &calibration->origin;
     const struct calibration_origin *now = &state->origin;
-    if (!calibration->has_origin) {
-        return ERROR_OK;
-    }
-    int error = match_cameras(made, now, accept, message);
-    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+    int error = calibration->has_origin ? match_cameras(made, now, accept, message) : ERROR_OK;
+    for (int side = 0; error == ERROR_OK && calibration->has_origin && side < RIG_SIDES; side++) {
         error = match_window(calibration, side, state, accept, message);
         if (error == ERROR_OK) {
             error = match_axes(&made->side[side], &now->side[side], side, &state->instrument,
                                accept, message);
         }
+    }
+    for (int side = 0; error == ERROR_OK && side < RIG_SIDES; side++) {
+        error = match_size(calibration, side, state, message);
     }
     return error;
 }
@@ -274,8 +291,34 @@ static bool is_known(const struct calibration *calibration, int side, int axis) 
     return calibration->origin.side[side].axis[axis].kind == CALIBRATION_AXIS_KNOWN;
 }
 
+/// The share of the depth that a count of one camera's zoom changes: depth scales with the mean of
+/// both focal lengths.
+static double zoom_share_of(const struct session_instrument *instrument) {
+    return instrument->lens_zoom_ppm * share_per_ppm / RIG_SIDES;
+}
+
+/// Error of the depth because a side's pan and zoom were moved since the calibration; 0 where a
+/// position is not known.
+static double moved_mm(const struct calibration *calibration,
+                       const struct session_instrument *instrument,
+                       const struct calibration_side_origin *now, int side, double depth_mm) {
+    const struct calibration_axis *made = calibration->origin.side[side].axis;
+    double moved[CALIBRATION_AXES] = {0};
+    for (int axis = 0; axis < CALIBRATION_AXES; axis++) {
+        if (made[axis].kind == CALIBRATION_AXIS_KNOWN &&
+            now->axis[axis].kind == CALIBRATION_AXIS_KNOWN &&
+            calibration_match_is_apart(instrument, axis, made[axis].mean, now->axis[axis].mean)) {
+            moved[axis] = fabs(now->axis[axis].mean - made[axis].mean);
+        }
+    }
+    return moved[CALIBRATION_PAN] * MATH_RAD_PER_DEGREE * depth_mm * depth_mm /
+               calibration_baseline_mm(calibration) +
+           moved[CALIBRATION_ZOOM] * zoom_share_of(instrument) * depth_mm;
+}
+
 double calibration_match_sigma_mm(const struct calibration *calibration,
-                                  const struct session_instrument *instrument, double depth_mm) {
+                                  const struct session_instrument *instrument,
+                                  const struct calibration_origin *now, double depth_mm) {
     struct session_instrument defaults;
     const bool given = instrument != NULL;
     INVARIANT(depth_mm >= 0);
@@ -290,11 +333,13 @@ double calibration_match_sigma_mm(const struct calibration *calibration,
         instrument = &defaults;
     }
     const double pan_rad = limit_of(instrument, CALIBRATION_PAN) * MATH_RAD_PER_DEGREE;
-    // The depth scales with the mean of both focal lengths.
-    const double zoom_share = instrument->lens_repeatability_counts * instrument->lens_zoom_ppm *
-                              share_per_ppm / RIG_SIDES;
+    const double zoom_share = instrument->lens_repeatability_counts * zoom_share_of(instrument);
     const double own_mm = calibration_depth_sigma_mm(calibration, depth_mm);
     double sum_mm2 = own_mm * own_mm;
+    for (int side = 0; side < RIG_SIDES && now != NULL; side++) {
+        const double mm = moved_mm(calibration, instrument, &now->side[side], side, depth_mm);
+        sum_mm2 += mm * mm;
+    }
     for (int side = 0; side < RIG_SIDES && !calibration->axes_in_sigma; side++) {
         // A servo that was not set during calibration had an unknown position.
         const bool has_pan =

@@ -57,9 +57,11 @@ bool calibration_match_is_partial(const struct calibration *calibration,
 /// repeatability of the calibrated axes. `instrument` NULL: the built-in rig. Negative if the
 /// calibration states neither. Pan: dz = z^2 / baseline * dangle for each camera. Zoom: dz = z * df
 /// / f, with the mean of the two cameras, in the image centre, where zoom does not turn the view.
-/// Focus and iris are not included.
+/// Focus and iris are not included. `now`: where the axes are; what was moved since the calibration
+/// adds its effect. NULL: not known.
 double calibration_match_sigma_mm(const struct calibration *calibration,
-                                  const struct session_instrument *instrument, double depth_mm);
+                                  const struct session_instrument *instrument,
+                                  const struct calibration_origin *now, double depth_mm);
 
 #ifdef __cplusplus
 }

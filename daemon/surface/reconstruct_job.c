@@ -23,8 +23,8 @@
 /// rows are some pixels apart does not.
 static const double sparse_percent = 25;
 
-/// Everyday images have up to 20 % of such texture, a tiled wall or a chessboard more than 80.
-static const double repeating_max_percent = 35;
+/// Recorded pairs have up to 6 % of such texture, a chessboard in view 10 to 20, a fence 30.
+static const double repeating_max_percent = 10;
 
 static const char interrupted[] = "interrupted; nothing was written";
 
@@ -325,7 +325,7 @@ static void find_common_sigma(struct reconstruct_job *job) {
     if (context->metric && context->has_spread) {
         context->depth_sigma_common_mm = calibration_match_sigma_mm(
             context->calibration, context->has_instrument ? &context->instrument : NULL,
-            context->spread.depth_mm[1]);
+            context->has_instrument ? &context->axes : NULL, context->spread.depth_mm[1]);
     }
 }
 

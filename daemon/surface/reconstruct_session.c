@@ -160,6 +160,7 @@ static int match(struct reconstruct_session *self, const struct reconstruct_requ
     axes_of_pair(self, &state);
     context->has_instrument = true;
     context->instrument = state.instrument;
+    context->axes = state.origin;
     context->axes_compared = !calibration_match_is_partial(calibration, &state.origin);
     const char *accept = request->accept_mismatch ? NULL : context->texts->accept;
     const int error = calibration_match(calibration, &state, accept, &context->mismatch);

@@ -110,6 +110,22 @@ class Instrument(DaemonTest):
         refused("status", "left pan")
         works("calibration forget")
         works("capture free")
+        # One of another program states no axes: it is saved with the present ones.
+        with open(os.path.join(self.files, "foreign.txt"), "w", encoding="ascii") as file:
+            body = calibration_of(SESSION)
+            body = re.sub(r"(left|right)_size_px .*", r"\1_size_px 128 96", body)
+            file.write(framed(body[:body.index("crc32 ")]))
+        works("pan 3.57 right=-3.27")
+        self.assertIn("recorded", works("calibration set foreign.txt")["axes"])
+        works("capture with_axes")
+        works("pan 4.57 side=left")
+        refused("capture turned", "left pan", "3.5", "accept-mismatch")
+        works("calibration forget")
+        works("window 96 96")
+        answer = client.ask_json("calibration set foreign.txt accept-mismatch=yes")
+        self.assertEqual(answer["error"], "SIZE_MISMATCH", answer)
+        for word in ("96x96", "128x96", "window"):
+            self.assertIn(word, answer["message"])
 
 
 class Pairs(Surfaces):

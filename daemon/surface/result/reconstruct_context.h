@@ -63,9 +63,11 @@ struct reconstruct_context {
     /// Description of an accepted mismatch between calibration and pair; "": no mismatch.
     struct message mismatch;
     bool axes_compared;  // calibration and pair both record the positions of all axes
-    /// Of the instrument that took the pair; `has_instrument` false: unknown.
+    /// Of the instrument that took the pair, and where its axes were; `has_instrument` false:
+    /// unknown.
     bool has_instrument;
     struct session_instrument instrument;
+    struct calibration_origin axes;
 
     /// The calibration was corrected by what the pair shows; `self_calibration` describes how far.
     bool self_calibrated;

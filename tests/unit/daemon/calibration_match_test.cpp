@@ -128,6 +128,21 @@ TEST_CASE("other cameras, another instrument and another window are rejected by 
                 {"right window", "320 x 480"});
 }
 
+TEST_CASE("images of another size are rejected, whether the calibration states axes or not") {
+    calibration value = made();
+    value.has_origin = false;
+    CHECK(rejection_of(value, state_of(captured()), ERROR_OK).empty());
+    struct pair pair = captured();
+    pair.frame[RIG_RIGHT].image.width_px = 320;
+    check_names(rejection_of(value, state_of(pair), ERROR_SIZE_MISMATCH),
+                {"right images", "320x480", "640x480", "window"});
+    value.right.width_px = MT9T001_WIDTH_PX;
+    value.right.height_px = MT9T001_HEIGHT_PX;
+    CHECK(rejection_of(value, state_of(pair), ERROR_OK).empty());  // cut to the known window
+    pair.frame[RIG_RIGHT].window.skip = 0;                         // which a webcam does not have
+    check_names(rejection_of(value, state_of(pair), ERROR_SIZE_MISMATCH), {"320x480", "2048x1536"});
+}
+
 TEST_CASE("an accepted mismatch is reported without advice") {
     struct pair pair = captured();
     pair.frame[RIG_LEFT].before.pan_q4 += 165;
@@ -192,21 +207,28 @@ TEST_CASE("the common deviation includes pan, zoom and the calibration's own") {
     const double zoom_mm = 1800 * 4 * 4187e-6 / std::sqrt(2.0);
     const double both_mm = std::hypot(pan_mm, zoom_mm);
     CHECK(both_mm > 95);  // 0.3 degrees of two servos at 1.8 m
-    CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) == doctest::Approx(both_mm));
-    CHECK(calibration_match_sigma_mm(&value, nullptr, 1800) == doctest::Approx(both_mm));
+    CHECK(calibration_match_sigma_mm(&value, &instrument, nullptr, 1800) ==
+          doctest::Approx(both_mm));
+    CHECK(calibration_match_sigma_mm(&value, nullptr, nullptr, 1800) == doctest::Approx(both_mm));
     calibration included = value;  // a state of a calibration of all zooms
     included.axes_in_sigma = true;
-    CHECK(calibration_match_sigma_mm(&included, &instrument, 1800) ==
+    CHECK(calibration_match_sigma_mm(&included, &instrument, nullptr, 1800) ==
           doctest::Approx(calibration_depth_sigma_mm(&value, 1800)));
+    calibration_origin moved = value.origin;  // a degree at 1.8 m and 250 mm
+    moved.side[0].axis[CALIBRATION_PAN].mean += 1;
+    CHECK(calibration_match_sigma_mm(&value, &instrument, &value.origin, 1800) ==
+          doctest::Approx(both_mm));
+    CHECK(calibration_match_sigma_mm(&value, &instrument, &moved, 1800) ==
+          doctest::Approx(std::hypot(both_mm, 1800.0 * 1800 / 250 * 0.0174533)));
     value.scale_sigma = 0.01;
-    CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) ==
+    CHECK(calibration_match_sigma_mm(&value, &instrument, nullptr, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));
     // A servo that was not set during calibration had an unknown position.
     calibration unset = value;
     for (calibration_side_origin &side : unset.origin.side) {
         side.axis[CALIBRATION_PAN] = {CALIBRATION_AXIS_UNKNOWN, 0, 0};
     }
-    CHECK(calibration_match_sigma_mm(&unset, &instrument, 1800) ==
+    CHECK(calibration_match_sigma_mm(&unset, &instrument, nullptr, 1800) ==
           doctest::Approx(std::hypot(both_mm, 18.0)));
     // Without motors only the calibration's own remains; the old text states none.
     for (calibration_side_origin &side : value.origin.side) {
@@ -214,7 +236,7 @@ TEST_CASE("the common deviation includes pan, zoom and the calibration's own") {
             axis = {CALIBRATION_AXIS_NONE, 0, 0};
         }
     }
-    CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) == doctest::Approx(18));
+    CHECK(calibration_match_sigma_mm(&value, &instrument, nullptr, 1800) == doctest::Approx(18));
     value.has_origin = false;
-    CHECK(calibration_match_sigma_mm(&value, &instrument, 1800) < 0);
+    CHECK(calibration_match_sigma_mm(&value, &instrument, nullptr, 1800) < 0);
 }
