@@ -5,6 +5,8 @@
 #ifndef VERGENCE_DAEMON_SURFACE_LENGTH_CHECK_H
 #define VERGENCE_DAEMON_SURFACE_LENGTH_CHECK_H
 
+#include <stdbool.h>
+
 #include "daemon/base/message.h"
 #include "stereo/geometry/calibration.h"
 
@@ -35,6 +37,10 @@ int length_check_baseline(double baseline_mm, const char *name, const char *reme
 /// The same for depths that begin too near: ERROR_RANGE. 0 means not given.
 int length_check_depth(double near_mm, double far_mm, const char *name, const char *remedy,
                        struct message *message);
+
+/// Whether one camera stands in front of the other rather than beside it, so that their rows cannot
+/// correspond; `message` then says so in one line, with ERROR_OVERLAP.
+bool length_check_in_line(const struct calibration *calibration, struct message *message);
 
 #ifdef __cplusplus
 }

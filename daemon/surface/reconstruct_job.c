@@ -14,6 +14,7 @@
 #include "daemon/base/process.h"
 #include "daemon/base/workers.h"
 #include "daemon/session/calibration_match.h"
+#include "daemon/surface/reconstruct_beyond.h"
 #include "daemon/surface/reconstruct_pictures.h"
 #include "daemon/surface/reconstruct_room.h"
 #include "daemon/surface/reconstruct_summary.h"
@@ -48,6 +49,7 @@ static void choose_options(struct reconstruct_job *job) {
     options->rectify.depth_far_mm = request->depth_mm[1];
     options->rectify.disparity_min = request->disparity[0];
     options->rectify.disparity_count = request->disparity[1];
+    options->rectify.allow_beyond = request->rectified && request->calibration_path == NULL;
     if (request->region_px[2] > 0) {
         options->rectify.region_x_px = request->region_px[0];
         options->rectify.region_y_px = request->region_px[1];
@@ -342,6 +344,7 @@ static void record_doubts(struct reconstruct_job *job) {
             "these images, and that the scene is within the search",
             density_percent);
     }
+    reconstruct_beyond_note(&job->context);
     const uint32_t points = result_figures_measured_count(&job->result);
     const double repeating_percent = points > 0 ? 100.0 * job->result.repeating_count / points : 0;
     if (repeating_percent > repeating_max_percent) {
@@ -400,7 +403,8 @@ static int write_results(struct reconstruct_job *job) {
         if (interrupt_requested()) {
             return message_set(&job->message, ERROR_CANCELLED, "%s", interrupted);
         }
-        if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric)) {
+        if (!is_wanted(job, writer->file_name) || (writer->metric_only && !job->context.metric) ||
+            reconstruct_beyond_skips(&job->result, writer->file_name)) {
             continue;
         }
         atomic_dir_file_path(&job->directory, writer->file_name, path);

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/math.h"
+#include "daemon/surface/length_check.h"
 #include "daemon/surface/reconstruct_pictures.h"
 #include "daemon/surface/result/result_figures.h"
 
@@ -130,7 +131,7 @@ void reconstruct_summary_no_surface(const struct reconstruct_context *context,
     int main_reason = REASON_BORDER;
     for (int reason = 0; reason < REASON_COUNT; reason++) {
         total += result->reason_count[reason];
-        if (reason != REASON_VALID &&
+        if (reason != REASON_VALID && reason != REASON_BEYOND &&
             result->reason_count[reason] > result->reason_count[main_reason]) {
             main_reason = reason;
         }
@@ -184,6 +185,9 @@ void reconstruct_summary_no_plan(int error, const struct reconstruct_context *co
             no_disparities(error, context, message);
             break;
         case ERROR_OVERLAP:
+            if (length_check_in_line(calibration, message)) {
+                break;
+            }
             message_set(message, error,
                         "the two cameras share no field of view in the depths searched: check %s, "
                         "and the order of left and right",

@@ -388,9 +388,12 @@ static int images_stages(struct run *run) {
 // bad results.
 static struct surface_depths depths_asked_for(const struct reconstruct_options *options) {
     const struct rectify_options *rectify = &options->rectify;
-    return options->keep_all || rectify->disparity_count != 0
-               ? surface_depths_of(0, 0)
-               : surface_depths_of(rectify->depth_near_mm, rectify->depth_far_mm);
+    struct surface_depths depths =
+        options->keep_all || rectify->disparity_count != 0
+            ? surface_depths_of(0, 0)
+            : surface_depths_of(rectify->depth_near_mm, rectify->depth_far_mm);
+    depths.keep_beyond = rectify->allow_beyond;
+    return depths;
 }
 
 static int surface_stages(struct run *run) {
@@ -440,8 +443,9 @@ static int all_stages(struct run *run) {
     }
     error = surface_stages(run);
     count_reasons(run->result);
-    return error == ERROR_OK && run->result->reason_count[REASON_VALID] == 0 ? ERROR_NO_SURFACE
-                                                                             : error;
+    const uint32_t found =
+        run->result->reason_count[REASON_VALID] + run->result->reason_count[REASON_BEYOND];
+    return error == ERROR_OK && found == 0 ? ERROR_NO_SURFACE : error;
 }
 
 static bool sizes_match(const struct raw_image *raw, const struct lens *lens) {

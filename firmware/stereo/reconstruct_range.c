@@ -23,7 +23,7 @@ static void search_beyond(const struct rectify_plan *plan, struct match_options 
         match->extra_below = first - (int)(lowest_px - 1);
     }
     const double nearest_px = last + (last - infinity_px);
-    if (last < width) {
+    if (last < width && last > infinity_px) {
         match->extra_above = (int)(nearest_px < width ? nearest_px : width) - last;
     }
     // Rounds to whole vectors, within the searchable range.

@@ -114,9 +114,11 @@ static void triangulate_row(void *context, int y) {
             continue;
         }
         struct triangulate_point point;
-        if (!triangulate_match(rows->plan, x, y, disparity_q8[x], sigma_q8[x], &point) ||
-            !is_within(&rows->depths, &point)) {
-            reason[x] = REASON_OUT_OF_RANGE;
+        const bool meets =
+            triangulate_match(rows->plan, x, y, disparity_q8[x], sigma_q8[x], &point);
+        if (!meets || !is_within(&rows->depths, &point)) {
+            const bool is_kept = !meets && rows->depths.keep_beyond && reason[x] == REASON_VALID;
+            reason[x] = is_kept ? REASON_BEYOND : REASON_OUT_OF_RANGE;
             continue;
         }
         if (result->points != NULL) {

@@ -19,6 +19,7 @@ size_t surface_need_bytes(int width_px, int height_px, size_t valid);
 /// Range of left z of the points that are kept, inclusive.
 struct surface_depths {
     int32_t near_um, far_um;
+    bool keep_beyond;  // matches whose rays do not meet keep their disparities
 };
 
 /// Converts a depth range to um, rounded outwards; near_mm and far_mm 0, or far_mm INFINITY: that
@@ -26,7 +27,8 @@ struct surface_depths {
 struct surface_depths surface_depths_of(double near_mm, double far_mm);
 
 /// Fills points and vertex_pixel of `result` (row by row, left to right) from its matches. A match
-/// whose rays do not meet, or meet outside `depths`, becomes REASON_OUT_OF_RANGE. `recompute`: only
+/// whose rays do not meet, or meet outside `depths`, becomes REASON_OUT_OF_RANGE, or, if those are
+/// kept, REASON_BEYOND. `recompute`: only
 /// counts the points. ERROR_MEMORY, ERROR_RANGE.
 int surface_triangulate(const struct parallel *parallel, struct arena *arena,
                         const struct surface_depths *depths, bool recompute,

@@ -105,6 +105,31 @@ class Reconstruct(pairs.Fixture):
         self.assertLessEqual(sum(stages), result["time_ms"]["total"])
         self.assertNotEqual(result["build_id"], "")
 
+    def test_disparities_of_0_and_less_are_kept_without_a_depth(self):
+        """The right image moved by 20 px: the wall is at -8 px, the box at 10."""
+        moved = numpy.zeros_like(self.right)
+        moved[:, 20:] = self.right[:, :-20]
+        right = self.save("moved.png", moved)
+        self.truth -= 20
+        done = self.reconstruct("--rectified", "--disparity", "-32:64", right=right)
+        self.assertIn("beyond infinity", done.stderr)
+        self.assert_near_truth(density=0.5)
+        found = self.disparity()
+        self.assertGreater((found < -7).mean(), 0.4)
+        pages = json.loads(pairs.run("info", self.out / "points.pcd", "--json").stdout)
+        self.assertEqual(pages[0]["points"], (numpy.isfinite(found) & (found > 0)).sum())
+        # All of it behind infinity: no surface, but maps.
+        self.reconstruct("--rectified", "--disparity", "-32:28", right=right)
+        self.assertEqual(sorted(set(HOST_FILES) - set(os.listdir(self.out))),
+                         ["depth.png", "mesh.glb", "mesh.ply", "points.pcd"])
+        self.assertGreater((self.disparity() < 0).mean(), 0.4)
+        # A calibration knows where infinity is.
+        done = pairs.run("reconstruct", self.left_path, right, "--calibration",
+                         self.calibration_text(), "--rectified", "--disparity", "-32:28", "--out",
+                         self.out)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("beyond infinity", done.stderr)
+
     def test_an_assumed_geometry_is_reported(self):
         done = self.reconstruct("--rectified", "--disparity", "0:48")
         self.assertIn("assumed", done.stderr)

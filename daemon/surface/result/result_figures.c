@@ -61,7 +61,8 @@ struct result_figures_box result_figures_bounds(const struct reconstruct_result 
 
 double result_figures_density_percent(const struct reconstruct_result *result) {
     const double pixels = (double)result->plan.width_px * result->plan.height_px;
-    return 100.0 * result->reason_count[REASON_VALID] / pixels;
+    return 100.0 * (result->reason_count[REASON_VALID] + result->reason_count[REASON_BEYOND]) /
+           pixels;
 }
 
 typedef uint32_t point_value(const struct triangulate_point *point);

@@ -106,7 +106,7 @@ int write_pfm(const struct reconstruct_context *context, const char *path,
         const int32_t *disparity_q8 = image_i32_row(&match->disparity_q8, y);
         const uint8_t *reason = image_u8_row(&match->reason, y);
         for (int x = 0; x < width; x++) {
-            output_file_put_f32(row + 4 * x, reason[x] == REASON_VALID
+            output_file_put_f32(row + 4 * x, reason_has_disparity(reason[x])
                                                  ? (float)disparity_q8[x] / 256.0f
                                                  : INFINITY);
         }

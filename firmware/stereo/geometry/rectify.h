@@ -42,6 +42,8 @@ struct rectify_options {
     int region_width_px, region_height_px;  // width 0: whole image
     int disparity_min;                      // with disparity_count > 0: overrides the disparities
     int disparity_count;                    // of the depth range
+    bool allow_beyond;  // disparities beyond infinity are kept, without a depth: of a pair whose
+                        // infinity is assumed to be at 0
 };
 
 /// Depth range if none is stated: around the vergence depth for a verged pair, else disparities up
@@ -53,7 +55,7 @@ struct rectify_plan {
     double baseline_mm;                  // > 0
     double R_rect_left[9];               // left camera frame -> rect frame
     double R_rect_right[9];              // right camera frame -> rect frame
-    double depth_near_mm, depth_far_mm;  // rect depths that the search covers; far may be INFINITY
+    double depth_near_mm, depth_far_mm;  // rect depths that the search covers; may be INFINITY
     int disparity_min, disparity_count;  // the disparities to search
     bool identity;                       // images are copied pixel by pixel
     bool depth_range_assumed;            // no depth range was stated

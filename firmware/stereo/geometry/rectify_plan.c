@@ -351,15 +351,15 @@ static int check_arguments(const struct calibration *calibration,
 }
 
 // The depths that the disparities of the plan cover.
-static int find_depths(struct rectify_plan *plan) {
+static int find_depths(const struct rectify_options *options, struct rectify_plan *plan) {
     const double offset_px = plan->cx_left_px - plan->cx_right_px;
     const double f_baseline = plan->f_px * plan->baseline_mm;
     const double nearest_px = plan->disparity_min + plan->disparity_count - 1 - offset_px;
     const double farthest_px = plan->disparity_min - offset_px;
-    if (!(nearest_px > 0)) {
+    if (!(nearest_px > 0) && !options->allow_beyond) {
         return ERROR_DISPARITY_RANGE;  // all of it is beyond infinity
     }
-    plan->depth_near_mm = f_baseline / nearest_px;
+    plan->depth_near_mm = nearest_px > 0 ? f_baseline / nearest_px : INFINITY;
     plan->depth_far_mm = farthest_px > 0 ? f_baseline / farthest_px : INFINITY;
     INVARIANT(plan->depth_near_mm > 0 && plan->depth_near_mm <= plan->depth_far_mm);
     return ERROR_OK;
@@ -385,7 +385,7 @@ int rectify_plan_make(const struct calibration *calibration, const struct rectif
         error = check_limits(calibration, options, &made);
     }
     if (error == ERROR_OK) {
-        error = find_depths(&made);
+        error = find_depths(options, &made);
     }
     if (error != ERROR_OK) {
         return error;

@@ -19,7 +19,8 @@ extern "C" {
     X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")                         \
     X(SPECKLE, 5, "speckle: a small island, isolated from its neighbourhood")            \
     X(OUT_OF_RANGE, 6, "out of range: no match within the depths searched or requested") \
-    X(FILLED, 7, "filled: not measured, continued from the surface around")
+    X(FILLED, 7, "filled: not measured, continued from the surface around")              \
+    X(BEYOND, 8, "beyond infinity: a disparity without a depth")
 
 enum reason {
 #define REASON_ENUM(name, number, text) REASON_##name = (number),
@@ -31,6 +32,11 @@ enum reason {
 /// Whether a pixel with this reason has a point of the surface.
 static inline bool reason_has_point(uint8_t reason) {
     return reason == REASON_VALID || reason == REASON_FILLED;
+}
+
+/// Whether a pixel with this reason has a measured disparity.
+static inline bool reason_has_disparity(uint8_t reason) {
+    return reason == REASON_VALID || reason == REASON_BEYOND;
 }
 
 /// Text of a reason; "unknown" for any other number. Static storage.

@@ -4,6 +4,7 @@ ones."""
 import json
 import os
 import pathlib
+import re
 import shutil
 import stat
 import subprocess
@@ -53,12 +54,13 @@ class Calibration(unittest.TestCase):
         for word in words:
             self.assertIn(str(word), done.stderr)
 
-    def write_opencv(self, unit=1.0):
+    def write_opencv(self, unit=1.0, rotation=None, shift=None):
         """The files of OpenCV's stereo_calib, written by OpenCV."""
         camera = numpy.array([[533.5, 0, 341.5], [0, 534.25, 234.5], [0, 0, 1]])
         distortion = numpy.array([[-0.28, 0.09, 0.001, -0.0002, 0]])
-        rotation, _ = cv2.Rodrigues(numpy.array([0.006, 0.0047, -0.0036]))
-        shift = numpy.array([[-99.5], [1.25], [0.0625]]) * unit
+        if rotation is None:
+            rotation, _ = cv2.Rodrigues(numpy.array([0.006, 0.0047, -0.0036]))
+            shift = numpy.array([[-99.5], [1.25], [0.0625]]) * unit
         for name, values in (("intrinsics", {"M1": camera, "D1": distortion, "M2": camera,
                                              "D2": distortion}),
                              ("extrinsics", {"R": rotation, "T": shift})):
@@ -124,6 +126,24 @@ projection_matrix: {{data: [500, 0, 325, {product}, 0, 500, 244, 0, 0, 0, 1, 0]}
         self.assertEqual(page["baseline_mm"], 120)
         done = self.info(rig, rig, "--json")
         self.assertEqual(len(json.loads(done.stdout)), 2, "the same file twice")
+
+    def test_the_assumed_search_can_be_pasted(self):
+        done = self.info(*self.write_ros("left.yaml", "right.yaml"))
+        advice = re.search(r"assumed; reconstruct takes (--near [\d.]+)\)", done.stdout)
+        self.assertTrue(advice, done.stdout)
+        done = subprocess.run([VERGENCE, "reconstruct", "no.png", "no.png", "--calibration", "no",
+                               "--out", self.here / "out", *advice[1].split()],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 3, done.stderr)  # no.png is missing, not an option
+
+    def test_a_camera_behind_the_other_is_named(self):
+        """Verged by 10 degrees; the right camera 300 mm in front of and behind the left one."""
+        turned, _ = cv2.Rodrigues(numpy.array([0, numpy.radians(10), 0]))
+        for ahead_mm, words in ((-300, "behind"), (300, "in front of")):
+            files = self.write_opencv(rotation=turned,
+                                      shift=-turned @ numpy.array([[60.0], [0], [ahead_mm]]))
+            done = self.info(files, "--size", "640x480")
+            self.assertIn(f"mm {words} the left one and only", done.stdout)
 
     def test_derived_figures(self):
         page = self.explain(self.write("calib.txt", MIDDLEBURY))

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/math.h"
 #include "daemon/session/calibration_match.h"
+#include "daemon/surface/length_check.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/rectify.h"
 #include "tools/host/formats/report_text.hpp"
@@ -108,15 +109,24 @@ void add_depth_steps(const calibration &value, const rectify_plan &plan, info_pa
     page->add("depth_per_pixel", "", "", list);
 }
 
+/// The options of reconstruct that search this range of depths, to change and paste.
+std::string range_options(const rectify_plan &plan) {
+    const auto whole = [](double mm) { return number(mm, 4); };
+    return "--near " + whole(plan.depth_near_mm) +
+           (std::isfinite(plan.depth_far_mm) ? " --far " + whole(plan.depth_far_mm) : "");
+}
+
 void add_plan(const calibration &value, info_page *page) {
     rectify_options options{};
     options.scale = 1;
     rectify_plan plan;
     const int code = rectify_plan_make(&value, &options, &plan);
     if (code != ERROR_OK) {
+        message why;
+        const bool in_line = code == ERROR_OVERLAP && length_check_in_line(&value, &why);
+        const char *const text = in_line ? why.text : error_text(code);
         page->add("rectified_pair", "rectified pair",
-                  std::string("cannot be made by default: ") + error_text(code),
-                  {{"error", error_text(code)}});
+                  std::string("cannot be made by default: ") + text, {{"error", text}});
         return;
     }
     add_depth_steps(value, plan, page);
@@ -134,13 +144,15 @@ void add_plan(const calibration &value, info_page *page) {
                {"depth_far_mm",
                 std::isfinite(plan.depth_far_mm) ? json(plan.depth_far_mm) : json(nullptr)},
                {"depth_range_assumed", plan.depth_range_assumed}});
-    page->add("", "  searched",
-              "disparities " + std::to_string(plan.disparity_min) + ".." + std::to_string(last) +
-                  " px, depths " + number(plan.depth_near_mm, 4) + ".." +
-                  (std::isfinite(plan.depth_far_mm) ? number(plan.depth_far_mm, 4) + " mm"
-                                                    : std::string("infinity")) +
-                  (plan.depth_range_assumed ? " (assumed: --depth says otherwise)" : ""),
-              nullptr);
+    page->add(
+        "", "  searched",
+        "disparities " + std::to_string(plan.disparity_min) + ".." + std::to_string(last) +
+            " px, depths " + number(plan.depth_near_mm, 4) + ".." +
+            (std::isfinite(plan.depth_far_mm) ? number(plan.depth_far_mm, 4) + " mm"
+                                              : std::string("infinity")) +
+            (plan.depth_range_assumed ? " (assumed; reconstruct takes " + range_options(plan) + ")"
+                                      : ""),
+        nullptr);
 }
 
 /// What it was made with, if its text states it.

@@ -6,7 +6,7 @@ const page = JSON.parse(element('page-data').textContent);
 
 const measured = {
   pixels: page.width * page.height,
-  disparity_q8: null,   // 256 (x_left - x_right), only where reason is 0
+  disparity_q8: null,   // 256 (x_left - x_right), where hasDisparity
   reason: null,
   confidence: null,
   sigmaDisparity: null, // 1/256 px
@@ -14,6 +14,10 @@ const measured = {
   truth_q8: null,       // as disparity_q8, NO_TRUTH where unknown; null without truth
 };
 const NO_TRUTH = 0x7fffff;
+
+// Whether a pixel has a disparity; a depth has only one whose reason is 0.
+const hasDisparity = (index) =>
+  measured.reason[index] === 0 || measured.reason[index] === page.reason_beyond;
 
 async function inflate(text) {
   const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));

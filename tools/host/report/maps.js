@@ -24,18 +24,22 @@ function readoutParts(index) {
   const x = marked.x * page.step, y = marked.y * page.step;
   const parts = [`<span><b>${x}, ${y}</b> px</span>`];
   const reason = measured.reason[index];
-  if (reason === 0) {
+  if (hasDisparity(index)) {
     const disparity = measured.disparity_q8[index] / 256;
     const sigma = measured.sigmaDisparity[index] / 256;
     parts.push(`<span>disparity <b>${disparity.toFixed(2)}</b>` +
                `${sigma > 0 ? ` ± ${sigma.toFixed(2)}` : ''} px</span>`);
-    const point = [0, 0, 0];
-    pointOf(index, point, 0);
-    const code = measured.sigmaLength[index];
-    const reach = code > 0 ? sigmaLengthOf(code) : 0;
-    parts.push(`<span>depth <b>${fixedLength(point[2], reach)}</b>` +
-               `${code > 0 ? ` ± ${Number(reach.toPrecision(2))}` : ''} ${page.unit}</span>`);
-    parts.push(`<span>X ${fixedLength(point[0], reach)} Y ${fixedLength(point[1], reach)}</span>`);
+    if (reason === 0) {
+      const point = [0, 0, 0];
+      pointOf(index, point, 0);
+      const code = measured.sigmaLength[index];
+      const reach = code > 0 ? sigmaLengthOf(code) : 0;
+      parts.push(`<span>depth <b>${fixedLength(point[2], reach)}</b>` +
+                 `${code > 0 ? ` ± ${Number(reach.toPrecision(2))}` : ''} ${page.unit}</span>`);
+      parts.push(`<span>X ${fixedLength(point[0], reach)} Y ${fixedLength(point[1], reach)}</span>`);
+    } else {
+      parts.push('<span>beyond infinity</span>');
+    }
     parts.push(`<span>confidence ${Math.round(measured.confidence[index] / 2.55)} %</span>`);
     if (measured.truth_q8 && measured.truth_q8[index] !== NO_TRUTH) {
       const error = disparity - measured.truth_q8[index] / 256;
@@ -56,7 +60,7 @@ function showMarked() {
   for (const frame of frames) {
     if (frame.dataset.side === 'left') placeHairs(frame, marked.x, marked.y);
     else {
-      const valid = measured.reason[index] === 0;
+      const valid = hasDisparity(index);
       const shift = valid ? measured.disparity_q8[index] / 256 / page.step : 0;
       placeHairs(frame, marked.x - shift, marked.y);
       frame.querySelector('.dot').hidden = !valid;
@@ -77,7 +81,7 @@ function leftOfRight(x, y) {
   let best = -1, least = 1.5;
   for (let c = 0; c < page.width; c++) {
     const index = y * page.width + c;
-    if (measured.reason[index] !== 0) continue;
+    if (!hasDisparity(index)) continue;
     const away = Math.abs(c - measured.disparity_q8[index] / 256 / page.step - x);
     if (away < least) { least = away; best = c; }
   }

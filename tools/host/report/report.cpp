@@ -60,6 +60,7 @@ std::string page_data(const reconstruct_context &context, const report_figures &
         {"unit", report_text_json(figures.unit)},
         {"has_surface",
          figures.has_surface && context.result->triangle_count > 0 ? "true" : "false"},
+        {"reason_beyond", std::to_string(REASON_BEYOND)},
         {"has_truth", figures.truth.disparity_px.empty() ? "false" : "true"},
         {"sigma_first", json_number(report_layers_sigma_first_mm)},
         {"sigma_ratio", json_number(report_layers_sigma_ratio)},

@@ -98,7 +98,7 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
         for (int x = 0; x < width; x++) {
             disparity_px[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                          static_cast<std::size_t>(x)] =
-                reason[x] == REASON_VALID ? static_cast<float>(row[x]) / 256.0F : INFINITY;
+                reason_has_disparity(reason[x]) ? static_cast<float>(row[x]) / 256.0F : INFINITY;
         }
     }
     evaluate_input input;
@@ -140,7 +140,7 @@ report_figures report_figures_collect(const reconstruct_context &context) {
     figures.unit = context.metric ? "mm" : "units";
     figures.pixels =
         static_cast<std::size_t>(result.left.width) * static_cast<std::size_t>(result.left.height);
-    figures.valid = result.reason_count[REASON_VALID];
+    figures.valid = result.reason_count[REASON_VALID] + result.reason_count[REASON_BEYOND];
     figures.border = result.reason_count[REASON_BORDER];
     const std::size_t shared = figures.pixels - figures.border;
     if (figures.pixels > 0) {

@@ -41,7 +41,7 @@ std::size_t page_pixels(const report_grid &grid) {
 }
 
 bool is_valid(const reconstruct_result &result, const sample &s) {
-    return image_u8_row(&result.match.reason, s.y)[s.x] == REASON_VALID;
+    return reason_has_disparity(image_u8_row(&result.match.reason, s.y)[s.x]);
 }
 
 std::int32_t disparity_q8(const reconstruct_result &result, const sample &s) {

@@ -71,7 +71,7 @@ void disparity_range(const reconstruct_result &result, double *low_px, double *h
     std::vector<std::int32_t> values;
     for (int y = 0; y < result.left.height; y++) {
         for (int x = 0; x < result.left.width; x++) {
-            if (image_u8_row(&result.match.reason, y)[x] == REASON_VALID) {
+            if (reason_has_disparity(image_u8_row(&result.match.reason, y)[x])) {
                 values.push_back(image_i32_row(&result.match.disparity_q8, y)[x]);
             }
         }
