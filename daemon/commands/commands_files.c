@@ -181,10 +181,7 @@ int files_write(const struct command_call *call, const char *name, const void *d
         return full;
     }
     const int root = daemon_of(call)->files_fd;
-    char part[FILES_NAME_MAX + 8];
-    snprintf(part, sizeof part, ".%s.part", name);
-    return atomic_file_write(root, part, name, 0640, data, bytes) ? 0
-                                                                  : files_refuse(call, name, errno);
+    return atomic_file_write(root, name, 0640, data, bytes) ? 0 : files_refuse(call, name, errno);
 }
 
 // ---- completions of arguments that name files
@@ -366,61 +363,6 @@ static int run_fetch(const struct command_call *call) {
     return error;
 }
 
-/// One removal, and its job for the disk writer.
-struct removal {
-    const struct command_call *call;
-    int error;
-};
-
-/// Removes a directory with its files. 0 or an errno; one in which directories are stays.
-static int remove_directory(int root, const char *name) {
-    DIR *stream = files_list_below(root, name);
-    if (stream == NULL) {
-        return errno;
-    }
-    for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {
-        unlinkat(dirfd(stream), entry->d_name, 0);  // fails for . and ..
-    }
-    closedir(stream);
-    return unlinkat(root, name, AT_REMOVEDIR) == 0 ? 0 : errno;
-}
-
-static void remove_named(void *cookie) {
-    struct removal *self = cookie;
-    const char *name = self->call->values[0].text;
-    const int root = daemon_of(self->call)->files_fd;
-    int number = unlinkat(root, name, 0) == 0 ? 0 : errno;
-    if (number == EISDIR) {
-        number = remove_directory(root, name);
-    }
-    self->error = number == 0 ? 0 : files_refuse(self->call, name, number);
-}
-
-static int run_remove(const struct command_call *call) {
-    struct daemon *daemon = daemon_of(call);
-    struct removal removal = {.call = call};
-    int error = files_need_directory(call);
-    error = error != 0 ? error : files_check_plain(call, call->values[0].text);
-    if (error != 0) {
-        return error;
-    }
-    if (daemon->session.recording && strcmp(daemon->session.name, call->values[0].text) == 0) {
-        return command_fail(call, ERROR_BUSY, "%s: is being recorded (\"record stop\" first)",
-                            call->values[0].text);
-    }
-    disk_writer_run(&daemon->disk_writer, remove_named, &removal);
-    return removal.error;
-}
-
-static const struct command_argument remove_arguments[] = {
-    {.name = "NAME",
-     .kind = COMMAND_TEXT,
-     .min = 1,
-     .max = FILES_NAME_MAX,
-     .help = "a file, a session or a surface in \"files\"",
-     .candidates = files_candidates_file},
-};
-
 static const struct command_argument files_arguments[] = {
     {.name = "DIRECTORY",
      .kind = COMMAND_TEXT,
@@ -475,13 +417,6 @@ static const struct command commands[] = {
      .argument_count = 3,
      .flags = COMMAND_NO_RIG,
      .run = run_fetch},
-    {.name = "remove",
-     .summary = "remove a file, a session or a surface",
-     .help = "What is removed cannot be recovered. The session being recorded is rejected.",
-     .arguments = remove_arguments,
-     .argument_count = 1,
-     .flags = COMMAND_UNRECORDED,
-     .run = run_remove},
 };
 
 const struct command *commands_files_table(size_t *count) {

@@ -19,6 +19,7 @@
 #include "daemon/commands/files.h"
 #include "daemon/commands/room_check.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/own_remove.h"
 
 /// Ending of the hidden files, by which abandoned ones are found.
 #define PART_END ".send"
@@ -69,8 +70,24 @@ static int take_arguments(struct receipt *self) {
     return 0;
 }
 
+/// Whether a name is of the form that prepare_part gives: .NAME.SIZE-CRC.part
+static bool is_part(const void *listing, const char *name) {
+    static const char digits[] = "0123456789ABCDEF";
+    (void)listing;
+    const char *dash = strrchr(name, '-');
+    const char *dot = dash;
+    while (dot != NULL && dot > name && *dot != '.') {
+        dot--;
+    }
+    return dot != NULL && name[0] == '.' && dot > name + 1 && dash > dot + 1 &&
+           strspn(dot + 1, digits) == (size_t)(dash - dot - 1) &&
+           strspn(dash + 1, digits) == FILES_CRC_DIGITS &&
+           strcmp(dash + 1 + FILES_CRC_DIGITS, PART_END) == 0;
+}
+
 /// Removes hidden files that were not written to for ABANDONED_AFTER_S.
 static void remove_abandoned(int root) {
+    const struct own_proof proof = {.kind = OWN_LISTED, .lists = is_part};
     DIR *directory = files_list_below(root, "");
     if (directory == NULL) {
         return;
@@ -78,12 +95,9 @@ static void remove_abandoned(int root) {
     for (const struct dirent *entry = readdir(directory); entry != NULL;
          entry = readdir(directory)) {
         struct stat about;
-        const size_t length = strlen(entry->d_name);
-        const bool part = entry->d_name[0] == '.' && length > strlen(PART_END) &&
-                          strcmp(entry->d_name + length - strlen(PART_END), PART_END) == 0;
-        if (part && fstatat(root, entry->d_name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+        if (fstatat(root, entry->d_name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
             time(NULL) - about.st_mtime > ABANDONED_AFTER_S) {
-            unlinkat(root, entry->d_name, 0);
+            own_remove(root, entry->d_name, &proof);
         }
     }
     closedir(directory);
@@ -124,6 +138,10 @@ static int is_there(struct receipt *self, bool *there) {
     return error;
 }
 
+static void remove_part(const struct receipt *self) {
+    own_remove(self->root, self->part, &(struct own_proof){.kind = OWN_OPEN, .fd = self->fd});
+}
+
 /// After the last byte: checks length and CRC-32, syncs the file and gives it its name.
 static int finish(struct receipt *self) {
     bool same = false;
@@ -132,7 +150,7 @@ static int finish(struct receipt *self) {
         return error;
     }
     if (!same) {
-        unlinkat(self->root, self->part, 0);
+        remove_part(self);
         return command_fail(self->call, ERROR_VERIFY,
                             "%s: CRC-32 differs from the announced one: send the file again",
                             self->name);
@@ -140,7 +158,7 @@ static int finish(struct receipt *self) {
     if (!atomic_file_rename(self->root, self->fd, self->part, self->name)) {
         // Cached data would pass the next check without being on the disk.
         const int number = errno;
-        unlinkat(self->root, self->part, 0);
+        remove_part(self);
         return files_refuse(self->call, self->name, number);
     }
     return answer(self, true);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/files/atomic_dir.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -9,66 +8,16 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/files/file_io.h"
+#include "daemon/files/own_listing.h"
+#include "daemon/files/own_remove.h"
 
-#define WORK_PREFIX ".vergence-"
-enum {
-    ABANDONED_AFTER_S = 60,
-    NAME_ROOM = 300,
-    WORK_NAMES = 1000,  // of one process at a time in one directory
-};
-
-/// Removes a directory of plain files; anything else in it stays, and the directory with it.
-static void remove_flat_directory(const char *path) {
-    DIR *stream = opendir(path);
-    if (stream == NULL) {
-        return;
-    }
-    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
-        if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0) {
-            unlinkat(dirfd(stream), entry->d_name, 0);
-        }
-    }
-    closedir(stream);
-    rmdir(path);
-}
-
-/// Whether the hidden directory's process is gone: it is not locked, and not so new that another
-/// process may be about to lock it.
-static bool is_abandoned(const char *path) {
-    struct stat status;
-    const int fd = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (fd < 0) {
-        return false;
-    }
-    const bool abandoned = fstat(fd, &status) == 0 &&
-                           time(NULL) - status.st_mtime > ABANDONED_AFTER_S &&
-                           flock(fd, LOCK_EX | LOCK_NB) == 0;
-    close(fd);
-    return abandoned;
-}
-
-static void remove_abandoned(const char *parent) {
-    DIR *stream = opendir(parent);
-    if (stream == NULL) {
-        return;
-    }
-    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
-        char path[ATOMIC_DIR_PATH_BYTES + NAME_ROOM];
-        if (strncmp(entry->d_name, WORK_PREFIX, strlen(WORK_PREFIX)) == 0) {
-            snprintf(path, sizeof path, "%s/%s", parent, entry->d_name);
-            if (is_abandoned(path)) {
-                remove_flat_directory(path);
-            }
-        }
-    }
-    closedir(stream);
-}
+#define NOT_OURS " exists and was not written by vergence (move it, or give another directory)"
+enum { NAME_ROOM = 300 };
 
 static void parent_of(const char *path, char parent[ATOMIC_DIR_PATH_BYTES]) {
     const char *slash = strrchr(path, '/');
@@ -83,10 +32,24 @@ static void parent_of(const char *path, char parent[ATOMIC_DIR_PATH_BYTES]) {
     }
 }
 
+/// Removes a directory of ours: one that is empty, or, under its temporary name, with its files.
+static bool remove_directory(const char *path, enum own_proof_kind kind) {
+    char parent[ATOMIC_DIR_PATH_BYTES];
+    parent_of(path, parent);
+    const char *slash = strrchr(path, '/');
+    const int fd = open(parent, O_PATH | O_DIRECTORY | O_CLOEXEC);
+    const bool removed = fd >= 0 && own_remove(fd, slash == NULL ? path : slash + 1,
+                                               &(struct own_proof){.kind = kind});
+    if (fd >= 0) {
+        close(fd);
+    }
+    return removed;
+}
+
 static void remove_parents(const struct atomic_dir *directory) {
     char path[ATOMIC_DIR_PATH_BYTES], parent[ATOMIC_DIR_PATH_BYTES];
     parent_of(directory->final_path, path);
-    for (int i = 0; i < directory->parents_created && rmdir(path) == 0; i++) {
+    for (int i = 0; i < directory->parents_created && remove_directory(path, OWN_EMPTY); i++) {
         parent_of(path, parent);
         strcpy(path, parent);
     }
@@ -109,33 +72,27 @@ static int create_parents(struct atomic_dir *directory) {
 }
 
 static int make_work_directory(struct atomic_dir *directory) {
-    char parent[ATOMIC_DIR_PATH_BYTES];
+    char parent[ATOMIC_DIR_PATH_BYTES], name[OWN_NAME_BYTES];
     if (directory->exists) {
         strcpy(parent, directory->final_path);
     } else {
         parent_of(directory->final_path, parent);
     }
-    remove_abandoned(parent);
-    char path[ATOMIC_DIR_PATH_BYTES + NAME_ROOM];
-    int made = -1;
-    // With mkdir: the kernel applies the umask, which cannot be read without changing it for all
-    // threads.
-    for (int i = 0; made != 0 && i < WORK_NAMES; i++) {
-        snprintf(path, sizeof path, "%s/" WORK_PREFIX "%ld-%d", parent, (long)getpid(), i);
-        made = mkdir(path, 0777);
-        if (made != 0 && errno != EEXIST) {
-            break;
-        }
-    }
-    if (made != 0) {
+    const int fd = open(parent, O_PATH | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) {
         return -1;
     }
-    INVARIANT(strlen(path) < ATOMIC_DIR_PATH_BYTES);
-    strcpy(directory->work_path, path);
-    directory->lock_fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (directory->lock_fd >= 0) {
-        flock(directory->lock_fd, LOCK_EX | LOCK_NB);
+    own_remove_abandoned(fd, false);
+    directory->lock_fd = own_make_directory(fd, name);
+    const int number = errno;
+    close(fd);
+    errno = number;
+    if (directory->lock_fd < 0) {
+        return -1;
     }
+    const int length = snprintf(directory->work_path, ATOMIC_DIR_PATH_BYTES, "%.*s/%s",
+                                ATOMIC_DIR_PATH_BYTES - NAME_ROOM, parent, name);
+    INVARIANT(length < ATOMIC_DIR_PATH_BYTES);
     return 0;
 }
 
@@ -153,16 +110,38 @@ bool atomic_dir_replaces(const char *path, const char *name, const char *input) 
             file.st_ino == replaced.st_ino);
 }
 
+/// Refuses files in an existing directory that the new ones would replace and that are not ours.
+static int check_names(const struct atomic_dir *directory, const char *const *names, int count,
+                       struct message *message) {
+    const int fd = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    struct own_listing listing;
+    int error = ERROR_OK;
+    if (fd < 0) {
+        return ERROR_OK;  // reported when the work begins
+    }
+    own_listing_read(fd, &listing);
+    const struct own_proof proof = own_listing_proof(&listing);
+    for (int i = 0; i < count && error == ERROR_OK; i++) {
+        if (!own_is_proven(fd, names[i], &proof) && errno == EPERM) {
+            error = message_set(message, ERROR_ARGUMENT, "%s/%s" NOT_OURS, directory->final_path,
+                                names[i]);
+        }
+    }
+    own_listing_free(&listing);
+    close(fd);
+    return error;
+}
+
 /// Checks what exists under the final name; reported before the work if it can never be a
 /// directory.
 static int look_at_final_path(struct atomic_dir *directory, const char *path,
-                              struct message *message) {
+                              const char *const *names, int count, struct message *message) {
     struct stat status;
     directory->exists = stat(directory->final_path, &status) == 0;
     const int error_number = errno;
     if (directory->exists) {
         return S_ISDIR(status.st_mode)
-                   ? ERROR_OK
+                   ? check_names(directory, names, count, message)
                    : message_set(message, ERROR_ARGUMENT,
                                  "%s exists and is not a directory (give another name)", path);
     }
@@ -177,7 +156,8 @@ static int look_at_final_path(struct atomic_dir *directory, const char *path,
     return ERROR_OK;
 }
 
-int atomic_dir_begin(struct atomic_dir *directory, const char *path, struct message *message) {
+int atomic_dir_begin(struct atomic_dir *directory, const char *path, const char *const *names,
+                     int count, struct message *message) {
     *directory = (struct atomic_dir){.lock_fd = -1};
     size_t length = strlen(path);
     while (length > 1 && path[length - 1] == '/') {
@@ -188,7 +168,7 @@ int atomic_dir_begin(struct atomic_dir *directory, const char *path, struct mess
                            length == 0 ? "empty" : "too long");
     }
     memcpy(directory->final_path, path, length);
-    const int error = look_at_final_path(directory, path, message);
+    const int error = look_at_final_path(directory, path, names, count, message);
     if (error != ERROR_OK) {
         return error;
     }
@@ -207,11 +187,6 @@ void atomic_dir_file_path(const struct atomic_dir *directory, const char *name, 
     INVARIANT(strchr(name, '/') == NULL && directory->work_path[0] != '\0');
     snprintf(path, ATOMIC_DIR_PATH_BYTES, "%.*s/%.*s", ATOMIC_DIR_PATH_BYTES - NAME_ROOM,
              directory->work_path, NAME_ROOM - 2, name);
-}
-
-static void final_file_path(const struct atomic_dir *directory, const char *name, char *path) {
-    snprintf(path, ATOMIC_DIR_PATH_BYTES, "%.*s/%.*s", ATOMIC_DIR_PATH_BYTES - NAME_ROOM,
-             directory->final_path, NAME_ROOM - 2, name);
 }
 
 /// Waits until the file or directory is on disk. False on failure.
@@ -246,58 +221,116 @@ static bool sync_files(const struct atomic_dir *directory, const char *const *na
     return sync_path(directory->work_path);
 }
 
-/// Renames one file into place, or removes its predecessor if there is no such file now.
-static bool move_file(const struct atomic_dir *directory, const char *name) {
-    char from[ATOMIC_DIR_PATH_BYTES], to[ATOMIC_DIR_PATH_BYTES];
-    atomic_dir_file_path(directory, name, from);
-    final_file_path(directory, name, to);
-    if (file_exists(from)) {
-        return rename(from, to) == 0;
-    }
-    return unlink(to) == 0 || errno == ENOENT;
+/// The files of a set on their way from the hidden directory `from` to `to`.
+struct replacing {
+    int from, to;
+    const char *const *names;
+    int count;
+    struct own_listing listing;  // of `to`
+    const char *failed;
+};
+
+static bool is_there(int directory, const char *name) {
+    struct stat status;
+    return fstatat(directory, name, &status, AT_SYMLINK_NOFOLLOW) == 0;
 }
 
-static bool replace_files(const struct atomic_dir *directory, const char *const *names, int count,
-                          const char *closing_name, const char **failed) {
-    char path[ATOMIC_DIR_PATH_BYTES];
-    struct stat status;
-    // Only files and links are replaced, not directories or devices: checked before anything is
-    // changed.
-    for (int i = 0; i < count; i++) {
-        final_file_path(directory, names[i], path);
-        if (lstat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) {
-            *failed = names[i];
-            errno = S_ISDIR(status.st_mode) ? EISDIR : EEXIST;
+/// Renames one file into place, or removes its predecessor if there is no such file now.
+static bool move_file(struct replacing *self, const char *name) {
+    const struct own_proof proof = own_listing_proof(&self->listing);
+    self->failed = name;
+    if (is_there(self->from, name)) {
+        return renameat(self->from, name, self->to, name) == 0;
+    }
+    return own_remove(self->to, name, &proof) || errno == ENOENT || errno == EPERM;
+}
+
+/// Lists the new files, before they are there: their predecessors must be ours.
+static bool list_new(struct replacing *self) {
+    for (int i = 0; i < self->count; i++) {
+        const struct own_proof proof = own_listing_proof(&self->listing);
+        self->failed = self->names[i];
+        if (is_there(self->from, self->names[i]) &&
+            !own_is_proven(self->to, self->names[i], &proof) && errno != ENOENT) {
+            errno = EEXIST;
             return false;
         }
     }
-    final_file_path(directory, closing_name, path);
-    *failed = closing_name;
-    if (unlink(path) != 0 && errno != ENOENT) {
+    for (int i = 0; i < self->count; i++) {
+        if (is_there(self->from, self->names[i]) &&
+            !own_listing_set(&self->listing, self->names[i], true)) {
+            errno = ENOMEM;
+            return false;
+        }
+    }
+    self->failed = OWN_LISTING_NAME;
+    return own_listing_write(self->to, &self->listing);
+}
+
+/// Drops the names of files that are gone; a failure only leaves them.
+static void drop_old(struct replacing *self) {
+    bool changed = false;
+    for (int i = 0; i < self->count; i++) {
+        if (own_listing_has(&self->listing, self->names[i]) &&
+            !is_there(self->to, self->names[i])) {
+            changed = own_listing_set(&self->listing, self->names[i], false);
+        }
+    }
+    if (changed) {
+        own_listing_write(self->to, &self->listing);
+    }
+}
+
+static bool replace_files(struct replacing *self, const char *closing_name) {
+    const struct own_proof proof = own_listing_proof(&self->listing);
+    if (!list_new(self)) {
         return false;
     }
-    for (int i = 0; i < count; i++) {
-        *failed = names[i];
-        if (strcmp(names[i], closing_name) != 0 && !move_file(directory, names[i])) {
+    self->failed = closing_name;
+    if (!own_remove(self->to, closing_name, &proof) && errno != ENOENT && errno != EPERM) {
+        return false;
+    }
+    for (int i = 0; i < self->count; i++) {
+        if (strcmp(self->names[i], closing_name) != 0 && !move_file(self, self->names[i])) {
             return false;
         }
     }
-    *failed = closing_name;
-    return move_file(directory, closing_name);
+    if (!move_file(self, closing_name)) {
+        return false;
+    }
+    drop_old(self);
+    return true;
 }
 
 /// Serialises two runs into one directory: the lock makes one whole set replace the other.
 static bool replace_alone(const struct atomic_dir *directory, const char *const *names, int count,
                           const char *closing_name, const char **failed) {
-    const int fd = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) {
+    struct replacing self = {
+        .from = directory->lock_fd, .names = names, .count = count, .failed = *failed};
+    self.to = open(directory->final_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (self.to < 0) {
         return false;
     }
-    flock(fd, LOCK_EX);
-    const bool good = replace_files(directory, names, count, closing_name, failed);
+    flock(self.to, LOCK_EX);
+    own_listing_read(self.to, &self.listing);
+    const bool good = replace_files(&self, closing_name);
     const int error_number = errno;
-    close(fd);
+    own_listing_free(&self.listing);
+    close(self.to);
+    *failed = self.failed;
     errno = error_number;
+    return good;
+}
+
+/// Lists the files of a new directory in it.
+static bool list_all(const struct atomic_dir *directory, const char *const *names, int count) {
+    struct own_listing listing = {.text = NULL};
+    bool good = true;
+    for (int i = 0; i < count && good; i++) {
+        good = !is_there(directory->lock_fd, names[i]) || own_listing_set(&listing, names[i], true);
+    }
+    good = good && own_listing_write(directory->lock_fd, &listing);
+    own_listing_free(&listing);
     return good;
 }
 
@@ -305,6 +338,9 @@ static bool replace_alone(const struct atomic_dir *directory, const char *const 
 static bool put_in_place(struct atomic_dir *directory, const char *const *names, int count,
                          const char *closing_name, const char **failed) {
     if (!directory->exists) {
+        if (!list_all(directory, names, count)) {
+            return false;
+        }
         if (rename(directory->work_path, directory->final_path) == 0) {
             return true;
         }
@@ -323,16 +359,20 @@ int atomic_dir_commit(struct atomic_dir *directory, const char *const *names, in
         const int error_number = errno;
         const bool whole = failed == directory->final_path;
         const int error = file_error_is_full(error_number) ? ERROR_FULL : ERROR_BUFFER;
-        message_set(message, error, "writing %s%s%s failed: %s", directory->final_path,
-                    whole ? "" : "/", whole ? "" : failed,
-                    error_number == EEXIST ? "exists and is not a file" : strerror(error_number));
+        const char *slash = whole ? "" : "/", *name = whole ? "" : failed;
+        if (error_number == EEXIST) {
+            message_set(message, error, "%s%s%s" NOT_OURS, directory->final_path, slash, name);
+        } else {
+            message_set(message, error, "writing %s%s%s failed: %s", directory->final_path, slash,
+                        name, strerror(error_number));
+        }
         atomic_dir_abort(directory);
         return error;
     }
     char parent[ATOMIC_DIR_PATH_BYTES];
     parent_of(directory->final_path, parent);
     if (directory->exists) {
-        remove_flat_directory(directory->work_path);
+        remove_directory(directory->work_path, OWN_TEMPORARY);
     }
     sync_path(directory->exists ? directory->final_path : parent);
     directory->work_path[0] = '\0';
@@ -353,7 +393,7 @@ void atomic_dir_abort(struct atomic_dir *directory) {
     if (directory->work_path[0] == '\0') {
         return;
     }
-    remove_flat_directory(directory->work_path);
+    remove_directory(directory->work_path, OWN_TEMPORARY);
     remove_parents(directory);
     directory->work_path[0] = '\0';
     close(directory->lock_fd);

@@ -4,7 +4,6 @@
 /// old contents or all of the new ones. atomic_dir does the same for a directory.
 ///
 /// Names are relative to the descriptor `directory` as in openat(2), which may be open as O_PATH.
-/// The temporary one lies in the same directory as the final one.
 #ifndef VERGENCE_DAEMON_FILES_ATOMIC_FILE_H
 #define VERGENCE_DAEMON_FILES_ATOMIC_FILE_H
 
@@ -12,25 +11,35 @@
 #include <stddef.h>
 #include <sys/types.h>
 
+#include "daemon/files/own_remove.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Opens the temporary file, empty, for writing. -1 with errno.
-int atomic_file_begin(int directory, const char *temporary, mode_t mode);
+struct atomic_file {
+    int fd;                          // for writing
+    int directory;                   // that contains the name
+    bool opened;                     // for this file
+    const char *name;                // without its directories
+    char temporary[OWN_NAME_BYTES];  // new, see own_remove.h
+};
 
-/// Ends it: gives the file its final name, and closes `fd`. `written`: nothing failed before; else
+/// Creates a temporary file beside `name`, which must stay valid. False with errno.
+bool atomic_file_begin(struct atomic_file *self, int directory, const char *name, mode_t mode);
+
+/// Ends it: gives the file its final name, and closes it. `written`: nothing failed before; else
 /// errno says why. False with errno; unless only the name could not be synced, the temporary file
 /// is removed and the final one is unchanged.
-bool atomic_file_end(int directory, int fd, const char *temporary, const char *name, bool written);
-
-/// The same for a file that was written to over some time: `fd` and, on failure, the temporary file
-/// stay.
-bool atomic_file_rename(int directory, int fd, const char *temporary, const char *name);
+bool atomic_file_end(struct atomic_file *self, bool written);
 
 /// All steps for contents in memory. False with errno, as above.
-bool atomic_file_write(int directory, const char *temporary, const char *name, mode_t mode,
-                       const void *data, size_t bytes);
+bool atomic_file_write(int directory, const char *name, mode_t mode, const void *data,
+                       size_t bytes);
+
+/// Syncs a file that was written over some time under another name, gives it its name and syncs
+/// that. `fd` and, on failure, the other name stay.
+bool atomic_file_rename(int directory, int fd, const char *temporary, const char *name);
 
 #ifdef __cplusplus
 }

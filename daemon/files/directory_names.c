@@ -26,6 +26,10 @@ static bool add_name(char ***names, size_t count, const char *name) {
     return (*names)[count] != NULL;
 }
 
+static bool is_dots(const char *name) {
+    return strcmp(name, ".") == 0 || strcmp(name, "..") == 0;
+}
+
 DIR *directory_stream(int fd) {
     DIR *stream = fd >= 0 ? fdopendir(fd) : NULL;
     if (stream == NULL && fd >= 0) {
@@ -46,8 +50,9 @@ int directory_names(int directory, char ***names) {
     const struct dirent *entry = NULL;
     *names = NULL;
     errno = 0;
-    while ((entry = readdir(list)) != NULL && add_name(names, count, entry->d_name)) {
-        count++;
+    while ((entry = readdir(list)) != NULL &&
+           (is_dots(entry->d_name) || add_name(names, count, entry->d_name))) {
+        count += !is_dots(entry->d_name);
         errno = 0;
     }
     const int number = errno;

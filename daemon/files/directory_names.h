@@ -13,8 +13,8 @@ extern "C" {
 /// `fd` is closed, or was not open (negative).
 DIR *directory_stream(int fd);
 
-/// Lists an open directory's names in order. Returns their number, or -1 with errno. The caller
-/// frees each of `*names` and the array.
+/// Lists an open directory's names in order, without `.` and `..`. Returns their number, or -1 with
+/// errno. The caller frees each of `*names` and the array.
 int directory_names(int directory, char ***names);
 
 #ifdef __cplusplus

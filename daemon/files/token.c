@@ -18,7 +18,6 @@
 
 #define SYSTEM_FOLDER "/var/lib/vergence"
 #define NAME "tcp_token"
-#define NEW_SUFFIX ".new"
 
 static const char digits[] = "0123456789abcdef";
 
@@ -121,16 +120,12 @@ static bool make_token(char token[TOKEN_BYTES]) {
 
 /// Creates the file under its name only once complete; it is never readable for others.
 static int make_file(const char *path, char token[TOKEN_BYTES], struct message *message) {
-    char beside[TOKEN_PATH_BYTES + sizeof NEW_SUFFIX];
     char text[TOKEN_BYTES + 1];
-    snprintf(beside, sizeof beside, "%s" NEW_SUFFIX, path);
-    unlink(beside);
     if (!make_token(token)) {
         return fail(path, message);
     }
     snprintf(text, sizeof text, "%s\n", token);
-    return atomic_file_write(AT_FDCWD, beside, path, 0600, text, TOKEN_BYTES) ? 0
-                                                                              : fail(path, message);
+    return atomic_file_write(AT_FDCWD, path, 0600, text, TOKEN_BYTES) ? 0 : fail(path, message);
 }
 
 int token_open(const char *path, char token[TOKEN_BYTES], struct message *message) {

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "daemon/files/own_remove.h"
 
 enum {
     BACKLOG = 16,
@@ -57,6 +58,10 @@ static bool is_no_socket(const char *path, struct message *message) {
     return true;
 }
 
+static void remove_socket(const char *path) {
+    own_remove(AT_FDCWD, path, &(struct own_proof){.kind = OWN_SOCKET});
+}
+
 int listener_unix(const char *path, int *listener, struct message *message) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= CONFIG_SOCKET_BYTES) {
@@ -76,7 +81,7 @@ int listener_unix(const char *path, int *listener, struct message *message) {
     if (is_no_socket(address.sun_path, message)) {
         return ERROR_ARGUMENT;
     }
-    unlink(address.sun_path);
+    remove_socket(address.sun_path);
     const int fd = socket(AF_UNIX, SOCKET_FLAGS, 0);
     // No other user may connect between bind and chmod.
     const mode_t mask = umask(0177);
@@ -85,7 +90,7 @@ int listener_unix(const char *path, int *listener, struct message *message) {
     if (bound != 0 || chmod(address.sun_path, 0660) != 0 || listen(fd, BACKLOG) != 0 ||
         rename(address.sun_path, path) != 0) {
         const int failed = message_set(message, ERROR_IO, "%s: %s", path, give_up(fd));
-        unlink(address.sun_path);
+        remove_socket(address.sun_path);
         return failed;
     }
     *listener = fd;

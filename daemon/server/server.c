@@ -2,6 +2,7 @@
 #include "daemon/server/server.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -16,6 +17,7 @@
 #include "core/invariant.h"
 #include "daemon/base/monotonic.h"
 #include "daemon/base/serial_device.h"
+#include "daemon/files/own_remove.h"
 #include "daemon/server/listener.h"
 #include "daemon/server/notify.h"
 
@@ -399,7 +401,7 @@ void server_close(struct server *self) {
         }
     }
     if (self->listeners[LISTENER_UNIX] >= 0) {
-        unlink(self->daemon->config.socket);
+        own_remove(AT_FDCWD, self->daemon->config.socket, &(struct own_proof){.kind = OWN_SOCKET});
     }
     if (self->signal_fd >= 0) {
         close(self->signal_fd);

@@ -16,6 +16,7 @@
 #include "daemon/base/memory.h"
 #include "daemon/base/raw_memory.h"
 #include "daemon/files/file_io.h"
+#include "daemon/files/own_remove.h"
 #include "daemon/session/trace.h"
 
 enum piece_kind { LINES, CHECKED_LINES, COMMAND, FRAME };
@@ -255,6 +256,11 @@ bool record_frame(struct record *self, const struct hal_camera_frame *frame, uin
 
 // ---- the recording
 
+static void remove_log(const struct record *self, const struct session_writer *writer) {
+    own_remove(writer->directory, SESSION_CALLS_NAME,
+               &(struct own_proof){.kind = OWN_OPEN, .fd = self->log});
+}
+
 /// Creates calls.log and syncs its name, but not its contents.
 static int open_log(struct record *self, const struct session_writer *writer,
                     struct message *message) {
@@ -266,9 +272,9 @@ static int open_log(struct record *self, const struct session_writer *writer,
     }
     const int number = errno;
     if (self->log >= 0) {
+        remove_log(self, writer);
         close(self->log);
         self->log = -1;
-        unlinkat(writer->directory, SESSION_CALLS_NAME, 0);
     }
     return message_set(message, file_error(number), "%s/%s: cannot be written: %s", writer->path,
                        SESSION_CALLS_NAME, strerror(number));
@@ -303,8 +309,8 @@ int record_start(struct record *self, struct session_writer *writer, struct mess
     const int error = record_flush(self, message);
     if (error != 0) {
         struct message again;
+        remove_log(self, writer);
         record_stop(self, &again);
-        unlinkat(writer->directory, SESSION_CALLS_NAME, 0);
     }
     return error;
 }

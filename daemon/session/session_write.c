@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -15,9 +16,10 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
+#include "daemon/files/own_remove.h"
+#include "daemon/session/session_files.h"
 #include "daemon/session/session_read.h"
 
-#define PART_NAME ".part"
 #define DIRECTORY_MODE 0750
 enum { SUM_BYTES = 4096 };
 
@@ -66,6 +68,20 @@ static int name_is_taken(const char *path, struct message *message) {
                        "%s: already contains a session (give another name)", path);
 }
 
+static bool is_empty(int parent, const char *path) {
+    char **names = NULL;
+    const int directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    const int count = directory < 0 ? 0 : directory_names(directory, &names);
+    for (int i = 0; i < count; i++) {
+        free(names[i]);
+    }
+    free(names);
+    if (directory >= 0) {
+        close(directory);
+    }
+    return count <= 0;
+}
+
 int session_writer_check(int parent, const char *path, struct message *message) {
     struct stat status;
     if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
@@ -75,10 +91,17 @@ int session_writer_check(int parent, const char *path, struct message *message) 
         return message_set(message, ERROR_ARGUMENT,
                            "%s: exists and is not a directory (give another name)", path);
     }
+    // Other things in it would look like a part of the session.
     char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
     snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
-    return fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0 ? name_is_taken(path, message)
-                                                                     : 0;
+    if (fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0) {
+        return name_is_taken(path, message);
+    }
+    return is_empty(parent, path) ? 0
+                                  : message_set(message, ERROR_ARGUMENT,
+                                                "%s: exists and contains other things (give "
+                                                "another name)",
+                                                path);
 }
 
 static int begin_directory(struct session_writer *self, int parent, struct message *message) {
@@ -100,7 +123,7 @@ static int begin_directory(struct session_writer *self, int parent, struct messa
             self->directory = -1;
         }
         if (self->made) {
-            unlinkat(parent, self->path, AT_REMOVEDIR);
+            own_remove(parent, self->path, &(struct own_proof){.kind = OWN_EMPTY});
         }
         return reason == EEXIST
                    ? name_is_taken(self->path, message)
@@ -205,16 +228,10 @@ int session_writer_resume(struct session_writer *self, int parent, const char *p
 
 // ---- files named by their contents
 
-static int begin_part(const struct session_writer *self) {
-    return atomic_file_begin(self->directory, PART_NAME, SESSION_FILE_MODE);
-}
-
 /// Gives the temporary file its name once it is on disk. `written`: no error so far.
-static int finish_part(struct session_writer *self, int part, bool written, const char *name,
-                       struct message *message) {
-    return atomic_file_end(self->directory, part, PART_NAME, name, written)
-               ? 0
-               : fail(self, name, message);
+static int finish_part(struct session_writer *self, struct atomic_file *part, bool written,
+                       const char *name, struct message *message) {
+    return atomic_file_end(part, written) ? 0 : fail(self, name, message);
 }
 
 static bool is_there(const struct session_writer *self, const char *name) {
@@ -229,12 +246,12 @@ int session_writer_calibration(struct session_writer *self, const char *text, si
     self->event.crc32 = crc_update(0, text, length);
     session_calibration_name(self->event.crc32, name);
     if (!is_there(self, name)) {
-        const int part = begin_part(self);
-        if (part < 0) {
+        struct atomic_file part;
+        if (!atomic_file_begin(&part, self->directory, name, SESSION_FILE_MODE)) {
             return fail(self, name, message);
         }
-        const bool written = write_all(part, text, length);
-        const int code = finish_part(self, part, written, name, message);
+        const bool written = write_all(part.fd, text, length);
+        const int code = finish_part(self, &part, written, name, message);
         if (code != 0) {
             return code;
         }
@@ -313,14 +330,14 @@ int session_writer_frame(struct session_writer *self, const struct raw_image *im
             return fail(self, name, message);
         }
         self->room_bytes -= self->room_bytes != UINT64_MAX ? bytes : 0;
-        const int part = begin_part(self);
-        if (part < 0) {
+        struct atomic_file part;
+        if (!atomic_file_begin(&part, self->directory, name, SESSION_FILE_MODE)) {
             return fail(self, name, message);
         }
         struct frame_sink file = {
-            .buffer = self->buffer, .capacity = sizeof self->buffer, .part = part};
+            .buffer = self->buffer, .capacity = sizeof self->buffer, .part = part.fd};
         pour_frame(image, &file);
-        const int code = finish_part(self, part, !file.failed, name, message);
+        const int code = finish_part(self, &part, !file.failed, name, message);
         if (code != 0) {
             return code;
         }
@@ -403,34 +420,20 @@ void session_writer_leave(struct session_writer *self) {
     }
 }
 
-/// For a directory that was created for the session; files with other names stay.
-static void remove_files(const struct session_writer *self) {
-    INVARIANT(self->made && self->directory >= 0);
-    static const char *const own[] = {"frame-", "calibration-", PART_NAME};
-    DIR *stream =
-        directory_stream(openat(self->directory, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (stream == NULL) {
-        return;
-    }
-    for (const struct dirent *entry = readdir(stream); entry != NULL; entry = readdir(stream)) {
-        for (size_t i = 0; i < sizeof own / sizeof own[0]; i++) {
-            if (strncmp(entry->d_name, own[i], strlen(own[i])) == 0) {
-                unlinkat(self->directory, entry->d_name, 0);
-            }
-        }
-    }
-    closedir(stream);
-}
-
 void session_writer_discard(struct session_writer *self, int parent) {
     if (self->index < 0) {
         return;
     }
-    // First, as without an index the rest is not a session if something fails.
-    unlinkat(self->directory, SESSION_INDEX_NAME, 0);
+    struct session_files files;
+    // Of a directory that existed only the index is known to be this session's.
+    if (self->made && session_files_read(&files, self->directory)) {
+        session_files_remove(&files);
+        session_files_free(&files);
+    }
+    own_remove(self->directory, SESSION_INDEX_NAME,
+               &(struct own_proof){.kind = OWN_OPEN, .fd = self->index});
     if (self->made) {
-        remove_files(self);
-        unlinkat(parent, self->path, AT_REMOVEDIR);
+        own_remove(parent, self->path, &(struct own_proof){.kind = OWN_EMPTY});
     }
     session_writer_leave(self);
 }

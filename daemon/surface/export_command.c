@@ -143,7 +143,8 @@ static int make_names(struct run *self) {
     return ERROR_OK;
 }
 
-/// Checks that a file of this name may be written: it does not exist, or an export wrote it.
+/// Checks that a file of this name may be written: it does not exist, or has an export's picture
+/// (own_listing.h names it, but its contents may have been replaced).
 static int check_name(struct run *self, const char *name) {
     char path[ATOMIC_DIR_PATH_BYTES];
     struct stat about;
@@ -268,7 +269,8 @@ static int export_session(struct run *self) {
         return error;
     }
     self->failed_here = true;
-    error = atomic_dir_begin(&self->out, self->arguments.out, &self->message);
+    error = atomic_dir_begin(&self->out, self->arguments.out, self->files,
+                             (int)self->count * RIG_SIDES, &self->message);
     if (error != ERROR_OK) {
         return error;
     }

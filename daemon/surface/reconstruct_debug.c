@@ -19,7 +19,8 @@ int reconstruct_debug_begin(struct reconstruct_debug *debug,
                            "--debug-row: no row %d (the rectified left image has 0 to %d)", row,
                            plan->height_px - 1);
     }
-    const int error = atomic_dir_begin(&debug->directory, request->debug_path, message);
+    const int error = atomic_dir_begin(&debug->directory, request->debug_path, maker->file_names,
+                                       maker->file_count, message);
     if (error != ERROR_OK) {
         // Failing to write is a failure, not bad input.
         return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;

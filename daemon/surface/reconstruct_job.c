@@ -417,15 +417,23 @@ static int write_results(struct reconstruct_job *job) {
     return ERROR_OK;
 }
 
-static int commit_results(struct reconstruct_job *job) {
+/// Names of the results, of all or of those that are wanted. Returns their number.
+static int list_names(const struct reconstruct_job *job, bool all, const char **names) {
     const struct reconstruct_outputs *outputs = job->outputs;
-    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    int count = 0;
     INVARIANT(outputs->writer_count >= 1 && outputs->writer_count <= RECONSTRUCT_JOB_WRITERS_MAX);
     for (int i = 0; i < outputs->writer_count; i++) {
-        names[i] = outputs->writers[i].file_name;
+        if (all || is_wanted(job, outputs->writers[i].file_name)) {
+            names[count++] = outputs->writers[i].file_name;
+        }
     }
-    return atomic_dir_commit(&job->directory, names, outputs->writer_count,
-                             names[outputs->writer_count - 1], &job->message);
+    return count;
+}
+
+static int commit_results(struct reconstruct_job *job) {
+    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    const int count = list_names(job, true, names);
+    return atomic_dir_commit(&job->directory, names, count, names[count - 1], &job->message);
 }
 
 /// Images are also written if no surface was found, as they may show why. If they cannot be
@@ -439,38 +447,34 @@ static int draw(struct reconstruct_job *job, int error) {
     return debug_error != ERROR_OK ? debug_error : error;
 }
 
+static int begin_directory(struct reconstruct_job *job) {
+    const char *names[RECONSTRUCT_JOB_WRITERS_MAX];
+    const int count = list_names(job, false, names);
+    const int error =
+        atomic_dir_begin(&job->directory, job->request->out_path, names, count, &job->message);
+    // Failing to write is a failure, not bad input.
+    return error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
+}
+
 static int run(struct reconstruct_job *job) {
     int error = prepare(job);
-    if (error == ERROR_OK) {
-        error = atomic_dir_begin(&job->directory, job->request->out_path, &job->message);
-        // Failing to write is a failure, not bad input.
-        error = error == ERROR_ARGUMENT ? ERROR_BUFFER : error;
-    }
+    error = error == ERROR_OK ? begin_directory(job) : error;
     if (error == ERROR_OK) {
         error = reconstruct_debug_begin(&job->debug, job->outputs->debug_maker, job->request,
                                         &job->result.plan, &job->options, &job->message);
     }
-    if (error == ERROR_OK) {
-        error = allocate(job);
-    }
-    if (error == ERROR_OK) {
-        error = compute(job);
-    }
+    error = error == ERROR_OK ? allocate(job) : error;
+    error = error == ERROR_OK ? compute(job) : error;
     if (error == ERROR_OK) {
         find_common_sigma(job);
         record_doubts(job);
         error = simplify(job);
     }
-    if (error == ERROR_OK) {
-        error = write_results(job);
-    }
+    error = error == ERROR_OK ? write_results(job) : error;
     if (error == ERROR_OK || error == ERROR_NO_SURFACE) {
         error = draw(job, error);
     }
-    if (error == ERROR_OK) {
-        error = commit_results(job);
-    }
-    return error;
+    return error == ERROR_OK ? commit_results(job) : error;
 }
 
 int reconstruct_job_run(struct reconstruct_job *job) {

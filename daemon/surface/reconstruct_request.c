@@ -76,8 +76,9 @@ const struct command_argument reconstruct_arguments[] = {
              "lists (OpenCV, ROS, Kalibr, mrcal, Middlebury, KITTI). Required unless --rectified is given "
              "or the session contains one."},
     {.name = "out", .kind = COMMAND_TEXT, .offset = FIELD(out_path), .value_name = "DIR",
-     .help = "Directory for the results; created if missing. Results of an earlier run in it are "
-             "replaced. Required."},
+     .help = "Directory for the results; created if missing. Results of an earlier run in it, which "
+             "its hidden list .vergence-files names, are replaced; a file of another origin with a "
+             "result's name is refused. Required."},
     {.name = "threads", .kind = COMMAND_INTEGER, .offset = FIELD(threads), .value_name = "N",
      .min = 1, .max = WORKERS_MAX_THREADS,
      .help = "Number of threads; the result does not depend on it. Default: all processors."},

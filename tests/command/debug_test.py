@@ -14,6 +14,7 @@ import numpy
 
 import pairs
 from pairs import BOARD, HEIGHT, RECTIFIED, VERGENCE, WIDTH
+from results import result_names
 
 COMMON = {"01_left.png", "02_right.png", "17_margin.png", "19_reasons.png", "20_disparity.png",
           "debug.html"}
@@ -50,9 +51,9 @@ class Debug(pairs.Fixture):
     def run_both(self, *arguments):
         """Results without --debug and with it; all files without times must be equal."""
         self.reconstruct(*arguments)
-        without = {n: (self.out / n).read_bytes() for n in os.listdir(self.out)}
+        without = {n: (self.out / n).read_bytes() for n in result_names(self.out)}
         self.reconstruct(*arguments, "--debug", self.pictures)
-        self.assertEqual(set(without), set(os.listdir(self.out)))
+        self.assertEqual(set(without), set(result_names(self.out)))
         for name, content in without.items():
             if name not in ("result.json", "report.html"):
                 self.assertEqual(content, (self.out / name).read_bytes(), name)
@@ -127,7 +128,7 @@ class Debug(pairs.Fixture):
 
     def check(self, preset, inner, level_height=HEIGHT, *arguments):
         self.run_both(*(arguments or RECTIFIED), "--preset", preset)
-        names = set(os.listdir(self.pictures))
+        names = set(result_names(self.pictures))
         surfaces = {n for n in names if "surface" in n}
         self.assertEqual(names - surfaces, COMMON | inner)
         self.assertEqual(bool(surfaces), WINDOWS <= inner)
@@ -176,7 +177,7 @@ class Debug(pairs.Fixture):
         kept = None
         for threads in (1, 2, 3):
             self.reconstruct(*RECTIFIED, "--threads", threads, "--debug", self.pictures)
-            files = {n: (self.pictures / n).read_bytes() for n in os.listdir(self.pictures)}
+            files = {n: (self.pictures / n).read_bytes() for n in result_names(self.pictures)}
             kept = kept or files
             self.assertEqual(files, kept)
 
@@ -199,10 +200,10 @@ class Debug(pairs.Fixture):
     def test_into_the_directory_of_results(self):
         for _ in range(2):
             self.reconstruct(*RECTIFIED, "--debug", self.out)
-            self.assertLess(COMMON | INNER | {"result.json"}, set(os.listdir(self.out)))
+            self.assertLess(COMMON | INNER | {"result.json"}, set(result_names(self.out)))
         # Pictures of an earlier run that this one does not draw are removed.
         self.reconstruct(*RECTIFIED, "--debug", self.out, "--preset", "paper")
-        self.assertFalse((INNER | WINDOWS) & set(os.listdir(self.out)))
+        self.assertFalse((INNER | WINDOWS) & set(result_names(self.out)))
         self.reconstruct(*RECTIFIED, "--debug", self.out / "below")
         self.assertIn("debug.html", os.listdir(self.out / "below"))
 
@@ -213,7 +214,7 @@ class Debug(pairs.Fixture):
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1)
         self.assertFalse(self.out.exists())
-        self.assertLess(COMMON | INNER, set(os.listdir(self.pictures)))
+        self.assertLess(COMMON | INNER, set(result_names(self.pictures)))
 
 
 class Refused(pairs.Fixture):

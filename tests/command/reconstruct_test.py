@@ -11,6 +11,7 @@ import numpy
 
 import pairs
 from pairs import BOARD, BASELINE_MM, FAR_PX, FOCAL_PX, NEAR_PX, RECTIFIED
+from results import result_names
 
 HOST_FILES = ["depth.png", "disparity.pfm", "disparity.png", "left_rectified.png", "mesh.glb",
               "mesh.ply", "points.pcd", "reasons.png", "report.html", "result.json",
@@ -21,7 +22,7 @@ BOARD_FILES = ["disparity.pfm", "mesh.ply", "points.pcd", "reasons.pgm", "result
 class Reconstruct(pairs.Fixture):
     def test_writes_all_files_and_finds_the_surface(self):
         done = self.reconstruct()
-        self.assertEqual(sorted(os.listdir(self.out)), HOST_FILES)
+        self.assertEqual(result_names(self.out), HOST_FILES)
         self.assertIn("surface", done.stdout)
         self.assertIn(str(self.out), done.stdout)
         self.assert_near_truth()
@@ -32,7 +33,7 @@ class Reconstruct(pairs.Fixture):
         grey_right = self.save("right.pgm", pairs.grey(self.right))
         arguments = ["--calibration", rig]
         self.reconstruct(*arguments, program=BOARD, left=grey_left, right=grey_right)
-        self.assertEqual(sorted(os.listdir(self.out)), BOARD_FILES)
+        self.assertEqual(result_names(self.out), BOARD_FILES)
         board = {name: (self.out / name).read_bytes() for name in BOARD_FILES[:3]}
         reasons = cv2.imread(str(self.out / "reasons.pgm"), cv2.IMREAD_UNCHANGED)
         self.reconstruct(*arguments, left=grey_left, right=grey_right)
@@ -207,7 +208,7 @@ class Reconstruct(pairs.Fixture):
         self.reconstruct("--rectified", "--disparity", "0:48")
         expected = sorted(HOST_FILES + ["mine.txt"])
         expected.remove("depth.png")  # of the earlier run; this one has no millimetres
-        self.assertEqual(sorted(os.listdir(self.out)), expected)
+        self.assertEqual(result_names(self.out), expected)
 
     def test_region_cuts_a_window(self):
         self.reconstruct(*RECTIFIED, "--region", "80,40,100,90")

@@ -12,6 +12,7 @@ import numpy
 
 from pairs import BOARD, VERGENCE, Fixture, make_pair, run
 from recorded import Session
+from results import result_names
 
 RECORDED = pathlib.Path(os.environ["VERGENCE_SESSIONS"])
 SIDES = ("left", "right")
@@ -67,7 +68,7 @@ class Export(Fixture):
         reported = self.exported(session.path, "--png")
         self.assertEqual(reported, "".join(f"written: {self.out}/{name}\n"
                                        for name in names("views", 1, 2, 3)))
-        self.assertEqual(sorted(os.listdir(self.out)), sorted(names("views", 1, 2, 3)))
+        self.assertEqual(result_names(self.out), sorted(names("views", 1, 2, 3)))
         for number, images in enumerate(made):
             for name, image in zip(names("views", number + 1), images):
                 self.assertTrue(numpy.array_equal(self.shown(name), image), name)
@@ -96,7 +97,7 @@ class Export(Fixture):
     def test_one_pair(self):
         session, made = self.make_session()
         self.exported(session.path, "--pair", 2)  # the index has no end
-        self.assertEqual(sorted(os.listdir(self.out)), names("views", 2))
+        self.assertEqual(result_names(self.out), names("views", 2))
         self.assertTrue(numpy.array_equal(self.shown(names("views", 2)[1]), made[1][1]))
         self.refused("pair 4", session.path, "--pair", 4)
 
@@ -106,7 +107,7 @@ class Export(Fixture):
         shutil.rmtree(self.out)
         self.exported(RECORDED / "mug_3x", program=BOARD)
         self.assertEqual(files, {name: (self.out / name).read_bytes()
-                                 for name in os.listdir(self.out)})
+                                 for name in result_names(self.out)})
         self.assertIn(b"tEXtComment\0mug_3x pair 1: skew ", files["mug_3x-pair1-left.png"])
         self.assertIn(b"right: sequence ", files["mug_3x-pair1-right.png"])
 
@@ -115,7 +116,7 @@ class Export(Fixture):
         shutil.copytree(RECORDED / "mug_3x", strange)
         done = run("export", ".", "--out", self.out, "--quiet", cwd=strange)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
-        self.assertEqual(sorted(os.fsencode(name) for name in os.listdir(self.out)),
+        self.assertEqual(sorted(os.fsencode(name) for name in result_names(self.out)),
                          [b"two?wo\xc2\x80rds-pair1-%s.png" % side for side in (b"left", b"right")])
         here = run("export", strange, cwd=self.directory)
         self.assertEqual(here.returncode, 0, here.stderr)

@@ -18,6 +18,7 @@ import numpy
 
 import pairs
 from pairs import VERGENCE
+from results import result_names
 
 
 class Signals(pairs.Fixture):
@@ -78,7 +79,7 @@ class Signals(pairs.Fixture):
 
     def test_kill_leaves_all_or_nothing(self):
         whole = self.measure()
-        reference = set(os.listdir(self.out))
+        reference = set(result_names(self.out))
         self.assertIn("result.json", reference)
         subprocess.run(["rm", "-r", str(self.out)], check=True)
         killed = 0
@@ -90,14 +91,14 @@ class Signals(pairs.Fixture):
             process.kill()
             killed += process.wait() == -signal.SIGKILL
             if self.out.exists():
-                self.assertEqual(set(os.listdir(self.out)), reference)
+                self.assertEqual(set(result_names(self.out)), reference)
                 json.loads((self.out / "result.json").read_text())
                 subprocess.run(["rm", "-r", str(self.out)], check=True)
         self.assertGreater(killed, 1)
 
     def test_kill_while_replacing_never_shows_half_a_file(self):
         whole = self.measure()
-        sizes = {n: (self.out / n).stat().st_size for n in os.listdir(self.out)}
+        sizes = {n: (self.out / n).stat().st_size for n in result_names(self.out)}
         for _ in range(5):
             process = subprocess.Popen(self.command, stdout=subprocess.DEVNULL,
                                        stderr=subprocess.DEVNULL)

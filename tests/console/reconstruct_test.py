@@ -19,6 +19,7 @@ import numpy
 
 from daemon_process import TIMEOUT_S, VERGENCE, DaemonTest, small_stack
 from fake_devices import preloaded
+from results import result_names
 
 SESSION = os.path.join(os.environ["VERGENCE_SESSIONS"], "cylinder_1x")
 FILES = {"mesh.ply", "points.pcd", "disparity.pfm", "reasons.pgm", "result.json"}
@@ -156,7 +157,7 @@ class Reconstruct(Surfaces):
         self.assertLess(figures["rows_apart"], 0.2)
         self.assertTrue(1600 < figures["depth_near"] < figures["depth_median"] <
                         figures["depth_far"] < 2400, figures)
-        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-c-1"))), FILES)
+        self.assertEqual(set(result_names(os.path.join(self.files, "surface-c-1"))), FILES)
         pair = next(line for line in lines_of(folder) if line.startswith("pair "))
         frames = [os.path.join(folder, f"frame-{crc}.pnm")
                   for crc in re.findall(r"_frame=(\w+)", pair)]
@@ -177,7 +178,7 @@ class Reconstruct(Surfaces):
             [os.environ["VERGENCE"], "reconstruct", *frames, "--calibration", calibration,
              "--bayer", "grbg", "--bits", "10", "--near", "1600", "--far", "2300", "--out", host,
              "--files", "mesh.ply,points.pcd,disparity.pfm", "--quiet"], timeout=TIMEOUT_S, check=True)
-        for name in os.listdir(host):
+        for name in result_names(host):
             self.assertEqual(self.bytes_of(name, host), self.bytes_of(name, out), name)
         reported = json.loads(done.stdout)
         self.assertEqual(figures["points"], reported["counts"]["vertices"])
@@ -222,7 +223,7 @@ class Reconstruct(Surfaces):
         self.asked("reconstruct w pair=1 near=1600 far=2300")
         whole = self.bytes_of("surface-w-1/reasons.pgm")
         self.asked("reconstruct w pair=1 near=1600 far=2300 files=reasons.pgm,disparity.pfm")
-        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-w-1"))),
+        self.assertEqual(set(result_names(os.path.join(self.files, "surface-w-1"))),
                          {"reasons.pgm", "disparity.pfm"})
         self.assertEqual(self.bytes_of("surface-w-1/reasons.pgm"), whole)
         self.asked("reconstruct w pair=1 near=1600 far=2300 files=reasons.pgm preset=board")

@@ -212,7 +212,8 @@ def main():
             folder = pathlib.Path(holder)
             render(view, options, folder)
             write_view(view, options, folder, folder / "pair")
-            shutil.rmtree(part / view.name, ignore_errors=True)
+            if (part / view.name / "meta.json").exists():  # of another recipe
+                shutil.rmtree(part / view.name)
             os.rename(folder / "pair", part / view.name)
 
 

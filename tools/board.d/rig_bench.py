@@ -15,6 +15,7 @@ the reason on standard error; 2 for wrong usage.
 """
 import json
 import os
+import pathlib
 import select
 import signal
 import socket
@@ -437,8 +438,9 @@ def main(words):
         signal.signal(number, lambda *_: sys.exit(0))
     try:
         for name in SOCKETS:
-            if os.path.exists(os.path.join(folder, name)):
-                os.unlink(os.path.join(folder, name))
+            path = pathlib.Path(folder, name)
+            if path.is_socket():
+                path.unlink()
         bench = Bench(folder, rig_client.Rig(where))
         print("ready", flush=True)
         bench.run()

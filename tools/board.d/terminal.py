@@ -185,11 +185,16 @@ def attend_script(line, lines):
     return 1 if typist.failed else 0
 
 
+def is_our_link(path):
+    """Whether it is what `serve` makes: a link to a pseudo terminal."""
+    return path.is_symlink() and os.readlink(path).startswith("/dev/pts/")
+
+
 def serve(line, path, say):
     """Offers the line as a pseudo terminal, until the board is off or the user ends it."""
     master, slave = pty.openpty()
     tty.setraw(slave)  # it stays open, so that a client may come and leave
-    if path.is_symlink():
+    if is_our_link(path):
         path.unlink()
     try:
         path.symlink_to(os.ttyname(slave))
@@ -210,4 +215,5 @@ def serve(line, path, say):
                 if select.select([], [master], [], 0)[1]:
                     os.write(master, data)
     finally:
-        path.unlink(missing_ok=True)
+        if is_our_link(path):
+            path.unlink()

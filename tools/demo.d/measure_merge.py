@@ -14,12 +14,11 @@ the parts of the level with less than 4 % of the range in the one exposure.
   within 1 px    share that has one within 1 px of the true one
   error          median of the disparities' errors
 
-OUT receives the sessions, the truth and the results. WINDOW is the side of the frames, 512 px; a minute or
+OUT, a new folder, receives the sessions, the truth and the results. WINDOW is the side of the frames, 512 px; a minute or
 more of one processor for each million pixels.
 """
 import json
 import pathlib
-import shutil
 import sys
 
 import cv2
@@ -131,9 +130,8 @@ def main():
         sys.exit(__doc__.strip())
     vergence, vergenced, out = [pathlib.Path(word).resolve() for word in sys.argv[1:4]]
     run_info.vergence = vergence
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir(parents=True)
     try:
+        out.mkdir(parents=True)
         replies = take_pairs(vergence, vergenced, out, sys.argv[4] if len(sys.argv) > 4 else 512)
         ratios, rows = textures(out, replies), measure(vergence, out)
     except (Failed, OSError) as error:

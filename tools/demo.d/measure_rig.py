@@ -117,7 +117,6 @@ def measure(vergence, out, name, work):
     scene, _, scale = PAIRS[name]
     truth, session = work / name, work / "files" / name
     run([vergence, "info", truth, "--convert", truth / "true.calibration"])
-    shutil.rmtree(out, ignore_errors=True)
     print(f"   {name}: reconstructing", flush=True)
     run([vergence, "reconstruct", session, "--calibration", truth / "true.calibration", "--near",
          NEAR_MM, "--far", FAR_MM, "--scale", scale, "--out", out, "--quiet"])

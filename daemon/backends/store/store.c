@@ -17,12 +17,10 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/directory_names.h"
 #include "daemon/files/file_io.h"
+#include "daemon/files/own_remove.h"
 
-// Records begin with a letter, so no record's file has such a name.
-#define TEMPORARY_PREFIX ".new-"
 enum {
     HEADER_BYTES = 58,
-    TEMPORARY_BYTES = sizeof TEMPORARY_PREFIX + HAL_STORE_NAME_MAX,
     RECORD_MAX = 999999999,  // limited by the header's digits
 };
 
@@ -42,11 +40,6 @@ static bool is_name(const char *name) {
         }
     }
     return length <= HAL_STORE_NAME_MAX;
-}
-
-static void temporary_name(const char *name, char temporary[TEMPORARY_BYTES]) {
-    const int length = snprintf(temporary, TEMPORARY_BYTES, TEMPORARY_PREFIX "%s", name);
-    INVARIANT(length > 0 && length < TEMPORARY_BYTES);
 }
 
 /// Makes the first line of a record's file. The checksum covers the name, so that a file under
@@ -163,17 +156,22 @@ static int save(void *opaque, const char *name, const void *data, size_t bytes) 
     if (bytes > RECORD_MAX) {
         return ERROR_FULL;
     }
-    char temporary[TEMPORARY_BYTES], header[HEADER_BYTES + 1];
-    temporary_name(name, temporary);
+    char header[HEADER_BYTES + 1];
+    struct atomic_file file;
     make_header(name, data, bytes, header);
-    const int fd = atomic_file_begin(self->directory_fd, temporary, 0600);
-    if (fd >= 0) {
-        const bool written = write_all(fd, header, HEADER_BYTES) && write_all(fd, data, bytes);
-        if (atomic_file_end(self->directory_fd, fd, temporary, name, written)) {
+    if (atomic_file_begin(&file, self->directory_fd, name, 0600)) {
+        const bool written =
+            write_all(file.fd, header, HEADER_BYTES) && write_all(file.fd, data, bytes);
+        if (atomic_file_end(&file, written)) {
             return ERROR_OK;
         }
     }
     return errno == ENOENT ? ERROR_IO : file_error(errno);
+}
+
+static bool is_record(const void *listing, const char *name) {
+    (void)listing;
+    return is_name(name);
 }
 
 static int remove_record(void *opaque, const char *name) {
@@ -182,24 +180,12 @@ static int remove_record(void *opaque, const char *name) {
     if (!is_name(name)) {
         return ERROR_ARGUMENT;
     }
-    if (unlinkat(self->directory_fd, name, 0) != 0 || !sync_file(self->directory_fd)) {
+    // Its directory is the store's alone, which is locked: the name is listed by being a record's.
+    const struct own_proof proof = {.kind = OWN_LISTED, .lists = is_record};
+    if (!own_remove(self->directory_fd, name, &proof) || !sync_file(self->directory_fd)) {
         return file_error(errno);
     }
     return ERROR_OK;
-}
-
-/// Removes leftovers of interrupted saves. A failure does no harm.
-static void remove_temporaries(const struct store *self) {
-    DIR *stream = directory_stream(open_file(self, ".", O_RDONLY | O_DIRECTORY));
-    if (stream == NULL) {
-        return;
-    }
-    for (struct dirent *entry; (entry = readdir(stream)) != NULL;) {
-        if (strncmp(entry->d_name, TEMPORARY_PREFIX, strlen(TEMPORARY_PREFIX)) == 0) {
-            unlinkat(self->directory_fd, entry->d_name, 0);
-        }
-    }
-    closedir(stream);
 }
 
 /// What to do about errno, as the end of a sentence.
@@ -255,7 +241,7 @@ int store_open(struct store *self, const char *path, struct message *message) {
                            advice(error_number));
     }
     self->directory_fd = fd;
-    remove_temporaries(self);
+    own_remove_abandoned(fd, true);
     return ERROR_OK;
 }
 

@@ -16,6 +16,7 @@ from PIL import Image
 import boards
 from calibrate_fixture import Fixture
 from pairs import VERGENCE
+from results import result_names
 
 SAMPLES = os.environ.get("VERGENCE_OPENCV_SAMPLES", "")
 RESULTS = {"rig.calibration", "corners.vnl", "calibration.html", "calibration.json"}
@@ -28,7 +29,7 @@ class Names(Fixture):
         self.good()
         self.assert_good(self.run_on())
         reference = (self.out / "rig.calibration").read_bytes()
-        self.assertEqual(set(os.listdir(self.out)), RESULTS)
+        self.assertEqual(set(result_names(self.out)), RESULTS)
         sides = self.folder / "sides"
         boards.write(sides, self.made, "left/{}.png", "right/{}.png")
         cameras = self.folder / "cameras"
@@ -70,7 +71,7 @@ class Names(Fixture):
         self.assert_refused(self.run_on(), 3, "right", "--single")
         done = self.run_on(self.pictures, "--single")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(set(os.listdir(self.out)), RESULTS - {"rig.calibration"})
+        self.assertEqual(set(result_names(self.out)), RESULTS - {"rig.calibration"})
         camera = self.figures()["camera"]
         self.assertLess(abs(camera["focal_px"][0] - boards.FOCAL_PX),
                         5 * camera["focal_sigma_px"] + 0.3)

@@ -11,6 +11,7 @@ import cv2
 import numpy
 
 import boards
+from results import result_names
 
 ROOT = os.environ["VERGENCE_SOURCE"]
 WIDTH, HEIGHT, SHIFT_PX, FOCAL_PX, BASELINE_MM = 640, 480, 24, 600.0, 100.0
@@ -85,7 +86,7 @@ class Readme(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             self.run_all("calib/README.md", folder)
             names = {"rig.calibration", "calibration.html", "calibration.json", "corners.vnl"}
-            self.assertEqual(set(os.listdir(os.path.join(folder, "calibrated"))), names)
+            self.assertEqual(set(result_names(os.path.join(folder, "calibrated"))), names)
 
     def test_scripts_have_the_options_shown(self):
         """The scripts take hours or change the system: only their help texts are read."""

@@ -10,6 +10,7 @@ import urllib.parse
 
 from daemon_process import VERGENCED, DaemonTest
 from reconstruct_test import FILES, SESSION, Surfaces, calibration_of, lines_of
+from results import result_names
 
 RESERVE = 1 << 20  # what the daemon leaves to everything else
 PLENTY = 1 << 40
@@ -177,6 +178,53 @@ class Limited(Stated, DaemonTest):
         self.assertFalse(os.path.lexists(os.path.join(self.files, "link")))
 
 
+class Foreign(Stated, DaemonTest):
+    """What others put into the directory of files."""
+
+    def put(self, *names):
+        for name in names:
+            path = os.path.join(self.files, name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "w", encoding="ascii") as file:
+                file.write("mine")
+
+    def test_a_folder_with_other_things_becomes_no_session(self):
+        self.first = self.client()
+        self.put("mine/letter.txt")
+        self.ok("bringup")
+        self.ok("window 64 64")
+        for command in ("capture mine", "record start mine"):
+            self.assertIn("mine: exists and contains other things (give another name)",
+                          self.first.ask(command)[-1])
+        self.assertIn("no session and no surface", self.first.ask("remove mine")[-1])
+        self.assertEqual(os.listdir(os.path.join(self.files, "mine")), ["letter.txt"])
+        os.mkdir(os.path.join(self.files, "empty"))
+        self.ok("capture empty")
+        self.ok("remove empty")
+        self.assertFalse(os.path.exists(os.path.join(self.files, "empty")))
+
+    def test_what_others_put_into_a_session_stays_and_is_reported(self):
+        self.first = self.client()
+        outside = os.path.join(self.folder, "elsewhere")
+        os.mkdir(outside)
+        self.ok("bringup")
+        self.ok("window 64 64")
+        self.ok("capture one")
+        # A frame that no line of the index names is ours by its contents; another one is not.
+        with open(os.path.join(self.files, "one", "frame-3610a686.pnm"), "w", encoding="ascii") as file:
+            file.write("hello")
+        self.put("one/letter.txt", "one/frame-00000000.pnm", "one/below/letter.txt")
+        os.symlink(outside, os.path.join(self.files, "one", "calibration-00000000.txt"))
+        answer = self.first.ask_json("remove one")
+        self.assertTrue(answer["ok"], answer)
+        self.assertEqual(answer["result"]["left"], 4)
+        self.assertEqual(answer["result"]["not_written_by_vergence"], "one/below and others")
+        self.assertEqual(sorted(os.listdir(os.path.join(self.files, "one"))),
+                         ["below", "calibration-00000000.txt", "frame-00000000.pnm", "letter.txt"])
+        self.assertTrue(os.path.isdir(outside))
+        self.assertIn("no session and no surface", self.first.ask("remove one")[-1])
+
+
 class Shown(DaemonTest):
     def test_system_shows_it(self):
         first = self.client()
@@ -256,7 +304,7 @@ class SurfaceRoom(Stated, Surfaces):
         self.assertIn("of files_limit", text)
         word = re.search(r"(scale=\S+) or region=\S+ or all files but mesh.ply would fit", text)[1]
         self.asked(f"reconstruct f pair=1 near=1600 far=2300 {word}")
-        self.assertEqual(set(os.listdir(os.path.join(self.files, "surface-f-1"))), FILES)
+        self.assertEqual(set(result_names(os.path.join(self.files, "surface-f-1"))), FILES)
 
 
 if __name__ == "__main__":

@@ -9,11 +9,13 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <vector>
 
 #include "daemon/session/session_write.h"
 #include "scratch.hpp"
+#include "tools/host/capture/capture_directory.hpp"
 
 namespace {
 
@@ -22,6 +24,7 @@ const calib::board board = {3, 2, 24, "4x4_50", 17};
 /// A session of one pair, as it comes from an instrument with this serial number.
 void make_incoming(const std::string &path, const char *camera, uint16_t value, int moved_q4 = 0) {
     message last_error{};
+    std::filesystem::remove_all(path);
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     const auto writer = std::make_unique<session_writer>();
     REQUIRE(session_writer_begin(writer.get(), AT_FDCWD, path.c_str(), "v1", "rig",
@@ -88,7 +91,6 @@ TEST_CASE("pairs are added to one session, which is resumed by the next run") {
             CHECK(shot.zoom_counts[1] == doctest::Approx(300 + (100 * run + 10 * i) / 16.0));
             see(&shot, run);
             REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
-            CHECK(!std::filesystem::exists(incoming));
         }
         if (run != 2) {  // the second run ends without a word, as by a kill
             CHECK(session.close(&error));
@@ -182,10 +184,47 @@ TEST_CASE("a full disk is one sentence, and what was there before remains") {
     REQUIRE_MESSAGE(session.load(&error), error);
     REQUIRE(session.shots().size() == 1);
     CHECK(session.shots()[0].view[0].corners.size() == 2);
-    capture_remove_directory(incoming);
     make_incoming(incoming, "left 1", 200);
     REQUIRE(session.look(incoming, &shot, &error));
     see(&shot, 2);
     REQUIRE_MESSAGE(session.add(incoming, shot, &error), error);
     CHECK(session.close(&error));
+}
+
+TEST_CASE("a capture uses only a directory of its own, and removes only what it put there") {
+    namespace fs = std::filesystem;
+    const scratch folder;
+    std::string error;
+    const fs::path zooms = folder / "zooms", outside = folder / "outside";
+    {
+        capture_directory here(zooms.string());
+        CHECK(here.check(&error));
+        CHECK(!fs::exists(zooms));
+        REQUIRE_MESSAGE(here.make(&error), error);
+        REQUIRE_MESSAGE(here.draw("<svg/>", &error), error);
+        for (int i = 0; i < 2; i++) {
+            REQUIRE_MESSAGE(here.renew(&error), error);
+            CHECK(fs::is_empty(here.incoming()));
+            std::ofstream(here.incoming() + "/frame.pnm") << "1";
+        }
+        // What others put there in the meantime.
+        fs::create_directory(zooms / "incoming");
+        std::ofstream(zooms / "incoming/mine.txt") << "1";
+        fs::create_directory(outside);
+        std::ofstream(outside / "mine.txt") << "1";
+        fs::create_directory_symlink(outside, here.incoming() + "/link");
+    }
+    CHECK(fs::exists(zooms / "incoming/mine.txt"));
+    CHECK(fs::exists(outside / "mine.txt"));
+    // Left before its first pair, it can be used again; with things of others, it is refused.
+    capture_directory again(zooms.string());
+    CHECK(!again.check(&error));
+    CHECK(error.find("zooms contains incoming") != std::string::npos);
+    fs::remove_all(zooms / "incoming");
+    CHECK_MESSAGE(again.check(&error), error);
+    // A guide.svg of the user is not ours.
+    fs::create_directory(folder / "plain");
+    std::ofstream(folder / "plain/guide.svg") << "mine";
+    CHECK(!capture_directory(folder / "plain").check(&error));
+    CHECK(error.find("guide.svg") != std::string::npos);
 }

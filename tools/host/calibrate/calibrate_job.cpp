@@ -101,8 +101,12 @@ class runner {
 
     int begin() {
         message last_error{};
+        const bool zooms = is_at_many_zooms() && job_.zoom.empty();
+        std::vector<const char *> names(result_names + 2, result_names + result_count);
+        names.insert(names.end(), job_.single ? 0 : 1, result_names[zooms ? 1 : 0]);
         if (!job_.verify &&
-            atomic_dir_begin(&out_.directory, job_.out_path.c_str(), &last_error) != ERROR_OK) {
+            atomic_dir_begin(&out_.directory, job_.out_path.c_str(), names.data(),
+                             static_cast<int>(names.size()), &last_error) != ERROR_OK) {
             return fail(CLIENT_FAILED, last_error.text);
         }
         threads_.reset(workers_create(job_.threads));

@@ -146,6 +146,12 @@ bool capture_instrument::fetch(const std::string &name, const std::string &local
     return code == 0;
 }
 
+void capture_instrument::discard(const std::string &name) {
+    message ignored{};
+    result_ = nullptr;
+    remote_call(remote_.get(), ("remove " + name).c_str(), &result_, &ignored);
+}
+
 bool capture_instrument::interrupted() {
     return remote_interrupted(remote_.get());
 }

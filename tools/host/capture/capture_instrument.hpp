@@ -32,6 +32,9 @@ class capture_instrument {
     /// Copies a session of the instrument into the directory `local`, which it creates.
     bool fetch(const std::string &name, const std::string &local, std::string *error);
 
+    /// Removes a session of the instrument, also after Ctrl-C; failures are ignored.
+    void discard(const std::string &name);
+
     bool interrupted();
     enum class answer { line, end, interrupted };
     /// Waits for a line on standard input.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/capture/capture_job.hpp"
 
-#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -15,9 +15,9 @@
 #include "core/math.h"
 #include "daemon/base/message.h"
 #include "daemon/cli/options.h"
-#include "daemon/files/output_file.h"
 #include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/capture/capture_check.hpp"
+#include "tools/host/capture/capture_directory.hpp"
 #include "tools/host/capture/capture_instrument.hpp"
 #include "tools/host/capture/capture_plan.hpp"
 #include "tools/host/capture/capture_session.hpp"
@@ -25,7 +25,6 @@
 
 namespace {
 
-const char *const name_there = "calibrate-capture";  // of each pair, on the instrument
 const int readings = 16, focus_px = 100;
 const int exit_interrupted = 130;
 const double aim_tolerance = 0.3;  // of half the narrowest field
@@ -35,7 +34,7 @@ const char *const sides[2] = {"left", "right"};
 class runner {
   public:
     explicit runner(const capture_job &job)
-        : job_(job), session_(job.path, job.board), incoming_(job.path + "/incoming") {}
+        : job_(job), session_(job.path, job.board), directory_(job.path) {}
 
     int run() {
         std::setvbuf(stdout, nullptr, _IOLBF, 0);  // what to do next, also through a pipe
@@ -44,7 +43,6 @@ class runner {
         if (!session_.close(&error) && good) {
             error_ = error;
         }
-        capture_remove_directory(incoming_);
         if (instrument_.interrupted()) {
             std::fprintf(stderr,
                          "vergence calibrate capture: interrupted; the pairs so far are in %s (the "
@@ -70,8 +68,9 @@ class runner {
     bool command(const std::string &text) { return instrument_.run(text, &error_); }
 
     bool steps() {
-        if (!session_.load(&error_) || !instrument_.open(job_.address, job_.token, &error_) ||
-            !prepare()) {
+        if (!directory_.check(&error_) || !session_.load(&error_) ||
+            !instrument_.open(job_.address, job_.token, &error_) || !prepare() ||
+            !directory_.make(&error_)) {
             return false;
         }
         uint32_t position = 0;
@@ -167,7 +166,7 @@ class runner {
 
     // ---- pairs
 
-    /// Takes a pair at a zoom, looks for the board, and leaves the pair in `incoming_`.
+    /// Takes a pair at a zoom, looks for the board, and leaves the pair in the hidden directory.
     /// `corners`: of both pictures, to focus by; null: focused at the measured distance.
     bool take(uint32_t position, int zoom, const capture_point *corners, capture_shot *shot) {
         double whites = 0;
@@ -218,7 +217,8 @@ class runner {
         *whites = 0;
         for (size_t side = 0; side < 2; side++) {
             calibrate_image image;
-            if (!calibrate_image_read(incoming_ + "/" + shot->frame[side], true, &image, &error_)) {
+            if (!calibrate_image_read(directory_.incoming() + "/" + shot->frame[side], true, &image,
+                                      &error_)) {
                 return false;
             }
             const image_u8 grey = {image.grey.data(), image.width_px, image.height_px,
@@ -230,14 +230,13 @@ class runner {
     }
 
     bool fetch_pair(capture_shot *shot) {
-        std::string ignored;  // a pair that an interrupted run has left
-        instrument_.run(std::string("remove ") + name_there, &ignored);
-        capture_remove_directory(incoming_);
-        return command(report_text_format("capture %s readings=%d accept-mismatch=yes", name_there,
-                                          readings)) &&
-               instrument_.fetch(name_there, incoming_, &error_) &&
-               command(std::string("remove ") + name_there) &&
-               session_.look(incoming_, shot, &error_);
+        const bool good = directory_.renew(&error_) &&
+                          command(report_text_format("capture %s readings=%d accept-mismatch=yes",
+                                                     name_there_.c_str(), readings)) &&
+                          instrument_.fetch(name_there_, directory_.incoming(), &error_);
+        // Also after an error or Ctrl-C: the name is ours.
+        instrument_.discard(name_there_);
+        return good && session_.look(directory_.incoming(), shot, &error_);
     }
 
     bool focus(const capture_point *corners) {
@@ -306,8 +305,9 @@ class runner {
             return *ended;
         }
         planned_.push_back(next_);
-        return session_.add(incoming_, wide, &error_) && measure(wide) && aim(position, &wide) &&
-               take_zooms(position, wide) && (!job_.sweep || take_sweep(position));
+        return session_.add(directory_.incoming(), wide, &error_) && measure(wide) &&
+               aim(position, &wide) && take_zooms(position, wide) &&
+               (!job_.sweep || take_sweep(position));
     }
 
     /// Asks for the board until both cameras see it at the widest zoom.
@@ -381,7 +381,7 @@ class runner {
         return take(position, zooms_[0], nullptr, wide) &&
                (is_seen(*wide) || fail("the board is no longer in view after the cameras turned "
                                        "to it (was it moved?)")) &&
-               session_.add(incoming_, *wide, &error_);
+               session_.add(directory_.incoming(), *wide, &error_);
     }
 
     /// All longer zooms that still see enough of the board.
@@ -408,7 +408,7 @@ class runner {
                 break;
             }
             error_ = capture_check_zoomed(optics_, last, shot, ratio);
-            if (!error_.empty() || !session_.add(incoming_, shot, &error_)) {
+            if (!error_.empty() || !session_.add(directory_.incoming(), shot, &error_)) {
                 return false;
             }
             last = shot;
@@ -431,7 +431,7 @@ class runner {
                 !take(position, zooms_[0], nullptr, &shot)) {
                 return false;
             }
-            if (is_seen(shot) && !session_.add(incoming_, shot, &error_)) {
+            if (is_seen(shot) && !session_.add(directory_.incoming(), shot, &error_)) {
                 return false;
             }
         }
@@ -447,17 +447,8 @@ class runner {
     }
 
     bool draw(const capture_coverage &covered, const capture_place *next) {
-        const std::string path = job_.path + "/guide.svg";
-        if (mkdir(job_.path.c_str(), 0777) != 0 && errno != EEXIST) {
-            return fail(job_.path + ": " + std::strerror(errno));
-        }
-        const std::string svg =
-            capture_drawing(optics_, zooms_, job_.board, covered, next, pan_deg_);
-        message last_error{};
-        output_file file;
-        output_file_open(&file, path.c_str());
-        output_file_write(&file, svg.data(), svg.size());
-        return output_file_close(&file, &last_error) == ERROR_OK || fail(last_error.text);
+        return directory_.draw(
+            capture_drawing(optics_, zooms_, job_.board, covered, next, pan_deg_), &error_);
     }
 
     bool finish() {
@@ -478,7 +469,9 @@ class runner {
     const capture_job &job_;
     capture_instrument instrument_;
     capture_session session_;
-    std::string incoming_, error_;
+    capture_directory directory_;
+    const std::string name_there_ = "calibrate-capture-" + std::to_string(getpid());
+    std::string error_;
     capture_optics optics_;
     std::vector<int> zooms_;
     std::array<double, 2> pan_deg_{}, pan_limit_deg_{};

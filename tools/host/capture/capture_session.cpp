@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/host/capture/capture_session.hpp"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -97,20 +96,6 @@ struct opened {
 };
 
 }  // namespace
-
-void capture_remove_directory(const std::string &path) {
-    DIR *const stream = opendir(path.c_str());
-    if (stream == nullptr) {
-        return;
-    }
-    while (const dirent *entry = readdir(stream)) {
-        if (entry->d_name[0] != '.' || std::strcmp(entry->d_name, ".part") == 0) {
-            unlinkat(dirfd(stream), entry->d_name, 0);
-        }
-    }
-    closedir(stream);
-    rmdir(path.c_str());
-}
 
 capture_session::capture_session(std::string path, const calib::board &board)
     : path_(std::move(path)), board_(board), writer_(new session_writer{}) {
@@ -232,7 +217,6 @@ bool capture_session::add(const std::string &incoming, const capture_shot &shot,
     }
     noted_position_ = shot.board_position;
     shots_.push_back(shot);
-    capture_remove_directory(incoming);
     return write_corners(error);
 }
 
@@ -250,8 +234,8 @@ bool capture_session::write_corners(std::string *error) const {
     const std::string text = out.str();
     const int directory = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     const bool written =
-        directory >= 0 && atomic_file_write(directory, ".corners.part", corners_name,
-                                            SESSION_FILE_MODE, text.data(), text.size());
+        directory >= 0 &&
+        atomic_file_write(directory, corners_name, SESSION_FILE_MODE, text.data(), text.size());
     if (!written) {
         *error = path_ + "/" + corners_name + ": cannot be written: " + std::strerror(errno);
     }

@@ -40,7 +40,7 @@ class capture_session {
     /// Reads a session of one pair, as the instrument has written it, without adding it: its frames
     /// lie in `incoming`. False with one sentence.
     bool look(const std::string &incoming, capture_shot *shot, std::string *error) const;
-    /// Adds that pair, whose corners are now known, with the frames, and removes `incoming`.
+    /// Adds that pair, whose corners are now known, with the frames.
     bool add(const std::string &incoming, const capture_shot &shot, std::string *error);
     /// Ends the session, until the next `add`.
     bool close(std::string *error);
@@ -58,8 +58,5 @@ class capture_session {
     std::vector<capture_shot> shots_;
     uint32_t noted_position_ = 0;
 };
-
-/// Removes a directory of files, if it exists.
-void capture_remove_directory(const std::string &path);
 
 #endif

@@ -70,12 +70,13 @@ int export_write_files(const std::vector<export_file> &files, const std::string 
                        std::vector<std::string> *paths, std::string *loss, std::string *message) {
     atomic_dir work;
     struct message why;
-    int code = atomic_dir_begin(&work, directory.c_str(), &why);
+    std::vector<const char *> names;
+    for (const export_file &file : files) {
+        names.push_back(file.name.c_str());
+    }
+    int code = atomic_dir_begin(&work, directory.c_str(), names.data(),
+                                static_cast<int>(names.size()), &why);
     if (code == ERROR_OK) {
-        std::vector<const char *> names;
-        for (const export_file &file : files) {
-            names.push_back(file.name.c_str());
-        }
         code = write_files(work, files, &why);
         if (code == ERROR_OK) {
             code = atomic_dir_commit(&work, names.data(), static_cast<int>(names.size()),

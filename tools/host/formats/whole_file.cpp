@@ -53,9 +53,7 @@ bool write_through(const std::string &path, const std::string &content) {
 }
 
 bool replace(const std::string &path, const std::string &content) {
-    const std::string temporary = path + '.' + std::to_string(getpid()) + "-0";
-    return atomic_file_write(AT_FDCWD, temporary.c_str(), path.c_str(), 0666, content.data(),
-                             content.size());
+    return atomic_file_write(AT_FDCWD, path.c_str(), 0666, content.data(), content.size());
 }
 
 }  // namespace

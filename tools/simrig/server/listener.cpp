@@ -81,7 +81,7 @@ Listener::~Listener() {
     if (socket_ >= 0) {
         close(socket_);
     }
-    if (!path_.empty()) {
+    if (!path_.empty() && is_socket(path_)) {
         unlink(path_.c_str());
     }
 }
