@@ -11,9 +11,22 @@ enum { SIDE, REGION, TARGET, WHITES, IRIS };
 static const double parts_of_percent = 100;
 static const double default_target = 0.5;
 
+// What is said besides the figures: cameras that differ by more than this part, or by this factor
+// before they are made equal; a middle that is so much darker; light that changes by this part; and
+// what highlights leave of the target.
+static const double equal_part = 0.02, other_factor = 1.5, backlit_factor = 2.5;
+static const double flicker_part = 0.02, highlights_part = 0.25;
+enum { NOTE_BYTES = 640, IRIS_NEAR_COUNTS = 10 };
+
 // What keeps a picture from being brighter, or the target from being reached.
-static const char *limit_of(const struct rig_autoexposure_side *side) {
+static const char *limit_of(const struct command_call *call,
+                            const struct rig_autoexposure_side *side) {
     if (side->verdict == EXPOSURE_TOO_DARK) {
+        const int32_t open = call->rig->profile.lens.axis[LENS_IRIS].max - IRIS_NEAR_COUNTS;
+        if (side->iris != INT32_MIN && side->iris < open) {
+            return "too dark at the longest exposure and the largest gain: open the iris, or let "
+                   "it be opened (iris=yes)";
+        }
         return side->iris == INT32_MIN
                    ? "too dark at the longest exposure and the largest gain: add light"
                    : "too dark at the longest exposure, the largest gain and open iris: add light";
@@ -38,8 +51,84 @@ static void put_side(const struct command_call *call, unsigned at,
     reply_number(call, "mean", parts_of_percent * side->mean, 1, "%");
     reply_number(call, "saturated", parts_of_percent * side->saturated, 2, "%");
     reply_number(call, "steps", side->steps, 0, NULL);
-    reply_text(call, "limit", limit_of(side));
+    reply_text(call, "limit", limit_of(call, side));
     reply_group_end(call);
+}
+
+static void add_note(struct command_text *note, const char *text) {
+    command_text_add(note, note->length > 0 ? "; " : "");
+    command_text_add(note, text);
+}
+
+static void add_backlight(struct command_text *note, const struct rig_autoexposure_request *request,
+                          const struct rig_autoexposure_result *result) {
+    bool backlit = false, highlights = false;
+    for (unsigned side = 0; side < RIG_SIDES; side++) {
+        const struct rig_autoexposure_side *own = &result->side[side];
+        if ((request->sides >> side & 1) != 0) {
+            backlit = backlit || own->mean > backlit_factor * own->middle;
+            highlights = highlights || (own->bound == EXPOSURE_BY_HIGHLIGHTS &&
+                                        own->mean < highlights_part * request->target);
+        }
+    }
+    if (backlit && request->region_px.width_px == 0) {
+        add_note(note,
+                 "the middle is much darker than the rest: for a subject before a bright "
+                 "background choose its region=X,Y,W,H");
+    } else if (highlights) {
+        add_note(note,
+                 "a few bright parts keep everything else dark: choose a region without "
+                 "them, or merge several exposures");
+    }
+}
+
+static void add_cameras(struct command_text *note, const struct rig_autoexposure_result *result) {
+    const double ratio = result->ratio;
+    if (ratio > other_factor || (ratio > 0 && ratio < 1 / other_factor)) {
+        add_note(note, "at equal exposure the ");
+        command_text_add(note, commands_side_name(ratio > 1 ? RIG_LEFT : RIG_RIGHT));
+        command_text_add(note, " camera sees ");
+        command_text_add_number(note, ratio > 1 ? ratio : 1 / ratio, 1);
+        command_text_add(note,
+                         " times as much light as the other: the region shows two different "
+                         "things, or the irises differ");
+    }
+    if (result->difference > equal_part || result->difference < -equal_part) {
+        add_note(note, result->difference > 0
+                           ? "the right camera remains brighter than the left one: use less light, "
+                             "or close its iris"
+                           : "the right camera remains darker than the left one: use more light, "
+                             "or open its iris");
+    }
+}
+
+static void add_flicker(const struct command_call *call, struct command_text *note,
+                        const struct rig_autoexposure_result *result) {
+    const uint32_t half_us = rig_mains_half_us(&call->rig->profile);
+    if (result->flicker > flicker_part && result->side[RIG_LEFT].exposure_us >= half_us) {
+        add_note(note, "the light changes by ");
+        command_text_add_number(note, parts_of_percent * result->flicker, 0);
+        command_text_add(note, half_us != 0 ? " % from frame to frame, and not as lamps on the "
+                                              "mains of rig.mains do: set that of the country, or "
+                                              "use steady light"
+                                            : " % from frame to frame: set rig.mains to the "
+                                              "frequency of the mains, or use steady light");
+    }
+}
+
+static void put_notes(const struct command_call *call,
+                      const struct rig_autoexposure_request *request,
+                      const struct rig_autoexposure_result *result) {
+    char bytes[NOTE_BYTES];
+    struct command_text note = command_text_begin(bytes, sizeof bytes);
+    add_backlight(&note, request, result);
+    if (request->sides == (1u << RIG_LEFT | 1u << RIG_RIGHT)) {
+        add_cameras(&note, result);
+        add_flicker(call, &note, result);
+    }
+    if (note.length > 0) {
+        reply_text(call, "note", bytes);
+    }
 }
 
 int commands_exposure_auto(const struct command_call *call) {
@@ -64,6 +153,9 @@ int commands_exposure_auto(const struct command_call *call) {
     }
     if (error == 0 && request.sides == (1u << RIG_LEFT | 1u << RIG_RIGHT)) {
         reply_number(call, "difference", parts_of_percent * result.difference, 1, "%");
+    }
+    if (error == 0) {
+        put_notes(call, &request, &result);
     }
     return error;
 }

@@ -40,6 +40,18 @@ class ExposureBadInput(BadInputTest):
         self.control("light 0.00001")
         self.refused_as_before("dark")
 
+    def test_an_iris_that_is_kept_is_opened_by_hand_unless_it_is_open(self):
+        self.control("light 0.00001")
+        for position, advice in ((300, "open the iris"), (850, "and open iris")):
+            self.assertTrue(self.user.ask_json(f"iris {position} side=left")["ok"])
+            self.refused(f"{SEARCH} iris=no", "RANGE", "dark", advice)
+
+    def test_cameras_that_see_different_light(self):
+        for side, position in (("left", 600), ("right", 850)):
+            self.assertTrue(self.user.ask_json(f"iris {position} side={side}")["ok"])
+        answer = self.user.ask_json(f"autoexpose {REGION} iris=no")
+        self.assertRegex(answer["result"]["note"], r"the right camera sees [2-9.]+ times as much")
+
     def test_region_outside_the_sensor(self):
         before = self.iris()
         for region in ("2040,740,100,100", "3000,3000,40,40", "10,10,0,0", "10,10,15,100"):

@@ -330,7 +330,7 @@ def judged(row):
     # The motor does not make smaller steps: this much blur cannot be avoided.
     reachable_px = row["px"] * min(STEP_COUNTS / max(abs(row["counts"]), 1e-9), 1)
     row["false"] = row["verdict"] == "focused" and row["px"] > reachable_px + FALSE_PX
-    row["missed"] = (row["class"] in ("textured", "two depths") and scene.kind != "lamps" and
+    row["missed"] = (row["class"] in ("textured", "two depths") and scene.kind not in ("lamps", "near") and
                      not (row["ends_sharp"] and row["verdict"] in VERDICTS[:2] + ("two peaks",)))
     return row
 

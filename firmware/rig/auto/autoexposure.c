@@ -12,6 +12,7 @@ enum {
     US_PER_MS = 1000,
     START_US = 10000,
     MATCHES_MAX = 3,
+    IRIS_NEAR_COUNTS = 10,
 };
 
 static const double white_max = 0.8;
@@ -25,7 +26,10 @@ static const double room_for_right = 1.03;
 
 static int too_dark(struct exposure_job *job, unsigned side,
                     const struct exposure_setting *setting) {
-    const bool iris = exposure_has_iris(job, side) && !job->keep_iris;
+    // There is nothing to open where the iris was opened, or was kept and is open.
+    const int32_t open = job->rig->profile.lens.axis[LENS_IRIS].max - IRIS_NEAR_COUNTS;
+    const bool iris =
+        exposure_has_iris(job, side) && (!job->keep_iris || job->before[side].iris >= open);
     return rig_reject(
         job->rig, rig_part_of(RIG_PART_LEFT_CAMERA, side), ERROR_RANGE,
         iris ? "too dark at the longest exposure of # ms, gain # and open iris (add "
@@ -114,6 +118,7 @@ static void put(struct exposure_job *job, unsigned side, const struct exposure_s
                                               : job->before[side].iris;
     out->mean = light->measure.mean * (exposure_product(setting) / light->real_us);
     out->saturated = light->measure.saturated;
+    out->middle = light->shared * (exposure_product(setting) / light->real_us);
 }
 
 // Ends a region that has worked or failed.
@@ -196,7 +201,7 @@ static int match(struct exposure_job *job, struct rig_region *region,
 }
 
 static int match_both(struct exposure_job *job, struct exposure_setting *left,
-                      struct exposure_setting *right, double *difference) {
+                      struct exposure_setting *right, struct rig_autoexposure_result *result) {
     // Before the regions, which have other rows.
     const struct exposure_limits limits = exposure_camera_limits(job->rig, RIG_RIGHT);
     struct rig_region region;
@@ -209,8 +214,12 @@ static int match_both(struct exposure_job *job, struct exposure_setting *left,
     const double left_rate = left_light.measure.mean / left_light.real_us;
     error = begin_shared(job, &region, RIG_RIGHT, right, &right_light);
     if (error == ERROR_OK) {
+        const double right_rate = right_light.measure.mean / right_light.real_us;
+        result->ratio = right_rate > 0 ? left_rate / right_rate : 0;
+        result->flicker =
+            left_light.spread > right_light.spread ? left_light.spread : right_light.spread;
         error = match(job, &region, &limits, left_rate * exposure_product(left), left, right,
-                      &right_light, difference);
+                      &right_light, &result->difference);
     }
     return end_side(job, &region, error, right);
 }
@@ -238,7 +247,7 @@ static int search_both(struct exposure_job *job, struct rig_autoexposure_result 
             sides[RIG_LEFT].bound = sides[RIG_RIGHT].bound;
         }
     }
-    error = match_both(job, &left, &right, &result->difference);
+    error = match_both(job, &left, &right, result);
     put(job, RIG_LEFT, &left, &left_light, &sides[RIG_LEFT]);
     put(job, RIG_RIGHT, &right, &right_light, &sides[RIG_RIGHT]);
     return error;

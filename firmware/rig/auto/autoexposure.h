@@ -42,6 +42,8 @@ struct rig_autoexposure_side {
     int32_t iris;      ///< counts; INT32_MIN: no motor
     double mean;       ///< of green, part of the range above black
     double saturated;  ///< part of all values
+    /// Mean of the middle half of the field, at the same setting; of a region that of all of it.
+    double middle;
     unsigned steps;    ///< settings that were measured
     enum exposure_bound bound;
     /// EXPOSURE_FOUND; EXPOSURE_TOO_DARK: the mean is below the target, but usable;
@@ -53,6 +55,11 @@ struct rig_autoexposure_result {
     struct rig_autoexposure_side side[RIG_SIDES];
     /// Of both sides: mean of the right in the shared field over that of the left, minus 1.
     double difference;
+    /// Of both sides: light of the left in the shared field over that of the right, at equal
+    /// exposure and gain; 0: not compared.
+    double ratio;
+    /// Of both sides: by which part the mean of the shared field changes from frame to frame.
+    double flicker;
 };
 
 /// Errors: ERROR_ARGUMENT (sides, target); ERROR_RANGE: no such region, too dark or too bright at

@@ -20,6 +20,7 @@ enum {
     // More gain is digital: it only loses range.
     GAIN_MAX_Q3 = 64,
     FRAMES_MAX = 32,  // of one measurement
+    SPREAD_FRAMES = 4,
     // A pair behind the bridge is taken within four frame periods and this time; see rig/pair.h.
     PAIR_FRAMES = 4,
     PAIR_US = 20000,
@@ -268,12 +269,36 @@ void exposure_report(const struct exposure_job *job) {
     }
 }
 
+// The least and the largest mean of a frame in a measurement.
+struct spread {
+    double least, most;
+    uint64_t greens, sum;  // of the frames so far
+    int frames;
+};
+
+static void add_to_spread(const struct exposure_histogram *all, struct spread *spread) {
+    const uint64_t greens = all->greens - spread->greens, sum = all->green_sum - spread->sum;
+    const double mean = (double)sum / (double)greens - all->black;
+    spread->least = spread->greens == 0 || mean < spread->least ? mean : spread->least;
+    spread->most = spread->greens == 0 || mean > spread->most ? mean : spread->most;
+    spread->greens = all->greens;
+    spread->sum = all->green_sum;
+    spread->frames++;
+}
+
+static double part_of_spread(const struct spread *spread) {
+    const bool shows = spread->frames >= SPREAD_FRAMES && spread->least > 0;
+    return shows ? (spread->most - spread->least) / spread->least : 0;
+}
+
 int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
                             const struct exposure_setting *setting, struct exposure_light *light) {
     const uint32_t half_us = rig_mains_half_us(&job->rig->profile);
     const uint32_t periods = job->field == EXPOSURE_SHARED_FIELD ? SHARED_PERIODS : 1;
     const uint64_t whole_us = 2 * (uint64_t)half_us * periods;
     uint64_t first_us = 0, last_us = 0;
+    const int frames_min = job->field == EXPOSURE_SHARED_FIELD ? SPREAD_FRAMES : 1;
+    struct spread spread = {.greens = 0};
     bool again = true;
     for (int i = 0; again && i < FRAMES_MAX; i++) {
         struct rig_region_frame frame;
@@ -292,6 +317,7 @@ int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
             light->real_us = exposure_us * gain_of(setting->gain_q3);
         }
         add(job, &frame.image);
+        add_to_spread(&job->all, &spread);
         raw_image_release(&frame.image);
         // Shorter exposures see lamps on the mains at one moment: whole periods are averaged,
         // without the frame that begins the next one.
@@ -299,7 +325,9 @@ int exposure_region_measure(struct exposure_job *job, struct rig_region *region,
         last_us = frame.exposed_us;
         again = exposure_us + exposure_us / 8 < half_us &&
                 last_us - first_us + step_us + step_us / 2 < whole_us;
+        again = again || spread.frames < frames_min;
     }
+    light->spread = part_of_spread(&spread);
     light->measure = exposure_histogram_end(&job->all);
     light->shared = exposure_histogram_end(&job->shared).mean;
     job->measured++;

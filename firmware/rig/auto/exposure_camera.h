@@ -21,6 +21,7 @@ enum exposure_field {
 struct exposure_light {
     struct exposure_measure measure;
     double shared;   ///< mean of the field that both cameras see, of EXPOSURE_WHOLE_FIELD
+    double spread;   ///< of the means of its frames, as a part; 0: too few frames
     double real_us;  ///< exposure x gain
     double exposure_us;
 };
