@@ -4,16 +4,60 @@ corners were found in rendered frames, with a calibration of all zooms that does
 the servos."""
 import json
 import os
+import pathlib
 import shutil
 import subprocess
 import tempfile
 import unittest
 import zlib
 
+import cv2
+import numpy as np
+
 VERGENCE = os.environ["VERGENCE"]
 CAPTURE = os.path.join(os.environ["VERGENCE_SOURCE"], "tests", "data", "zoom_capture")
 TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
 BOARD = ["--board", "10x7", "--square", "24", "--charuco", "4x4_50", "--marker", "17"]
+
+
+def marks_of(session):
+    """Two marks of the session's pair in both images, where the true cameras of the session see them: their
+    distance, the depth of their middle, and their places as options."""
+    words = dict(word.split("=") for line in (session / "session.index").read_text().splitlines()
+                 if line.startswith("pair number=1 ") for word in line.split()[1:-1])
+    grey = []
+    for side in ("left", "right"):
+        raw = cv2.imread(str(session / f"frame-{words[side + '_frame']}.pnm"), cv2.IMREAD_UNCHANGED)
+        grey.append((cv2.cvtColor(raw, cv2.COLOR_BayerGB2GRAY) / 4).clip(0, 255).astype(np.uint8))
+    search = {"winSize": (31, 31), "maxLevel": 4}
+    left = cv2.goodFeaturesToTrack(grey[0], 200, 0.05, 25)
+    right, found, _ = cv2.calcOpticalFlowPyrLK(grey[0], grey[1], left, None, **search)
+    again, _, _ = cv2.calcOpticalFlowPyrLK(grey[1], grey[0], right, None, **search)
+    keep = (found[:, 0] == 1) & (np.linalg.norm(again - left, axis=2)[:, 0] < 0.05)
+    left, right = left[keep].astype(np.float64), right[keep].astype(np.float64)
+    lines = next(session.glob("calibration-*.txt")).read_text(encoding="ascii").splitlines()
+    rig = dict(line.split(" ", 1) for line in lines if " " in line)
+
+    def numbers(name):
+        return [float(word) for word in rig.get(name, "0").split()]
+
+    rays = []
+    for side, pixels in (("left", left), ("right", right)):
+        (fx, fy), (cx, cy) = numbers(side + "_focal_px"), numbers(side + "_centre_px")
+        bend = [numbers(f"{side}_k{i}")[0] for i in (1, 2, 3)]
+        lens = np.array([*bend[:2], *numbers(side + "_tangential"), bend[2]])
+        rays.append(cv2.undistortPoints(pixels, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), lens)[:, 0].T)
+    turn = cv2.Rodrigues(np.array(numbers("rotation_right_left_rad")))[0]
+    pose = np.hstack([turn, np.array(numbers("translation_right_left_mm"))[:, None]])
+    points = cv2.triangulatePoints(np.eye(3, 4), pose, *rays)
+    points /= points[3]
+    seen = pose @ points
+    fits = np.linalg.norm(seen[:2] / seen[2] - rays[1], axis=0) * numbers("right_focal_px")[0] < 0.3
+    left, right, points = left[fits, 0], right[fits, 0], points[:3, fits]
+    ends = [np.argmin(left[:, 0]), np.argmax(left[:, 0])]
+    places = [",".join(f"{value:.3f}" for value in (*left[end], *right[end])) for end in ends]
+    first, last = points[:, ends[0]], points[:, ends[1]]
+    return np.linalg.norm(first - last), 0.5 * (first + last)[2], places
 
 
 class TouchUp(unittest.TestCase):
@@ -71,15 +115,22 @@ class TouchUp(unittest.TestCase):
     def test_a_look_at_the_board_verifies_the_calibration(self):
         one = f"{CAPTURE}:8"
         done = self.look(self.zoom, "--verify", session=one)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        # One look at 1x would not show an error of a few percent, and says so.
+        self.assertEqual(done.returncode, 5, done.stderr)
         self.assertIn("zoom_capture:8 ", done.stdout)
-        self.assertIn("Good: ", done.stdout.splitlines()[-1])
+        self.assertRegex(done.stderr, r"Undecided: .* errors above \d\.\d % are excluded")
         self.assertEqual(os.listdir(self.here), ["instrument.zoom"])
         self.assertFalse(os.path.exists("calibration"))
-        done = self.look(self.zoom, "--verify", "--json", session=one)
+        done = self.look(self.zoom, "--verify", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
         page = json.loads(done.stdout)
         self.assertTrue(page["verdict"]["good"])
-        look, = page["verify"]
+        self.assertRegex(page["verdict"]["sentence"],
+                         r"^Good: the squares agree within \d\.\d %: errors above \d\.\d % are excluded")
+        best = min((look[fit]["square_sigma_mm"] for look in page["verify"] for fit in ("read", "refined")))
+        self.assertAlmostEqual(page["excluded_above"] - page["off"], 3 * best / 24, delta=1e-9)
+        self.assertLess(page["excluded_above"], 0.05)
+        look = next(look for look in page["verify"] if look["pair"] == "zoom_capture:8")
         self.assertNotIn("corrected", look)
         # Rows do not show the size: the deviation of depth, and so of the squares, remains.
         self.assertLess(look["refined"]["rows_px"], 0.1)
@@ -173,6 +224,31 @@ class TouchUp(unittest.TestCase):
         self.assertAlmostEqual(found["rotation_right_left_rad"][1], turn[1], delta=0.0015)
         both, _ = self.outcome(self.marked("--infinity", far, *marks))
         self.assertLess(both["corrected"]["depth_sigma_mm"], look["corrected"]["depth_sigma_mm"])
+
+    def test_marks_are_solved_together_with_the_pairs_own_matches(self):
+        session = pathlib.Path(os.environ["VERGENCE_SESSIONS"]) / "cylinder_1x"
+        length_mm, depth_mm, ends = marks_of(session)
+        marks = ("--from", ends[0], "--to", ends[1])
+        done = self.marked("--length", f"{length_mm:.4f}", *marks, session=f"{session}:1")
+        look, _ = self.outcome(done)
+        for word in ("length", "2 marks", "own matches"):
+            self.assertIn(word, done.stdout)
+        self.assertNotIn("squares", done.stdout)
+        self.assertGreater(look["matches"], 100)
+        self.assertLess(look["own_rows_corrected_px"], 0.1)
+        self.assertLess(look["refined"]["depth_sigma_mm"], 0.4 * look["read"]["depth_sigma_mm"])
+        self.assertLess(look["corrected"]["depth_sigma_mm"], 0.5 * look["refined"]["depth_sigma_mm"])
+        self.assertAlmostEqual(look["depth_mm"], depth_mm, delta=4 * look["corrected"]["depth_sigma_mm"])
+        # Another length than the matches allow: written, with what is wrong.
+        done = self.marked("--length", f"{0.95 * length_mm:.4f}", *marks, session=f"{session}:1")
+        self.assertEqual(done.returncode, 5, done.stdout)
+        self.assertRegex(done.stderr, "Not good: cylinder_1x:1: the length is off by .* check the marks")
+        with open(os.path.join(self.out, "rig.calibration"), encoding="ascii") as file:
+            self.assertIn("\nnote NOT GOOD: cylinder_1x:1: the length is off by", file.read())
+        # A near thing is not at infinity.
+        done = self.marked("--infinity", ends[0], session=f"{session}:1")
+        self.assertEqual(done.returncode, 3, done.stdout)
+        self.assertIn("do not fit", done.stderr)
 
     def test_marks_that_do_not_fit_together_are_refused(self):
         for code, words, options in (

@@ -177,16 +177,23 @@ class runner {
         const double square_mm = views_.seen.target.square_mm;
         zoom_text_ = touch_up_text(looks, !job_.verify);
         json_ = touch_up_json(looks, square_mm, !job_.verify);
-        if (job_.verify) {
-            solution_.verdict.sentence = touch_up_verdict(looks, square_mm);
-            solution_.verdict.good = std::all_of(
-                looks.begin(), looks.end(), [](const touch_up_look &look) { return look.holds; });
-            return solution_.verdict.good ? CLIENT_OK
-                                          : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+        const touch_up_outcome outcome = touch_up_verdict(looks, square_mm, !job_.verify);
+        solution_.verdict.sentence = outcome.sentence;
+        solution_.verdict.good = outcome.good;
+        if (!job_.verify) {
+            result_.rig = looks.back().rig;
+            if (!outcome.good) {
+                std::snprintf(result_.rig.note, sizeof result_.rig.note, "%s",
+                              calibrate_not_good_note(outcome.reason, job_.note).c_str());
+            }
+            const int code =
+                write_results({{"rig.calibration", rig_text()},
+                               {"corners.vnl", job_.board.columns > 0 ? corners_text() : ""}});
+            if (code != CLIENT_OK) {
+                return code;
+            }
         }
-        result_.rig = looks.back().rig;
-        return write_results({{"rig.calibration", rig_text()},
-                              {"corners.vnl", job_.board.columns > 0 ? corners_text() : ""}});
+        return outcome.good ? CLIENT_OK : fail(CLIENT_NOT_GOOD, outcome.sentence);
     }
 
     /// All zooms of a rig at once.

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "core/error.h"
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/calibration_loader.h"
 #include "stereo/geometry/geometry.h"
-#include "stereo/zoom/refine_expect.h"
+#include "stereo/zoom/refine_pair.h"
 #include "stereo/zoom/self_calibration.h"
 #include "tools/host/formats/report_text.hpp"
 
@@ -24,6 +23,12 @@ const double min_sigma_px = 0.03;
 const double max_sigmas = 4;
 const double picked_sigma_px = 0.5;  // of marks that a person picks
 const double far_depth_mm = 2000;    // at which a thing at infinity's effect is stated
+const double nearest_mm = 300;       // of what both cameras see
+// Rows of the pair's own matches may come apart by this much when the size is added.
+const double rows_factor = 2, rows_more_px = 0.05;
+// Of standard deviations of what is added: robust weights must not take the calibration's own error
+// for outliers.
+const double from_far_to_near[] = {100, 50, 25, 12, 6, 3, 1.5, 1};
 
 class looker {
   public:
@@ -52,12 +57,14 @@ class looker {
         }
         collect();
         look->corners = int(pairs_.size());
+        look->marks = board_.corner_count() == 2;
         if (self_calibration_begin(&zoom_, &state, 1, &pool, &self_) != ERROR_OK) {
             *error = "out of memory";
             return false;
         }
-        *error = look->corners > 2 ? "the board does not fit the calibration"
-                                   : "the marks do not fit the calibration";
+        *error = look->marks ? "the marks do not fit the calibration"
+                             : "the board does not fit the calibration";
+        state_ = state;
         return pairs_.empty() ? fit_far(look) && finish(look) : look_at_board(look, error);
     }
 
@@ -76,8 +83,10 @@ class looker {
             (corrects_ && !fit_board(look))) {
             return false;
         }
-        look->holds = std::max({look->read.square_z(board_.square_mm), look->read.rows_z(),
-                                look->fitted.square_z(board_.square_mm)}) < max_sigmas;
+        look->holds = (!corrects_ || agrees_with_own(look)) &&
+                      std::max({look->read.square_z(board_.square_mm), look->read.rows_z(),
+                                look->fitted.square_z(board_.square_mm)}) < max_sigmas &&
+                      (!has_far_ || far_holds(*look));
         return !corrects_ || finish(look);
     }
 
@@ -94,36 +103,161 @@ class looker {
         return at;
     }
 
-    int solve() { return self_calibration_solve(&self_, &far_, has_far_ ? 1 : 0); }
+    /// With the pair's own matches, and a thing at infinity whose sigma is taken `factor` times.
+    int solve(double factor) {
+        std::vector<self_track> tracks = own_;
+        if (has_far_) {
+            tracks.push_back(far_);
+            tracks.back().sigma_px *= factor;
+        }
+        return self_calibration_solve(&self_, tracks.data(), int(tracks.size()));
+    }
+
+    /// Matches the two pictures, as any pair is refined, and corrects the views by them and by
+    /// `more`. Without pictures there are no matches.
+    void match_own(const std::vector<self_track> &more, touch_up_look *look) {
+        std::array<calibrate_image, 2> image;
+        refine_picture picture{};
+        picture.axes = state_;
+        picture.depth_near_mm = nearest_mm;
+        picture.depth_far_mm = INFINITY;
+        bool whole = true;
+        for (size_t side = 0; side < 2; side++) {
+            std::string ignored;  // the corners' own reading said it
+            whole = whole &&
+                    calibrate_image_read(shot_.path[side], shot_.mosaic, &image[side], &ignored);
+            calibrate_image &one = image[side];
+            whole = whole && one.shrink == 1 && one.width_px == shot_.state->width_px[side] &&
+                    one.height_px == shot_.state->height_px[side];
+            picture.grey[side] = {one.grey.data(), one.width_px, one.height_px, one.width_px};
+            picture.window[side] = shot_.state->origin.side[side].window;
+        }
+        std::vector<self_track> tracks(SPARSE_LEFT_MAX);
+        refine_tracks kept = {tracks.data(), 0, SPARSE_LEFT_MAX};
+        refine_report report{};
+        if (whole) {
+            const size_t bytes =
+                std::max(refine_match_need_bytes(image[0].width_px, image[0].height_px),
+                         refine_match_need_bytes(image[1].width_px, image[1].height_px));
+            std::vector<unsigned char> memory(bytes);
+            arena pool{};
+            arena_init(&pool, memory.data(), memory.size());
+            if (refine_match(&picture, &pool, &self_, &kept, &report) == ERROR_OK) {
+                own_.assign(tracks.begin(), tracks.begin() + kept.count);
+            }
+        }
+        look->matches = int(own_.size());
+        std::vector<self_track> all = own_;
+        all.insert(all.end(), more.begin(), more.end());
+        (void)self_calibration_solve(&self_, all.data(), int(all.size()));
+        look->own_rows_px = own_rows_px();
+    }
+
+    /// Median distance of the pair's own matches from the epipolar lines.
+    double own_rows_px() const {
+        std::vector<double> rows;
+        for (self_track track : own_) {
+            double residual = 0, gradient[SELF_TERMS_MAX];
+            if (self_track_epipolar(&self_, &track, &residual, gradient)) {
+                rows.push_back(std::abs(residual) * std::sqrt(2.0));
+            }
+        }
+        return rows.empty() ? 0 : median(rows);
+    }
+
+    /// The pair's own matches still fit; and the correction is one that the calibration allows, as
+    /// far as marks show that: the corners of a board show deviations that are small beside its
+    /// size.
+    bool agrees_with_own(touch_up_look *look) const {
+        look->own_rows_after_px = own_rows_px();
+        look->own_apart = look->own_rows_after_px > rows_factor * look->own_rows_px + rows_more_px;
+        return !look->own_apart && (look->corners > 2 || self_surprise(&self_) < max_sigmas);
+    }
 
     /// The direction of a thing at infinity, without a length.
     bool fit_far(touch_up_look *look) {
-        double gradient[SELF_TERMS_MAX], residual = 0;
-        const double middle[2] = {0.5 * look->rig.left.width_px, 0.5 * look->rig.left.height_px};
         look->depth_mm = far_depth_mm;
-        for (board_fit *fit : {&look->read, &look->corrected}) {
-            const bool after = fit == &look->corrected;
-            const sigma_function sigma_of = after ? self_posterior_sigma : self_prior_sigma;
-            self_track track = far_;
-            track.at_infinity = false;
-            double along[SELF_TERMS_MAX] = {};
-            if ((after && solve() != 1) || !self_track_epipolar(&self_, &track, &residual, along) ||
-                !self_depth_gradient(&self_, 0, middle, far_depth_mm, gradient)) {
-                return false;
-            }
-            fit->rows_px = std::abs(residual) * std::sqrt(2.0);
-            fit->rows_sigma_px =
-                std::hypot(sigma_of(&self_, along), far_.sigma_px) * std::sqrt(2.0);
-            (after ? look->corrected_depth_sigma_mm : look->depth_sigma_mm) =
-                sigma_of(&self_, gradient);
-        }
-        if (!(look->corrected.rows_z() < max_sigmas)) {
+        if (!measure_far_only(self_prior_sigma, &look->read, &look->depth_sigma_mm)) {
             return false;
         }
-        look->fitted = look->read;
-        look->fitted_depth_sigma_mm = look->depth_sigma_mm;
-        look->holds = look->read.rows_z() < max_sigmas && self_surprise(&self_) < max_sigmas;
+        match_own({}, look);
+        if (!measure_far_only(self_posterior_sigma, &look->fitted, &look->fitted_depth_sigma_mm)) {
+            return false;
+        }
+        for (const double factor : from_far_to_near) {
+            (void)solve(factor);
+        }
+        if (!measure_far_only(self_posterior_sigma, &look->corrected,
+                              &look->corrected_depth_sigma_mm) ||
+            !(std::max(look->corrected.rows_z(), look->corrected.far_z()) < max_sigmas)) {
+            return false;
+        }
+        look->holds = agrees_with_own(look) && far_holds(*look);
         return true;
+    }
+
+    static bool far_holds(const touch_up_look &look) {
+        return std::max({look.read.rows_z(), look.read.far_z(), look.fitted.rows_z(),
+                         look.fitted.far_z()}) < max_sigmas;
+    }
+
+    /// By how much the two directions of the thing at infinity differ, along the rows: px of the
+    /// left camera.
+    bool far_apart(const self_calibration &self, double *apart_px) const {
+        double left[3], right[3];
+        if (!camera_view_ray(&self.view[0], far_.pixel_px[0], left) ||
+            !camera_view_ray(&self.view[1], far_.pixel_px[1], right) || !(left[2] > 0) ||
+            !(right[2] > 0)) {
+            return false;
+        }
+        *apart_px = (right[0] / right[2] - left[0] / left[2]) * self.view[0].lens.fx_px;
+        return true;
+    }
+
+    bool measure_far(sigma_function sigma_of, board_fit *fit) const {
+        double gradient[SELF_TERMS_MAX] = {}, apart = 0, after = 0;
+        if (!far_apart(self_, &apart)) {
+            return false;
+        }
+        for (int i = 0; i < self_.terms; i++) {
+            self_calibration moved;
+            const double step = moved_view(i, &moved);
+            gradient[i] = step > 0 && far_apart(moved, &after) ? (after - apart) / step : 0;
+        }
+        fit->far_px = std::abs(apart);
+        fit->far_sigma_px = std::hypot(sigma_of(&self_, gradient), far_.sigma_px * std::sqrt(2.0));
+        return true;
+    }
+
+    /// How far the thing at infinity is from its epipolar line and from infinity, and how well the
+    /// depth at `far_depth_mm` is known.
+    bool measure_far_only(sigma_function sigma_of, board_fit *fit, double *sigma_mm) const {
+        const double middle[2] = {0.5 * self_.view[0].lens.width_px,
+                                  0.5 * self_.view[0].lens.height_px};
+        double residual = 0, along[SELF_TERMS_MAX] = {}, gradient[SELF_TERMS_MAX];
+        self_track track = far_;
+        track.at_infinity = false;
+        if (!self_track_epipolar(&self_, &track, &residual, along) || !measure_far(sigma_of, fit) ||
+            !self_depth_gradient(&self_, 0, middle, far_depth_mm, gradient)) {
+            return false;
+        }
+        fit->rows_px = std::abs(residual) * std::sqrt(2.0);
+        fit->rows_sigma_px = std::hypot(sigma_of(&self_, along), far_.sigma_px) * std::sqrt(2.0);
+        *sigma_mm = sigma_of(&self_, gradient);
+        return true;
+    }
+
+    /// The views with one correction changed by a part of its uncertainty, which is returned.
+    double moved_view(int term, self_calibration *moved) const {
+        double one[SELF_TERMS_MAX] = {};
+        std::array<double, VIEW_TERMS> correction{};
+        one[term] = 1;
+        const double step = 0.1 * self_prior_sigma(&self_, one);
+        correction[size_t(term % VIEW_TERMS)] = step;
+        *moved = self_;
+        camera_view_correct(&self_.view[term / VIEW_TERMS], correction.data(),
+                            &moved->view[term / VIEW_TERMS]);
+        return step;
     }
 
     void collect() {
@@ -200,14 +334,8 @@ class looker {
             square += (side - fit->square_mm) * (side - fit->square_mm);
         }
         for (int i = 0; i < self_.terms; i++) {
-            double one[SELF_TERMS_MAX] = {};
-            one[i] = 1;
-            const double step = 0.1 * self_prior_sigma(&self_, one);
-            self_calibration moved = self_;
-            std::array<double, VIEW_TERMS> correction{};
-            correction[size_t(i % VIEW_TERMS)] = step;
-            camera_view_correct(&self_.view[i / VIEW_TERMS], correction.data(),
-                                &moved.view[i / VIEW_TERMS]);
+            self_calibration moved;
+            const double step = moved_view(i, &moved);
             gradient[i] = step > 0 ? (mean(sides(moved)) - fit->square_mm) / step : 0;
         }
         fit->square_sigma_mm =
@@ -242,7 +370,7 @@ class looker {
         }
         fit->rows_px = median(rows);
         fit->rows_sigma_px = median(sigmas);
-        return measure_squares(sigma_of, fit);
+        return measure_squares(sigma_of, fit) && (!has_far_ || measure_far(sigma_of, fit));
     }
 
     /// Distance of the board's middle, and how well it is known.
@@ -276,7 +404,7 @@ class looker {
         for (const both &pair : pairs_) {
             tracks.push_back(track_of(pair));
         }
-        (void)self_calibration_solve(&self_, tracks.data(), int(tracks.size()));
+        match_own(tracks, look);
         double depth_mm = 0;
         return measure(self_posterior_sigma, &look->fitted) &&
                measure_depth(self_posterior_sigma, &depth_mm, &look->fitted_depth_sigma_mm);
@@ -288,17 +416,17 @@ class looker {
         target_.sights = int(sights_.size());
         target_.point_mm = reinterpret_cast<const double(*)[3]>(points_.data());
         target_.sight = sights_.data();
-        // Robust weights must not take the calibration's own error for outliers: from far to near.
-        (void)solve();
+        (void)solve(from_far_to_near[0]);
         self_.target = &target_;
-        for (const double factor : {100.0, 50.0, 25.0, 12.0, 6.0, 3.0, 1.5, 1.0}) {
+        for (const double factor : from_far_to_near) {
             target_.sigma_px = factor * sigma_px_;
             if (!self_target_place(self_.view, &target_)) {
                 return false;
             }
-            (void)solve();
+            (void)solve(factor);
         }
         return measure(self_posterior_sigma, &look->corrected) &&
+               look->corrected.far_z() < max_sigmas &&
                std::max(look->corrected.rows_z(), look->corrected.square_z(board_.square_mm)) <
                    max_sigmas &&
                measure_depth(self_posterior_sigma, &look->depth_mm,
@@ -324,6 +452,8 @@ class looker {
     std::vector<both> pairs_;
     std::vector<target_sight> sights_;
     double sigma_px_ = min_sigma_px;
+    zoom_state state_ = {};
+    std::vector<self_track> own_;  // matches of the two pictures
     self_calibration self_ = {};
     self_target target_ = {};
     self_track far_ = {};
@@ -341,6 +471,10 @@ std::string name_of(const calibrate_shot &shot) {
 double board_fit::square_z(double true_mm) const {
     return square_mm > 0 && square_sigma_mm > 0 ? std::abs(square_mm - true_mm) / square_sigma_mm
                                                 : 0;
+}
+
+double board_fit::far_z() const {
+    return far_sigma_px > 0 ? far_px / far_sigma_px : 0;
 }
 
 double board_fit::rows_z() const {
@@ -403,74 +537,4 @@ bool calibrate_touch_up(const std::string &zoom_path, const std::vector<calibrat
     std::stable_sort(looks->begin(), looks->end(),
                      [](const auto &a, const auto &b) { return a.order < b.order; });
     return !looks->empty();
-}
-
-std::string touch_up_text(const std::vector<touch_up_look> &looks, bool corrected) {
-    const auto line = [](const char *name, const board_fit &fit, double sigma_mm) {
-        const std::string size =
-            fit.square_mm > 0 ? report_text_format("squares %.3f mm (predicted deviation %.3f), ",
-                                                   fit.square_mm, fit.square_sigma_mm)
-                              : "";
-        return report_text_format("%-12s%srows %.3f px (%.3f), depth %.2f mm\n", name, size.c_str(),
-                                  fit.rows_px, fit.rows_sigma_px, sigma_mm);
-    };
-    std::string text;
-    for (const touch_up_look &look : looks) {
-        text +=
-            report_text_format("%-11s %d corners, %.0f mm away%s\n", look.name.c_str(),
-                               look.corners, look.depth_mm, look.holds ? "" : ": not as predicted");
-        text += line("as read", look.read, look.depth_sigma_mm);
-        text += look.corners > 0 ? line("refined", look.fitted, look.fitted_depth_sigma_mm) : "";
-        text += corrected ? line("corrected", look.corrected, look.corrected_depth_sigma_mm) : "";
-    }
-    return text;
-}
-
-std::string touch_up_verdict(const std::vector<touch_up_look> &looks, double square_mm) {
-    for (const touch_up_look &look : looks) {
-        if (!look.holds) {
-            return report_text_format(
-                "Not good: %s: squares are off by %.1f and rows by %.1f predicted standard "
-                "deviations: calibrate again.",
-                look.name.c_str(),
-                std::max(look.read.square_z(square_mm), look.fitted.square_z(square_mm)),
-                look.read.rows_z());
-        }
-    }
-    return report_text_format("Good: squares and rows are as predicted, in %zu pair%s.",
-                              looks.size(), looks.size() == 1 ? "" : "s");
-}
-
-std::string touch_up_json(const std::vector<touch_up_look> &looks, double square_mm,
-                          bool corrected) {
-    nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
-    const auto fit_json = [square_mm](const board_fit &fit, double sigma_mm) {
-        return nlohmann::ordered_json{
-            {"square_mm", fit.square_mm},          {"square_sigma_mm", fit.square_sigma_mm},
-            {"square_z", fit.square_z(square_mm)}, {"rows_px", fit.rows_px},
-            {"rows_sigma_px", fit.rows_sigma_px},  {"rows_z", fit.rows_z()},
-            {"depth_sigma_mm", sigma_mm},
-        };
-    };
-    bool good = true;
-    for (const touch_up_look &look : looks) {
-        nlohmann::ordered_json pair = {
-            {"pair", look.name},
-            {"corners", look.corners},
-            {"depth_mm", look.depth_mm},
-            {"holds", look.holds},
-            {"read", fit_json(look.read, look.depth_sigma_mm)},
-            {"refined", fit_json(look.fitted, look.fitted_depth_sigma_mm)}};
-        if (corrected) {
-            pair["corrected"] = fit_json(look.corrected, look.corrected_depth_sigma_mm);
-        }
-        pairs.push_back(pair);
-        good = good && look.holds;
-    }
-    return nlohmann::ordered_json{
-               {"verdict", {{"good", good}, {"sentence", touch_up_verdict(looks, square_mm)}}},
-               {"square_mm", square_mm},
-               {corrected ? "touch_up" : "verify", pairs}}
-               .dump(2) +
-           "\n";
 }

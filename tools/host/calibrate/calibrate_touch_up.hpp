@@ -16,10 +16,12 @@
 struct board_fit {
     double square_mm = 0, square_sigma_mm = 0;  // mean side of the squares
     double rows_px = 0, rows_sigma_px = 0;      // median distance from the epipolar lines
+    double far_px = 0, far_sigma_px = 0;        // of a thing at infinity: its directions apart
 
     /// Deviations in predicted standard deviations.
     double square_z(double true_mm) const;
     double rows_z() const;
+    double far_z() const;
 };
 
 /// Marks that a person has picked in the pictures of one pair: columns and rows in the left
@@ -39,6 +41,12 @@ struct touch_up_look {
     std::string name;                   // SESSION:N
     std::pair<size_t, uint32_t> order;  // as it was taken
     int corners = 0;                    // that both cameras see; 0: only a thing at infinity
+    bool marks = false;                 // two marks instead of a board: the size is a length
+    // The pair's own matches, and their median distance from the epipolar lines, refined by them
+    // and corrected.
+    int matches = 0;
+    double own_rows_px = 0, own_rows_after_px = 0;
+    bool own_apart = false;             // the correction moved them away from there
     board_fit read;                     // with the cameras where the motors read
     board_fit fitted;                   // corrected by the rows, as any pair is
     board_fit corrected;                // corrected by the size of the board
@@ -67,7 +75,17 @@ std::string touch_up_text(const std::vector<touch_up_look> &looks, bool correcte
 std::string touch_up_json(const std::vector<touch_up_look> &looks, double square_mm,
                           bool corrected);
 
-/// "Good: ..." or "Not good: ...".
-std::string touch_up_verdict(const std::vector<touch_up_look> &looks, double square_mm);
+/// What a look at a known size excludes.
+struct touch_up_outcome {
+    bool good = false;
+    std::string sentence;  // "Good: ...", "Not good: ..." or "Undecided: ..."
+    std::string reason;    // of what is not good, without the first words
+    // Shares of lengths: how far the best look is off, and the errors that it excludes.
+    double off = 0, excluded = 0;
+};
+
+/// `corrected`: of the last look, whose calibration is written; else of all.
+touch_up_outcome touch_up_verdict(const std::vector<touch_up_look> &looks, double square_mm,
+                                  bool corrected);
 
 #endif
