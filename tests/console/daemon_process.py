@@ -202,12 +202,14 @@ class DaemonTest(unittest.TestCase):
         cls.start()
 
     @classmethod
-    def begin_rig(cls):
+    def begin_rig(cls, *words):
         cls.rig = subprocess.Popen(
-            [SIMRIG, "--scene", cls.scene, "--listen", f"unix:{cls.rig_path}"],
-            stdout=subprocess.DEVNULL)
+            [SIMRIG, "--scene", cls.scene, "--listen", f"unix:{cls.rig_path}", *words],
+            stdout=subprocess.PIPE)
+        cls.addClassCleanup(cls.rig.stdout.close)
         cls.addClassCleanup(cls.end, cls.rig)
-        cls.wait_for(cls.rig_path)
+        # It listens earlier, and answers from then on.
+        assert b"listening on" in cls.rig.stdout.readline()
 
     @classmethod
     def start(cls):

@@ -6,7 +6,7 @@ import re
 import subprocess
 import unittest
 
-from daemon_process import SIMRIG, TIMEOUT_S, DaemonTest
+from daemon_process import TIMEOUT_S, DaemonTest
 
 ROOT = os.environ["VERGENCE_SOURCE"]
 CONTROL = os.path.join(ROOT, "tools/simrig/control")
@@ -27,10 +27,7 @@ class Arducam(DaemonTest):
             file.write("like = rig\nname = arducam\nlenses = arducam\n"
                        "width = 128 px\nheight = 96 px\n")
         cls.settings = (f"profile={profile}", *cls.overrides)
-        cls.rig = subprocess.Popen([SIMRIG, "--scene", "plane", "--rig", rig_file, "--listen",
-                                    f"unix:{cls.rig_path}"], stdout=subprocess.DEVNULL)
-        cls.addClassCleanup(cls.end, cls.rig)
-        cls.wait_for(cls.rig_path)
+        super().begin_rig("--rig", rig_file)
 
     def setUp(self):
         self.first = self.client()

@@ -5,20 +5,17 @@ import os
 import re
 import subprocess
 
-from daemon_process import SIMRIG, TIMEOUT_S, DaemonTest
+from daemon_process import TIMEOUT_S, DaemonTest
 
 CONTROL = os.path.join(os.environ["VERGENCE_SOURCE"], "tools/simrig/control")
 
 
 class Lens(DaemonTest):
     @classmethod
-    def begin_rig(cls):
+    def begin_rig(cls, *words):
         cls.truths = os.path.join(cls.folder, "truths")
         os.mkdir(cls.truths)
-        cls.rig = subprocess.Popen([SIMRIG, "--scene", cls.scene, "--files", cls.truths,
-                                    "--listen", f"unix:{cls.rig_path}"], stdout=subprocess.DEVNULL)
-        cls.addClassCleanup(cls.end, cls.rig)
-        cls.wait_for(cls.rig_path)
+        super().begin_rig("--files", cls.truths, *words)
 
     def setUp(self):
         self.first = self.client()

@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_process import SIMRIG, TIMEOUT_S, VERGENCED, DaemonTest
+from daemon_process import TIMEOUT_S, VERGENCED, DaemonTest
 from waiting import wait_until
 
 LEAD = ("bringup", "window 64 48")
@@ -250,11 +250,8 @@ class RealTime(DaemonTest):
     """Only in real time the rig idles: its bridge's watchdog is fed between commands."""
 
     @classmethod
-    def begin_rig(cls):
-        cls.rig = subprocess.Popen([SIMRIG, "--scene", cls.scene, "--wall", "--listen",
-                                    f"unix:{cls.rig_path}"], stdout=subprocess.DEVNULL)
-        cls.addClassCleanup(cls.end, cls.rig)
-        cls.wait_for(cls.rig_path)
+    def begin_rig(cls, *words):
+        super().begin_rig("--wall", *words)
 
     def test_idling_is_replayed_where_it_was(self):
         client = self.client()

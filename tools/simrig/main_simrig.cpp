@@ -2,6 +2,7 @@
 // simrig: the simulated rig as a process. See server/options.cpp and README.md.
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -69,8 +70,15 @@ class Progress {
 };
 
 int stop_pipe[2];
+volatile sig_atomic_t is_preparing;
+char listening_path[sizeof(sockaddr_un::sun_path)];  ///< "": none
 
 void stop(int) {
+    if (is_preparing) {
+        // Nothing looks at the pipe yet.
+        unlink(listening_path);
+        _exit(0);
+    }
     const char byte = 0;
     // The pipe is full only when enough wake-ups are pending.
     if (write(stop_pipe[1], &byte, 1) < 0) {
@@ -142,15 +150,20 @@ Plan plan_of(const Options &options) {
         check_sum(plan.rig_path, plan.head.rig_sum, then.rig_sum, log);
         check_sum(plan.scene_path, plan.head.scene_sum, then.scene_sum, log);
     }
-    Progress progress;
-    progress.show(0, 1, "computing the scene's light");
     reading([&plan] {
         // Quick, so a mistake in these files is reported before the slow steps.
         world::load_rig(plan.rig_path);
         load_settings(plan.rig_path);
-        plan.scene = std::make_shared<world::Scene>(world::load_scene(plan.scene_path));
     });
     return plan;
+}
+
+void prepare_scene(Plan *plan) {
+    Progress progress;
+    progress.show(0, 1, "computing the scene's light");
+    reading([plan] {
+        plan->scene = std::make_shared<world::Scene>(world::load_scene(plan->scene_path));
+    });
 }
 
 std::unique_ptr<Session> session_of(const Options &options, const Plan &plan) {
@@ -166,7 +179,8 @@ std::unique_ptr<Session> session_of(const Options &options, const Plan &plan) {
 }
 
 int replay_log(const Options &options) {
-    const Plan plan = plan_of(options);
+    Plan plan = plan_of(options);
+    prepare_scene(&plan);
     const std::unique_ptr<Session> session = session_of(options, plan);
     session->replay(plan.past, std::numeric_limits<double>::infinity());
     std::printf("%zu entries, all answered as in the log\n", plan.past.size());
@@ -226,7 +240,18 @@ void must_be_received() {
     }
 }
 
-int serve(const Options &options, const Plan &plan) {
+/// Listens before the scene is prepared: a program that was started together with this one connects
+/// at once, and is answered when the rig is ready.
+std::unique_ptr<Listener> listen_early(const Options &options) {
+    auto listener = std::make_unique<Listener>(options.listen);
+    const std::string &path = listener->path();
+    std::memcpy(listening_path, path.c_str(), path.size() + 1);
+    is_preparing = 1;
+    catch_signals();
+    return listener;
+}
+
+int serve(const Options &options, const Plan &plan, Listener &listener) {
     const std::unique_ptr<Session> session = session_of(options, plan);
     if (!options.log.empty()) {
         session->log_to(options.log, plan.head);
@@ -236,8 +261,6 @@ int serve(const Options &options, const Plan &plan) {
     if (!options.script.empty()) {
         run_script(*session, options.script);
     }
-    catch_signals();
-    Listener listener(options.listen);
     std::unique_ptr<Pty> pty;
     std::function<void()> tick;
     if (options.pty) {
@@ -249,6 +272,7 @@ int serve(const Options &options, const Plan &plan) {
     std::printf("listening on %s\n%s", listener.name().c_str(),
                 hint_of(options.hint, listener.name()).c_str());
     must_be_received();
+    is_preparing = 0;
     server.run(stop_pipe[0]);
     return session->log_failed() ? 1 : 0;
 }
@@ -265,11 +289,13 @@ int run(const Options &options) {
     if (!options.replay.empty()) {
         return replay_log(options);
     }
-    const Plan plan = plan_of(options);
+    Plan plan = plan_of(options);
+    std::unique_ptr<Listener> listener = options.listen.empty() ? nullptr : listen_early(options);
+    prepare_scene(&plan);
     if (!options.view.empty()) {
         write_views(options, plan);
     }
-    return options.listen.empty() ? 0 : serve(options, plan);
+    return listener ? serve(options, plan, *listener) : 0;
 }
 
 int complain(const std::string &what, int code) {

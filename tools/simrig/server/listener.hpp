@@ -24,6 +24,8 @@ class Listener {
     int socket() const { return socket_; }
     /// As a client writes it, with the actual port.
     const std::string &name() const { return name_; }
+    /// Of a Unix socket; empty: none.
+    const std::string &path() const { return path_; }
 
   private:
     void listen_unix(const std::string &path);
