@@ -75,8 +75,9 @@ static void name_setting(const struct backend_linux *self, enum backend_linux_de
     }
 }
 
-static void open_all(void *opaque) {
+static void open_all(void *opaque, const struct rig_observer *observer) {
     struct backend_linux *self = opaque;
+    (void)observer;
     for (int i = 0; i < BACKEND_LINUX_DEVICES; i++) {
         const enum backend_linux_device device = (enum backend_linux_device)i;
         struct message *missing = &self->missing[i];
@@ -203,7 +204,7 @@ void backend_linux_open(struct backend_linux *self, const struct config *config,
     ports->lens_uart = rig_needs_lens_uart(profile) ? &self->uart.hal : NULL;
     ports->gpio = self->needed[BACKEND_LINUX_GPIO] ? &self->lines.hal : NULL;
     ports->devices = &self->devices;
-    open_all(self);
+    open_all(self, NULL);
     for (int i = 0; i < BACKEND_LINUX_DEVICES; i++) {
         if (self->missing[i].text[0] != '\0') {
             log->operations->write(log->self, HAL_LOG_WARNING, self->missing[i].text);

@@ -7,11 +7,14 @@
 #include "core/error.h"
 #include "core/invariant.h"
 
+/// A simulated rig that has just been started does not listen yet, or still prepares its scene. The
+/// daemon serves meanwhile, and bringup waits for the rig.
 static int open_sim(struct backends *self, const struct config *config, struct rig_ports *ports,
                     struct message *message) {
-    const int error =
-        sim_backend_open(&self->sim, config->backend_address, SIM_CONNECTION_TIMEOUT_MS);
-    if (error != 0) {
+    const int error = sim_backend_open(&self->sim, config->backend_address, SIM_STARTING_MS);
+    self->sim.connection.timeout_ms = SIM_CONNECTION_TIMEOUT_MS;
+    self->awaited = error == ERROR_MISSING || error == ERROR_TIMEOUT;
+    if (error != 0 && !self->awaited) {
         return message_set(message, error, "backend = sim %s: %s", config->backend_address,
                            self->sim.connection.text);
     }
@@ -28,8 +31,9 @@ void backends_report_mismatch(struct backends *self) {
     }
 }
 
-static void open_nothing(void *opaque) {
+static void open_nothing(void *opaque, const struct rig_observer *observer) {
     (void)opaque;
+    (void)observer;
 }
 
 /// After the first call that does not match all parts fail, and none of them is the cause.

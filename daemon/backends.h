@@ -19,6 +19,7 @@ struct backends {
     struct replay replay;
     struct backend_linux devices;
     bool has_sim, has_replay;
+    bool awaited;                       ///< the simulated rig did not answer yet
     struct rig_devices replay_devices;  ///< opens nothing, but states why a replayed part fails
     const struct hal_log *log;
     bool mismatch_reported;  ///< the end of the replay was logged

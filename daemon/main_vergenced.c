@@ -2,6 +2,7 @@
 // The daemon: selects the backends and the commands, and serves them.
 #include <errno.h>
 #include <fcntl.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -308,10 +309,23 @@ static int confine(struct program *self, struct message *message) {
     return error;
 }
 
-/// Reports the start to the log, and to the terminal if the log is elsewhere.
+/// Reports a line of the start to the log, and to the terminal if the log is elsewhere.
+__attribute__((format(printf, 3, 4))) static void report(struct program *self,
+                                                         enum hal_log_level level,
+                                                         const char *format, ...) {
+    struct message line;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(line.text, sizeof line.text, format, arguments);
+    va_end(arguments);
+    log_ring_print(&self->daemon.log_ring, level, "%s", line.text);
+    if (self->daemon.config.log_file[0] != '\0') {
+        fprintf(stderr, "vergenced: %s\n", line.text);
+    }
+}
+
 static void report_start(struct program *self) {
     const struct config *config = &self->daemon.config;
-    const bool elsewhere = config->log_file[0] != '\0';
     const struct {
         const char *what, *place;
     } paths[] = {{"socket", config->socket},
@@ -319,29 +333,23 @@ static void report_start(struct program *self) {
                  {"store", config->store},
                  {"log", config->log_file}};
     for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
-        if (paths[i].place[0] == '\0') {
-            continue;
-        }
-        log_ring_print(&self->daemon.log_ring, HAL_LOG_NOTICE, "%s: %s", paths[i].what,
-                       paths[i].place);
-        if (elsewhere) {
-            fprintf(stderr, "vergenced: %s: %s\n", paths[i].what, paths[i].place);
+        if (paths[i].place[0] != '\0') {
+            report(self, HAL_LOG_NOTICE, "%s: %s", paths[i].what, paths[i].place);
         }
     }
+    if (self->backends.awaited) {
+        report(self, HAL_LOG_NOTICE, "waiting for the rig at %s; bringup waits, too",
+               config->backend_address);
+    }
     if (config->tcp_network[0] != '\0') {
-        static const char risk[] =
-            "tcp_network = %s: served without encryption: anyone who can read this network's "
-            "traffic "
-            "can take the token and drive the instrument%s";
-        log_ring_print(&self->daemon.log_ring, HAL_LOG_WARNING, risk, config->tcp_network, "");
-        if (elsewhere) {
-            fputs("vergenced: ", stderr);
-            fprintf(stderr, risk, config->tcp_network, "\n");
-        }
+        report(self, HAL_LOG_WARNING,
+               "tcp_network = %s: served without encryption: anyone who can read this network's "
+               "traffic can take the token and drive the instrument",
+               config->tcp_network);
     }
     log_ring_print(&self->daemon.log_ring, HAL_LOG_NOTICE, "vergenced %s (build %s): serving",
                    version_text(), version_build_id());
-    if (elsewhere) {
+    if (config->log_file[0] != '\0') {
         fputs("vergenced: serving until Ctrl-C\n", stderr);
     }
 }

@@ -429,25 +429,38 @@ static void forget(struct rig *self) {
     self->pairs = 0;
 }
 
+// Devices may be waited for, until the observer stops that.
+static int open_devices(struct rig *self) {
+    const struct rig_devices *devices = self->ports.devices;
+    if (devices == NULL) {
+        return ERROR_OK;
+    }
+    devices->open(devices->self, &self->observer);
+    return rig_poll_observer(self);
+}
+
+static void bring_up_all(struct rig *self, struct finding *finding) {
+    if (self->profile.bridge) {
+        bring_up_bridge(self, finding);
+        record_missing(self, finding, RIG_PART_BRIDGE);
+        record_missing(self, finding, RIG_PART_LEFT_CAMERA);  // one port for both
+    } else {
+        bring_up_sources(self, finding);
+    }
+    if (finding->first.error != ERROR_CANCELLED) {
+        bring_up_lenses(self, finding);
+    }
+}
+
 int rig_bringup(struct rig *self) {
     if (self->state == RIG_READY || self->bridge_lost) {
         rig_safe(self);
     }
     forget(self);
     self->state = RIG_DOWN;
-    if (self->ports.devices != NULL) {
-        self->ports.devices->open(self->ports.devices->self);
-    }
     struct finding finding = {.first = {.error = ERROR_OK}};
-    if (self->profile.bridge) {
-        bring_up_bridge(self, &finding);
-        record_missing(self, &finding, RIG_PART_BRIDGE);
-        record_missing(self, &finding, RIG_PART_LEFT_CAMERA);  // one port for both
-    } else {
-        bring_up_sources(self, &finding);
-    }
-    if (finding.first.error != ERROR_CANCELLED) {
-        bring_up_lenses(self, &finding);
+    if (record(self, &finding, open_devices(self))) {
+        bring_up_all(self, &finding);
     }
     if (finding.first.error == ERROR_OK) {
         self->state = RIG_READY;

@@ -294,6 +294,27 @@ class RigsThatGo(DaemonTest):
         self.assertEqual(first.ask("bringup")[-1], "OK")
 
 
+class RigsThatCome(DaemonTest):
+    """The daemon is started before its rig."""
+    settings = ("rig.width=128px", "rig.height=96px")
+
+    @classmethod
+    def begin_rig(cls, *words):
+        pass
+
+    def test_bringup_waits_for_it(self):
+        first = self.client()
+        self.assertIn(f"waiting for the rig at unix:{self.rig_path}", "\n".join(first.ask("log")))
+        self.assertRegex(first.ask("pan 5")[-1], "^ERR NOT_READY .*bringup")
+        self.assertRegex(first.begin("bringup"), r"^\.\.\. waiting for the simulated rig \d+/\d+$")
+        first.send("\x03")
+        self.assertRegex(first.begun_answer()[-1], "^ERR CANCELLED")
+        first.begin("bringup")
+        super().begin_rig()
+        self.assertEqual(first.begun_answer()[-1], "OK")
+        self.assertEqual(first.ask("pan 5")[-1], "OK")
+
+
 class Log(RigTest):
     def test_the_log_reports_faults(self):
         """Each once: the answer, and the resulting state."""

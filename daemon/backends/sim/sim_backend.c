@@ -6,13 +6,32 @@
 
 #include "core/error.h"
 
-enum { BUS_SPEED_HZ = 400000 };
+enum {
+    BUS_SPEED_HZ = 400000,
+    LISTENER_MS = 10000,  ///< a program that was just started, on a slow disk
+    ANSWER_MS = SIM_CONNECTION_TIMEOUT_MS,
+};
+
+// Reports the progress; false: cancelled.
+static bool go_on_waiting(void *opaque, int64_t waited_ms) {
+    const struct rig_observer *observer = opaque;
+    if (observer->progress != NULL) {
+        observer->progress(observer->self, "waiting for the simulated rig",
+                           (uint32_t)(waited_ms / 1000), ANSWER_MS / 1000);
+    }
+    return observer->should_stop == NULL || !observer->should_stop(observer->self);
+}
 
 // State of the previous rig does not apply to the next one.
-static void look_for_rig(void *opaque) {
+static void look_for_rig(void *opaque, const struct rig_observer *observer) {
     struct sim_backend *self = opaque;
     if (sim_connection_gone(&self->connection)) {
-        sim_connection_renew(&self->connection, self->where, SIMRIG_ROLE_BOARD);
+        struct rig_observer observing = *observer;
+        const struct sim_wait wait = {.listener_ms = LISTENER_MS,
+                                      .answer_ms = ANSWER_MS,
+                                      .go_on = go_on_waiting,
+                                      .self = &observing};
+        sim_connection_renew(&self->connection, self->where, SIMRIG_ROLE_BOARD, &wait);
         self->camera_state.armed = false;
         self->gpio_state.outputs = 0;
     }
@@ -33,9 +52,6 @@ int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms
     strcpy(self->where, where);
     self->devices = (struct rig_devices){.open = look_for_rig, .missing = missing, .self = self};
     const int error = sim_connection_open(&self->connection, where, SIMRIG_ROLE_BOARD, timeout_ms);
-    if (error != ERROR_OK) {
-        return error;
-    }
     self->camera_state = (struct sim_camera){
         .connection = &self->connection, .max_px = (size_t)MT9T001_WIDTH_PX * MT9T001_HEIGHT_PX};
     self->i2c_state = (struct sim_i2c){&self->connection, BUS_SPEED_HZ};
@@ -46,7 +62,7 @@ int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms
     self->camera = sim_camera_hal(&self->camera_state);
     self->gpio = sim_gpio_hal(&self->gpio_state);
     self->uart = sim_uart_hal(&self->uart_state);
-    return ERROR_OK;
+    return error;
 }
 
 void sim_backend_close(struct sim_backend *self) {

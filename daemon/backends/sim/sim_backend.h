@@ -30,12 +30,13 @@ struct sim_backend {
 };
 
 /// Connects as the board (see sim_connection_open for `where`, `timeout_ms` and errors) and
-/// allocates two full frames. On an error `connection.text` has the details.
+/// allocates two full frames. On an error `connection.text` has the details; after ERROR_MISSING
+/// and ERROR_TIMEOUT the backends are usable, as after a rig that has gone.
 int sim_backend_open(struct sim_backend *self, const char *where, int timeout_ms);
 void sim_backend_close(struct sim_backend *self);
 
-/// The ports for a rig with the profile "rig", without a log. Each bring-up reconnects if the
-/// simulated rig has gone.
+/// The ports for a rig with the profile "rig", without a log. Each bring-up connects if the
+/// simulated rig was not there or has gone, and waits for one that starts.
 struct rig_ports sim_backend_ports(const struct sim_backend *self);
 
 #ifdef __cplusplus

@@ -2,9 +2,11 @@
 #include "daemon/backends/sim/sim_connection.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -19,7 +21,7 @@ enum {
     HELLO_BYTES = 8,
     REPLY_HELLO_BYTES = 4,
     BUSY_PAUSE_NS = 1000000,
-    RENEW_TIMEOUT_MS = 2000,
+    POLL_MS = 50,
 };
 
 // The rig rejects more than a day.
@@ -119,17 +121,22 @@ static int receive(struct sim_connection *self, struct sim_exchange *exchange,
                               : receive_text(self, bytes - STATUS_BYTES, deadline_ms);
 }
 
-static int run_once(struct sim_connection *self, struct sim_exchange *exchange,
-                    int64_t deadline_ms) {
+static int send_request(struct sim_connection *self, struct sim_exchange *exchange,
+                        int64_t deadline_ms) {
     uint8_t head[SIMRIG_HEADER_BYTES];
     sim_bytes_put_u32(head, (uint32_t)exchange->bytes);
     sim_bytes_put_u16(head + 4, exchange->type);
     sim_bytes_put_u16(head + 6, ++self->tag);
     exchange->rest_bytes = 0;
-    int error = sim_socket_send(self->socket, head, sizeof head, deadline_ms);
-    if (error == ERROR_OK) {
-        error = sim_socket_send(self->socket, exchange->body, exchange->bytes, deadline_ms);
-    }
+    const int error = sim_socket_send(self->socket, head, sizeof head, deadline_ms);
+    return error == ERROR_OK
+               ? sim_socket_send(self->socket, exchange->body, exchange->bytes, deadline_ms)
+               : error;
+}
+
+static int run_once(struct sim_connection *self, struct sim_exchange *exchange,
+                    int64_t deadline_ms) {
+    const int error = send_request(self, exchange, deadline_ms);
     return error == ERROR_OK ? receive(self, exchange, deadline_ms) : error;
 }
 
@@ -160,7 +167,26 @@ int sim_connection_require(struct sim_connection *self, struct sim_exchange *exc
     return error == ERROR_OK && exchange->status != SIMRIG_OK ? ERROR_IO : error;
 }
 
-static int greet(struct sim_connection *self, uint16_t role) {
+static bool may_go_on(const struct sim_wait *wait, int64_t since_ms) {
+    return wait->go_on == NULL || wait->go_on(wait->self, monotonic_now_ms() - since_ms);
+}
+
+static int await_answer(const struct sim_connection *self, const struct sim_wait *wait,
+                        int64_t since_ms, int64_t deadline_ms) {
+    struct pollfd polled = {.fd = self->socket, .events = POLLIN};
+    while (poll(&polled, 1, POLL_MS) <= 0) {
+        if (!may_go_on(wait, since_ms)) {
+            return ERROR_CANCELLED;
+        }
+        if (monotonic_now_ms() >= deadline_ms) {
+            return ERROR_TIMEOUT;
+        }
+    }
+    return ERROR_OK;
+}
+
+static int greet(struct sim_connection *self, uint16_t role, const struct sim_wait *wait,
+                 int64_t since_ms) {
     static const char name[] = "vergence";
     uint8_t body[HELLO_BYTES + sizeof name - 1], head[REPLY_HELLO_BYTES];
     sim_bytes_put_u32(body, SIMRIG_MAGIC);
@@ -172,24 +198,71 @@ static int greet(struct sim_connection *self, uint16_t role) {
                                  .bytes = sizeof body,
                                  .head = head,
                                  .head_bytes = sizeof head};
-    const int error = sim_connection_run(self, &hello);
+    const int64_t deadline_ms = monotonic_now_ms() + wait->answer_ms;
+    int error = send_request(self, &hello, deadline_ms);
+    error = error == ERROR_OK ? await_answer(self, wait, since_ms, deadline_ms) : error;
+    error = error == ERROR_OK ? receive(self, &hello, deadline_ms) : error;
     if (error != ERROR_OK) {
-        return ERROR_IO;
+        self->timeout_ms = wait->answer_ms;
+        give_up(self, error, "greeting");
+        return error == ERROR_TIMEOUT || error == ERROR_CANCELLED ? error : ERROR_IO;
     }
     if (hello.status != SIMRIG_OK) {
         sim_connection_close(self);
         return hello.status == SIMRIG_BAD_VERSION ? ERROR_VERSION : ERROR_REFUSED;
     }
     self->wall = sim_bytes_u16(head + 2) != 0;
+    self->met = true;
     return ERROR_OK;
 }
 
-int sim_connection_open(struct sim_connection *self, const char *where, uint16_t role,
-                        int timeout_ms) {
+/// Whether a rig that starts may listen there: not in a directory that does not exist.
+static bool may_appear(const char *where) {
+    char folder[sizeof((struct sockaddr_un *)0)->sun_path + 1];
+    if (strncmp(where, "unix:", 5) != 0 || strlen(where + 5) >= sizeof folder) {
+        return true;
+    }
+    strcpy(folder, where + 5);
+    char *slash = strrchr(folder, '/');
+    if (slash == NULL) {
+        return true;
+    }
+    slash[1] = '\0';
+    return access(folder, F_OK) == 0;
+}
+
+/// Connects as soon as something listens there. The socket, or an error of sim_socket_connect, or
+/// ERROR_MISSING or ERROR_CANCELLED.
+static int connect_to_starting(const char *where, const struct sim_wait *wait, int64_t since_ms) {
+    for (;;) {
+        const int made = sim_socket_connect(where, monotonic_now_ms() + wait->answer_ms);
+        if (made != ERROR_IO || (errno != ENOENT && errno != ECONNREFUSED)) {
+            return made;
+        }
+        const int why = errno;
+        if (!may_appear(where)) {
+            errno = why;
+            return ERROR_IO;
+        }
+        if (!may_go_on(wait, since_ms)) {
+            errno = why;
+            return ERROR_CANCELLED;
+        }
+        if (monotonic_now_ms() - since_ms >= wait->listener_ms) {
+            errno = why;
+            return ERROR_MISSING;
+        }
+        nanosleep(&(struct timespec){.tv_nsec = POLL_MS * 1000000L}, NULL);
+    }
+}
+
+static int open_waiting(struct sim_connection *self, const char *where, uint16_t role,
+                        int timeout_ms, const struct sim_wait *wait) {
     INVARIANT(role == SIMRIG_ROLE_BOARD || role == SIMRIG_ROLE_CONTROL);
-    INVARIANT(timeout_ms > 0);
+    INVARIANT(timeout_ms > 0 && wait->answer_ms > 0);
+    const int64_t since_ms = monotonic_now_ms();
     *self = (struct sim_connection){.socket = -1, .timeout_ms = timeout_ms};
-    const int made = sim_socket_connect(where, monotonic_now_ms() + timeout_ms);
+    const int made = connect_to_starting(where, wait, since_ms);
     if (made == ERROR_ARGUMENT) {
         report(self,
                "invalid address '%s' of a simulated rig (expected unix:PATH or tcp:HOST:PORT)",
@@ -201,10 +274,17 @@ int sim_connection_open(struct sim_connection *self, const char *where, uint16_t
                           : errno == 0          ? "no such host"
                                                 : strerror(errno);
         report(self, "no simulated rig at %s: %s (is simrig running?)", where, why);
-        return ERROR_IO;
+        return made;
     }
     self->socket = made;
-    return greet(self, role);
+    const int error = greet(self, role, wait, since_ms);
+    self->timeout_ms = timeout_ms;
+    return error;
+}
+
+int sim_connection_open(struct sim_connection *self, const char *where, uint16_t role,
+                        int timeout_ms) {
+    return open_waiting(self, where, role, timeout_ms, &(struct sim_wait){.answer_ms = timeout_ms});
 }
 
 bool sim_connection_gone(struct sim_connection *self) {
@@ -232,16 +312,15 @@ int sim_connection_ask_time(struct sim_connection *self) {
     return error;
 }
 
-int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role) {
+int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role,
+                         const struct sim_wait *wait) {
     const struct sim_connection before = *self;
     sim_connection_close(self);
-    const int timeout_ms =
-        before.timeout_ms < RENEW_TIMEOUT_MS ? before.timeout_ms : RENEW_TIMEOUT_MS;
-    int error = sim_connection_open(self, where, role, timeout_ms);
+    int error = open_waiting(self, where, role, before.timeout_ms, wait);
     if (error == ERROR_OK) {
         error = sim_connection_ask_time(self);
     }
-    if (error == ERROR_OK && self->wall != before.wall) {
+    if (error == ERROR_OK && before.met && self->wall != before.wall) {
         report(self,
                "the simulated rig at %s uses another kind of time (real or virtual): restart "
                "vergenced",
@@ -249,7 +328,10 @@ int sim_connection_renew(struct sim_connection *self, const char *where, uint16_
         sim_connection_close(self);
         error = ERROR_REFUSED;
     }
-    self->timeout_ms = before.timeout_ms;
+    if (error != ERROR_OK && before.met) {
+        self->met = true;
+        self->wall = before.wall;
+    }
     if (self->now_us < before.now_us) {
         self->ahead_us = before.now_us - self->now_us;
         self->now_us = before.now_us;

@@ -16,6 +16,7 @@ extern "C" {
 enum {
     /// Real time per answer: rendering an image of three million pixels takes seconds.
     SIM_CONNECTION_TIMEOUT_MS = 120000,
+    SIM_STARTING_MS = 500,  ///< a daemon that starts looks for its rig that long
     SIM_CONNECTION_TEXT = 200,
 };
 
@@ -23,6 +24,8 @@ enum {
 struct sim_connection {
     int socket;  ///< not connected, or the rig has gone
     bool wall;   ///< the rig runs in real time
+    bool met;    ///< a rig has answered: `wall` is known
+    bool idled;  ///< in real time: the idle instrument was serviced since it was last asked about
     int timeout_ms;
     uint16_t tag;
     uint64_t now_us;                 ///< latest time reported by the rig
@@ -43,10 +46,21 @@ struct sim_exchange {
     size_t rest_bytes;  ///< bytes received
 };
 
+/// How long to wait for a rig that starts: it listens at once, and answers once its scene is
+/// prepared.
+struct sim_wait {
+    int listener_ms;  ///< until something listens there
+    int answer_ms;    ///< then until it answers
+    /// Called about twenty times a second with the time waited; false: give up. May be NULL.
+    bool (*go_on)(void *self, int64_t waited_ms);
+    void *self;
+};
+
 /// Connects to `where` (unix:PATH or tcp:HOST:PORT) in a role (SIMRIG_ROLE_*) and greets.
 /// `timeout_ms` limits the real time of this and every later exchange. 0; ERROR_ARGUMENT: `where`
-/// is neither form; ERROR_IO: no listener, or no answer; ERROR_VERSION, ERROR_REFUSED: another
-/// version, or the rig already has a board. `text` has the details.
+/// is neither form; ERROR_MISSING: nothing listens there; ERROR_TIMEOUT: no answer; ERROR_IO: no
+/// rig, or no connection; ERROR_VERSION, ERROR_REFUSED: another version, or the rig already has a
+/// board. `text` has the details.
 int sim_connection_open(struct sim_connection *self, const char *where, uint16_t role,
                         int timeout_ms);
 void sim_connection_close(struct sim_connection *self);
@@ -55,9 +69,10 @@ void sim_connection_close(struct sim_connection *self);
 bool sim_connection_gone(struct sim_connection *self);
 
 /// Reconnects after the rig has gone, to the same or another rig, whose time continues from
-/// `now_us`. Otherwise as sim_connection_open, with a limit of 2 s; ERROR_REFUSED also if the rig's
-/// kind of time differs.
-int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role);
+/// `now_us`. Otherwise as sim_connection_open, with these limits; ERROR_REFUSED also if the rig's
+/// kind of time differs, ERROR_CANCELLED: `wait` gave up.
+int sim_connection_renew(struct sim_connection *self, const char *where, uint16_t role,
+                         const struct sim_wait *wait);
 
 /// Converts a time from the protocol (8 bytes), and a time to send.
 uint64_t sim_connection_reported_us(const struct sim_connection *self, const uint8_t *bytes);

@@ -24,16 +24,17 @@ static void wait_until_us(void *self, uint64_t time_us) {
 }
 
 /// In virtual time nothing becomes due between commands, so that the same commands make the same
-/// calls.
-static bool never(void *self) {
-    (void)self;
-    return false;
+/// calls. In real time something is, once whenever the instrument idles. Which of them it is, is
+/// known once the rig has answered.
+static bool idle_is_due(void *self) {
+    struct sim_connection *connection = self;
+    connection->idled = connection->wall && !connection->idled;
+    return connection->idled;
 }
 
 struct hal_clock sim_clock_hal(struct sim_connection *connection) {
-    static const struct hal_clock_operations wall = {now_us, wait_until_us, NULL};
-    static const struct hal_clock_operations virtual_time = {now_us, wait_until_us, never};
-    return (struct hal_clock){connection->wall ? &wall : &virtual_time, connection};
+    static const struct hal_clock_operations operations = {now_us, wait_until_us, idle_is_due};
+    return (struct hal_clock){&operations, connection};
 }
 
 // ---- I2C

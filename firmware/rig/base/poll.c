@@ -5,14 +5,15 @@
 #include "rig/base/rig_clock.h"
 #include "rig/base/watchdog.h"
 
-int rig_poll(struct rig *self) {
-    const int error = rig_watchdog_feed(self);
-    if (error != ERROR_OK) {
-        return error;
-    }
+int rig_poll_observer(const struct rig *self) {
     const struct rig_observer *observer = &self->observer;
     const bool stop = observer->should_stop != NULL && observer->should_stop(observer->self);
     return stop ? ERROR_CANCELLED : ERROR_OK;
+}
+
+int rig_poll(struct rig *self) {
+    const int error = rig_watchdog_feed(self);
+    return error != ERROR_OK ? error : rig_poll_observer(self);
 }
 
 int rig_wait_until(struct rig *self, uint64_t until_us) {

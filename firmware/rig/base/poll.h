@@ -12,6 +12,9 @@ extern "C" {
 /// A call that waits calls rig_poll at least this often (us); the observer is promised 100 ms.
 enum { RIG_POLL_US = 50000 };
 
+/// Only checks for cancellation: 0 or ERROR_CANCELLED. Makes no call of a port.
+int rig_poll_observer(const struct rig *self);
+
 /// Feeds the bridge's watchdog if due (watchdog.h), then checks for cancellation. Returns 0,
 /// ERROR_CANCELLED, or an error of the bridge as rig_watchdog_feed.
 int rig_poll(struct rig *self);

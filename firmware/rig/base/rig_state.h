@@ -56,12 +56,14 @@ enum rig_part {
 /// Name of a part; static storage. `part` must be valid.
 const char *rig_part_text(enum rig_part part);
 
+struct rig_observer;
+
 /// Opens the devices behind the ports. Devices come and go; the calls of a port whose device is
 /// missing fail with ERROR_DEVICE.
 struct rig_devices {
     /// Opens devices that are not open, and reopens those that have gone. Called at the start of
-    /// each bring-up.
-    void (*open)(void *self);
+    /// each bring-up. Calls the observer while it waits for one.
+    void (*open)(void *self, const struct rig_observer *observer);
     /// Why the device behind this part could not be opened or does not start, as text: which
     /// device, and what to do. NULL: it is open. The text is valid until the next call.
     const char *(*missing)(void *self, enum rig_part part);
