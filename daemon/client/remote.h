@@ -72,7 +72,7 @@ int remote_greet(struct remote *self, remote_show *show, void *cookie, struct me
 bool remote_is_address(const char *word);
 
 /// Connects to the daemon of this user, else to the system's. 0, or an error with a message that
-/// names all sockets tried.
+/// names all sockets tried, and leaves the cause for the last one in errno.
 int remote_open_default(struct remote_line *line, struct message *message);
 
 /// Runs the command line `vergence --connect ...`; returns the process's exit code.

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // `vergence --connect [ADDRESS] [COMMAND...]`: its command line, one command, a script.
 #include <cjson/cJSON.h>
+#include <errno.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/signalfd.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "console/command.h"
@@ -13,11 +16,12 @@
 #include "core/error.h"
 #include "core/invariant.h"
 #include "daemon/base/message.h"
+#include "daemon/base/monotonic.h"
 #include "daemon/cli/options.h"
 #include "daemon/client/remote.h"
 #include "daemon/files/file_io.h"
 
-enum { EXIT_INTERRUPTED = 130 };
+enum { EXIT_INTERRUPTED = 130, START_MS = 5000, START_POLL_NS = 50000000 };
 
 struct arguments {
     const char *connect;
@@ -341,6 +345,40 @@ static int converse(struct remote *self, const char *line, bool keep_going) {
                              : run_script(self, keep_going);
 }
 
+/// Whether a daemon that starts may make this socket (NULL: the default one, with its directories).
+static bool may_appear(const char *where) {
+    char folder[PATH_MAX];
+    if (where == NULL || strncmp(where, "unix:", 5) != 0) {
+        return where == NULL;
+    }
+    snprintf(folder, sizeof folder, "%s", where + 5);
+    char *slash = strrchr(folder, '/');
+    if (slash == NULL) {
+        return true;
+    }
+    slash[1] = '\0';
+    return access(folder, F_OK) == 0;
+}
+
+/// Opens the line. A daemon that was started just before has no socket yet, so wait for one.
+static int open_line(struct remote *self, const char *where, struct message *message) {
+    const uint64_t begin_us = monotonic_now_us();
+    for (;;) {
+        errno = 0;
+        const int error = where != NULL ? remote_line_open(&self->line, where, message)
+                                        : remote_open_default(&self->line, message);
+        const bool starts =
+            error == ERROR_IO && (errno == ENOENT || errno == ECONNREFUSED) && may_appear(where);
+        const uint64_t waited_ms = (monotonic_now_us() - begin_us) / MONOTONIC_US_IN_MS;
+        if (!starts || waited_ms >= START_MS) {
+            remote_progress(self, "", 0, 0);
+            return error;
+        }
+        remote_progress(self, "waiting for vergenced to start", waited_ms, START_MS);
+        nanosleep(&(struct timespec){.tv_nsec = START_POLL_NS}, NULL);
+    }
+}
+
 int remote_main(int argc, char **argv) {
     struct arguments arguments = {0};
     const int first = first_word(&argc, argv);
@@ -363,9 +401,7 @@ int remote_main(int argc, char **argv) {
         return fail(&remote, ERROR_SYNTAX, &message, CLIENT_USAGE);
     }
     int result = CLIENT_OK;
-    const int error = arguments.connect != NULL
-                          ? remote_line_open(&remote.line, arguments.connect, &message)
-                          : remote_open_default(&remote.line, &message);
+    const int error = open_line(&remote, arguments.connect, &message);
     if (error != 0) {
         result = fail(&remote, error, &message,
                       error == ERROR_ARGUMENT ? CLIENT_USAGE : REMOTE_EXIT_LINE);

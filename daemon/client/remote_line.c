@@ -359,6 +359,7 @@ bool remote_is_address(const char *word) {
 int remote_open_default(struct remote_line *line, struct message *message) {
     char sockets[STANDARD_SOCKETS_MAX][STANDARD_PATH_BYTES];
     char tried[MESSAGE_BYTES / 2] = "";
+    int number = 0;
     const size_t count = standard_paths_sockets(sockets);
     for (size_t i = 0; i < count; i++) {
         char address[sizeof "unix:" + STANDARD_PATH_BYTES];
@@ -367,16 +368,19 @@ int remote_open_default(struct remote_line *line, struct message *message) {
         if (error == 0 || error == ERROR_MEMORY) {
             return error;
         }
-        const bool is_missing = error == ERROR_IO && errno == ENOENT;
-        const char *cause = is_missing ? "" : error == ERROR_IO ? strerror(errno) : "path too long";
+        number = error == ERROR_IO ? errno : 0;
+        const bool is_missing = number == ENOENT;
+        const char *cause = is_missing ? "" : number != 0 ? strerror(number) : "path too long";
         const size_t used = strlen(tried);
         snprintf(tried + used, sizeof tried - used, "%s%.*s%s%s%s", i == 0 ? "" : ", ",
                  STANDARD_PATH_BYTES - 1, sockets[i], is_missing ? "" : " (", cause,
                  is_missing ? "" : ")");
     }
-    return message_set(
+    message_set(
         message, ERROR_IO,
         "no vergenced at %s: start \"vergenced\" (simulated instrument: \"vergence simulate\"), or "
         "give its ADDRESS: unix:PATH, tcp:HOST:PORT or serial:DEVICE",
         tried);
+    errno = number;
+    return ERROR_IO;
 }
