@@ -220,13 +220,19 @@ class Clients(Bench):
         self.assert_alive()
 
     def test_no_more_than_32(self):
-        clients = [self.raw() for _ in range(32)]
+        clients = [self.running.client(CONTROLLER) for _ in range(32)]
         late = self.raw()
         self.assertEqual(late.receive()[2], BUSY)
         self.assert_closed(late)
         for client in clients:
             client.close()
         wait_until(self.may_come)
+
+    def test_silent_ones_make_room(self):
+        silent = [self.raw() for _ in range(32)]
+        self.assertIn("time_s", self.running.client(CONTROLLER).control("status"))
+        self.assert_closed(silent[0])
+        self.assert_alive()
 
     def may_come(self):
         try:

@@ -201,6 +201,39 @@ class Replay(Bench):
         self.assertEqual(running.stop(), 0)
         self.replay(log)
 
+    @staticmethod
+    def flood(control, requests):
+        """Requests that change nothing, as long as a command may be."""
+        for _ in range(requests):
+            try:
+                control.control("x" * 4096)
+            except Refused:
+                pass
+
+    def test_memory_ends_and_snapshots_live_on_in_the_log(self):
+        log = self.folder / "run.log"
+        for words in ((), ("--log", log)):
+            running = self.start(*words)
+            control = running.client(CONTROLLER)
+            control.control("snapshot early")
+            then = control.time_us()
+            begin_kib = running.memory_kib()
+            self.flood(control, 16000)  # twice what is kept
+            self.assertLess(running.memory_kib() - begin_kib, 48 << 10)
+            control.advance(1000)
+            if words:
+                control.control("snapshot late")
+                control.advance(1000)
+                control.control("restore late")
+                self.assertEqual(control.time_us(), then + 1000)
+                control.control("restore early")
+                self.assertEqual(control.time_us(), then)
+            else:
+                for command in ("snapshot late", "restore early"):
+                    text = self.assert_rejection(FAILED, control.control, command)
+                    self.assertIn("--log FILE", text)
+            self.assertEqual(running.stop(), 0)
+
     def test_scripts(self):
         script = self.folder / "script"
         script.write_text("# what goes wrong\nat 0.010 fault bus sda\n\nat 0.020 fault bus ok\n")

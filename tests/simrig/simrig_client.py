@@ -203,6 +203,10 @@ class Rig:
         self.out.seek(0)
         return self.out.read()
 
+    def memory_kib(self):
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
+        return int(re.search(r"VmRSS:\s+(\d+)", status)[1])
+
     def client(self, role=BOARD, greet=True):
         self.clients.append(Client(self.where, role, greet))
         return self.clients[-1]

@@ -111,6 +111,14 @@ void Server::accept_client() {
     setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     auto client = std::make_unique<Client>(socket);
     if (clients_.size() >= kMaxClients) {
+        // The oldest connection that has not greeted makes room.
+        const auto silent = std::find_if(clients_.begin(), clients_.end(),
+                                         [](const auto &other) { return !other->connection.role; });
+        if (silent != clients_.end()) {
+            drop(size_t(silent - clients_.begin()));
+        }
+    }
+    if (clients_.size() >= kMaxClients) {
         client->connection.send({SIMRIG_HELLO | SIMRIG_REPLY, 0,
                                  rejection({SIMRIG_BUSY, "too many clients (at most 32)"})});
         client->connection.flush();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simrig/server/session.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
@@ -12,6 +13,8 @@ namespace simrig {
 
 namespace {
 
+// A rig under load receives some 3 MiB a minute.
+constexpr size_t kPastBytesMax = size_t(32) << 20;
 constexpr double kAlways = std::numeric_limits<double>::infinity();
 
 RigSettings settings_of(const LogHead &head) {
@@ -51,7 +54,34 @@ void Session::record(LogEntry entry) {
             log_failed_ = true;
         }
     }
-    entries_.push_back(std::move(entry));
+    keep(std::move(entry));
+}
+
+void Session::keep(LogEntry entry) {
+    count_++;
+    kept_bytes_ += sizeof entry + entry.body.size();
+    if (kept_ && kept_bytes_ <= kPastBytesMax) {
+        entries_.push_back(std::move(entry));
+    } else if (kept_) {
+        kept_ = false;
+        entries_ = {};
+    }
+}
+
+void Session::require_past() const {
+    if (!kept_ && !log_) {
+        throw std::runtime_error(
+            "too many requests since the start for snapshots: start simrig with --log FILE, which "
+            "keeps them");
+    }
+}
+
+/// The first entries since the start.
+std::vector<LogEntry> Session::past(size_t count) const {
+    require_past();
+    std::vector<LogEntry> entries = kept_ ? entries_ : read_log(log_path_).entries;
+    entries.resize(std::min(count, entries.size()));
+    return entries;
 }
 
 std::optional<Body> Session::begin(uint16_t type, const Body &body, simrig_role role) {
@@ -82,6 +112,7 @@ void Session::release() {
 
 void Session::log_to(const std::string &path, const LogHead &head) {
     log_ = std::make_unique<LogFile>(path, head);
+    log_path_ = path;
     for (const LogEntry &entry : entries_) {
         log_->add(entry);
     }
@@ -94,7 +125,8 @@ void Session::save(const std::string &name) {
     if (board().busy()) {
         throw std::runtime_error("another client is letting time pass");
     }
-    moments_[name] = {entries_.size(), log_ ? log_->end() : 0};
+    require_past();
+    moments_[name] = {count_, log_ ? log_->end() : 0};
 }
 
 void Session::restore(const std::string &name) {
@@ -106,12 +138,14 @@ void Session::restore(const std::string &name) {
         throw std::runtime_error("another client is letting time pass");
     }
     const Moment moment = found->second;
-    const std::vector<LogEntry> past(entries_.begin(), entries_.begin() + long(moment.entries));
+    const std::vector<LogEntry> entries = past(moment.entries);
     std::unique_ptr<LogFile> log = std::move(log_);
     setup_ = make_();
     entries_.clear();
+    count_ = kept_bytes_ = 0;
+    kept_ = true;
     steps_ = 0;
-    replay(past, kAlways);
+    replay(entries, kAlways);
     log_ = std::move(log);
     if (log_) {
         log_->cut(moment.log_end);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A rig with all requests since its start, so that it can be replayed up to any moment, in this
-/// process (snapshots) or in another (logs).
+/// A rig with the requests since its start, so that it can be replayed up to any moment, in this
+/// process (snapshots) or in another (logs). They are kept in memory up to a limit, beyond it only
+/// in the log.
 #ifndef VERGENCE_SIMRIG_SERVER_SESSION_HPP
 #define VERGENCE_SIMRIG_SERVER_SESSION_HPP
 
@@ -47,7 +48,8 @@ class Session {
     /// Whether the log could not be written completely.
     bool log_failed() const { return log_failed_; }
 
-    /// Saves this moment; returns to it. Throw std::runtime_error with one line.
+    /// Saves this moment; returns to it. Throw std::runtime_error with one line, also when the
+    /// requests exceeded the memory and there is no log.
     void save(const std::string &name);
     void restore(const std::string &name);
 
@@ -61,12 +63,19 @@ class Session {
         long log_end;
     };
     void record(LogEntry entry);
+    void keep(LogEntry entry);
+    void require_past() const;
+    std::vector<LogEntry> past(size_t count) const;
     std::optional<Body> make_steps(const LogEntry &entry, double until_us);
     bool repeat(const LogEntry &entry, const std::optional<Body> &stepped);
 
     Make make_;
     std::unique_ptr<Setup> setup_;
-    std::vector<LogEntry> entries_;
+    std::vector<LogEntry> entries_;  ///< empty: see kept_
+    size_t count_ = 0;               ///< entries since the start
+    size_t kept_bytes_ = 0;          ///< of entries_
+    bool kept_ = true;               ///< false: they exceeded the memory
+    std::string log_path_;
     uint32_t steps_ = 0;
     std::map<std::string, Moment> moments_;
     std::unique_ptr<LogFile> log_;
