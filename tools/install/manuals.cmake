@@ -14,6 +14,21 @@ function(write_page name)
   file(WRITE ${OUTPUT}/man/man${section}/${name} "${page}")
 endfunction()
 
+# A program that shares no code with the others: its help becomes a page unchanged.
+function(help_page name summary program)
+  print(help ${program} --help)
+  string(REPLACE "\\" "\\e" help "${help}")
+  string(REPLACE "-" "\\-" help "${help}")
+  string(REPLACE "'" "\\(aq" help "${help}")
+  string(REGEX REPLACE "\n\\." "\n\\\\&." help "${help}")
+  file(STRINGS ${OUTPUT}/man/man1/vergence.1 head REGEX "^\\.TH ")
+  string(TOUPPER ${name} title)
+  string(REPLACE "TH VERGENCE" "TH ${title}" head "${head}")
+  string(REPLACE "-" "\\-" escaped ${name})
+  file(WRITE ${OUTPUT}/man/man1/${name}.1 "${head}\n.SH NAME\n${escaped} \\- ${summary}\n"
+       ".SH DESCRIPTION\n.nf\n${help}.fi\n.SH SEE ALSO\n.BR vergence\\-simulate (1)\n")
+endfunction()
+
 # Removes pages that no longer exist.
 file(REMOVE_RECURSE ${OUTPUT}/man)
 write_page(vergence.1 ${VERGENCE} help --man)
@@ -27,16 +42,13 @@ print(client_words ${VERGENCE} help --words)
 print(daemon_words ${VERGENCED} --help-words)
 set(words "${client_words}${daemon_words}")
 if(SIMRIG)
-  # It shares no code with the others; its help becomes a page unchanged.
-  print(help ${SIMRIG} --help)
-  string(REPLACE "\\" "\\e" help "${help}")
-  string(REPLACE "-" "\\-" help "${help}")
-  string(REPLACE "'" "\\(aq" help "${help}")
-  string(REGEX REPLACE "\n\\." "\n\\\\&." help "${help}")
-  file(STRINGS ${OUTPUT}/man/man1/vergence.1 head REGEX "^\\.TH ")
-  string(REPLACE "TH VERGENCE" "TH SIMRIG" head "${head}")
-  file(WRITE ${OUTPUT}/man/man1/simrig.1 "${head}\n.SH NAME\nsimrig \\- the simulated rig\n"
-       ".SH DESCRIPTION\n.nf\n${help}.fi\n.SH SEE ALSO\n.BR vergence\\-simulate (1)\n")
+  get_filename_component(scripts ${SIMRIG} DIRECTORY)
+  set(scripts ${scripts}/..)
+  help_page(simrig "the simulated rig" ${SIMRIG})
+  help_page(simrig-control "control commands for a simulated rig"
+            ${scripts}/simrig-control)
+  help_page(simrig-compare "compares a surface with the truth of a simulated rig"
+            ${scripts}/simrig-compare)
   foreach(kind scenes rigs)
     file(GLOB files ${CMAKE_CURRENT_LIST_DIR}/../simrig/${kind}/*.yaml)
     list(TRANSFORM files REPLACE ".*/([^/]*)\\.yaml$" "\\1")

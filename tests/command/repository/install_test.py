@@ -46,7 +46,13 @@ class Installed(unittest.TestCase):
                  "share/man/man5/vergenced.conf.5", "share/man/man8/vergenced.8"]
         if HAS_RIG:
             files += ["bin/simrig", "share/vergence/scenes/still_life.yaml",
-                      "share/vergence/rigs/default.yaml", "share/man/man1/simrig.1"]
+                      "share/vergence/rigs/default.yaml"]
+            for name in ("simrig", "simrig-control", "simrig-compare"):
+                files += [f"bin/{name}", f"share/man/man1/{name}.1"]
+                for option, word in (("--help", f"usage: {name} "), ("--version", f"{name} ")):
+                    done = self.run_installed(name, option)
+                    self.assertEqual((done.returncode, done.stderr), (0, ""))
+                    self.assertTrue(done.stdout.startswith(word), done.stdout)
         for name in files:
             self.assertTrue(os.path.isfile(os.path.join(self.prefix, name)), name)
 
