@@ -5,20 +5,26 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import unittest
 
-from as_user import VERGENCE, UserTest
-from daemon_process import SIMRIG, VERGENCED
+from as_user import AS_USER, VERGENCE, UserTest
+from daemon_process import SIMRIG, TIMEOUT_S, VERGENCED
+from waiting import wait_until
 
 ROOT = pathlib.Path(os.environ["VERGENCE_SOURCE"])
 BUILD = '$(tools/build --where demo)'
 
 
-def commands(block):
+def pasted(block):
     text = (ROOT / "FIRST_HOUR.md").read_text(encoding="utf-8")
     (found,) = re.findall(rf"^```sh {block}\n(.*?)^```", text, re.S | re.M)
-    return [line for line in found.splitlines() if line.strip() and not line.startswith("#")]
+    return found
+
+
+def commands(block):
+    return [line for line in pasted(block).splitlines() if line.strip() and not line.startswith("#")]
 
 
 class Page(unittest.TestCase):
@@ -46,27 +52,49 @@ class Page(unittest.TestCase):
 
 @unittest.skipUnless(SIMRIG, "the simulated rig requires -DVERGENCE_FPGA=ON")
 class FirstHour(UserTest):
-    def test_from_nothing_to_a_measured_object(self):
+    """Blocks as pasted: each one script, in an empty folder, without waiting in between."""
+
+    def setUp(self):
+        super().setUp()
         programs = {os.path.dirname(program) for program in (VERGENCE, VERGENCED)}
         self.environment["PATH"] = os.pathsep.join([*programs, os.environ["PATH"]])
-        (self.home / "tools").symlink_to(ROOT / "tools")
-        rig, daemon, *lines = commands("simulated")
-        self.begin_until("listening on", "bash", "-c", "exec " + rig.removesuffix(" &"))
-        self.begin_daemon("bash", "-c", "exec " + daemon.removesuffix(" &"))
-        self.assertGreaterEqual(len(lines), 8)
-        printed = {}
-        for line in lines:
-            done = self.run_as_user("bash", "-c", line)
-            self.assertEqual(done.returncode, 0, f"{line}\n{done.stdout}{done.stderr}")
-            printed[line] = done.stdout
-        result = json.loads((self.home / "surface" / "result.json").read_text(encoding="utf-8"))
+
+    def paste(self, name):
+        """The output of a block."""
+        script = pasted(name)
+        with open(self.folder / "output", "w+", encoding="utf-8") as file:
+            # What it leaves in the background belongs to its group of processes.
+            shell = subprocess.Popen([*AS_USER, "bash", "-e", "-c", script], cwd=self.home,
+                                     env=self.environment, stdin=subprocess.DEVNULL, stdout=file,
+                                     stderr=file, start_new_session=True)
+            self.addCleanup(self.end_group, shell.pid)
+            shell.wait(20 * TIMEOUT_S)
+            file.seek(0)
+            text = file.read()
+        self.assertEqual(shell.returncode, 0, text)
+        return text
+
+    @staticmethod
+    def end_group(group):
+        try:
+            os.killpg(group, signal.SIGTERM)
+            wait_until(lambda: os.killpg(group, 0))  # until none is left
+        except ProcessLookupError:
+            pass
+
+    def test_from_nothing_to_a_measured_object(self):
+        text = self.paste("simulated")
+        folder = self.home / "first-hour"
+        result = json.loads((folder / "surface" / "result.json").read_text(encoding="utf-8"))
         self.assertGreater(result["counts"]["vertices"], 1000000)
-        self.assertTrue((self.home / "surface" / "report.html").exists())
+        self.assertTrue((folder / "surface" / "report.html").exists())
+        self.assertEqual([path.name for path in self.home.iterdir() if path.name[0] != "."],
+                         ["first-hour"])
         # The object that the last command compares: most of its texture measured, to half a pixel.
-        table = printed[lines[-1]]
-        measured, error_px = re.search(r"^textured +\d+ +([\d.]+) % +([\d.]+) px", table, re.M).groups()
-        self.assertGreater(float(measured), 85, table)
-        self.assertLess(float(error_px), 0.5, table)
+        table = re.findall(r"^textured +\d+ +([\d.]+) % +([\d.]+) px", text, re.M)
+        measured, error_px = table[-1]
+        self.assertGreater(float(measured), 85, text)
+        self.assertLess(float(error_px), 0.5, text)
 
 
 if __name__ == "__main__":
