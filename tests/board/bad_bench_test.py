@@ -113,7 +113,10 @@ class Bench(BoardTest):
             self.refused(run("--rig", address, image_folder=self.image), "--rig", address)
 
     def test_a_scene_that_does_not_exist(self):
-        self.refused(run("--scene", "moon", image_folder=self.image), "the simulated rig ended", "moon")
+        for scene in ("moon", "none.yaml", "no/such"):
+            done = run("--scene", scene, image_folder=self.image)
+            self.refused(done, f"--scene {scene}: no such scene", "still_life")
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)  # nothing was begun
 
     def test_a_folder_without_an_image(self):
         self.refused(run(image_folder=self.folder), "vergence.fit", "no such file")
@@ -143,6 +146,13 @@ class Bench(BoardTest):
         os.kill(child_of(board.process, "simrig"), signal.SIGKILL)
         self.assertEqual(board.wait_end(LIMIT_S), 1)
         self.assertIn("tools/board: the simulated rig ended: killed by signal 9\n", board.report())
+
+    def test_a_qemu_that_dies(self):
+        board = self.start(image_folder=self.image)
+        board.wait(r"vergence\.fit'[^#]*#{3}", LIMIT_S)
+        os.kill(child_of(board.process, "qemu-system-arm"), signal.SIGKILL)
+        self.assertEqual(board.wait_end(LIMIT_S), 1)
+        self.assertIn("tools/board: QEMU ended: killed by signal 9\n", board.report())
 
 
 if __name__ == "__main__":

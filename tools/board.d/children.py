@@ -7,7 +7,7 @@ import time
 
 from problem import Problem
 
-START_LIMIT_S = 60
+START_LIMIT_S = END_LIMIT_S = 60
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None, use_errno=True)
 
@@ -60,6 +60,16 @@ class Children:
         for process, log, what in self.needed:
             if process.poll() is not None:
                 raise Problem(f"{what} ended: {reason(process, log)}")
+
+    def ended_well(self, process, what):
+        """Raises Problem unless this program, which ends now, ends orderly."""
+        log, = (log for started, log in self.started if started is process)
+        try:
+            process.wait(END_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            raise Problem(f"{what} closed the line and goes on (log: {log})") from None
+        if process.returncode != 0:
+            raise Problem(f"{what} ended: {reason(process, log)}")
 
     def wait(self, ready, what):
         """Waits until ready() holds for the program that was started last."""

@@ -26,10 +26,11 @@ U_BOOT_ERROR = re.compile(rb"[^\r\n]*(?:bad |error|failed|could not|not found|ex
 
 class Line:
     """The serial line. All that arrives is written to a log, and shown. `check()` raises Problem when what
-    is behind the board has ended."""
+    is behind the board has ended, and `check_end()` when the board did not switch itself off."""
 
-    def __init__(self, socket, folder, shown, check):
-        self.socket, self.folder, self.shown, self.check = socket, folder, shown, check
+    def __init__(self, socket, folder, shown, check, check_end):
+        self.socket, self.folder, self.shown = socket, folder, shown
+        self.check, self.check_end = check, check_end
         self.log = open(folder / "console.log", "wb", buffering=0)
         self.recent = self.unshown = b""
 
@@ -60,6 +61,8 @@ class Line:
         self.recent = (self.recent + data)[-RECENT_BYTES:]
         if REFUSED in self.recent:
             raise Problem(f"U-Boot started no system: {reason(self.recent)}")
+        if not data:
+            self.check_end()
         if token := TOKEN.search(self.recent):
             save_token(self.folder / "token", token[1])
             self.recent = self.recent[token.end():]
