@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "calib/detect/detect_exposure.hpp"
+#include "calib/detect/detect_extent.hpp"
 #include "calib/detect/detect_order.hpp"
 #include "calib/detect/detect_rejection.hpp"
 
@@ -58,7 +59,9 @@ void plain_boards(search *state, int level, const std::vector<grid> &grids) {
         board_view view;
         if (has_size_of(state->board, found) && miss.corners >= min) {
             const refined_grid refined = refine(state->levels, level, found, state->clear_share());
-            if (!too_blurred(refined.blur_px, refined.spacing_px)) {
+            miss.continued = squares_continue(state->levels[0], found, refined);
+            if (!miss.continued && outer_lines_measured(found, refined) &&
+                !too_blurred(refined.blur_px, refined.spacing_px)) {
                 view = plain_view(state->board, found, refined);
                 miss.corners = static_cast<int>(view.corners.size());
             }
@@ -110,6 +113,29 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
     }
 }
 
+// Searches `planes`, the levels or smoothed ones, until all corners are found. A large board is
+// found on a small level, which is fast.
+void look(search *state, const std::vector<plane> &planes, const detect_options &options) {
+    for (int level = static_cast<int>(planes.size()) - 1; level >= 0; level--) {
+        if (static_cast<int>(state->best.corners.size()) == state->board.corner_count()) {
+            return;
+        }
+        const plane &pixels = planes[static_cast<size_t>(level)];
+        const std::vector<saddle> saddles =
+            saddles_of(pixels, static_cast<size_t>(std::max(0, options.max_candidates)));
+        grid_limits limits;
+        limits.nearest_px = level == 0 ? smallest_square_px : square_on_levels_px;
+        limits.whole_lines = !state->board.coded();
+        limits.enough = too_many_corners(state->board);
+        const std::vector<grid> grids = grids_of(pixels, saddles, limits);
+        if (state->board.coded()) {
+            coded_parts(state, level, grids);
+        } else {
+            plain_boards(state, level, grids);
+        }
+    }
+}
+
 // Why no board was found, from the best candidate grid.
 std::string reason(search *state) {
     const size_t corners = static_cast<size_t>(state->nearest_grid.found_count());
@@ -136,30 +162,24 @@ board_view detect_board(const board &board, const image_u8 &image, const detect_
     }
     const std::vector<plane> levels = pyramid_of(image);
     search state = {board, levels, {}, {}, 0, {}, 0};
-    const auto found_all = [&] {
-        return static_cast<int>(state.best.corners.size()) == board.corner_count();
-    };
-    // A large board is found on a small level, which is fast.
-    for (int level = static_cast<int>(levels.size()) - 1; level >= 0 && !found_all(); level--) {
-        const plane &pixels = levels[static_cast<size_t>(level)];
-        const std::vector<saddle> saddles =
-            saddles_of(pixels, static_cast<size_t>(std::max(0, options.max_candidates)));
-        grid_limits limits;
-        limits.nearest_px = level == 0 ? smallest_square_px : square_on_levels_px;
-        limits.whole_lines = !board.coded();
-        limits.enough = too_many_corners(board);
-        const std::vector<grid> grids = grids_of(pixels, saddles, limits);
-        if (board.coded()) {
-            coded_parts(&state, level, grids);
-        } else {
-            plain_boards(&state, level, grids);
+    const int min = board.coded() ? fewest_coded_corners : min_corners(board);
+    const auto found_enough = [&] { return static_cast<int>(state.best.corners.size()) >= min; };
+    look(&state, levels, options);
+    // A second look, smoothed more and more, for boards in noise, halos or low light. It takes
+    // longer than the first.
+    constexpr int filters_each_time[] = {1, 4};
+    std::vector<plane> smooth;
+    for (const int times : filters_each_time) {
+        if (found_enough()) {
+            break;
         }
+        smooth = smoothed(smooth.empty() ? levels : smooth, times);
+        look(&state, smooth, options);
     }
     if (state.max_boards > 1) {
         return refused("two boards of this size are in view");
     }
-    const int min = board.coded() ? fewest_coded_corners : min_corners(board);
-    if (static_cast<int>(state.best.corners.size()) < min) {
+    if (!found_enough()) {
         return refused(reason(&state));
     }
     state.best.clipped = clipped_share(board, state.clear_share(), image, state.best);

@@ -150,6 +150,19 @@ normal_equations sum_up(const window &from, const corner_guess &guess, const vec
     return sums;
 }
 
+double model_at(const pixel &at, const corner_guess &guess, const vector &p) {
+    const double ax = std::cos(p[ANGLE_A]), ay = std::sin(p[ANGLE_A]);
+    const double bx = std::cos(p[ANGLE_B]), by = std::sin(p[ANGLE_B]);
+    const double dx = at.dx - p[X], dy = at.dy - p[Y];
+    const double along_a = ax * dx + ay * dy, along_b = bx * dx + by * dy;
+    double e1, e2, ignored;
+    steps.at((ax * dy - ay * dx - guess.a.curvature_px * along_a * along_a / 2) / p[BLUR], &e1,
+             &ignored);
+    steps.at((by * dx - bx * dy + guess.b.curvature_px * along_b * along_b / 2) / p[BLUR], &e2,
+             &ignored);
+    return p[BASE] + p[SLOPE_X] * dx + p[SLOPE_Y] * dy + p[HALF_CONTRAST] * e1 * e2;
+}
+
 vector start_of(const window &from, const corner_guess &guess) {
     const auto darker = [](const pixel &a, const pixel &b) { return a.grey < b.grey; };
     const auto [dark, light] = std::minmax_element(from.pixels.begin(), from.pixels.end(), darker);
@@ -166,6 +179,23 @@ bool plausible(const vector &p, const corner_guess &guess) {
     return p.allFinite() && p[BLUR] >= min_blur_px && p[BLUR] <= guess.radius_px &&
            std::hypot(p[X], p[Y]) <= farthest_share * guess.radius_px &&
            (p[HALF_CONTRAST] > 0) == guess.light_between;
+}
+
+// Variance of the noise from the differences of neighbours in a row, in which a misfit, which is
+// smooth, cancels.
+double noise_variance(const window &from, const corner_guess &guess, const vector &p) {
+    double squares = 0;
+    int count = 0;
+    for (size_t i = 1; i < from.pixels.size(); i++) {
+        const pixel &before = from.pixels[i - 1], &at = from.pixels[i];
+        if (at.dy == before.dy && at.dx - before.dx < 1.5) {
+            const double change =
+                at.grey - before.grey - (model_at(at, guess, p) - model_at(before, guess, p));
+            squares += change * change;
+            count++;
+        }
+    }
+    return count == 0 ? 0 : squares / (2 * count);
 }
 
 // Levenberg's method; false when it leaves the plausible range.
@@ -222,8 +252,13 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     const matrix whole = sums.A.selfadjointView<Eigen::Upper>();
     const matrix inverse = inverse_square(whole);
     const double shape = (inverse(X, X) + inverse(Y, Y)) / 2;
-    if (residual > largest_residual_share * half_contrast || half_contrast < min_half_contrast ||
-        !(shape > 0)) {
+    if (half_contrast < min_half_contrast || !(shape > 0)) {
+        return std::nullopt;
+    }
+    // A corner in strong noise is a corner nevertheless.
+    const double largest_misfit = largest_residual_share * half_contrast;
+    if (residual > largest_misfit &&
+        residual * residual - largest_misfit * largest_misfit > noise_variance(from, guess, p)) {
         return std::nullopt;
     }
     corner_fit fit;

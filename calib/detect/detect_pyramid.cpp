@@ -43,6 +43,28 @@ plane halved(const plane &from) {
     return made;
 }
 
+// Along rows, transposed: applied twice it filters both ways. Pixels beyond the border repeat the
+// last one.
+plane filtered_and_turned(const plane &from) {
+    plane made;
+    made.width = from.height;
+    made.height = from.width;
+    made.pixels.resize(from.pixels.size());
+    std::vector<int> padded(static_cast<size_t>(from.width) + 4);
+    for (int y = 0; y < from.height; y++) {
+        const uint16_t *row = from.row(y);
+        std::copy(row, row + from.width, padded.begin() + 2);
+        padded[0] = padded[1] = row[0];
+        padded[padded.size() - 1] = padded[padded.size() - 2] = row[from.width - 1];
+        const int *at = padded.data();
+        uint16_t *to = made.pixels.data() + y;
+        for (int x = 0; x < from.width; x++, at++, to += from.height) {
+            *to = static_cast<uint16_t>((at[0] + at[4] + 4 * (at[1] + at[3]) + 6 * at[2] + 8) >> 4);
+        }
+    }
+    return made;
+}
+
 }  // namespace
 
 double plane::between(double x, double y) const {
@@ -65,6 +87,17 @@ std::vector<plane> pyramid_of(const image_u8 &image) {
         levels.push_back(halved(levels.back()));
     }
     return levels;
+}
+
+std::vector<plane> smoothed(const std::vector<plane> &levels, int times) {
+    std::vector<plane> made;
+    for (const plane &level : levels) {
+        made.push_back(level);
+        for (int i = 0; i < times; i++) {
+            made.back() = filtered_and_turned(filtered_and_turned(made.back()));
+        }
+    }
+    return made;
 }
 
 }  // namespace calib::detect

@@ -31,6 +31,9 @@ struct plane {
 /// Level 0 is the image; levels follow while the shorter side is 32 pixels or more.
 std::vector<plane> pyramid_of(const image_u8 &image);
 
+/// The levels after `times` binomial filters (1 4 6 4 1, of variance 1) along rows and columns.
+std::vector<plane> smoothed(const std::vector<plane> &levels, int times);
+
 /// A position of `level` in level 0's pixels: pixel centres, not corners, have integer coordinates.
 inline double level_to_full(double position, int level) {
     const double scale = static_cast<double>(1 << level);

@@ -154,6 +154,10 @@ std::string rejection_of(const board &board, const std::vector<plane> &levels,
     if (board.coded()) {
         return coded_rejection(board, nearest);
     }
+    if (nearest.continued) {
+        return sentence("the squares go on beyond %d x %d corners: a larger board?", board.columns,
+                        board.rows);
+    }
     const int longer = std::max(nearest.columns, nearest.rows);
     const int shorter = std::min(nearest.columns, nearest.rows);
     const bool larger = longer > std::max(board.columns, board.rows) ||
@@ -161,6 +165,9 @@ std::string rejection_of(const board &board, const std::vector<plane> &levels,
     const bool whole = nearest.corners == nearest.columns * nearest.rows;
     if (larger || (whole && !nearest.cut && nearest.corners < wanted)) {
         return size_rejection(board, nearest);
+    }
+    if (nearest.corners == wanted) {
+        return "the board was found, but its corners are too blurred or overexposed to be measured";
     }
     if (nearest.cut) {
         return sentence("the board is cut off by the image border (%d of %d corners)",

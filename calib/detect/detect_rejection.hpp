@@ -14,7 +14,8 @@ namespace calib::detect {
 /// The best candidate grid; `corners` is 0 if there is none.
 struct near_miss {
     int columns = 0, rows = 0, corners = 0;
-    bool cut = false;  // its next line of corners would be beyond the image's border
+    bool cut = false;        // its next line of corners would be beyond the image's border
+    bool continued = false;  // squares go on beyond it
     double blur_px = 0, spacing_px = 0;  // 0: not measured
     int markers_seen = 0, markers_known = 0;
     bool mirrored = false;

@@ -149,3 +149,106 @@ TEST_CASE("the same image gives the same bytes, in many threads at once") {
         }
     }
 }
+
+namespace {
+
+std::vector<double> blurred_rows(const std::vector<double> &image, int width, double sigma_px) {
+    std::vector<double> made(image.size());
+    const int reach = static_cast<int>(3 * sigma_px + 1);
+    for (int i = 0; i < static_cast<int>(image.size()); i++) {
+        const int x = i % width;
+        double sum = 0, weight = 0;
+        for (int u = std::max(-x, -reach); u <= std::min(width - 1 - x, reach); u++) {
+            const double w = std::exp(-u * u / (2 * sigma_px * sigma_px));
+            sum += w * image[static_cast<size_t>(i + u)];
+            weight += w;
+        }
+        made[static_cast<size_t>(i)] = sum / weight;
+    }
+    return made;
+}
+
+std::vector<double> turned(const std::vector<double> &image, int width) {
+    std::vector<double> made;
+    for (int x = 0; x < width; x++) {
+        for (size_t at = static_cast<size_t>(x); at < image.size();
+             at += static_cast<size_t>(width)) {
+            made.push_back(image[at]);
+        }
+    }
+    return made;
+}
+
+struct Defects {
+    std::string name;
+    double noise_grey = 0, sharpening = 0, glare_grey = 0;
+};
+
+// What a cheap camera adds after the lens: noise, sharpening with halos; and light that is uneven.
+void spoil(const Defects &defects, Random &random, BoardImage *image) {
+    const int width = image->width, height = image->height;
+    std::vector<double> greys(image->pixels.begin(), image->pixels.end());
+    for (int i = 0; i < width * height; i++) {
+        const double x = double(i % width) / width - 0.5, y = double(i / width) / height - 0.5;
+        double &grey = greys[static_cast<size_t>(i)];
+        grey += defects.glare_grey * std::exp(-(x * x + y * y) / (2 * 0.06 * 0.06));
+        grey += defects.noise_grey * random.normal();
+    }
+    if (defects.sharpening > 0) {
+        const std::vector<double> once = turned(blurred_rows(greys, width, 2), width);
+        const std::vector<double> soft = turned(blurred_rows(once, height, 2), height);
+        for (size_t i = 0; i < greys.size(); i++) {
+            greys[i] += defects.sharpening * (greys[i] - soft[i]);
+        }
+    }
+    for (size_t i = 0; i < greys.size(); i++) {
+        image->pixels[i] = static_cast<uint8_t>(std::lround(std::clamp(greys[i], 0.0, 255.0)));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("boards are seen in noise, halos, glare, low light and without a border") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    struct Case {
+        Defects defects;
+        double dark_grey, light_grey, margin_squares, worst_rms_px;
+    };
+    const Case cases[] = {
+        {{"noise", 25, 0, 0}, 60, 160, 1, 0.25},
+        {{"sharpened noise", 8, 2.2, 0}, 65, 180, 1, 0.25},
+        {{"halos", 2, 4, 0}, 50, 190, 1, 0.15},
+        {{"glare", 2, 0, 150}, 40, 180, 1, 0.2},
+        {{"low light", 5, 0, 0}, 12, 32, 1, 0.25},
+        {{"no border", 3, 0, 0}, 30, 200, 0, 0.05},
+    };
+    for (const Case &c : cases) {
+        CAPTURE(c.defects.name);
+        const calib::board board = plain_board(9, 6);
+        const Camera camera = lens_of(640, 480, random);
+        BoardLight light;
+        light.dark_grey = c.dark_grey;
+        light.light_grey = c.light_grey;
+        light.background_grey = (c.dark_grey + c.light_grey) / 2;
+        light.margin_squares = c.margin_squares;
+        light.noise_grey = 0;
+        BoardImage image = photograph(
+            board, camera, hold_board(board, camera, random_hold(0.5, 0.4, 0.3, random)), light);
+        spoil(c.defects, random, &image);
+        const calib::board_view view = calib::detect_board(board, image.view(), {});
+        CHECK(view.rejection == "");
+        REQUIRE(view.corners.size() >= 44);
+        Errors errors;
+        errors.add(image, view);
+        CAPTURE(errors.z_rms());
+        CHECK(errors.rms_px() <= c.worst_rms_px);
+        for (const auto &[columns, rows] : {std::pair{8, 6}, {9, 5}, {7, 5}, {10, 6}, {9, 7}}) {
+            CAPTURE(columns);
+            CAPTURE(rows);
+            CHECK(
+                calib::detect_board(plain_board(columns, rows), image.view(), {}).corners.empty());
+        }
+    }
+}
