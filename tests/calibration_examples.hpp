@@ -60,8 +60,11 @@ inline calibration example() {
     std::strcpy(value.id, "bench-2.rig_A");
     std::strcpy(value.date, "2024-02-29");
     std::strcpy(value.note, "unit assumed: mm");
-    value.left = {640, 480, 533.5, 534.25, 341.625, 234.5, -0.28, 0.09, 0.0012, -0.0001, 0.0};
-    value.right = {640, 480, 536.75, 536.5, 326.5, 249.25, -0.29, 0.1, -0.0005, 0.0001, 0.01};
+    value.left = {640, 480, 533.5, 534.25, 341.625,           234.5, -0.28, 0.09, 0.0012, -0.0001,
+                  0.0, 0,   0,     0,      LENS_BROWN_CONRADY};
+    value.right = {640,    480,   536.75, 536.5,   326.5,
+                   249.25, -0.29, 0.1,    -0.0005, 0.0001,
+                   0.01,   0,     0,      0,       LENS_BROWN_CONRADY};
     const double rotation[3] = {0.006, 0.0047, -0.0036};
     const double translation[3] = {-99.5, 1.25, 0.0625};
     std::memcpy(value.rotation_right_left_rad, rotation, sizeof rotation);
@@ -75,7 +78,7 @@ inline calibration example() {
 inline calibration rectified_example() {
     calibration value = example();
     value.rectified = true;
-    value.left = {640, 480, 500, 500, 320, 240, 0, 0, 0, 0, 0};
+    value.left = {640, 480, 500, 500, 320, 240, 0, 0, 0, 0, 0, 0, 0, 0, LENS_BROWN_CONRADY};
     value.right = value.left;
     value.right.cx_px = 331.086;
     for (int i = 0; i < 3; i++) {

@@ -60,7 +60,8 @@ lens fit(const lens &exact, const std::vector<ray_place> &rays) {
     result.k2 = k[1] / std::pow(radius, 4);
     result.p1 = k[2] / radius;
     result.p2 = k[3] / radius;
-    result.k3 = 0;
+    result.k3 = result.k4 = result.k5 = result.k6 = 0;
+    result.kind = LENS_BROWN_CONRADY;
     return result;
 }
 

@@ -5,9 +5,13 @@
 #include "stereo/geometry/calibration_grammar.h"
 
 int main() {
-    std::printf("\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s\\x0a\"\n\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n",
-                CALIBRATION_GRAMMAR_FIRST_LINE, CALIBRATION_GRAMMAR_FIRST_LINE_2,
-                CALIBRATION_GRAMMAR_FIRST_LINE_3, CALIBRATION_GRAMMAR_CRC,
+    for (int version = 1; version <= CALIBRATION_GRAMMAR_VERSIONS; version++) {
+        std::printf("\"%s%d\\x0a\"\n", CALIBRATION_GRAMMAR_MAGIC, version);
+    }
+    for (int kind = 0; kind < LENS_KINDS; kind++) {
+        std::printf("\"%s\"\n", lens_kind_name(static_cast<lens_kind>(kind)));
+    }
+    std::printf("\"%s \"\n\"yes\"\n\"no\"\n\"%s\"\n\"%s\"\n", CALIBRATION_GRAMMAR_CRC,
                 CALIBRATION_GRAMMAR_UNKNOWN, CALIBRATION_GRAMMAR_NO_AXIS);
     int count;
     const calibration_field *fields = calibration_grammar_fields(&count);

@@ -35,6 +35,7 @@ void check_import(Import import) {
     // A lens with distortion takes long to validate, and that is tested elsewhere.
     for (lens *camera : {&pair.value.left, &pair.value.right}) {
         camera->k1 = camera->k2 = camera->p1 = camera->p2 = camera->k3 = 0;
+        camera->k4 = camera->k5 = camera->k6 = 0;
     }
     char text[CALIBRATION_TEXT_MAX_BYTES];
     const int length = calibration_print(&pair.value, text, sizeof text);

@@ -107,10 +107,13 @@ calibration folding_rig(const lens &left, const lens &right) {
 std::vector<calibration> folding_rigs(random_rig::Random &random) {
     // Values stated by the raw KITTI recordings for their colour cameras, and by OpenCV's own
     // sample for a left camera.
-    const lens kitti_02 = {1392,       512,       959.7910,    956.9251,     696.0217,   224.1806,
-                           -0.3691481, 0.1968681, 0.001353473, 0.0005677587, -0.06770705};
-    const lens kitti_03 = {1392,       512,       903.7596,     901.9653,      695.7519,   224.2509,
-                           -0.3639558, 0.1788651, 0.0006029694, -0.0003922424, -0.05382460};
+    const lens kitti_02 = {1392,        512,        959.7910,  956.9251,    696.0217,
+                           224.1806,    -0.3691481, 0.1968681, 0.001353473, 0.0005677587,
+                           -0.06770705, 0,          0,         0,           LENS_BROWN_CONRADY};
+    const lens kitti_03 = {
+        1392,       512,       903.7596,          901.9653,      695.7519,    224.2509,
+        -0.3639558, 0.1788651, 0.0006029694,      -0.0003922424, -0.05382460, 0,
+        0,          0,         LENS_BROWN_CONRADY};
     const lens sample = {640,
                          480,
                          534.80326845051309,
@@ -121,7 +124,11 @@ std::vector<calibration> folding_rigs(random_rig::Random &random) {
                          -1.0354662043042675,
                          0,
                          0,
-                         0};
+                         0,
+                         0,
+                         0,
+                         0,
+                         LENS_BROWN_CONRADY};
     std::vector<calibration> rigs = {folding_rig(kitti_02, kitti_03), folding_rig(sample, sample)};
     for (int i = 0; i < 40; i++) {
         lens made[2] = {};
@@ -258,5 +265,48 @@ TEST_CASE("pixels against cv::remap") {
                 << 100 * beyond_one / count << " % of pixels differ by more than one");
         CHECK(sum / count < 0.5);
         CHECK(max <= 1 + 2 * 255 / 64);  // half a 32nd of a pixel in x and in y, full contrast
+    }
+}
+
+TEST_CASE("rational and equidistant lenses against OpenCV's projections") {
+    std::mt19937_64 random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (int i = 0; i < 100; i++) {
+        lens wide{};
+        wide.width_px = 640, wide.height_px = 480;
+        wide.fx_px = uniform(random, 200, 600), wide.fy_px = uniform(random, 200, 600);
+        wide.cx_px = 322, wide.cy_px = 238;
+        wide.kind = i % 2 == 0 ? LENS_EQUIDISTANT : LENS_RATIONAL;
+        const double strength = i % 2 == 0 ? 0.05 : 0.3;
+        for (double lens::*k : {&lens::k1, &lens::k2, &lens::k3, &lens::k4}) {
+            wide.*k = uniform(random, 0, strength);
+        }
+        if (wide.kind == LENS_RATIONAL) {
+            wide.k5 = uniform(random, 0, 0.3), wide.k6 = uniform(random, 0, 0.1);
+            wide.p1 = uniform(random, -1e-3, 1e-3), wide.p2 = uniform(random, -1e-3, 1e-3);
+        }
+        std::vector<cv::Point3d> points;
+        for (int k = 0; k < 50; k++) {
+            points.push_back({uniform(random, -3, 3), uniform(random, -3, 3), 1});
+        }
+        const cv::Matx33d K(wide.fx_px, 0, wide.cx_px, 0, wide.fy_px, wide.cy_px, 0, 0, 1);
+        const cv::Vec3d none(0, 0, 0);
+        std::vector<cv::Point2d> theirs;
+        if (wide.kind == LENS_EQUIDISTANT) {
+            cv::fisheye::projectPoints(points, theirs, none, none, K,
+                                       cv::Vec4d(wide.k1, wide.k2, wide.k3, wide.k4));
+        } else {
+            const std::vector<double> D = {wide.k1, wide.k2, wide.p1, wide.p2,
+                                           wide.k3, wide.k4, wide.k5, wide.k6};
+            cv::projectPoints(points, none, none, K, D, theirs);
+        }
+        for (size_t k = 0; k < points.size(); k++) {
+            const double point_mm[3] = {points[k].x, points[k].y, points[k].z};
+            double pixel_px[2];
+            REQUIRE(lens_project(&wide, point_mm, pixel_px));
+            const double size_px = 1 + std::hypot(theirs[k].x, theirs[k].y);
+            REQUIRE(std::hypot(pixel_px[0] - theirs[k].x, pixel_px[1] - theirs[k].y) <
+                    1e-10 * size_px);
+        }
     }
 }

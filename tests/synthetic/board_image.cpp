@@ -72,12 +72,10 @@ class PlaneMap {
           R_(transpose(pose.R_camera_board)),
           origin_(R_ * (-1 * pose.t_camera_board_mm)) {}
 
-    Pixel ideal(double x, double y) const {
-        return undistort(camera_, {(x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy});
-    }
+    Vector ray(double x, double y) const { return camera_.ray({x, y}); }
     // Far away from the board when the ray misses the plane.
-    Pixel on_board(const Pixel &ideal) const {
-        const Vector ray = R_ * Vector{ideal.x, ideal.y, 1};
+    Pixel on_board(const Vector &in_camera) const {
+        const Vector ray = R_ * in_camera;
         const double range = -origin_.z / ray.z;
         if (!(range > 0)) {
             return {1e9, 1e9};
@@ -92,13 +90,14 @@ class PlaneMap {
 };
 
 struct PixelCorners {
-    Pixel topleft, topright, bottomleft, bottomright;
-    Pixel at(double u, double v) const {
+    Vector topleft, topright, bottomleft, bottomright;
+    Vector at(double u, double v) const {
         const auto mix = [&](double a, double b, double c, double d) {
             return (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
         };
         return {mix(topleft.x, topright.x, bottomleft.x, bottomright.x),
-                mix(topleft.y, topright.y, bottomleft.y, bottomright.y)};
+                mix(topleft.y, topright.y, bottomleft.y, bottomright.y),
+                mix(topleft.z, topright.z, bottomleft.z, bottomright.z)};
     }
 };
 
@@ -127,10 +126,10 @@ double mean_in(const PlaneMap &map, const Paint &paint, const PixelCorners &pixe
 std::vector<float> sharp(const PlaneMap &map, const Paint &paint, const Camera &camera) {
     const size_t width = static_cast<size_t>(camera.width);
     std::vector<float> image(width * fine * static_cast<size_t>(camera.height) * fine);
-    std::vector<Pixel> upper(width + 1), lower(width + 1);
-    const auto rays = [&](int y, std::vector<Pixel> *row) {
+    std::vector<Vector> upper(width + 1), lower(width + 1);
+    const auto rays = [&](int y, std::vector<Vector> *row) {
         for (size_t x = 0; x <= width; x++) {
-            (*row)[x] = map.ideal(static_cast<double>(x) - 0.5, y - 0.5);
+            (*row)[x] = map.ray(static_cast<double>(x) - 0.5, y - 0.5);
         }
     };
     rays(0, &upper);

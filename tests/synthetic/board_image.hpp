@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Images of calibration boards with exact truth: perspective and Brown-Conrady distortion, pixels
+/// Images of calibration boards with exact truth: perspective and distortion, pixels
 /// that integrate over their area, Gaussian blur, noise. Shares with calib/ only the description of
 /// the board and the markers' bits.
 #ifndef VERGENCE_TESTS_SYNTHETIC_BOARD_IMAGE_HPP

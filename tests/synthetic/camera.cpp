@@ -33,12 +33,55 @@ Pixel distort(const Camera &camera, const Pixel &ideal) {
     const double x = ideal.x;
     const double y = ideal.y;
     const double r2 = x * x + y * y;
-    const double radial = 1 + camera.k1 * r2 + camera.k2 * r2 * r2 + camera.k3 * r2 * r2 * r2;
+    const double radial = (1 + camera.k1 * r2 + camera.k2 * r2 * r2 + camera.k3 * r2 * r2 * r2) /
+                          (1 + camera.k4 * r2 + camera.k5 * r2 * r2 + camera.k6 * r2 * r2 * r2);
     return {x * radial + 2 * camera.p1 * x * y + camera.p2 * (r2 + 2 * x * x),
             y * radial + camera.p1 * (r2 + 2 * y * y) + 2 * camera.p2 * x * y};
 }
 
+namespace {
+
+// The argument below `high` at which a function that grows from 0 has a value.
+template <typename Function>
+double solve(const Function &growing, double value, double high) {
+    double low = 0;
+    for (int i = 0; i < 60; i++) {
+        const double middle = (low + high) / 2;
+        (growing(middle) < value ? low : high) = middle;
+    }
+    return (low + high) / 2;
+}
+
+double radius_of_angle(const Camera &camera, double angle) {
+    return angle + camera.k1 * std::pow(angle, 3) + camera.k2 * std::pow(angle, 5) +
+           camera.k3 * std::pow(angle, 7) + camera.k4 * std::pow(angle, 9);
+}
+
+// Rational lenses are strong: the radius is bracketed. The tangential terms are small.
+Pixel undistort_rational(const Camera &camera, const Pixel &distorted) {
+    Camera radial = camera;
+    radial.p1 = radial.p2 = 0;
+    Pixel ideal = distorted;
+    for (int i = 0; i < 12; i++) {
+        const Pixel all = distort(camera, ideal), own = distort(radial, ideal);
+        const Pixel wanted{distorted.x - (all.x - own.x), distorted.y - (all.y - own.y)};
+        const double size = std::hypot(wanted.x, wanted.y);
+        const double r = solve(
+            [&](double radius) {
+                return distort(radial, {radius, 0}).x;
+            },
+            size, 60);
+        ideal = {wanted.x / size * r, wanted.y / size * r};
+    }
+    return ideal;
+}
+
+}  // namespace
+
 Pixel undistort(const Camera &camera, const Pixel &distorted) {
+    if (camera.k4 != 0 || camera.k5 != 0 || camera.k6 != 0) {
+        return undistort_rational(camera, distorted);
+    }
     // Fixed-point iteration: contracts for the mild lenses used here; the generator's self-test
     // checks that it did.
     Pixel ideal = distorted;
@@ -53,20 +96,38 @@ Pixel undistort(const Camera &camera, const Pixel &distorted) {
     return ideal;
 }
 
-Vector Camera::direction(const Pixel &pixel) const {
+Vector Camera::ray(const Pixel &pixel) const {
     const double y = (pixel.y - vertical.offset_px - vertical.slope_x * (pixel.x - width / 2.0) +
                       vertical.slope_y * height / 2.0) /
                      (1 + vertical.slope_y);
-    const Pixel ideal = undistort(*this, {(pixel.x - cx) / fx, (y - cy) / fy});
-    return transpose(R_camera_world) * Vector{ideal.x, ideal.y, 1};
+    const Pixel distorted{(pixel.x - cx) / fx, (y - cy) / fy};
+    if (equidistant) {
+        const double radius = std::hypot(distorted.x, distorted.y);
+        const double angle = solve([&](double a) { return radius_of_angle(*this, a); }, radius, 3);
+        const double scale = radius > 0 ? std::sin(angle) / radius : 1;
+        return {scale * distorted.x, scale * distorted.y, std::cos(angle)};
+    }
+    const Pixel ideal = undistort(*this, distorted);
+    return {ideal.x, ideal.y, 1};
+}
+
+Vector Camera::direction(const Pixel &pixel) const {
+    return transpose(R_camera_world) * ray(pixel);
 }
 
 std::optional<Pixel> Camera::project(const Vector &point_mm) const {
     const Vector in_camera = R_camera_world * (point_mm - centre_mm);
-    if (in_camera.z <= 0) {
+    Pixel there{};
+    if (equidistant) {
+        const double across = std::hypot(in_camera.x, in_camera.y);
+        const double radius = radius_of_angle(*this, std::atan2(across, in_camera.z));
+        there = across > 0 ? Pixel{in_camera.x / across * radius, in_camera.y / across * radius}
+                           : Pixel{0, 0};
+    } else if (in_camera.z > 0) {
+        there = distort(*this, {in_camera.x / in_camera.z, in_camera.y / in_camera.z});
+    } else {
         return std::nullopt;
     }
-    const Pixel there = distort(*this, {in_camera.x / in_camera.z, in_camera.y / in_camera.z});
     const double x = cx + fx * there.x;
     const double y = cy + fy * there.y;
     return Pixel{x, y + vertical.offset_px + vertical.slope_x * (x - width / 2.0) +
@@ -101,8 +162,24 @@ calibration calibration_of(const Rig &rig, const Vector &rotation_rad,
     calibration result{};
     std::strcpy(result.id, "synthetic");
     const auto lens_of = [](const Camera &camera) {
-        return lens{camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                    camera.k1,    camera.k2,     camera.p1, camera.p2, camera.k3};
+        const bool rational = camera.k4 != 0 || camera.k5 != 0 || camera.k6 != 0;
+        return lens{camera.width,
+                    camera.height,
+                    camera.fx,
+                    camera.fy,
+                    camera.cx,
+                    camera.cy,
+                    camera.k1,
+                    camera.k2,
+                    camera.p1,
+                    camera.p2,
+                    camera.k3,
+                    camera.k4,
+                    camera.k5,
+                    camera.k6,
+                    camera.equidistant ? LENS_EQUIDISTANT
+                    : rational         ? LENS_RATIONAL
+                                       : LENS_BROWN_CONRADY};
     };
     result.left = lens_of(rig.left);
     result.right = lens_of(rig.right);

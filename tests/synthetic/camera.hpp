@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Cameras of synthetic worlds, written from the Brown-Conrady equations and Rodrigues' formula: no
-/// code of firmware/ is used, so that an error there cannot cancel here.
+/// Cameras of synthetic worlds, written from the published equations of the lens models and
+/// Rodrigues' formula: no code of firmware/ is used, so that an error there cannot cancel here.
 #ifndef VERGENCE_TESTS_SYNTHETIC_CAMERA_HPP
 #define VERGENCE_TESTS_SYNTHETIC_CAMERA_HPP
 
@@ -32,15 +32,19 @@ struct Camera {
     int width = 0, height = 0;
     double fx = 0, fy = 0, cx = 0, cy = 0;
     double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+    double k4 = 0, k5 = 0, k6 = 0;  // of a rational lens; k4 also of an equidistant one
+    bool equidistant = false;       // the coefficients are those of powers of the angle
     Matrix R_camera_world{1, 0, 0, 0, 1, 0, 0, 0, 1};
     Vector centre_mm;  // in the world
     VerticalShift vertical;
 
-    Vector direction(const Pixel &pixel) const;                  // in the world, of any length
-    std::optional<Pixel> project(const Vector &point_mm) const;  // none behind the camera
+    Vector ray(const Pixel &pixel) const;        // in the camera; of length 1 if equidistant
+    Vector direction(const Pixel &pixel) const;  // in the world, of any length
+    /// None behind the camera, unless it is equidistant.
+    std::optional<Pixel> project(const Vector &point_mm) const;
 };
 
-/// Brown-Conrady and its inverse, for normalised coordinates.
+/// Brown-Conrady or rational distortion and its inverse, for normalised coordinates.
 Pixel distort(const Camera &camera, const Pixel &ideal);
 Pixel undistort(const Camera &camera, const Pixel &distorted);
 

@@ -75,7 +75,7 @@ struct calibration {
     double rms_px;                        // reprojection rms per point; 0 if not stated
     /// True: printed as version 2 of the text (3 with `axes_in_sigma`), which includes the fields
     /// below. False: version 1, which does not have them; `origin` and the sigmas then count as not
-    /// known.
+    /// known. A lens that is not Brown-Conrady takes version 4, which has all fields.
     bool has_origin;
     struct calibration_origin origin;
     /// Uncertainty of the calibration itself, as one standard deviation: relative error common to

@@ -58,6 +58,29 @@
                    side.p1, side.p2),                                                             \
         DECIMALS_1(#side "_k3", 8, -10000000, 10000000, "", "radial distortion, r^6", side.k3)
 
+// The kind of a lens and the coefficients that only some kinds have.
+#define KIND_COEFFICIENT(side, k, decimals, max, meaning)                        \
+    {                                                                            \
+#side "_" #k, CALIBRATION_FIELD_DECIMALS, 4, 1, decimals, -max, max, "", \
+            "distortion of a lens that is not brown-conrady, " meaning, {        \
+            AT(side.k), 0, 0                                                     \
+        }                                                                        \
+    }
+#define KIND(side)                                                             \
+    {#side "_lens",                                                            \
+     CALIBRATION_FIELD_LENS,                                                   \
+     4,                                                                        \
+     1,                                                                        \
+     0,                                                                        \
+     0,                                                                        \
+     0,                                                                        \
+     "",                                                                       \
+     "model of the lens: brown-conrady, rational or equidistant",              \
+     {AT(side.kind), 0, 0}},                                                   \
+        KIND_COEFFICIENT(side, k4, 12, 1000, "r^2 below the line or angle^8"), \
+        KIND_COEFFICIENT(side, k5, 10, 100000, "r^4 below the line"),          \
+        KIND_COEFFICIENT(side, k6, 8, 10000000, "r^6 below the line")
+
 #define ORIGIN(kind, name, count, decimals, min, max, unit, meaning, member)           \
     {                                                                                  \
         name, CALIBRATION_FIELD_##kind, 2, count, decimals, min, max, unit, meaning, { \
@@ -121,6 +144,8 @@ static const struct calibration_field fields[] = {
      "",
      "yes: the two above include how well the axes stand where this text says; otherwise no",
      {AT(axes_in_sigma), 0, 0}},
+    KIND(left),
+    KIND(right),
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof fields[0] };
@@ -135,8 +160,17 @@ int calibration_grammar_count(int version) {
     while (count < FIELD_COUNT && fields[count].version <= version) {
         count++;
     }
-    INVARIANT(count > 0 && (version < 3 || count == FIELD_COUNT));
+    INVARIANT(count > 0 && (version < CALIBRATION_GRAMMAR_VERSIONS || count == FIELD_COUNT));
     return count;
+}
+
+int calibration_grammar_version(const struct calibration *calibration) {
+    INVARIANT(calibration->left.kind < LENS_KINDS && calibration->right.kind < LENS_KINDS);
+    if (calibration->left.kind != LENS_BROWN_CONRADY ||
+        calibration->right.kind != LENS_BROWN_CONRADY) {
+        return 4;
+    }
+    return !calibration->has_origin ? 1 : calibration->axes_in_sigma ? 3 : 2;
 }
 
 static size_t value_offset(const struct calibration_field *field, int i) {
@@ -176,6 +210,12 @@ bool *calibration_grammar_flag(const struct calibration_field *field,
                                struct calibration *calibration) {
     INVARIANT(field->kind == CALIBRATION_FIELD_FLAG);
     return (bool *)(void *)((char *)calibration + field->offset[0]);
+}
+
+enum lens_kind *calibration_grammar_lens(const struct calibration_field *field,
+                                         struct calibration *calibration) {
+    INVARIANT(field->kind == CALIBRATION_FIELD_LENS);
+    return (enum lens_kind *)(void *)((char *)calibration + field->offset[0]);
 }
 
 char *calibration_grammar_name(const struct calibration_field *field,

@@ -18,11 +18,11 @@ extern "C" {
 
 #define CALIBRATION_GRAMMAR_MAGIC "vergence-calibration "
 #define CALIBRATION_GRAMMAR_FIRST_LINE CALIBRATION_GRAMMAR_MAGIC "1"
-#define CALIBRATION_GRAMMAR_FIRST_LINE_2 CALIBRATION_GRAMMAR_MAGIC "2"
-#define CALIBRATION_GRAMMAR_FIRST_LINE_3 CALIBRATION_GRAMMAR_MAGIC "3"
 #define CALIBRATION_GRAMMAR_CRC "crc32"
 #define CALIBRATION_GRAMMAR_UNKNOWN "unknown"
 #define CALIBRATION_GRAMMAR_NO_AXIS "none"
+
+enum { CALIBRATION_GRAMMAR_VERSIONS = 4 };
 
 enum calibration_field_kind {
     CALIBRATION_FIELD_ID,        // one or more of A-Z a-z 0-9 . _ -
@@ -33,6 +33,7 @@ enum calibration_field_kind {
     CALIBRATION_FIELD_DECIMALS,  // `count` numbers with `decimals` decimals, stored as double
     CALIBRATION_FIELD_NAME,      // the rest of the line, or "unknown"
     CALIBRATION_FIELD_WINDOW,    // three integers, or "unknown"
+    CALIBRATION_FIELD_LENS,      // name of an `enum lens_kind`
     CALIBRATION_FIELD_AXIS,      // mean and spread with `decimals` decimals, "none" or "unknown"
 };
 
@@ -54,13 +55,18 @@ struct calibration_field {
 /// later versions follow those of earlier ones.
 const struct calibration_field *calibration_grammar_fields(int *count);
 
-/// Number of fields in a text of `version`, 1 to 3.
+/// Number of fields in a text of `version`, 1 to CALIBRATION_GRAMMAR_VERSIONS.
 int calibration_grammar_count(int version);
 
-/// Address of a field that is not a number: the flag, the text (CALIBRATION_NAME_BYTES), the
-/// window, or the axis.
+/// The version of a calibration's text: the first one that has all that it says.
+int calibration_grammar_version(const struct calibration *calibration);
+
+/// Address of a field that is not a number: the flag, the kind of lens, the text
+/// (CALIBRATION_NAME_BYTES), the window, or the axis.
 bool *calibration_grammar_flag(const struct calibration_field *field,
                                struct calibration *calibration);
+enum lens_kind *calibration_grammar_lens(const struct calibration_field *field,
+                                         struct calibration *calibration);
 char *calibration_grammar_name(const struct calibration_field *field,
                                struct calibration *calibration);
 struct calibration_window *calibration_grammar_window(const struct calibration_field *field,

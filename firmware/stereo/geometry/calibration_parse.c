@@ -112,6 +112,19 @@ static int parse_flag(struct calibration_reader *reader, const struct calibratio
                : calibration_refuse(reader, ERROR_SYNTAX, field->name, "must be yes or no");
 }
 
+static int parse_lens(struct calibration_reader *reader, const struct calibration_field *field,
+                      struct calibration_span value, struct calibration *result) {
+    enum lens_kind *kind = calibration_grammar_lens(field, result);
+    for (int i = 0; i < LENS_KINDS; i++) {
+        if (calibration_span_is(value, lens_kind_name((enum lens_kind)i))) {
+            *kind = (enum lens_kind)i;
+            return ERROR_OK;
+        }
+    }
+    return calibration_refuse(reader, ERROR_SYNTAX, field->name,
+                              "must be brown-conrady, rational or equidistant");
+}
+
 static int parse_word(struct calibration_reader *reader, const struct calibration_field *field,
                       struct calibration_span rest, bool more, struct calibration *result) {
     if (!more || rest.length == 0) {
@@ -134,6 +147,8 @@ static int parse_word(struct calibration_reader *reader, const struct calibratio
             return parse_window(reader, field, rest, result);
         case CALIBRATION_FIELD_AXIS:
             return parse_axis(reader, field, rest, result);
+        case CALIBRATION_FIELD_LENS:
+            return parse_lens(reader, field, rest, result);
         default:
             INVARIANT(field->kind == CALIBRATION_FIELD_FLAG);
             return parse_flag(reader, field, rest, result);
@@ -173,9 +188,6 @@ static int parse_end(struct calibration_reader *reader) {
 
 // Returns the version, or a negative code.
 static int parse_first_line(struct calibration_reader *reader) {
-    static const char *const first_lines[] = {CALIBRATION_GRAMMAR_FIRST_LINE,
-                                              CALIBRATION_GRAMMAR_FIRST_LINE_2,
-                                              CALIBRATION_GRAMMAR_FIRST_LINE_3};
     static const size_t magic_length = sizeof CALIBRATION_GRAMMAR_MAGIC - 1;
     if (reader->length < magic_length ||
         memcmp(reader->text, CALIBRATION_GRAMMAR_MAGIC, magic_length) != 0) {
@@ -185,14 +197,13 @@ static int parse_first_line(struct calibration_reader *reader) {
     }
     struct calibration_span line;
     const int code = calibration_next_line(reader, &line);
-    for (int i = 0; i < 3 && code == ERROR_OK; i++) {
-        if (calibration_span_is(line, first_lines[i])) {
-            return i + 1;
-        }
+    if (code != ERROR_OK) {
+        return code;
     }
-    return code != ERROR_OK
-               ? code
-               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 to 3)");
+    const int version = line.length == magic_length + 1 ? line.text[magic_length] - '0' : 0;
+    return version >= 1 && version <= CALIBRATION_GRAMMAR_VERSIONS
+               ? version
+               : calibration_refuse(reader, ERROR_VERSION, "", "unknown version (expected 1 to 4)");
 }
 
 static int parse_all(struct calibration_reader *reader, struct calibration *result) {
@@ -209,6 +220,11 @@ static int parse_all(struct calibration_reader *reader, struct calibration *resu
     }
     if (code == ERROR_OK) {
         code = parse_end(reader);
+    }
+    if (code == ERROR_OK && calibration_grammar_version(result) != version) {
+        reader->line = 1;
+        code = calibration_refuse(reader, ERROR_VERSION, "",
+                                  "an earlier version of the text has all of this");
     }
     if (code == ERROR_OK) {
         code = calibration_validate(result, &reader->fault);

@@ -58,6 +58,10 @@ static void put_field(struct calibration_writer *writer, const struct calibratio
             calibration_put_value(writer,
                                   *calibration_grammar_flag(field, calibration) ? "yes" : "no");
             break;
+        case CALIBRATION_FIELD_LENS:
+            calibration_put_value(writer,
+                                  lens_kind_name(*calibration_grammar_lens(field, calibration)));
+            break;
         case CALIBRATION_FIELD_INTEGERS:
         case CALIBRATION_FIELD_DECIMALS:
             put_numbers(writer, field, calibration);
@@ -85,10 +89,10 @@ int calibration_print(const struct calibration *calibration, char *text, size_t 
         return code;
     }
     struct calibration_writer writer = {text, size_bytes, 0};
-    const int version = !rounded.has_origin ? 1 : rounded.axes_in_sigma ? 3 : 2;
-    calibration_put(&writer, version == 1   ? CALIBRATION_GRAMMAR_FIRST_LINE "\n"
-                             : version == 2 ? CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n"
-                                            : CALIBRATION_GRAMMAR_FIRST_LINE_3 "\n");
+    const int version = calibration_grammar_version(&rounded);
+    const char digit[3] = {(char)('0' + version), '\n', '\0'};
+    calibration_put(&writer, CALIBRATION_GRAMMAR_MAGIC);
+    calibration_put(&writer, digit);
     int count;
     const struct calibration_field *fields = calibration_grammar_fields(&count);
     count = calibration_grammar_count(version);

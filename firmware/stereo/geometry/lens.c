@@ -5,110 +5,156 @@
 
 #include "core/error.h"
 #include "core/invariant.h"
+#include "core/math.h"
+#include "stereo/geometry/lens_fold.h"
 
 // Squared radius limit of any camera's view (89.9 degrees off the axis).
 static const double RADIUS2_MAX = 1e6;
 
+// 89.9 degrees: an equidistant lens has no ideal coordinates beyond.
+static const double COSINE_MIN = 1e-3;
+
+const char *lens_kind_name(enum lens_kind kind) {
+    static const char *const names[LENS_KINDS] = {"brown-conrady", "rational", "equidistant"};
+    INVARIANT((int)kind >= 0 && kind < LENS_KINDS);
+    return names[kind];
+}
+
 bool lens_is_ideal(const struct lens *lens) {
-    return lens->k1 == 0 && lens->k2 == 0 && lens->p1 == 0 && lens->p2 == 0 && lens->k3 == 0;
+    return lens->kind != LENS_EQUIDISTANT && lens->k1 == 0 && lens->k2 == 0 && lens->p1 == 0 &&
+           lens->p2 == 0 && lens->k3 == 0 && lens->k4 == 0 && lens->k5 == 0 && lens->k6 == 0;
+}
+
+static double norm2(const double a[2]) {
+    return a[0] * a[0] + a[1] * a[1];
+}
+
+// The numerator and the denominator of the radial factor at r^2 = u, and their derivatives by u.
+struct quotient {
+    double above, below, above_slope, below_slope;
+};
+
+static struct quotient divide_at(const struct lens *lens, double u) {
+    return (struct quotient){
+        1.0 + u * (lens->k1 + u * (lens->k2 + u * lens->k3)),
+        1.0 + u * (lens->k4 + u * (lens->k5 + u * lens->k6)),
+        lens->k1 + u * (2.0 * lens->k2 + u * 3.0 * lens->k3),
+        lens->k4 + u * (2.0 * lens->k5 + u * 3.0 * lens->k6),
+    };
+}
+
+// Radius in the image of an equidistant lens, over the angle, at angle^2 = u.
+static double angle_factor(const struct lens *lens, double u) {
+    return 1.0 + u * (lens->k1 + u * (lens->k2 + u * (lens->k3 + u * lens->k4)));
+}
+
+// Derivative of the radius in the image by the angle.
+static double angle_slope(const struct lens *lens, double u) {
+    return 1.0 +
+           u * (3.0 * lens->k1 + u * (5.0 * lens->k2 + u * (7.0 * lens->k3 + u * 9.0 * lens->k4)));
+}
+
+// The radial factor at r^2 = u. `change` receives twice its derivative by u.
+static double radial_factor(const struct lens *lens, double u, double *change) {
+    INVARIANT(lens->kind < LENS_KINDS);
+    if (lens->kind == LENS_EQUIDISTANT) {
+        if (u < 1e-8) {  // the terms of the next order are below the last digit
+            *change = 2.0 * (lens->k1 - 1.0 / 3.0);
+            return 1.0 + u * (lens->k1 - 1.0 / 3.0);
+        }
+        const double r = sqrt(u), angle = math_atan2(r, 1.0);
+        const double factor = angle * angle_factor(lens, angle * angle) / r;
+        *change = (angle_slope(lens, angle * angle) / (1.0 + u) - factor) / u;
+        return factor;
+    }
+    const struct quotient at = divide_at(lens, u);
+    if (lens->kind == LENS_BROWN_CONRADY) {
+        *change = 2.0 * at.above_slope;
+        return at.above;
+    }
+    const double factor = at.above / at.below;
+    *change = 2.0 * (at.above_slope - factor * at.below_slope) / at.below;
+    return factor;
 }
 
 void lens_distort(const struct lens *lens, const double ideal[2], double distorted[2]) {
     const double x = ideal[0], y = ideal[1];
     const double r2 = x * x + y * y;
-    const double radial = 1.0 + r2 * (lens->k1 + r2 * (lens->k2 + r2 * lens->k3));
+    double change;
+    const double radial = radial_factor(lens, r2, &change);
     distorted[0] = x * radial + 2.0 * lens->p1 * x * y + lens->p2 * (r2 + 2.0 * x * x);
     distorted[1] = y * radial + lens->p1 * (r2 + 2.0 * y * y) + 2.0 * lens->p2 * x * y;
 }
 
 void lens_distort_slope(const struct lens *lens, const double ideal[2], double slope[4]) {
     const double x = ideal[0], y = ideal[1];
-    const double r2 = x * x + y * y;
-    const double radial = 1.0 + r2 * (lens->k1 + r2 * (lens->k2 + r2 * lens->k3));
-    const double change = 2.0 * (lens->k1 + r2 * (2.0 * lens->k2 + r2 * 3.0 * lens->k3));
+    double change;
+    const double radial = radial_factor(lens, x * x + y * y, &change);
     slope[0] = radial + change * x * x + 2.0 * lens->p1 * y + 6.0 * lens->p2 * x;
     slope[1] = change * x * y + 2.0 * lens->p1 * x + 2.0 * lens->p2 * y;
     slope[2] = slope[1];
     slope[3] = radial + change * y * y + 6.0 * lens->p1 * y + 2.0 * lens->p2 * x;
 }
 
-// Derivative of the radial mapping r (1 + k1 r^2 + k2 r^4 + k3 r^6) at r^2 = u.
-static double radial_slope(const struct lens *lens, double u) {
-    return 1.0 + u * (3.0 * lens->k1 + u * (5.0 * lens->k2 + u * 7.0 * lens->k3));
-}
-
-// Zeros of the derivative of `radial_slope` at u > 0, ascending; returns their number (0..2).
-static int radial_turns(const struct lens *lens, double turns[2]) {
-    const double a = 21.0 * lens->k3, b = 10.0 * lens->k2, c = 3.0 * lens->k1;
-    double root[2];
-    int roots = 0;
-    if (a == 0) {
-        if (b != 0) {
-            root[roots++] = -c / b;
-        }
-    } else {
-        const double discriminant = b * b - 4.0 * a * c;
-        if (discriminant >= 0) {
-            const double q = -0.5 * (b + (b < 0 ? -sqrt(discriminant) : sqrt(discriminant)));
-            root[roots++] = q / a;
-            if (q != 0) {
-                root[roots++] = c / q;
+static struct lens_fold_growth growth_of(const struct lens *lens) {
+    struct lens_fold_growth result = {
+        {3, {1.0, 3.0 * lens->k1, 5.0 * lens->k2, 7.0 * lens->k3}},
+        {0, {1.0}},
+    };
+    if (lens->kind == LENS_EQUIDISTANT) {
+        result.slope = (struct lens_fold_polynomial){
+            4, {1.0, 3.0 * lens->k1, 5.0 * lens->k2, 7.0 * lens->k3, 9.0 * lens->k4}};
+    }
+    if (lens->kind == LENS_RATIONAL) {  // (r a / b)' b^2 = a b + 2 r^2 (a' b - a b')
+        const double a[4] = {1.0, lens->k1, lens->k2, lens->k3};
+        const double b[4] = {1.0, lens->k4, lens->k5, lens->k6};
+        result.slope = (struct lens_fold_polynomial){6, {0}};
+        for (int i = 0; i < 4; i++) {
+            for (int j = 0; j < 4; j++) {
+                result.slope.c[i + j] += a[i] * b[j] * (1 + 2 * (i - j));
             }
         }
+        result.below = (struct lens_fold_polynomial){3, {1.0, lens->k4, lens->k5, lens->k6}};
     }
-    INVARIANT(roots <= 2);
-    int count = 0;
-    for (int i = 0; i < roots; i++) {
-        if (root[i] > 0) {
-            turns[count++] = root[i];
-        }
-    }
-    if (count == 2 && turns[0] > turns[1]) {
-        const double larger = turns[0];
-        turns[0] = turns[1];
-        turns[1] = larger;
-    }
-    return count;
+    return result;
 }
 
-// Whether the radial mapping is increasing from the centre to r^2 = u.
-static bool grows_up_to(const struct lens *lens, double u) {
-    double turns[2];
-    const int count = radial_turns(lens, turns);
-    for (int i = 0; i < count; i++) {
-        if (turns[i] < u && !(radial_slope(lens, turns[i]) > 0)) {
-            return false;
-        }
+// Where a lens may be inverted. The fold is found when it is needed first.
+struct domain {
+    struct lens_fold_growth growth;
+    double fold2;  // negative: not known yet
+};
+
+// Whether the radial mapping grows from the centre to r^2 = u.
+static bool grows_up_to(struct domain *domain, double u) {
+    if (lens_fold_is_safe(&domain->growth, u)) {
+        return u <= RADIUS2_MAX;
     }
-    return u <= RADIUS2_MAX && radial_slope(lens, u) > 0;
+    if (domain->fold2 < 0) {
+        domain->fold2 = lens_fold_first(&domain->growth, RADIUS2_MAX);
+    }
+    return u <= RADIUS2_MAX && u < domain->fold2;
+}
+
+double lens_fold_angle(const struct lens *lens) {
+    INVARIANT(lens->kind == LENS_EQUIDISTANT);
+    const struct lens_fold_growth growth = growth_of(lens);
+    const double fold2 = lens_fold_first(&growth, MATH_PI * MATH_PI);
+    return fold2 < INFINITY ? sqrt(fold2) : MATH_PI;
+}
+
+// The radius of ideal coordinates that belongs to an angle off the axis.
+static double radius_of_angle(double angle) {
+    const double cosine = math_cos(angle);
+    return cosine > COSINE_MIN ? math_sin(angle) / cosine : INFINITY;
 }
 
 double lens_fold_radius(const struct lens *lens) {
-    double ends[3];
-    int count = radial_turns(lens, ends);
-    ends[count++] = RADIUS2_MAX;
-    double low = 0;
-    for (int i = 0; i < count && low < RADIUS2_MAX; i++) {
-        double high = ends[i] < RADIUS2_MAX ? ends[i] : RADIUS2_MAX;
-        if (radial_slope(lens, high) > 0) {  // no zero up to here: monotone between extrema
-            low = high;
-            continue;
-        }
-        while (high - low > 1e-14 * high) {
-            const double middle = 0.5 * (low + high);
-            if (middle <= low || middle >= high) {
-                break;
-            }
-            if (radial_slope(lens, middle) > 0) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        INVARIANT(low >= 0 && low <= RADIUS2_MAX);
-        return sqrt(low);
+    if (lens->kind == LENS_EQUIDISTANT) {
+        return radius_of_angle(lens_fold_angle(lens));
     }
-    return INFINITY;
+    const struct lens_fold_growth growth = growth_of(lens);
+    return sqrt(lens_fold_first(&growth, RADIUS2_MAX));
 }
 
 // Whether the Jacobian is positive definite on the whole circle of radius r. With t = 2 r |(p1,
@@ -116,8 +162,9 @@ double lens_fold_radius(const struct lens *lens) {
 // radius, {{along + 3 t c, t s}, {t s, across + t c}}.
 static bool is_definite(const struct lens *lens, double r) {
     const double u = r * r;
-    const double along = radial_slope(lens, u);
-    const double across = 1.0 + u * (lens->k1 + u * (lens->k2 + u * lens->k3));
+    double change;
+    const double across = radial_factor(lens, u, &change);
+    const double along = across + u * change;
     if (!(along > 0 && across > 0)) {
         return false;
     }
@@ -128,17 +175,28 @@ static bool is_definite(const struct lens *lens, double r) {
     return lowest * (4.0 * lowest + sum) + along * across - t * t > 0;
 }
 
+// Of the disc on which the mapping is one to one, the part that counts as the view.
+static const double VIEW_SHARE = 0.98;
+
+static double angle_view_radius(const struct lens *lens) {
+    const double fold_angle = lens_fold_angle(lens);
+    return fold_angle < MATH_PI ? radius_of_angle(VIEW_SHARE * fold_angle) : INFINITY;
+}
+
 double lens_view_radius(const struct lens *lens) {
-    static const double share = 0.98, first = 1e-6, growth = 1.02;
+    static const double first = 1e-6, growth = 1.02;
+    if (lens->kind == LENS_EQUIDISTANT) {
+        return angle_view_radius(lens);
+    }
     const double fold = lens_fold_radius(lens);
     if (lens->p1 == 0 && lens->p2 == 0) {
-        return share * fold;
+        return VIEW_SHARE * fold;
     }
     const double end = fold < RADIUS2_MAX ? fold : sqrt(RADIUS2_MAX);
     double low = 0, high = first < end ? first : end;
     while (is_definite(lens, high)) {
         if (high >= end) {
-            return share * fold;
+            return VIEW_SHARE * fold;
         }
         low = high;
         high = growth * high < end ? growth * high : end;
@@ -152,11 +210,12 @@ double lens_view_radius(const struct lens *lens) {
         }
     }
     INVARIANT(low >= 0 && low < fold);
-    return share * low;
+    return VIEW_SHARE * low;
 }
 
-static double norm2(const double a[2]) {
-    return a[0] * a[0] + a[1] * a[1];
+bool lens_sees(double view_radius, const double direction[3]) {
+    return view_radius == INFINITY ||
+           (direction[2] > 0 && sqrt(norm2(direction)) <= view_radius * direction[2]);
 }
 
 // Residual of `ideal` as the inverse of `distorted`.
@@ -171,8 +230,8 @@ static double residual(const struct lens *lens, const double ideal[2], const dou
 
 // One Newton step, shortened until it stays before the fold and reduces the residual. Returns false
 // if no step does.
-static bool newton_step(const struct lens *lens, const double distorted[2], double ideal[2],
-                        double rest[2], double *error) {
+static bool newton_step(const struct lens *lens, struct domain *domain, const double distorted[2],
+                        double ideal[2], double rest[2], double *error) {
     double J[4];
     lens_distort_slope(lens, ideal, J);
     const double determinant = J[0] * J[3] - J[1] * J[2];
@@ -185,7 +244,7 @@ static bool newton_step(const struct lens *lens, const double distorted[2], doub
         const double next[2] = {ideal[0] + share * step[0], ideal[1] + share * step[1]};
         double next_rest[2];
         const double next_error = residual(lens, next, distorted, next_rest);
-        if (next_error < *error && grows_up_to(lens, norm2(next))) {
+        if (next_error < *error && grows_up_to(domain, norm2(next))) {
             for (int i = 0; i < 2; i++) {
                 ideal[i] = next[i];
                 rest[i] = next_rest[i];
@@ -198,6 +257,58 @@ static bool newton_step(const struct lens *lens, const double distorted[2], doub
     return false;
 }
 
+// Newton's method on the plane, for a lens that is not equidistant.
+static bool undistort_plane(const struct lens *lens, const double distorted[2], double ideal[2]) {
+    struct domain domain = {growth_of(lens), -1};
+    double guess[2] = {distorted[0], distorted[1]};
+    for (int i = 0; i < 60 && !grows_up_to(&domain, norm2(guess)); i++) {
+        guess[0] *= 0.5;
+        guess[1] *= 0.5;
+    }
+    double rest[2];
+    double error = residual(lens, guess, distorted, rest);
+    for (int i = 0;
+         i < 50 && error > 0 && newton_step(lens, &domain, distorted, guess, rest, &error); i++) {
+    }
+    // After Newton's last step only rounding errors remain, unless there is no solution.
+    if (!(error <= 1e-12 * (1.0 + sqrt(norm2(distorted))))) {
+        return false;
+    }
+    double J[4];
+    lens_distort_slope(lens, guess, J);
+    if (!(J[0] * J[3] - J[1] * J[2] > 0) || !grows_up_to(&domain, norm2(guess))) {
+        return false;
+    }
+    INVARIANT(norm2(guess) <= RADIUS2_MAX);
+    ideal[0] = guess[0];
+    ideal[1] = guess[1];
+    return true;
+}
+
+// Angle off the axis at which an equidistant lens has a radius in the image. Newton's method, kept
+// between the ends of an interval that shrinks around the solution, converges before every fold.
+static bool find_angle(const struct lens *lens, double radius, double *angle) {
+    double low = 0, high = lens_fold_angle(lens);
+    if (!(radius <= high * angle_factor(lens, high * high))) {
+        return false;
+    }
+    double at = radius < high ? radius : 0.5 * high;
+    for (int i = 0; i < 100; i++) {
+        const double rest = at * angle_factor(lens, at * at) - radius;
+        low = rest <= 0 ? at : low;
+        high = rest >= 0 ? at : high;
+        const double newton = at - rest / angle_slope(lens, at * at);
+        const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
+        if (rest == 0 || !(next > low && next < high)) {
+            break;
+        }
+        at = next;
+    }
+    INVARIANT(at >= 0 && at <= MATH_PI);
+    *angle = at;
+    return true;
+}
+
 bool lens_undistort(const struct lens *lens, const double distorted[2], double ideal[2]) {
     const double size2 = norm2(distorted);
     if (!(size2 <= RADIUS2_MAX)) {  // also rejects a NaN
@@ -208,37 +319,36 @@ bool lens_undistort(const struct lens *lens, const double distorted[2], double i
         ideal[1] = distorted[1];
         return true;
     }
-    double guess[2] = {distorted[0], distorted[1]};
-    for (int i = 0; i < 60 && !grows_up_to(lens, norm2(guess)); i++) {
-        guess[0] *= 0.5;
-        guess[1] *= 0.5;
+    if (lens->kind != LENS_EQUIDISTANT) {
+        return undistort_plane(lens, distorted, ideal);
     }
-    double rest[2];
-    double error = residual(lens, guess, distorted, rest);
-    for (int i = 0; i < 50 && error > 0 && newton_step(lens, distorted, guess, rest, &error); i++) {
-    }
-    // After Newton's last step only rounding errors remain, unless there is no solution.
-    if (!(error <= 1e-12 * (1.0 + sqrt(size2)))) {
+    double angle;
+    if (!find_angle(lens, sqrt(size2), &angle) || !(radius_of_angle(angle) < INFINITY)) {
         return false;
     }
-    double J[4];
-    lens_distort_slope(lens, guess, J);
-    if (!(J[0] * J[3] - J[1] * J[2] > 0) || !grows_up_to(lens, norm2(guess))) {
-        return false;
-    }
-    INVARIANT(norm2(guess) <= RADIUS2_MAX);
-    ideal[0] = guess[0];
-    ideal[1] = guess[1];
+    const double scale = size2 > 0 ? radius_of_angle(angle) / sqrt(size2) : 1.0;
+    ideal[0] = scale * distorted[0];
+    ideal[1] = scale * distorted[1];
     return true;
 }
 
 bool lens_project(const struct lens *lens, const double point_mm[3], double pixel_px[2]) {
-    if (!(point_mm[2] > 0)) {
+    double distorted[2];
+    if (lens->kind == LENS_EQUIDISTANT && !(point_mm[2] > 0)) {
+        const double r = sqrt(norm2(point_mm));
+        if (!(r > 0)) {
+            return false;
+        }
+        const double angle = math_atan2(r, point_mm[2]);
+        const double scale = angle * angle_factor(lens, angle * angle) / r;
+        distorted[0] = scale * point_mm[0];
+        distorted[1] = scale * point_mm[1];
+    } else if (point_mm[2] > 0) {
+        const double ideal[2] = {point_mm[0] / point_mm[2], point_mm[1] / point_mm[2]};
+        lens_distort(lens, ideal, distorted);
+    } else {
         return false;
     }
-    const double ideal[2] = {point_mm[0] / point_mm[2], point_mm[1] / point_mm[2]};
-    double distorted[2];
-    lens_distort(lens, ideal, distorted);
     pixel_px[0] = lens->fx_px * distorted[0] + lens->cx_px;
     pixel_px[1] = lens->fy_px * distorted[1] + lens->cy_px;
     return true;
@@ -247,13 +357,21 @@ bool lens_project(const struct lens *lens, const double point_mm[3], double pixe
 bool lens_ray(const struct lens *lens, const double pixel_px[2], double direction[3]) {
     const double distorted[2] = {(pixel_px[0] - lens->cx_px) / lens->fx_px,
                                  (pixel_px[1] - lens->cy_px) / lens->fy_px};
-    double ideal[2];
-    if (!lens_undistort(lens, distorted, ideal)) {
+    double ideal[2], angle;
+    if (lens_undistort(lens, distorted, ideal)) {
+        direction[0] = ideal[0];
+        direction[1] = ideal[1];
+        direction[2] = 1.0;
+        return true;
+    }
+    const double radius = sqrt(norm2(distorted));
+    INVARIANT(!(radius < 0));
+    if (lens->kind != LENS_EQUIDISTANT || !find_angle(lens, radius, &angle)) {
         return false;
     }
-    direction[0] = ideal[0];
-    direction[1] = ideal[1];
-    direction[2] = 1.0;
+    direction[0] = math_sin(angle) * distorted[0] / radius;
+    direction[1] = math_sin(angle) * distorted[1] / radius;
+    direction[2] = math_cos(angle);
     return true;
 }
 
@@ -273,7 +391,29 @@ static bool sees_central_half(const struct lens *lens) {
                                     (lens->height_px - 1) * share[i / STEPS][1]};
         double direction[3];
         INVARIANT(lens->fx_px > 0 && lens->fy_px > 0);
-        if (!lens_ray(lens, pixel_px, direction) || sqrt(norm2(direction)) > radius) {
+        if (!lens_ray(lens, pixel_px, direction) || !lens_sees(radius, direction)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool has_legal_coefficients(const struct lens *lens) {
+    if ((int)lens->kind < 0 || lens->kind >= LENS_KINDS) {
+        return false;
+    }
+    // The coefficients, and which kinds have them besides the rational one.
+    const bool plane = lens->kind != LENS_EQUIDISTANT, rational = lens->kind == LENS_RATIONAL;
+    const struct {
+        double value;
+        bool has;
+    } k[8] = {{lens->k1, true},     {lens->k2, true},
+              {lens->p1, plane},    {lens->p2, plane},
+              {lens->k3, true},     {lens->k4, lens->kind != LENS_BROWN_CONRADY},
+              {lens->k5, rational}, {lens->k6, rational}};
+    for (int i = 0; i < 8; i++) {
+        const double limit = k[i].has ? LENS_COEFFICIENT_MAX : 0;
+        if (!within(k[i].value, -limit, limit)) {
             return false;
         }
     }
@@ -287,11 +427,8 @@ int lens_validate(const struct lens *lens) {
     if (lens->width_px > LENS_SIDE_MAX_PX || lens->height_px > LENS_SIDE_MAX_PX) {
         return ERROR_TOO_LARGE;
     }
-    const double k[5] = {lens->k1, lens->k2, lens->p1, lens->p2, lens->k3};
-    for (int i = 0; i < 5; i++) {
-        if (!within(k[i], -LENS_COEFFICIENT_MAX, LENS_COEFFICIENT_MAX)) {
-            return ERROR_RANGE;
-        }
+    if (!has_legal_coefficients(lens)) {
+        return ERROR_RANGE;
     }
     if (!within(lens->fx_px, LENS_FOCAL_MIN_PX, LENS_FOCAL_MAX_PX) ||
         !within(lens->fy_px, LENS_FOCAL_MIN_PX, LENS_FOCAL_MAX_PX) ||

@@ -12,6 +12,11 @@ enum {
     ROW_LEVELS = 256,
 };
 
+// The rectified pair of a lens that is not Brown-Conrady ends at this slope left, right, above and
+// below: 55 degrees off the axis. A pinhole stretches the rim by the square of 1 / cosine, and the
+// plane of 160 degrees would be eleven focal lengths wide.
+static const double WIDE_SLOPE_MAX = 1.4281480067421144;
+
 // Rays flatter than this on the rectified plane are useless: 83 degrees off its axis.
 static const double FACING_MIN = 0.125;
 
@@ -44,25 +49,44 @@ static void outline_pixel(const struct lens *lens, int i, double pixel_px[2]) {
 }
 
 // Direction of the border's pixel, or, if the lens does not see that far, of the rim of its view on
-// the line from the principal point to it. Returns false if neither exists: the pixel is 89.9
-// degrees or more off the axis of a lens whose view has no rim.
+// the line from the principal point to it; 90 degrees off the axis for an equidistant lens without
+// such a rim. Returns false if neither exists: the pixel is 89.9 degrees or more off the axis of a
+// lens whose view has no rim.
 static bool outline_ray(const struct lens *lens, double view_radius, int i, double ray[3]) {
     double pixel_px[2];
     outline_pixel(lens, i, pixel_px);
-    if (lens_ray(lens, pixel_px, ray) && sqrt(ray[0] * ray[0] + ray[1] * ray[1]) <= view_radius) {
+    if (lens_ray(lens, pixel_px, ray) && lens_sees(view_radius, ray)) {
         return true;
     }
-    if (!(view_radius < INFINITY)) {
+    const bool rim = view_radius < INFINITY;
+    if (!rim && lens->kind != LENS_EQUIDISTANT) {
         return false;
     }
     const double x = (pixel_px[0] - lens->cx_px) / lens->fx_px;
     const double y = (pixel_px[1] - lens->cy_px) / lens->fy_px;
     const double length = sqrt(x * x + y * y);
     INVARIANT(length > 0);
-    ray[0] = x * view_radius / length;
-    ray[1] = y * view_radius / length;
-    ray[2] = 1.0;
+    ray[0] = x * (rim ? view_radius : 1.0) / length;
+    ray[1] = y * (rim ? view_radius : 1.0) / length;
+    ray[2] = rim ? 1.0 : 0.0;
     return true;
+}
+
+// Moves a ray of the outline towards the axis of the rectified plane, onto the edge of the field
+// that a rectified pair can show. The axis is inside the view, so that what is left is the part of
+// the view inside that field.
+static void limit_field(const double R_rect_camera[9], double ray_camera[3], double ray_rect[3]) {
+    const double x = ray_rect[0] < 0 ? -ray_rect[0] : ray_rect[0];
+    const double y = ray_rect[1] < 0 ? -ray_rect[1] : ray_rect[1];
+    const double largest = larger(x, y);
+    INVARIANT(largest >= 0);
+    if (!(largest > 0) || (ray_rect[2] > 0 && largest <= WIDE_SLOPE_MAX * ray_rect[2])) {
+        return;
+    }
+    ray_rect[0] *= WIDE_SLOPE_MAX / largest;
+    ray_rect[1] *= WIDE_SLOPE_MAX / largest;
+    ray_rect[2] = 1.0;
+    geometry_rotate_back(R_rect_camera, ray_rect, ray_camera);
 }
 
 int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
@@ -76,13 +100,18 @@ int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
             return ERROR_OVERLAP;
         }
         geometry_rotate(R_rect_camera, ray_camera, ray_rect);
-        if (!(ray_rect[2] > FACING_MIN * geometry_norm(ray_camera))) {
+        if (lens->kind != LENS_BROWN_CONRADY) {
+            limit_field(R_rect_camera, ray_camera, ray_rect);
+        }
+        const double length = geometry_norm(ray_camera);
+        if (!(ray_rect[2] > FACING_MIN * length) || !(ray_camera[2] > 1e-3 * length)) {
             return ERROR_OVERLAP;
         }
         outline->slope[i][0] = ray_rect[0] / ray_rect[2];
         outline->slope[i][1] = ray_rect[1] / ray_rect[2];
-        outline->depth_ratio.min = smaller(outline->depth_ratio.min, ray_rect[2]);
-        outline->depth_ratio.max = larger(outline->depth_ratio.max, ray_rect[2]);
+        const double ratio = ray_rect[2] / ray_camera[2];
+        outline->depth_ratio.min = smaller(outline->depth_ratio.min, ratio);
+        outline->depth_ratio.max = larger(outline->depth_ratio.max, ratio);
     }
     INVARIANT(outline->depth_ratio.min > 0);
     return ERROR_OK;

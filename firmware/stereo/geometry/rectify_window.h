@@ -32,8 +32,9 @@ struct rectify_window {
     double top, bottom;
 };
 
-/// Traces the border of the view of a valid lens. ERROR_OVERLAP if part of it looks away from the
-/// plane.
+/// Traces the border of the view of a valid lens, for a lens that is not Brown-Conrady of its part
+/// within 55 degrees of the rectified plane's axis, along x and along y. ERROR_OVERLAP if part of
+/// it looks away from the plane.
 int rectify_window_trace(const struct lens *lens, const double R_rect_camera[9],
                          struct rectify_outline *outline);
 

@@ -34,10 +34,12 @@ void check_same(const calibration &a, const calibration &b, double tolerance) {
     const double *first[] = {&a.left.fx_px, &a.right.fx_px};
     const double *second[] = {&b.left.fx_px, &b.right.fx_px};
     for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < 9; i++) {  // fx fy cx cy k1 k2 p1 p2 k3
+        for (int i = 0; i < 12; i++) {  // fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6
             CHECK(first[side][i] == second[side][i]);
         }
     }
+    CHECK(a.left.kind == b.left.kind);
+    CHECK(a.right.kind == b.right.kind);
     for (int i = 0; i < 3; i++) {
         CHECK(std::fabs(a.rotation_right_left_rad[i] - b.rotation_right_left_rad[i]) <= tolerance);
         CHECK(std::fabs(a.translation_right_left_mm[i] - b.translation_right_left_mm[i]) <=
@@ -105,6 +107,40 @@ TEST_CASE("a lens with k3 is approximated for Kalibr, and the reported error is 
         CHECK(off_px >= 0.8 * max_px);
         CHECK(rms_px < max_px);
         CHECK(max_px < 0.25 * largest_difference_px(rig.left, without_k3(rig.left)));
+    }
+}
+
+TEST_CASE("wide lenses keep their model in every format that has it") {
+    random_rig::Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (const lens_kind kind : {LENS_EQUIDISTANT, LENS_RATIONAL}) {
+        calibration rig = random_calibration(random);
+        for (lens *one : {&rig.left, &rig.right}) {
+            one->kind = kind;
+            one->fx_px = one->fy_px = 300;
+            one->k1 = 0.02, one->k2 = 0.01, one->k3 = 0.003, one->k4 = 0.004;
+            one->k5 = one->k6 = kind == LENS_RATIONAL ? 0.001 : 0;
+            one->p1 = one->p2 = kind == LENS_RATIONAL ? 1e-4 : 0;
+        }
+        REQUIRE(calibration_validate(&rig, nullptr) == ERROR_OK);
+        const folder here;
+        for (const char *format : {"opencv", "ros", "kalibr", "mrcal"}) {
+            CAPTURE(format);
+            const bool has = std::string(format) != "kalibr"
+                                 ? kind == LENS_RATIONAL || std::string(format) != "mrcal"
+                                 : kind == LENS_EQUIDISTANT;
+            if (has) {
+                const loaded again = load(exported(rig, format, here));
+                INFO(again.message);
+                REQUIRE(again.code == ERROR_OK);
+                check_same(rig, again.value, 1e-9);
+            } else if (kind == LENS_EQUIDISTANT) {
+                std::vector<export_file> files;
+                std::string message;
+                CHECK(export_files(rig, format, &files, &message) == ERROR_DISTORTION);
+                CHECK(message.find("rational") != std::string::npos);
+            }
+        }
     }
 }
 

@@ -76,7 +76,7 @@ TEST_CASE("Kalibr: a chain") {
                              std::initializer_list<const char *> words) {
         check_refused(here.write("camchain.yaml", replace(kalibr, from, to)), {}, code, words);
     };
-    refused("model: radtan", "model: equidistant", ERROR_DISTORTION, {"cam0", "equidistant"});
+    refused("model: radtan", "model: fov", ERROR_DISTORTION, {"cam0", "fov", "pinhole-equi"});
     refused("camera_model: pinhole", "camera_model: omni", ERROR_DISTORTION, {"cam0", "omni"});
     refused("cam1:", "cam2:", ERROR_MISSING, {"cam1"});
     refused("T_cn_cnm1:", "T_cam_imu:", ERROR_MISSING, {"cam1", "T_cn_cnm1"});
@@ -111,6 +111,34 @@ TEST_CASE("Kalibr: poses against an inertial unit, as Kalibr and OpenVINS write 
     REQUIRE(result.code == ERROR_OK);
     // The unit's x is the cameras' z; -(R^T t_right) + R^T t_left.
     CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(120));
+}
+
+TEST_CASE("wide lenses: Kalibr's equi, ROS's equidistant and rational_polynomial") {
+    const folder here;
+    const loaded chain = load(here.write("camchain.yaml", replace(kalibr, "radtan", "equi")));
+    INFO(chain.message);
+    REQUIRE(chain.code == ERROR_OK);
+    CHECK(chain.value.left.kind == LENS_EQUIDISTANT);
+    const std::string coefficients = "-0.28, 0.08, 0.001, -0.0002, 0";
+    for (const bool equidistant : {true, false}) {
+        const auto wide = [&](const char *name, const char *P) {
+            return replace(replace(camera_info(name, identity, P), "plumb_bob",
+                                   equidistant ? "equidistant" : "rational_polynomial"),
+                           coefficients,
+                           equidistant ? "-0.28, 0.08, 0.001, -0.0002"
+                                       : "-0.28, 0.08, 0.001, -0.0002, 0, 0.1, 0.2, 0.3");
+        };
+        here.write("left.yaml", replace(wide("left", P_left), "cols: 5", "cols: 4"));
+        const loaded result = load(here.write("right.yaml", wide("right", P_right)));
+        INFO(result.message);
+        REQUIRE(result.code == ERROR_OK);
+        const lens &left = result.value.left;
+        CHECK(left.kind == (equidistant ? LENS_EQUIDISTANT : LENS_RATIONAL));
+        CHECK(left.k1 == -0.28);
+        CHECK((equidistant ? left.k3 : left.p1) == 0.001);
+        CHECK((equidistant ? left.k4 : left.p2) == -0.0002);
+        CHECK(left.k6 == (equidistant ? 0 : 0.3));
+    }
 }
 
 TEST_CASE("mrcal: a pair, as mrcal writes it") {
@@ -244,7 +272,8 @@ TEST_CASE("ROS: mistakes are named") {
         here.write("left.yaml", good_left);
         check_refused(here.write("right.yaml", replace(good_right, from, to)), {}, code, words);
     };
-    refused("plumb_bob", "equidistant", ERROR_DISTORTION, {"equidistant", "plumb_bob"});
+    refused("plumb_bob", "omni", ERROR_DISTORTION, {"omni", "equidistant"});
+    refused("plumb_bob", "equidistant", ERROR_SYNTAX, {"5", "k1 k2 k3 k4"});
     refused("-60", "60", ERROR_BASELINE, {"swapped"});
     refused("-60", "0", ERROR_BASELINE, {"baseline"});
     refused("-60", ".nan", ERROR_SYNTAX, {"projection_matrix"});

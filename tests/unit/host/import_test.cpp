@@ -231,6 +231,11 @@ TEST_CASE("EuRoC: the sensors' poses in the body's frame, by either file's name"
         CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(-10));
         CHECK(result.value.rotation_right_left_rad[2] == 0);
     }
+    const loaded wide = load(here.write(
+        "rig_cam0.yaml", replace(euroc("0.01", "0.02"), "radial-tangential", "equidistant")));
+    CHECK(wide.value.left.kind == LENS_EQUIDISTANT);
+    CHECK(wide.value.left.k4 == 0.00002);
+    CHECK(wide.value.right.kind == LENS_BROWN_CONRADY);
     const auto refused = [&](const std::string &from, const std::string &to, int code,
                              std::initializer_list<const char *> words) {
         check_refused(here.write("rig_cam1.yaml", replace(euroc("0.12", "0"), from, to)), {}, code,
@@ -328,6 +333,13 @@ TEST_CASE("DepthAI: the pair of an EEPROM, whichever camera refers to whichever"
                              std::initializer_list<const char *> words) {
         check_refused(here.write("oak.json", replace(oak(direct), from, to)), {}, code, words);
     };
+    result = load(here.write(
+        "oak.json",
+        replace(replace(oak(direct), "\"cameraType\": 0", "\"cameraType\": 1"), "-0.2", "0.02")));
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.left.kind == LENS_EQUIDISTANT);
+    CHECK(result.value.left.k4 == -0.0005);
+    CHECK(result.value.right.kind == LENS_BROWN_CONRADY);
     refused("\"cameraType\": 0", "\"cameraType\": 2", ERROR_DISTORTION, {"cameraType", "socket 1"});
     refused("[2, {", "[3, {", ERROR_MISSING, {"socket 2"});
     refused("\"toCameraSocket\": 2", "\"toCameraSocket\": -1", ERROR_MISSING, {"connect"});

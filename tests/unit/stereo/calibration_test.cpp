@@ -62,7 +62,7 @@ TEST_CASE("each mistake is named with its line and field") {
     } mistakes[] = {
         {"", ERROR_SYNTAX, 1, ""},
         {"hello\n", ERROR_SYNTAX, 1, ""},
-        {replace(good, "calibration 1", "calibration 4"), ERROR_VERSION, 1, ""},
+        {replace(good, "calibration 1", "calibration 5"), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1", "calibration 1 "), ERROR_VERSION, 1, ""},
         {replace(good, "calibration 1\n", "calibration 1\r\n"), ERROR_SYNTAX, 1, ""},
         {replace(good, "640 480\nleft_f", "640 480\r\nleft_f"), ERROR_SYNTAX, 6, "left_size_px"},
@@ -234,10 +234,11 @@ TEST_CASE("the grammar's list is the text's order and fits its numbers") {
     const calibration_field *fields = calibration_grammar_fields(&count);
     calibration whole = with_origin(example());
     whole.axes_in_sigma = true;
+    whole.right.kind = LENS_RATIONAL;
     std::istringstream lines(print(whole));
     std::string line;
     std::getline(lines, line);
-    CHECK(line == CALIBRATION_GRAMMAR_FIRST_LINE_3);
+    CHECK(line == CALIBRATION_GRAMMAR_MAGIC "4");
     for (int i = 0; i < count; i++) {
         std::getline(lines, line);
         CHECK(line.substr(0, line.find(' ')) == fields[i].name);
@@ -267,7 +268,7 @@ TEST_CASE("later versions say what the pictures were taken with, version 1 does 
     CHECK(parsed.origin.side[0].axis[CALIBRATION_ZOOM].spread == 0.5);
     CHECK(parsed.origin.side[0].window.row_px == 384);
 
-    CHECK(text.find(CALIBRATION_GRAMMAR_FIRST_LINE_2 "\n") == 0);
+    CHECK(text.find(CALIBRATION_GRAMMAR_MAGIC "2\n") == 0);
 
     calibration of_state = value;
     of_state.axes_in_sigma = true;
@@ -282,6 +283,49 @@ TEST_CASE("later versions say what the pictures were taken with, version 1 does 
     CHECK_FALSE(parsed.has_origin);
     CHECK(parsed.origin.side[0].axis[CALIBRATION_PAN].kind == CALIBRATION_AXIS_UNKNOWN);
     CHECK(print(parsed) == old);
+}
+
+TEST_CASE("version 4 says the kind of each lens, and is only for what needs it") {
+    for (const bool origin : {false, true}) {
+        calibration value = origin ? with_origin(example()) : example();
+        value.left.kind = LENS_EQUIDISTANT;
+        value.left.p1 = value.left.p2 = 0;
+        value.left.k1 = -0.02;
+        value.left.k4 = 0.000123456789;
+        value.right.kind = LENS_RATIONAL;
+        value.right.k4 = 0.25, value.right.k5 = -0.125, value.right.k6 = 0.0625;
+        const std::string text = print(value);
+        CHECK(text.find(CALIBRATION_GRAMMAR_MAGIC "4\n") == 0);
+        CHECK(text.find("\nleft_lens equidistant\nleft_k4 0.000123456789\n") != std::string::npos);
+        CHECK(text.find("\nright_lens rational\nright_k4 0.250000000000\nright_k5 -0.1250000000\n"
+                        "right_k6 0.06250000\ncrc32 ") != std::string::npos);
+        calibration parsed{};
+        REQUIRE(calibration_parse(text.data(), text.size(), &parsed, nullptr) == ERROR_OK);
+        CHECK(print(parsed) == text);
+        CHECK(parsed.left.kind == LENS_EQUIDISTANT);
+        CHECK(parsed.left.k4 == value.left.k4);
+        CHECK(parsed.right.k5 == value.right.k5);
+        CHECK(parsed.origin.instrument == std::string(value.origin.instrument));
+
+        calibration_fault fault{};
+        const std::string unknown = reframe(replace(text, "lens equidistant", "lens orthographic"));
+        CHECK(calibration_parse(unknown.data(), unknown.size(), &parsed, &fault) == ERROR_SYNTAX);
+        CHECK(std::string(fault.field) == "left_lens");
+        value.left.k5 = 1e-3;  // not a coefficient of this model
+        CHECK(calibration_validate(&value, &fault) == ERROR_RANGE);
+    }
+    calibration plain = with_origin(example());
+    plain.axes_in_sigma = true;
+    std::string text = print(plain);
+    text = replace(text, CALIBRATION_GRAMMAR_MAGIC "3", CALIBRATION_GRAMMAR_MAGIC "4");
+    text = replace(text, "\ncrc32",
+                   "\nleft_lens brown-conrady\nleft_k4 0.000000000000\nleft_k5 "
+                   "0.0000000000\nleft_k6 0.00000000\nright_lens brown-conrady\n"
+                   "right_k4 0.000000000000\nright_k5 0.0000000000\nright_k6 "
+                   "0.00000000\ncrc32");
+    text = reframe(text);
+    calibration parsed{};
+    CHECK(calibration_parse(text.data(), text.size(), &parsed, nullptr) == ERROR_VERSION);
 }
 
 TEST_CASE("an origin that cannot be is refused by its field") {

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "random_rig.hpp"
+#include "synthetic/camera.hpp"
 #include "synthetic/seed.hpp"
 
 namespace {
@@ -208,4 +209,180 @@ TEST_CASE("validation names what is wrong") {
     CHECK(lens_validate(&folded) == ERROR_OK);
     folded.p1 = 0.2;  // folds over sideways
     CHECK(lens_validate(&folded) == ERROR_DISTORTION);
+}
+
+namespace {
+
+// A lens of 160 degrees over the width of its image.
+synthetic::Camera wide_camera(bool equidistant) {
+    synthetic::Camera made;
+    made.width = 640;
+    made.height = 480;
+    made.fx = 229;
+    made.fy = 230;
+    made.cx = 322;
+    made.cy = 238;
+    made.equidistant = equidistant;
+    if (equidistant) {
+        made.k1 = -0.02, made.k2 = 0.004, made.k3 = -0.002, made.k4 = 0.0003;
+    } else {
+        made.k1 = 0.6, made.k2 = 0.02, made.k3 = 0.0002;
+        made.k4 = 0.95, made.k5 = 0.1, made.k6 = 0.001;
+        made.p1 = 3e-4, made.p2 = -2e-4;
+    }
+    return made;
+}
+
+lens lens_of(const synthetic::Camera &camera) {
+    return synthetic::calibration_of({camera, camera}, {}, {-100, 0, 0}).left;
+}
+
+}  // namespace
+
+TEST_CASE("wide lenses project as the published equations say, and back over the whole field") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (const bool equidistant : {true, false}) {
+        const synthetic::Camera camera = wide_camera(equidistant);
+        const lens wide = lens_of(camera);
+        CHECK(wide.kind == (equidistant ? LENS_EQUIDISTANT : LENS_RATIONAL));
+        CHECK(lens_validate(&wide) == ERROR_OK);
+        CHECK_FALSE(lens_is_ideal(&wide));
+        double largest_deg = 0;
+        for (int i = 0; i < 3000; i++) {
+            const double pixel_px[2] = {uniform(random, 0, 639), uniform(random, 0, 479)};
+            double ray[3], again_px[2];
+            REQUIRE(lens_ray(&wide, pixel_px, ray));
+            const auto truth = camera.project({7 * ray[0], 7 * ray[1], 7 * ray[2]});
+            REQUIRE(truth.has_value());
+            REQUIRE(std::hypot(truth->x - pixel_px[0], truth->y - pixel_px[1]) < 1e-9);
+            REQUIRE(lens_project(&wide, ray, again_px));
+            REQUIRE(std::hypot(again_px[0] - truth->x, again_px[1] - truth->y) < 1e-9);
+            largest_deg = std::fmax(
+                largest_deg, std::atan2(std::hypot(ray[0], ray[1]), ray[2]) * 180 / std::acos(-1));
+        }
+        CHECK(largest_deg > (equidistant ? 95 : 70));
+    }
+}
+
+TEST_CASE("the slope of every model is that of its mapping") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (const bool equidistant : {true, false}) {
+        const lens wide = lens_of(wide_camera(equidistant));
+        for (int i = 0; i < 500; i++) {
+            const double spread = i % 2 == 0 ? 3 : 1e-3;
+            const double at[2] = {uniform(random, -spread, spread),
+                                  uniform(random, -spread, spread)};
+            double slope[4];
+            lens_distort_slope(&wide, at, slope);
+            for (int axis = 0; axis < 2; axis++) {
+                const double h = 1e-6;
+                double low[2] = {at[0], at[1]}, high[2] = {at[0], at[1]}, from[2], to[2];
+                low[axis] -= h;
+                high[axis] += h;
+                lens_distort(&wide, low, from);
+                lens_distort(&wide, high, to);
+                REQUIRE(std::fabs((to[0] - from[0]) / (2 * h) - slope[axis]) < 1e-8);
+                REQUIRE(std::fabs((to[1] - from[1]) / (2 * h) - slope[2 + axis]) < 1e-8);
+            }
+        }
+        const double middle[2] = {0, 0};
+        double slope[4];
+        lens_distort_slope(&wide, middle, slope);
+        CHECK(slope[0] == 1);
+        CHECK(slope[1] == 0);
+    }
+}
+
+TEST_CASE("an equidistant lens sees behind itself, and ends where it folds") {
+    lens wide = lens_of(wide_camera(true));
+    CHECK(std::isinf(lens_view_radius(&wide)));
+    wide.k1 = wide.k2 = wide.k3 = wide.k4 = 0;
+    const double behind_mm[3] = {10, 0, -10}, on_axis_mm[3] = {0, 0, -10};
+    double pixel_px[2], ray[3];
+    REQUIRE(lens_project(&wide, behind_mm, pixel_px));
+    CHECK(pixel_px[0] == doctest::Approx(322 + 229 * 0.75 * std::acos(-1)));
+    CHECK_FALSE(lens_project(&wide, on_axis_mm, pixel_px));
+    REQUIRE(lens_ray(&wide, pixel_px, ray));
+    CHECK(ray[0] == doctest::Approx(std::sqrt(0.5)));
+    CHECK(ray[2] == doctest::Approx(-std::sqrt(0.5)));
+    CHECK(lens_sees(lens_view_radius(&wide), ray));
+    CHECK_FALSE(lens_sees(5, ray));
+    const double outside_px[2] = {322 + 229 * 3.2, 238};
+    CHECK_FALSE(lens_ray(&wide, outside_px, ray));
+
+    wide.k1 = -0.2;  // folds over at 1 / sqrt(0.6)
+    const double fold = 1 / std::sqrt(0.6);
+    CHECK(lens_fold_angle(&wide) == doctest::Approx(fold).epsilon(1e-12));
+    CHECK(lens_fold_radius(&wide) == doctest::Approx(std::tan(fold)).epsilon(1e-10));
+    CHECK(lens_view_radius(&wide) == doctest::Approx(std::tan(0.98 * fold)).epsilon(1e-10));
+    const double end = fold * (1 - 0.2 * fold * fold);
+    const double below_px[2] = {322 + 229 * end * 0.9999, 238},
+                 above_px[2] = {322 + 229 * end * 1.0001, 238};
+    REQUIRE(lens_ray(&wide, below_px, ray));
+    CHECK(std::atan2(ray[0], ray[2]) < fold);
+    CHECK_FALSE(lens_ray(&wide, above_px, ray));
+}
+
+TEST_CASE("a rational lens ends at its fold or pole, whichever comes first") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    int bounded = 0;
+    for (int i = 0; i < 1000; i++) {
+        lens bent = plain_lens();
+        bent.kind = LENS_RATIONAL;
+        for (double lens::*k : {&lens::k1, &lens::k2, &lens::k3, &lens::k4, &lens::k5, &lens::k6}) {
+            bent.*k = uniform(random, -0.5, 0.5);
+        }
+        const double fold = lens_fold_radius(&bent), end = std::fmin(fold, 30);
+        const auto grown = [&bent](double r) {
+            const double ideal[2] = {r, 0};
+            double distorted[2];
+            lens_distort(&bent, ideal, distorted);
+            return distorted[0];
+        };
+        const auto below = [&bent](double u) {
+            return 1 + u * (bent.k4 + u * (bent.k5 + u * bent.k6));
+        };
+        double last = 0;
+        for (int k = 1; k <= 1000; k++) {
+            const double r = end * (k - 1e-6) / 1000, now = grown(r);
+            REQUIRE(now >= last);
+            REQUIRE(below(r * r) > 0);
+            last = now;
+        }
+        if (fold < 30) {
+            bounded++;
+            REQUIRE((grown(fold * 1.001) <= grown(fold * 0.9999999) ||
+                     below(fold * fold * 1.001) <= 0));
+            const double inside = grown(0.97 * fold);
+            const double distorted[2] = {0.6 * inside, 0.8 * inside};
+            double ideal[2];
+            REQUIRE(lens_undistort(&bent, distorted, ideal) == (inside < 1000));
+            REQUIRE((inside >= 1000 ||
+                     std::fabs(std::hypot(ideal[0], ideal[1]) - 0.97 * fold) < 1e-6 * fold));
+        }
+    }
+    CHECK(bounded > 200);
+}
+
+TEST_CASE("coefficients that a model does not have are refused") {
+    const struct {
+        lens_kind kind;
+        double lens::*coefficient;
+        bool has;
+    } cases[] = {
+        {LENS_BROWN_CONRADY, &lens::k4, false}, {LENS_BROWN_CONRADY, &lens::k6, false},
+        {LENS_RATIONAL, &lens::k4, true},       {LENS_RATIONAL, &lens::k6, true},
+        {LENS_RATIONAL, &lens::p1, true},       {LENS_EQUIDISTANT, &lens::k4, true},
+        {LENS_EQUIDISTANT, &lens::k5, false},   {LENS_EQUIDISTANT, &lens::p1, false},
+        {LENS_EQUIDISTANT, &lens::p2, false},   {lens_kind(LENS_KINDS), &lens::k1, false},
+    };
+    for (const auto &one : cases) {
+        lens bent = plain_lens();
+        bent.kind = one.kind;
+        bent.*one.coefficient = 1e-3;
+        CHECK((lens_validate(&bent) == ERROR_OK) == one.has);
+    }
 }

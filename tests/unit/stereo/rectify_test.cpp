@@ -13,6 +13,7 @@
 #include "lent_table.hpp"
 #include "random_rig.hpp"
 #include "stereo/match/match.h"
+#include "synthetic/camera.hpp"
 #include "synthetic/seed.hpp"
 
 namespace {
@@ -394,5 +395,92 @@ TEST_CASE("half the scale of a rectified pair averages four pixels") {
             REQUIRE(x[static_cast<size_t>(column)] == column * 131072 + 32768);
             REQUIRE(y[static_cast<size_t>(column)] == row * 131072 + 32768);
         }
+    }
+}
+
+namespace {
+
+// Two lenses of 160 degrees, turned a little against each other.
+struct wide_pair {
+    synthetic::Rig rig;
+    calibration value;
+};
+
+wide_pair make_wide_pair(bool equidistant) {
+    synthetic::Camera left;
+    left.width = 640, left.height = 480;
+    left.fx = 229, left.fy = 230, left.cx = 322, left.cy = 238;
+    left.equidistant = equidistant;
+    if (equidistant) {
+        left.k1 = -0.02, left.k2 = 0.004, left.k3 = -0.002, left.k4 = 0.0003;
+    } else {
+        left.k1 = 0.6, left.k2 = 0.02, left.k3 = 0.0002;
+        left.k4 = 0.95, left.k5 = 0.1, left.k6 = 0.001;
+    }
+    synthetic::Camera right = left;
+    right.fx = right.fy = 231;
+    right.cx = 318;
+    const synthetic::Vector rotation_rad{0.01, 0.03, -0.02}, translation_mm{-100, 1, 2};
+    const synthetic::Rig rig = synthetic::posed_rig(left, right, rotation_rad, translation_mm);
+    return {rig, synthetic::calibration_of(rig, rotation_rad, translation_mm)};
+}
+
+}  // namespace
+
+TEST_CASE("the rectified pair of wide lenses is that of pinholes, of 110 degrees at most") {
+    Random random(synthetic::test_seed());
+    INFO("seed " << synthetic::test_seed());
+    for (const bool equidistant : {true, false}) {
+        wide_pair wide = make_wide_pair(equidistant);
+        wide.value.depth_near_mm = 300;
+        wide.value.depth_far_mm = 30000;
+        rectify_plan plan;
+        REQUIRE(make(wide.value, as_it_is, &plan) == ERROR_OK);
+        const double half_deg = 180 / std::acos(-1) * std::atan(0.5 * plan.width_px / plan.f_px);
+        CHECK(half_deg > 50);
+        CHECK(half_deg < 55.2);
+        CHECK(plan.f_px == doctest::Approx(230).epsilon(0.05));
+        const Table tables[2] = {Table(plan, wide.value, RECTIFY_LEFT),
+                                 Table(plan, wide.value, RECTIFY_RIGHT)};
+        std::vector<int32_t> x_q16(size_t(plan.width_px)), y_q16(x_q16);
+        const synthetic::Camera *cameras[2] = {&wide.rig.left, &wide.rig.right};
+        int seen = 0;
+        double max_px = 0;
+        for (int i = 0; i < 2000; i++) {
+            const double depth_mm = uniform(random, 300, 5000);
+            const double x = uniform(random, -1.3, 1.3), y = uniform(random, -1.3, 1.3);
+            const double point_mm[3] = {depth_mm * x, depth_mm * y, depth_mm};
+            double rect_px[2][2];
+            project_rect(plan, point_mm, rect_px[0], rect_px[1]);
+            REQUIRE(rect_px[0][1] == rect_px[1][1]);
+            for (int side = 0; side < 2; side++) {
+                const int row = int(std::lround(rect_px[side][1]));
+                const int column = int(std::lround(rect_px[side][0]));
+                if (row < 0 || column < 0 || row >= plan.height_px || column >= plan.width_px) {
+                    continue;
+                }
+                // The world's point of exactly this rectified pixel.
+                const double ray_rect[3] = {
+                    (column - (side == 0 ? plan.cx_left_px : plan.cx_right_px)) / plan.f_px,
+                    (row - plan.cy_px) / plan.fy_px, 1};
+                double ray[3];
+                geometry_rotate_back(rotation(plan, side == 0 ? RECTIFY_LEFT : RECTIFY_RIGHT),
+                                     ray_rect, ray);
+                synthetic::Camera own = *cameras[side];
+                own.R_camera_world = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+                own.centre_mm = {};
+                const auto truth = own.project({ray[0], ray[1], ray[2]});
+                REQUIRE(truth.has_value());
+                if (truth->x < 0 || truth->y < 0 || truth->x > 639 || truth->y > 479) {
+                    continue;
+                }
+                rectify_row_coordinates(&tables[side].table, row, x_q16.data(), y_q16.data());
+                max_px = std::fmax(max_px, std::hypot(x_q16[size_t(column)] / 65536.0 - truth->x,
+                                                      y_q16[size_t(column)] / 65536.0 - truth->y));
+                seen++;
+            }
+        }
+        CHECK(seen > 2000);
+        CHECK(max_px < 0.01);
     }
 }

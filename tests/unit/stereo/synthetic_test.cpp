@@ -123,8 +123,9 @@ TEST_CASE("the truth warps the right image onto the left one") {
 TEST_CASE("two lens models written apart agree") {
     // The generator's own equations and the product's: a mistake would have to be made twice.
     const Camera camera = bent_camera();
-    const struct lens lens = {640,       480,       700,       710,       325,      236,
-                              camera.k1, camera.k2, camera.p1, camera.p2, camera.k3};
+    const struct lens lens = {640,       480,       700,       710,       325,
+                              236,       camera.k1, camera.k2, camera.p1, camera.p2,
+                              camera.k3, 0,         0,         0,         LENS_BROWN_CONRADY};
     double worst_px = 0, worst_direction = 0;
     for (int y = 0; y < 480; y += 31) {
         for (int x = 0; x < 640; x += 31) {

@@ -95,6 +95,17 @@ int export_write_files(const std::vector<export_file> &files, const std::string 
     return ERROR_OK;
 }
 
+std::vector<double> export_coefficients(const lens &one) {
+    switch (one.kind) {
+        case LENS_EQUIDISTANT:
+            return {one.k1, one.k2, one.k3, one.k4};
+        case LENS_RATIONAL:
+            return {one.k1, one.k2, one.p1, one.p2, one.k3, one.k4, one.k5, one.k6};
+        default:
+            return {one.k1, one.k2, one.p1, one.p2, one.k3};
+    }
+}
+
 std::string export_numbers(const std::vector<double> &values) {
     std::string text;
     for (const double value : values) {

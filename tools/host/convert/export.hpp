@@ -60,12 +60,17 @@ struct export_failure {
 std::vector<export_file> export_opencv(const calibration &value);
 /// sensor_msgs/CameraInfo as camera_calibration writes it: left.yaml and right.yaml, in m.
 std::vector<export_file> export_ros(const calibration &value);
-/// Kalibr's camchain.yaml, in m. Its lens has no k3: a lens with k3 is approximated by k1 k2 p1 p2.
+/// Kalibr's camchain.yaml, in m. Equidistant lenses are its "equi"; its "radtan" has only k1 k2
+/// p1 p2, which approximate other lenses.
 std::vector<export_file> export_kalibr(const calibration &value);
 /// mrcal's left.cameramodel and right.cameramodel, in m.
 std::vector<export_file> export_mrcal(const calibration &value);
 
 // Shared by the exporters.
+
+/// Distortion coefficients in OpenCV's order: k1 k2 p1 p2 k3, with k4 k5 k6 if rational; k1 k2 k3
+/// k4 if equidistant.
+std::vector<double> export_coefficients(const lens &one);
 
 /// "a, b, c", each so that reading returns the same double.
 std::string export_numbers(const std::vector<double> &values);

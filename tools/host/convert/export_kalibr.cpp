@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Kalibr's camera chain. T_cn_cnm1 takes points of the camera before into this one's frame, in m;
-/// "pinhole" holds fu fv pu pv and "radtan" k1 k2 r1 r2, which are OpenCV's k1 k2 p1 p2. Source:
-/// Kalibr wiki, "Yaml formats" and "Supported models".
+/// "pinhole" holds fu fv pu pv, "radtan" k1 k2 r1 r2, which are OpenCV's k1 k2 p1 p2, and "equi"
+/// the four coefficients of the equidistant model. Source: Kalibr wiki, "Yaml formats" and
+/// "Supported models".
 #include <cmath>
 
 #include "calib/base/lens_refit.hpp"
@@ -17,29 +18,35 @@ const double metre_mm = 1000;
 const double absurd_share = 0.01;
 
 /// `*one` as Kalibr can hold it; returns the resulting error, "" for none.
-std::string drop_k3(const std::string &name, lens *one) {
-    if (one->k3 == 0) {
+std::string fit_radtan(const std::string &name, lens *one) {
+    const bool rational = one->kind == LENS_RATIONAL;
+    if (one->kind == LENS_EQUIDISTANT || (one->k3 == 0 && !rational)) {
         return "";
     }
+    const std::string missing = rational ? "k3 to k6" : "k3";
     const calib::lens_refit refit = calib::refit_without_k3(*one);
     const std::string max = number_text(refit.max_px, 3);
     if (lens_validate(&refit.fitted) != ERROR_OK ||
         refit.max_px > absurd_share * std::hypot(one->width_px, one->height_px)) {
-        throw export_failure{ERROR_DISTORTION, "Kalibr's radtan model has no k3, and without it " +
-                                                   name + " is off by up to " + max +
-                                                   " px: calibrate with --model k1-k2-p1-p2"};
+        throw export_failure{ERROR_DISTORTION,
+                             "Kalibr's radtan model has no " + missing + ", and without it " +
+                                 name + " is off by up to " + max + " px: calibrate with --model " +
+                                 (rational ? "equidistant" : "k1-k2-p1-p2")};
     }
     *one = refit.fitted;
-    return name + ": k3 is not in Kalibr's model; k1 k2 p1 p2 fitted instead are off by " +
+    return name + ": " + missing + (rational ? " are" : " is") +
+           " not in Kalibr's model; k1 k2 p1 p2 fitted instead are off by " +
            number_text(refit.rms_px, 3) + " px rms, at most " + max + " px over the image";
 }
 
 std::string camera(int number, const lens &one, const std::string &pose) {
     const std::string other = number == 0 ? "1" : "0";
+    const bool equi = one.kind == LENS_EQUIDISTANT;
     return "cam" + std::to_string(number) + ":\n" + pose + "  cam_overlaps: [" + other +
            "]\n  camera_model: pinhole\n  distortion_coeffs: [" +
-           export_numbers({one.k1, one.k2, one.p1, one.p2}) +
-           "]\n  distortion_model: radtan\n  intrinsics: [" +
+           export_numbers(equi ? export_coefficients(one)
+                               : std::vector<double>{one.k1, one.k2, one.p1, one.p2}) +
+           "]\n  distortion_model: " + (equi ? "equi" : "radtan") + "\n  intrinsics: [" +
            export_numbers({one.fx_px, one.fy_px, one.cx_px, one.cy_px}) + "]\n  resolution: [" +
            std::to_string(one.width_px) + ", " + std::to_string(one.height_px) +
            "]\n  rostopic: /cam" + std::to_string(number) + "/image_raw\n";
@@ -50,7 +57,7 @@ std::string camera(int number, const lens &one, const std::string &pose) {
 std::vector<export_file> export_kalibr(const calibration &value) {
     lens left = value.left, right = value.right;
     std::string loss, comments;
-    for (const std::string &line : {drop_k3("cam0", &left), drop_k3("cam1", &right)}) {
+    for (const std::string &line : {fit_radtan("cam0", &left), fit_radtan("cam1", &right)}) {
         loss += (loss.empty() || line.empty() ? "" : "; ") + line;
         comments += line.empty() ? "" : "# " + line + "\n";
     }

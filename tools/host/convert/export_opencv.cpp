@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The two files of OpenCV's sample stereo_calib. point_right = R point_left + T; R1 and R2 turn
 /// the cameras' frames into the rectified one; P1, P2 and Q are stereoRectify's. Lengths in mm.
+/// "fisheye_model: 1" (as in OpenCV's sample camera_calibration) says that D1 and D2 are those of
+/// cv::fisheye.
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/convert/export.hpp"
@@ -14,9 +16,12 @@ std::string matrix(const std::string &name, int rows, int columns,
            export_numbers(values) + " ]\n";
 }
 
+// cv::fisheye saves its coefficients as a column.
 std::string camera(const std::string &digit, const lens &one) {
+    const std::vector<double> D = export_coefficients(one);
     return matrix("M" + digit, 3, 3, {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
-           matrix("D" + digit, 1, 5, {one.k1, one.k2, one.p1, one.p2, one.k3});
+           matrix("D" + digit, one.kind == LENS_EQUIDISTANT ? 4 : 1,
+                  one.kind == LENS_EQUIDISTANT ? 1 : int(D.size()), D);
 }
 
 }  // namespace
@@ -26,6 +31,13 @@ std::vector<export_file> export_opencv(const calibration &value) {
         value.left.height_px != value.right.height_px) {
         throw export_failure{ERROR_RANGE,
                              "OpenCV's files hold one image size, and the two cameras' differ"};
+    }
+    const bool fisheye = value.left.kind == LENS_EQUIDISTANT;
+    if (fisheye != (value.right.kind == LENS_EQUIDISTANT)) {
+        throw export_failure{
+            ERROR_DISTORTION,
+            "OpenCV has functions for two fisheye lenses or for none, and only one "
+            "of these is equidistant"};
     }
     const export_rectified rectified = export_rectify_or_fail(value);
     double R[9], P1[12], P2[12];
@@ -42,7 +54,8 @@ std::vector<export_file> export_opencv(const calibration &value) {
         0, 0,       1 / B, -(rectified.cx_left_px - rectified.cx_right_px) / B};
     const std::string begin = "%YAML:1.0\n---\n";
     const std::string size = "image_width: " + std::to_string(value.left.width_px) +
-                             "\nimage_height: " + std::to_string(value.left.height_px) + "\n";
+                             "\nimage_height: " + std::to_string(value.left.height_px) + "\n" +
+                             (fisheye ? "fisheye_model: 1\n" : "");
     return {{"intrinsics.yml", begin + size + camera("1", value.left) + camera("2", value.right)},
             {"extrinsics.yml",
              begin + matrix("R", 3, 3, {R, R + 9}) + matrix("T", 3, 1, {t_mm, t_mm + 3}) +

@@ -14,12 +14,15 @@ std::string matrix(const std::string &name, int rows, int columns,
 }
 
 std::string info(const std::string &name, const lens &one, const double R[9], const double P[12]) {
+    static const char *const models[LENS_KINDS] = {"plumb_bob", "rational_polynomial",
+                                                   "equidistant"};
+    const std::vector<double> D = export_coefficients(one);
     return "image_width: " + std::to_string(one.width_px) +
            "\nimage_height: " + std::to_string(one.height_px) + "\ncamera_name: " + name + "\n" +
            matrix("camera_matrix", 3, 3,
                   {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
-           "distortion_model: plumb_bob\n" +
-           matrix("distortion_coefficients", 1, 5, {one.k1, one.k2, one.p1, one.p2, one.k3}) +
+           "distortion_model: " + models[one.kind] + "\n" +
+           matrix("distortion_coefficients", 1, int(D.size()), D) +
            matrix("rectification_matrix", 3, 3, {R, R + 9}) +
            matrix("projection_matrix", 3, 4, {P, P + 12});
 }

@@ -141,117 +141,6 @@ void import_camera_matrix(const import_file &file, const std::string &field,
 
 namespace {
 
-/// Radial factor of the rational model at u = r^2.
-double rational(const std::vector<double> &D, double u) {
-    return (1 + u * (D[0] + u * (D[1] + u * D[4]))) / (1 + u * (D[5] + u * (D[6] + u * D[7])));
-}
-
-/// Radius of the undistorted view: where the model maps the corner farthest from the centre.
-/// Returns 0 when the model is not monotonic up to there.
-double view_radius(const std::vector<double> &D, const lens &camera) {
-    double corner = 0;
-    for (const double x : {-0.5, camera.width_px - 0.5}) {
-        for (const double y : {-0.5, camera.height_px - 0.5}) {
-            corner = std::max(corner, std::hypot((x - camera.cx_px) / camera.fx_px,
-                                                 (y - camera.cy_px) / camera.fy_px));
-        }
-    }
-    const int steps = 4000;
-    const double farthest = 3 * corner;
-    double before = 0;
-    for (int i = 1; i <= steps; i++) {
-        const double r = farthest * i / steps;
-        const double distorted = r * rational(D, r * r);
-        if (!(distorted > before)) {
-            return 0;
-        }
-        if (distorted >= corner) {
-            return r;
-        }
-        before = distorted;
-    }
-    return 0;
-}
-
-/// Solves the symmetric positive system A x = b of three unknowns by Cramer's rule.
-bool solve_three(const double A[3][3], const double b[3], double x[3]) {
-    const auto determinant = [](const double m[3][3]) {
-        return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-    };
-    const double whole = determinant(A);
-    if (!(std::abs(whole) > 0)) {
-        return false;
-    }
-    for (int column = 0; column < 3; column++) {
-        double replaced[3][3];
-        for (int i = 0; i < 3; i++) {
-            for (int j = 0; j < 3; j++) {
-                replaced[i][j] = j == column ? b[i] : A[i][j];
-            }
-        }
-        x[column] = determinant(replaced) / whole;
-    }
-    return true;
-}
-
-/// Differences between a fitted polynomial and the model it approximates, in px.
-struct refit {
-    double largest_px, rms_px;
-};
-
-/// Fits r (1 + k1 r^2 + k2 r^4 + k3 r^6) to the rational model over the view, by least fourth
-/// powers (iteratively reweighted least squares): plain least squares has large errors in the
-/// corners. Unknowns are scaled to the view's edge for good conditioning. Returns false when the
-/// model is not monotonic over the view.
-bool refit_rational(const std::vector<double> &D, lens *camera, refit *result) {
-    const double radius = view_radius(D, *camera);
-    if (radius <= 0) {
-        return false;
-    }
-    const int steps = 400, rounds = 60;
-    const double f_px = std::max(camera->fx_px, camera->fy_px);
-    std::vector<double> weight(steps, 1.0), off_px(steps, 0.0);
-    double k[3] = {};
-    for (int round = 0; round < rounds; round++) {
-        double A[3][3] = {}, b[3] = {};
-        for (int i = 0; i < steps; i++) {
-            const double s = (i + 1.0) / steps, u = s * s;
-            const double basis[3] = {s * u, s * u * u, s * u * u * u};
-            const double target = s * (rational(D, u * radius * radius) - 1);
-            for (int row = 0; row < 3; row++) {
-                b[row] += weight[static_cast<size_t>(i)] * basis[row] * target;
-                for (int column = 0; column < 3; column++) {
-                    A[row][column] += weight[static_cast<size_t>(i)] * basis[row] * basis[column];
-                }
-            }
-        }
-        if (!solve_three(A, b, k)) {
-            return false;
-        }
-        *result = {0, 0};
-        for (int i = 0; i < steps; i++) {
-            const double s = (i + 1.0) / steps, u = s * s;
-            const double fitted = 1 + u * (k[0] + u * (k[1] + u * k[2]));
-            const double off =
-                std::abs(s * radius * (fitted - rational(D, u * radius * radius))) * f_px;
-            off_px[static_cast<size_t>(i)] = off;
-            result->largest_px = std::max(result->largest_px, off);
-            result->rms_px += off * off / steps;
-        }
-        result->rms_px = std::sqrt(result->rms_px);
-        for (size_t i = 0; i < weight.size() && result->largest_px > 0; i++) {
-            const double share = off_px[i] / result->largest_px;
-            weight[i] = 0.5 * weight[i] + 0.5 * std::max(share * share, 1e-6);
-        }
-    }
-    camera->k1 = k[0] / std::pow(radius, 2);
-    camera->k2 = k[1] / std::pow(radius, 4);
-    camera->k3 = k[2] / std::pow(radius, 6);
-    return true;
-}
-
 /// Whether any of D[begin, end) is not 0.
 bool any_of(const std::vector<double> &D, int begin, int end) {
     return std::any_of(D.begin() + begin, D.begin() + end, [](double v) { return v != 0; });
@@ -286,31 +175,32 @@ std::vector<double> checked_coefficients(const import_file &file, const std::str
 }  // namespace
 
 void import_distortion(const import_file &file, const std::string &field,
-                       const std::vector<double> &D, lens *camera,
-                       std::vector<std::string> *assumed) {
-    static const double refit_limit_px = 0.25;
+                       const std::vector<double> &D, lens *camera) {
     const std::vector<double> all = checked_coefficients(file, field, D);
     camera->k1 = all[0];
     camera->k2 = all[1];
     camera->p1 = all[2];
     camera->p2 = all[3];
     camera->k3 = all[4];
-    if (!any_of(all, 5, 8)) {
-        return;
+    camera->k4 = all[5];
+    camera->k5 = all[6];
+    camera->k6 = all[7];
+    camera->kind = any_of(all, 5, 8) ? LENS_RATIONAL : LENS_BROWN_CONRADY;
+}
+
+void import_equidistant(const import_file &file, const std::string &field,
+                        const std::vector<double> &D, lens *camera) {
+    if (D.size() != 4) {
+        import_fail(ERROR_SYNTAX, file,
+                    field + ": has " + std::to_string(D.size()) +
+                        " distortion coefficients (the equidistant model has 4: k1 k2 k3 k4)");
     }
-    refit fit{};
-    const bool fitted = refit_rational(all, camera, &fit);
-    if (!fitted || !(fit.largest_px <= refit_limit_px)) {
-        import_fail(ERROR_DISTORTION, file,
-                    field +
-                        ": the rational distortion model (k4 k5 k6) cannot be expressed by k1 "
-                        "k2 k3 within 0.25 px over the image" +
-                        (fitted ? " (" + number_text(fit.largest_px, 2) + " px)" : "") +
-                        ": calibrate without CALIB_RATIONAL_MODEL");
-    }
-    assumed->push_back(field + ": rational distortion refitted by k1 k2 k3, " +
-                       number_text(fit.rms_px, 2) + " px rms off, at most " +
-                       number_text(fit.largest_px, 2) + " px");
+    camera->k1 = D[0];
+    camera->k2 = D[1];
+    camera->k3 = D[2];
+    camera->k4 = D[3];
+    camera->p1 = camera->p2 = camera->k5 = camera->k6 = 0;
+    camera->kind = LENS_EQUIDISTANT;
 }
 
 void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,

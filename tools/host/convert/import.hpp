@@ -128,12 +128,14 @@ std::string import_place(const import_entries &entries, const std::string &name)
 void import_camera_matrix(const import_file &file, const std::string &field,
                           const std::vector<double> &K, lens *camera);
 
-/// Distortion coefficients in OpenCV's order (0, 4, 5, 8, 12 or 14 of them). The rational model (k4
-/// k5 k6) is approximated by k1 k2 k3 over the image, whose size must be set, if the difference
-/// stays below 0.25 px; other terms are rejected by name.
+/// Distortion coefficients in OpenCV's order (0, 4, 5, 8, 12 or 14 of them): Brown-Conrady, or
+/// rational if one of k4 k5 k6 is not 0. Other terms are rejected by name.
 void import_distortion(const import_file &file, const std::string &field,
-                       const std::vector<double> &D, lens *camera,
-                       std::vector<std::string> *assumed);
+                       const std::vector<double> &D, lens *camera);
+
+/// The same for the four coefficients of the equidistant model (OpenCV's fisheye, Kalibr's equi).
+void import_equidistant(const import_file &file, const std::string &field,
+                        const std::vector<double> &D, lens *camera);
 
 /// R_right_left (row-major) and translation; rejects a matrix that is not a rotation.
 void import_pose(const import_file &file, const std::string &field, const std::vector<double> &R,

@@ -3,6 +3,7 @@
 /// is a list of [socket, camera]; extrinsics map points of the camera into the one at
 /// toCameraSocket, with the translation in cm (from version 7 on: in lengthUnit). Source:
 /// depthai-core, EepromData.hpp, CameraInfo.hpp, Extrinsics.hpp and CalibrationHandler.cpp.
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -81,7 +82,7 @@ struct eeprom {
     }
 };
 
-lens read_lens(const eeprom &from, int socket, std::vector<std::string> *assumed) {
+lens read_lens(const eeprom &from, int socket) {
     const import_file &file = from.file;
     const std::string field = socket_name(socket);
     const json &camera = from.at(socket);
@@ -92,15 +93,20 @@ lens read_lens(const eeprom &from, int socket, std::vector<std::string> *assumed
     import_camera_matrix(file, matrix,
                          numbers(file, matrix, child(file, field, camera, "intrinsicMatrix"), 9),
                          &result);
-    const int perspective = 0;
-    if (camera.contains("cameraType") &&
-        integer(file, field, camera, "cameraType", 0, 100) != perspective) {
+    const int perspective = 0, fisheye = 1;
+    const int type = camera.contains("cameraType")
+                         ? integer(file, field, camera, "cameraType", 0, 100)
+                         : perspective;
+    std::vector<double> D = numbers(file, bent, child(file, field, camera, "distortionCoeff"), 0);
+    if (type == fisheye) {  // the list has the length of the other model's, too
+        D.resize(std::min<size_t>(D.size(), 4));
+        import_equidistant(file, bent, D, &result);
+    } else if (type == perspective) {
+        import_distortion(file, bent, D, &result);
+    } else {
         import_fail(ERROR_DISTORTION, file,
-                    field + ": its cameraType is not 0 (perspective): only that is supported");
+                    field + ": its cameraType is neither 0 (perspective) nor 1 (fisheye)");
     }
-    import_distortion(file, bent,
-                      numbers(file, bent, child(file, field, camera, "distortionCoeff"), 0),
-                      &result, assumed);
     return result;
 }
 
@@ -209,8 +215,8 @@ import_pair import_depthai(const import_file &file, const import_options &) {
     }
     const int left = socket_of(file, root, "leftCameraSocket", left_socket);
     const int right = socket_of(file, root, "rightCameraSocket", right_socket);
-    pair.value.left = read_lens(from, left, &pair.assumed);
-    pair.value.right = read_lens(from, right, &pair.assumed);
+    pair.value.left = read_lens(from, left);
+    pair.value.right = read_lens(from, right);
     read_pose(from, left, right, &pair.value);
     pair.assumed.push_back("left image of socket " + std::to_string(left) + ", right of socket " +
                            std::to_string(right) + ", both of the full size");

@@ -30,14 +30,20 @@ void check_sensor(const import_file &file, const YAML::Node &root) {
     }
 }
 
-sensor read_sensor(const import_file &file, std::vector<std::string> *assumed) {
+bool is_radtan(const std::string &model) {
+    return model == "radial-tangential" || model == "radtan" || model == "plumb_bob";
+}
+
+sensor read_sensor(const import_file &file) {
     const YAML::Node root = import_yaml_map(file, file.text, "a sensor.yaml of EuRoC");
     check_sensor(file, root);
     const std::string bent = word(root["distortion_model"]);
     const bool none = bent.empty() || bent == "none";
-    if (!none && bent != "radial-tangential" && bent != "radtan" && bent != "plumb_bob") {
-        import_fail(ERROR_DISTORTION, file,
-                    "distortion_model " + bent + ": only radial-tangential is supported");
+    const bool equidistant = bent == "equidistant" || bent == "equi";
+    if (!none && !equidistant && !is_radtan(bent)) {
+        import_fail(
+            ERROR_DISTORTION, file,
+            "distortion_model " + bent + ": only radial-tangential and equidistant are supported");
     }
     const auto numbers = [&](const char *field, size_t count) {
         return import_yaml_numbers(file, field, root[field], count);
@@ -47,10 +53,14 @@ sensor read_sensor(const import_file &file, std::vector<std::string> *assumed) {
         import_fail(ERROR_MISSING, file, "distortion_model is missing: is it radial-tangential?");
     }
     sensor result;
-    result.camera = import_yaml_lens(
-        file, "intrinsics", numbers("intrinsics", 4), numbers("resolution", 2),
-        none ? std::vector<double>{} : import_yaml_numbers(file, "distortion_coefficients", D),
-        assumed);
+    const std::vector<double> coefficients =
+        none ? std::vector<double>{} : import_yaml_numbers(file, "distortion_coefficients", D);
+    result.camera =
+        import_yaml_lens(file, "intrinsics", numbers("intrinsics", 4), numbers("resolution", 2),
+                         equidistant ? std::vector<double>{} : coefficients);
+    if (equidistant) {
+        import_equidistant(file, "distortion_coefficients", coefficients, &result.camera);
+    }
     result.T_body_camera = import_yaml_pose(file, "T_BS", root["T_BS"]);
     return result;
 }
@@ -65,8 +75,8 @@ import_pair import_euroc(const std::vector<import_file> &files, const import_opt
     import_pair pair;
     pair.format = "EuRoC";
     pair.tag = "euroc";
-    const sensor left = read_sensor(files[0], &pair.assumed);
-    const sensor right = read_sensor(files[1], &pair.assumed);
+    const sensor left = read_sensor(files[0]);
+    const sensor right = read_sensor(files[1]);
     pair.value.left = left.camera;
     pair.value.right = right.camera;
     import_common_pose(files[1], "T_BS (of it or its partner)", left.T_body_camera,

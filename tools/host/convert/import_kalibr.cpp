@@ -13,8 +13,7 @@ std::string word(const YAML::Node &node) {
     return node && node.IsScalar() ? node.Scalar() : "";
 }
 
-lens read_camera(const import_file &file, const std::string &name, const YAML::Node &node,
-                 std::vector<std::string> *assumed) {
+lens read_camera(const import_file &file, const std::string &name, const YAML::Node &node) {
     if (!node || !node.IsMap()) {
         import_fail(ERROR_MISSING, file, name + " is missing: a pair is cam0 and cam1");
     }
@@ -22,19 +21,26 @@ lens read_camera(const import_file &file, const std::string &name, const YAML::N
     if (model != "pinhole") {
         import_fail(ERROR_DISTORTION, file,
                     name + ", camera_model " + (model.empty() ? "is missing" : model) +
-                        ": only pinhole is supported: calibrate with pinhole-radtan");
+                        ": only pinhole is supported: calibrate with pinhole-radtan or "
+                        "pinhole-equi");
     }
-    if (bent != "radtan" && bent != "none") {
+    if (bent != "radtan" && bent != "equi" && bent != "none") {
         import_fail(ERROR_DISTORTION, file,
                     name + ", distortion_model " + (bent.empty() ? "is missing" : bent) +
-                        ": only radtan and none are supported: calibrate with pinhole-radtan");
+                        ": only radtan, equi and none are supported: calibrate with "
+                        "pinhole-radtan or pinhole-equi");
     }
     const auto numbers = [&](const char *field, size_t count) {
         return import_yaml_numbers(file, name + ", " + field, node[field], count);
     };
-    return import_yaml_lens(
-        file, name, numbers("intrinsics", 4), numbers("resolution", 2),
-        bent == "none" ? std::vector<double>{} : numbers("distortion_coeffs", 4), assumed);
+    const std::vector<double> D =
+        bent == "none" ? std::vector<double>{} : numbers("distortion_coeffs", 4);
+    lens camera = import_yaml_lens(file, name, numbers("intrinsics", 4), numbers("resolution", 2),
+                                   bent == "equi" ? std::vector<double>{} : D);
+    if (bent == "equi") {
+        import_equidistant(file, name + ", distortion_coeffs", D, &camera);
+    }
+    return camera;
 }
 
 /// The pose of cam1 by the first of the known fields.
@@ -66,8 +72,8 @@ import_pair import_kalibr(const import_file &file, const import_options &options
     pair.format = "Kalibr";
     pair.tag = "kalibr";
     const YAML::Node root = import_yaml_map(file, file.text, "a camera chain of Kalibr");
-    pair.value.left = read_camera(file, "cam0", root["cam0"], &pair.assumed);
-    pair.value.right = read_camera(file, "cam1", root["cam1"], &pair.assumed);
+    pair.value.left = read_camera(file, "cam0", root["cam0"]);
+    pair.value.right = read_camera(file, "cam1", root["cam1"]);
     read_pose(file, root["cam0"], root["cam1"], import_unit_mm(options, metre_mm, &pair),
               &pair.value);
     if (root["cam2"]) {

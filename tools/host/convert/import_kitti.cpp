@@ -60,8 +60,7 @@ void read_raw(const kitti &from, const std::string &left, const std::string &rig
         set_size(from, "S_" + camera, lenses[side]);
         import_camera_matrix(from.file, "K_" + camera, from.numbers("K_" + camera, 9),
                              lenses[side]);
-        import_distortion(from.file, "D_" + camera, from.numbers("D_" + camera, 5), lenses[side],
-                          &pair->assumed);
+        import_distortion(from.file, "D_" + camera, from.numbers("D_" + camera, 5), lenses[side]);
         const std::vector<double> R = from.numbers("R_" + camera, 9);
         const std::vector<double> t = from.numbers("T_" + camera, 3);
         T_side[side] = {R[0], R[1], R[2], t[0], R[3], R[4], R[5], t[1],

@@ -2,7 +2,8 @@
 /// OpenCV's FileStorage (YAML, XML, JSON) with the matrices of a stereo pair. OpenCV fixes neither
 /// names nor unit: stereo_calib writes M1 D1 M2 D2 to one file and R T R1 R2 P1 P2 Q to another
 /// one, other programs write variations of cameraMatrix1 or left_camera_matrix. R and T are those
-/// of stereoCalibrate: point_right = R point_left + T.
+/// of stereoCalibrate: point_right = R point_left + T. A file says that its lenses are those of
+/// cv::fisheye by an entry with that word in its name that is not 0 ("fisheye_model: 1").
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -30,6 +31,7 @@ struct findings {
     std::map<std::pair<role, int>, finding> all;
     int width_px = 0, height_px = 0;
     double rms_px = 0;
+    bool fisheye = false;  // the lenses are those of cv::fisheye
 
     const finding *find(role what, int side) const {
         const auto found = all.find({what, side});
@@ -181,12 +183,7 @@ void read_file(const import_file &file, int file_side, findings *result) {
     for (const import_storage_entry &entry : import_storage_read(file)) {
         const std::string plain = plain_name(entry.name);
         const bool zero = entry.kind == import_storage_kind::number && entry.numbers[0] == 0;
-        if (plain.find("fisheye") != std::string::npos && !zero) {
-            import_fail(ERROR_DISTORTION, file,
-                        entry.name +
-                            ": the fisheye model is not supported: calibrate with "
-                            "stereoCalibrate and the standard model");
-        }
+        result->fisheye = result->fisheye || (plain.find("fisheye") != std::string::npos && !zero);
         role what;
         int side;
         finding found{&file, entry.name, {}, 0, 0};
@@ -276,7 +273,17 @@ void read_raw(const import_file &file, const findings &from, const import_option
         check_shape(K, 3, 3);
         check_shape(D, 1, static_cast<int>(D.values.size()));
         import_camera_matrix(*K.file, K.name, K.values, lenses[side]);
-        import_distortion(*D.file, D.name, D.values, lenses[side], &pair->assumed);
+        if (from.fisheye) {
+            import_equidistant(*D.file, D.name, D.values, lenses[side]);
+        } else {
+            import_distortion(*D.file, D.name, D.values, lenses[side]);
+        }
+        // cv::fisheye has four coefficients in a column; the standard model's usually are a row.
+        if (!from.fisheye && D.rows == 4 && D.columns == 1) {
+            pair->assumed.push_back(D.name +
+                                    ": four coefficients read as k1 k2 p1 p2 (if they are those of "
+                                    "cv::fisheye, add a line \"fisheye_model: 1\")");
+        }
     }
     const finding &R = required(file, from, ROTATION, 2, "R");
     const finding &T = required(file, from, TRANSLATION, 2, "T");

@@ -84,20 +84,26 @@ void refuse_binning(const import_file &file, const YAML::Node &root) {
     }
 }
 
-/// The distortion model by name; import_distortion validates the coefficients.
-void check_model(const import_file &file, const YAML::Node &root, const std::vector<double> &D) {
+/// The lens by the name of its distortion model.
+void read_distortion(const import_file &file, const YAML::Node &root, camera_info *info) {
+    static const char *const field = "distortion_coefficients";
     const YAML::Node node = child(root, {"distortion_model"});
     const std::string model = node && node.IsScalar() ? node.Scalar() : "";
+    if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4") {
+        import_equidistant(file, field, info->D, &info->camera);
+        return;
+    }
     const bool named = model == "plumb_bob" || model == "rational_polynomial";
-    if (!named && !(model.empty() && D.empty())) {
+    if (!named && !(model.empty() && info->D.empty())) {
         import_fail(ERROR_DISTORTION, file,
                     "distortion_model " + (model.empty() ? "is missing" : model) +
-                        ": only plumb_bob and rational_polynomial are supported: calibrate the "
-                        "camera with one of them");
+                        ": only plumb_bob, rational_polynomial and equidistant are supported: "
+                        "calibrate the camera with one of them");
     }
+    import_distortion(file, field, info->D, &info->camera);
 }
 
-camera_info read_info(const import_file &file, std::vector<std::string> *assumed) {
+camera_info read_info(const import_file &file) {
     const YAML::Node root =
         import_yaml_map(file, file.text, "a YAML map, as camera_info files are");
     camera_info info;
@@ -107,8 +113,7 @@ camera_info read_info(const import_file &file, std::vector<std::string> *assumed
     const std::vector<double> K = matrix(file, root, {"camera_matrix", "K", "k"}, 9);
     import_camera_matrix(file, "camera_matrix", K, &info.camera);
     info.D = numbers(file, root, {"distortion_coefficients", "D", "d"});
-    check_model(file, root, info.D);
-    import_distortion(file, "distortion_coefficients", info.D, &info.camera, assumed);
+    read_distortion(file, root, &info);
     info.R = matrix(file, root, {"rectification_matrix", "R", "r"}, 9);
     info.P = matrix(file, root, {"projection_matrix", "P", "p"}, 12);
     const std::vector<double> &P = info.P;
@@ -171,9 +176,9 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
     const double unit_mm = import_unit_mm(options, metre_mm, &pair);
     const import_file *reading = &files[0];
     try {
-        const camera_info left = read_info(files[0], &pair.assumed);
+        const camera_info left = read_info(files[0]);
         reading = &files[1];
-        const camera_info right = read_info(files[1], &pair.assumed);
+        const camera_info right = read_info(files[1]);
         if (options.rectified || (left.ideal && right.ideal && left.P[0] == right.P[0])) {
             import_projections(files[1], "projection_matrix", left.P, right.P, unit_mm, &pair);
             pair.assumed.push_back("images assumed to be rectified (image_rect)");

@@ -75,7 +75,7 @@ import_matrix4 import_yaml_pose(const import_file &file, const std::string &fiel
 
 lens import_yaml_lens(const import_file &file, const std::string &field,
                       const std::vector<double> &intrinsics, const std::vector<double> &size_px,
-                      const std::vector<double> &D, std::vector<std::string> *assumed) {
+                      const std::vector<double> &D) {
     lens camera{};
     for (const double side_px : size_px) {
         if (side_px != std::floor(side_px) || side_px < 1 || side_px > LENS_SIDE_MAX_PX) {
@@ -89,6 +89,6 @@ lens import_yaml_lens(const import_file &file, const std::string &field,
     import_camera_matrix(
         file, field, {intrinsics[0], 0, intrinsics[2], 0, intrinsics[1], intrinsics[3], 0, 0, 1},
         &camera);
-    import_distortion(file, field, D, &camera, assumed);
+    import_distortion(file, field, D, &camera);
     return camera;
 }

@@ -32,6 +32,6 @@ import_matrix4 import_yaml_pose(const import_file &file, const std::string &fiel
 /// and height.
 lens import_yaml_lens(const import_file &file, const std::string &field,
                       const std::vector<double> &intrinsics, const std::vector<double> &size_px,
-                      const std::vector<double> &D, std::vector<std::string> *assumed);
+                      const std::vector<double> &D);
 
 #endif

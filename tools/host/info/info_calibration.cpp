@@ -23,40 +23,77 @@ std::string pair_text(double a, double b, int digits, const char *between) {
     return number(a, digits) + between + number(b, digits);
 }
 
-/// Angle between the rays through two pixels, in degrees; negative where there is no ray.
+/// Angle between the rays through two pixels of a row or of a column, in degrees; negative where
+/// there is no ray. Of an equidistant lens in two parts: the whole may exceed 180 degrees.
 double angle_deg(const lens &camera, double x0, double y0, double x1, double y1) {
-    const double from_px[2] = {x0, y0}, to_px[2] = {x1, y1};
-    double from[3], to[3], normal[3];
-    if (!lens_ray(&camera, from_px, from) || !lens_ray(&camera, to_px, to)) {
-        return -1;
+    const double pixel_px[3][2] = {{x0, y0}, {(x0 + x1) / 2, (y0 + y1) / 2}, {x1, y1}};
+    double ray[3][3], normal[3], sum = 0;
+    for (int i = 0; i < 3; i++) {
+        if (!lens_ray(&camera, pixel_px[i], ray[i])) {
+            return -1;
+        }
     }
-    geometry_cross(from, to, normal);
-    return MATH_DEGREE_PER_RAD * std::atan2(geometry_norm(normal), geometry_dot(from, to));
+    const int step = camera.kind == LENS_EQUIDISTANT ? 1 : 2;
+    for (int i = 0; i < 2; i += step) {
+        geometry_cross(ray[i], ray[i + step], normal);
+        sum += MATH_DEGREE_PER_RAD *
+               std::atan2(geometry_norm(normal), geometry_dot(ray[i], ray[i + step]));
+    }
+    return sum;
+}
+
+/// The field of view of a rectified image: of its row or column through the centre.
+double field_deg(double centre_px, double size_px, double f_px) {
+    return MATH_DEGREE_PER_RAD *
+           (std::atan((centre_px + 0.5) / f_px) + std::atan((size_px - 0.5 - centre_px) / f_px));
 }
 
 json lens_json(const lens &camera, double across_deg, double down_deg) {
-    return {{"size_px", {camera.width_px, camera.height_px}},
-            {"focal_px", {camera.fx_px, camera.fy_px}},
-            {"centre_px", {camera.cx_px, camera.cy_px}},
-            {"distortion_k1_k2_p1_p2_k3", {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3}},
-            {"field_of_view_deg", {across_deg, down_deg}}};
+    json result = {
+        {"size_px", {camera.width_px, camera.height_px}},
+        {"focal_px", {camera.fx_px, camera.fy_px}},
+        {"centre_px", {camera.cx_px, camera.cy_px}},
+        {"model", lens_kind_name(camera.kind)},
+        {"distortion_k1_k2_p1_p2_k3", {camera.k1, camera.k2, camera.p1, camera.p2, camera.k3}},
+        {"field_of_view_deg", {across_deg, down_deg}}};
+    if (camera.kind != LENS_BROWN_CONRADY) {
+        result["distortion_k4_k5_k6"] = {camera.k4, camera.k5, camera.k6};
+    }
+    return result;
+}
+
+/// The coefficients that the lens's model has.
+std::string distortion_text(const lens &camera) {
+    if (lens_is_ideal(&camera)) {
+        return "none";
+    }
+    const bool equidistant = camera.kind == LENS_EQUIDISTANT;
+    std::string text =
+        camera.kind == LENS_BROWN_CONRADY ? "" : std::string(lens_kind_name(camera.kind)) + ", ";
+    text += "k1 " + number(camera.k1, 6) + ", k2 " + number(camera.k2, 6);
+    if (!equidistant) {
+        text += ", p1 " + number(camera.p1, 6) + ", p2 " + number(camera.p2, 6);
+    }
+    text += ", k3 " + number(camera.k3, 6);
+    if (camera.kind != LENS_BROWN_CONRADY) {
+        text += ", k4 " + number(camera.k4, 6);
+    }
+    if (camera.kind == LENS_RATIONAL) {
+        text += ", k5 " + number(camera.k5, 6) + ", k6 " + number(camera.k6, 6);
+    }
+    return text;
 }
 
 void add_lens(const std::string &key, const lens &camera, info_page *page) {
     const double middle_x = (camera.width_px - 1) / 2.0, middle_y = (camera.height_px - 1) / 2.0;
     const double across_deg = angle_deg(camera, -0.5, middle_y, camera.width_px - 0.5, middle_y);
     const double down_deg = angle_deg(camera, middle_x, -0.5, middle_x, camera.height_px - 0.5);
-    std::string text = std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px) +
-                       " px, focal length " + pair_text(camera.fx_px, camera.fy_px, 7, " x ") +
-                       " px, centre " + pair_text(camera.cx_px, camera.cy_px, 7, " ") + " px";
+    const std::string text = std::to_string(camera.width_px) + " x " +
+                             std::to_string(camera.height_px) + " px, focal length " +
+                             pair_text(camera.fx_px, camera.fy_px, 7, " x ") + " px, centre " +
+                             pair_text(camera.cx_px, camera.cy_px, 7, " ") + " px";
     page->add(key, key + " camera", text, lens_json(camera, across_deg, down_deg));
-    text = "none";
-    if (!lens_is_ideal(&camera)) {
-        text = "k1 " + number(camera.k1, 6) + ", k2 " + number(camera.k2, 6) + ", p1 " +
-               number(camera.p1, 6) + ", p2 " + number(camera.p2, 6) + ", k3 " +
-               number(camera.k3, 6);
-    }
-    page->add("", "  distortion", text, nullptr);
+    page->add("", "  distortion", distortion_text(camera), nullptr);
     if (across_deg >= 0 && down_deg >= 0) {
         page->add("", "  field of view", pair_text(across_deg, down_deg, 4, " x ") + " degrees",
                   nullptr);
@@ -131,11 +168,15 @@ void add_plan(const calibration &value, info_page *page) {
     }
     add_depth_steps(value, plan, page);
     const int last = plan.disparity_min + plan.disparity_count - 1;
+    const double across_deg = field_deg(plan.cx_left_px, plan.width_px, plan.f_px);
+    const double down_deg = field_deg(plan.cy_px, plan.height_px, plan.fy_px);
     page->add("rectified_pair", "rectified pair",
               std::to_string(plan.width_px) + " x " + std::to_string(plan.height_px) +
-                  " px, focal length " + number(plan.f_px, 7) + " px" +
+                  " px, focal length " + number(plan.f_px, 7) + " px, " +
+                  pair_text(across_deg, down_deg, 4, " x ") + " degrees" +
                   (plan.identity ? ", pixel for pixel" : ""),
               {{"size_px", {plan.width_px, plan.height_px}},
+               {"field_of_view_deg", {across_deg, down_deg}},
                {"focal_px", plan.f_px},
                {"identity", plan.identity},
                {"disparity_min_px", plan.disparity_min},
