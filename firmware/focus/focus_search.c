@@ -205,13 +205,16 @@ static enum focus_verdict verdict_of(const struct focus_search *self) {
                : FOCUS_FOCUSED;
 }
 
-// Whether the peak is so near to an end of the range that approaches cannot reach it.
+// Whether the peak is so near to an end of the range that approaches cannot reach it: the run-up
+// needs room on one side of it, on the other the peak may be just beyond the end.
 static bool is_near_end(const struct focus_search *self, double *end_counts) {
     const struct focus_search_options *options = &self->options;
     const double reach = options->run_up + options->tolerance;
-    const bool low = self->result.peak.position - options->min < reach;
+    const double low_reach = options->from_above ? options->tolerance : reach;
+    const double high_reach = options->from_above ? reach : options->tolerance;
+    const bool low = self->result.peak.position - options->min < low_reach;
     *end_counts = low ? options->min : options->max;
-    return low || options->max - self->result.peak.position < reach;
+    return low || options->max - self->result.peak.position < high_reach;
 }
 
 static void set_blur(struct focus_search *self, double counts) {
