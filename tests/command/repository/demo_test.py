@@ -2,6 +2,7 @@
 """tools/demo and tools/install_packages as a newcomer runs them."""
 import json
 import os
+import pty
 import re
 import subprocess
 import tempfile
@@ -141,6 +142,43 @@ class Demo(unittest.TestCase):
         self.assertEqual(len(names), len(set(names)))
         self.assertTrue(all(re.fullmatch(r"[a-z0-9.+-]+: .+", line) for line in lines))
         self.assertTrue(set(run("install_packages", "--list").stdout.splitlines()) < set(lines))
+
+
+class Build(unittest.TestCase):
+    def build(self, ninja):
+        """tools/build at a terminal, with a cmake that does nothing and this ninja: code, output, screen."""
+        folder = tempfile.TemporaryDirectory(prefix="vergence-build-")
+        self.addCleanup(folder.cleanup)
+        for name, text in (("cmake", "exit 0"), ("ninja", ninja)):
+            path = os.path.join(folder.name, name)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(f"#!/bin/sh\n{text}\n")
+            os.chmod(path, 0o755)
+        master, slave = pty.openpty()
+        done = subprocess.run([os.path.join(ROOT, "tools", "build"), "some"], stdout=subprocess.PIPE,
+                              stderr=slave, text=True, check=False,
+                              env={**os.environ, "XDG_CACHE_HOME": folder.name,
+                                   "PATH": f"{folder.name}:{os.environ['PATH']}"})
+        os.close(slave)
+        screen = b""
+        try:
+            while data := os.read(master, 1 << 16):
+                screen += data
+        except OSError:
+            pass  # its other end is closed
+        os.close(master)
+        with open(os.path.join(done.stdout.strip(), "build.log"), encoding="utf-8") as file:
+            log = file.read()
+        return done.returncode, log, screen.decode()
+
+    def test_progress_is_drawn_in_place_and_erased(self):
+        code, log, screen = self.build('for i in 1 2 3; do echo "[$i/3] step $i"; done')
+        self.assertEqual((code, log), (0, "[1/3] step 1\n[2/3] step 2\n[3/3] step 3\n"))
+        self.assertRegex(screen, r"\[1/3\] step 1\r\x1b\[K\[2/3\] step 2.*\r\x1b\[K$")
+        self.assertNotIn("\n", screen)
+
+    def test_nothing_to_do_says_nothing(self):
+        self.assertEqual(self.build('echo "ninja: no work to do."')[::2], (0, ""))
 
 
 if __name__ == "__main__":
