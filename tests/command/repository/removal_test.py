@@ -30,6 +30,7 @@ ALLOWED = {
     "daemon/server/listener.c": (1, "its socket, after is_no_socket and is_served"),
     "firmware/image/root/etc/vergence/serve": (1, "the board's own system, in memory"),
     "firmware/image/driver/bench_camera.c": (1, "not a file: a driver's function"),
+    "tools/simrig/main_simrig.cpp": (1, "the socket that it has bound"),
     "tools/simrig/server/listener.cpp": (4, "sockets: is_socket, or bound a moment before"),
     "tools/bench.d/prepare_pairs.py": (1, "a new folder; rename fails if one is there"),
     "tools/bench.d/prepare_scenes.py": (3, "a scene with its own meta.json; " + TEMPORARY),
