@@ -241,7 +241,7 @@ static void reply_figures(const struct surface *self) {
         reply_number(call, "corrected_by", context->self_calibration.used, 0, NULL);
         reply_text(call, "health", refine_health_text(context->self_calibration.health));
         if (context->bracket_pair > 0) {
-            reply_text(call, "bracket", context->bracketed ? "pan stood still" : "not used");
+            reply_text(call, "with_pair", context->bracketed ? "pan stood still" : "not used");
         }
         reply_number(call, "rows_refined", context->self_calibration.rows_px, 3, "px");
         commands_calibration_refined(call, &context->self_calibration);

@@ -50,6 +50,7 @@ struct beginning {
     const struct command_call *call;
     const struct command_value *name;
     const char *kind;
+    bool add;                              // to a session that exists
     struct session_instrument instrument;  // of a session
     struct captured_pair *captured;        // of a pair
     int error;
@@ -58,14 +59,21 @@ struct beginning {
 static void look_for_name(void *cookie) {
     struct beginning *self = cookie;
     struct message message;
-    const int error =
-        session_writer_check(daemon_of(self->call)->files_fd, self->name->text, &message);
+    const int root = daemon_of(self->call)->files_fd;
+    int error = 0;
+    if (self->add && session_writer_exists(root, self->name->text)) {
+        struct session_writer *writer = &daemon_of(self->call)->session.writer;
+        error = session_writer_resume(writer, root, self->name->text, &message);
+        session_writer_leave(writer);  // nothing is changed yet
+    } else {
+        error = session_writer_check(root, self->name->text, &message);
+    }
     self->error = error == 0 ? 0 : command_fail(self->call, error, "%s", message.text);
 }
 
 /// Checks, before there is any data, that a session of this name can be started.
-static int check_name(const struct command_call *call, const struct command_value *name) {
-    struct beginning beginning = {.call = call, .name = name};
+static int check_name(const struct command_call *call, const struct command_value *name, bool add) {
+    struct beginning beginning = {.call = call, .name = name, .add = add};
     int error = files_need_directory(call);
     if (error != 0 || !name->given) {
         return error;
@@ -93,8 +101,11 @@ static void write_beginning(void *cookie) {
     }
     gmtime_r(&now, &parts);
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    int error = session_writer_begin(&session->writer, daemon->files_fd, session->name,
-                                     version_build_id(), call->rig->profile.name, date, &message);
+    const bool add = self->add && session_writer_exists(daemon->files_fd, session->name);
+    int error =
+        add ? session_writer_resume(&session->writer, daemon->files_fd, session->name, &message)
+            : session_writer_begin(&session->writer, daemon->files_fd, session->name,
+                                   version_build_id(), call->rig->profile.name, date, &message);
     if (error == 0) {
         session->writer.room_bytes = room_check_now(daemon).files_bytes;
         error = session_writer_instrument(&session->writer, &self->instrument, &message);
@@ -106,10 +117,10 @@ static void write_beginning(void *cookie) {
     self->error = error == 0 ? 0 : command_fail(call, error, "%s", message.text);
 }
 
-/// Starts a session; only after `check_name`.
+/// Starts a session, or continues it; only after `check_name`.
 static int begin_session(const struct command_call *call, const struct command_value *name,
-                         const char *kind) {
-    struct beginning beginning = {.call = call, .name = name, .kind = kind};
+                         const char *kind, bool add) {
+    struct beginning beginning = {.call = call, .name = name, .kind = kind, .add = add};
     commands_calibration_instrument(call, &beginning.instrument);
     disk_writer_run(&daemon_of(call)->disk_writer, write_beginning, &beginning);
     return beginning.error;
@@ -227,8 +238,9 @@ static int write_session(const struct command_call *call, struct captured_pair *
     if (!session->recording && !call->values[CAPTURE_NAME].given) {
         return 0;
     }
-    int error =
-        session->recording ? 0 : begin_session(call, &call->values[CAPTURE_NAME], "capture");
+    int error = session->recording ? 0
+                                   : begin_session(call, &call->values[CAPTURE_NAME], "capture",
+                                                   command_is_set(&call->values[CAPTURE_ADD]));
     error = error != 0 ? error : save_pair(call, captured, registers);
     if (error == 0) {
         captured->in_session = true;
@@ -276,11 +288,11 @@ static int run_capture(const struct command_call *call) {
         return command_fail(call, ERROR_ARGUMENT,
                             "capture: average and bracket exclude each other (omit one)");
     }
-    int error = named ? check_name(call, &call->values[CAPTURE_NAME]) : 0;
-    if (error != 0) {
-        return error;
-    }
-    error = room_check_pair(call, &options, named);
+    const bool add = command_is_set(&call->values[CAPTURE_ADD]);
+    int error = named ? check_name(call, &call->values[CAPTURE_NAME], add)
+                : add ? command_fail(call, ERROR_ARGUMENT, "capture: add needs the session's NAME")
+                      : 0;
+    error = error != 0 ? error : room_check_pair(call, &options, named);
     if (error != 0) {
         return error;
     }
@@ -357,9 +369,9 @@ static int start_recording(const struct command_call *call) {
     if (session->recording) {
         return command_fail(call, ERROR_BUSY, "record: already recording %s", session->name);
     }
-    int error = check_name(call, &call->values[1]);
+    int error = check_name(call, &call->values[1], false);
     error = error != 0 ? error : room_check_recording(call);
-    error = error != 0 ? error : begin_session(call, &call->values[1], "record");
+    error = error != 0 ? error : begin_session(call, &call->values[1], "record", false);
     if (error != 0) {
         return error;
     }
@@ -466,7 +478,8 @@ static const struct command commands[] = {
     {.name = "capture",
      .summary = "capture a pair of frames",
      .help = "Keeps the pair in memory for \"reconstruct\" until the next capture or the daemon's "
-             "end. With NAME it also writes it to a new session in \"files\", during a recording "
+             "end. With NAME it also writes it to a new session (add=yes: or an existing one) in "
+             "\"files\", during a recording "
              "to that. Fails if something moved between the frames, or if the saved calibration is "
              "for other axes, cameras or windows. Reports for each side brightness (mean, of full "
              "scale), saturated and black pixels, and sharpness (of the steepest possible edges). "

@@ -12,6 +12,10 @@ const struct command_argument capture_arguments[CAPTURE_ARGUMENTS] = {
          .optional = true,
          .help = "of a new session for the pair: letters, digits and - _ . + = , @; default: only "
                  "in memory"},
+    [CAPTURE_ADD] = {.name = "add",
+                     .kind = COMMAND_FLAG,
+                     .help = "add the pair to the session NAME if it exists, as its next pair; for "
+                             "pairs at other zooms, see with-pair of \"reconstruct\""},
     [CAPTURE_CHECK] = {.name = "static",
                        .kind = COMMAND_FLAG,
                        .help = "take the left image twice and check that the scene has not moved"},

@@ -13,6 +13,7 @@ extern "C" {
 
 enum {
     CAPTURE_NAME,
+    CAPTURE_ADD,
     CAPTURE_CHECK,
     CAPTURE_ACCEPT,
     CAPTURE_AVERAGE,

@@ -82,6 +82,13 @@ static bool is_empty(int parent, const char *path) {
     return count <= 0;
 }
 
+bool session_writer_exists(int parent, const char *path) {
+    char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
+    struct stat status;
+    snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
+    return fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
 int session_writer_check(int parent, const char *path, struct message *message) {
     struct stat status;
     if (fstatat(parent, path, &status, AT_SYMLINK_NOFOLLOW) != 0) {
@@ -92,9 +99,7 @@ int session_writer_check(int parent, const char *path, struct message *message) 
                            "%s: exists and is not a directory (give another name)", path);
     }
     // Other things in it would look like a part of the session.
-    char index[SESSION_WRITE_PATH_BYTES + sizeof SESSION_INDEX_NAME + 1];
-    snprintf(index, sizeof index, "%s/" SESSION_INDEX_NAME, path);
-    if (fstatat(parent, index, &status, AT_SYMLINK_NOFOLLOW) == 0) {
+    if (session_writer_exists(parent, path)) {
         return name_is_taken(path, message);
     }
     return is_empty(parent, path) ? 0
@@ -183,6 +188,11 @@ int session_writer_instrument(struct session_writer *self,
     return append_event(self, message);
 }
 
+static bool is_there(const struct session_writer *self, const char *name) {
+    struct stat status;
+    return fstatat(self->directory, name, &status, AT_SYMLINK_NOFOLLOW) == 0;
+}
+
 // ---- more events of an existing session
 
 /// Where the events end that stay, and the CRC of all before.
@@ -193,6 +203,11 @@ static int find_end(struct session_writer *self, int parent, const char *path,
     int got = session_reader_open(&reader, parent, path, event, message);
     if (got != 0) {
         return got;
+    }
+    if (event->version != SESSION_VERSION) {
+        session_reader_close(&reader);
+        return message_set(message, ERROR_VERSION,
+                           "%s: written by another version (give another name)", path);
     }
     do {
         self->good_bytes = (int64_t)reader.at;
@@ -211,7 +226,17 @@ int session_writer_resume(struct session_writer *self, int parent, const char *p
     if (code != 0) {
         return code;
     }
+    self->resumed = true;
+    self->resumed_crc = self->crc;
+    self->resumed_bytes = self->good_bytes;
     self->directory = openat(parent, path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (self->directory >= 0 && is_there(self, SESSION_CALLS_NAME)) {
+        close(self->directory);
+        self->directory = -1;
+        return message_set(message, ERROR_ARGUMENT,
+                           "%s: is a recording, to which nothing is added (give another name)",
+                           path);
+    }
     self->index = self->directory < 0 ? -1
                                       : openat(self->directory, SESSION_INDEX_NAME,
                                                O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
@@ -232,11 +257,6 @@ int session_writer_resume(struct session_writer *self, int parent, const char *p
 static int finish_part(struct session_writer *self, struct atomic_file *part, bool written,
                        const char *name, struct message *message) {
     return atomic_file_end(part, written) ? 0 : fail(self, name, message);
-}
-
-static bool is_there(const struct session_writer *self, const char *name) {
-    struct stat status;
-    return fstatat(self->directory, name, &status, AT_SYMLINK_NOFOLLOW) == 0;
 }
 
 int session_writer_calibration(struct session_writer *self, const char *text, size_t length,
@@ -422,6 +442,14 @@ void session_writer_leave(struct session_writer *self) {
 
 void session_writer_discard(struct session_writer *self, int parent) {
     if (self->index < 0) {
+        return;
+    }
+    if (self->resumed) {
+        // Frames without an event stay: their names show that they are ours.
+        struct message ignored;
+        self->crc = self->resumed_crc;
+        self->good_bytes = self->resumed_bytes;
+        session_writer_end(self, &ignored);
         return;
     }
     struct session_files files;

@@ -33,6 +33,9 @@ struct session_writer {
     int64_t good_bytes;    // valid length of the index; an incomplete line may follow
     uint32_t pairs;        // pairs written
     bool made;             // the directory was created, too
+    bool resumed;          // the session existed, up to here:
+    uint32_t resumed_crc;
+    int64_t resumed_bytes;
     /// Limit for the frames yet to be written, set after session_writer_begin, which sets none.
     uint64_t room_bytes;
     unsigned char buffer[SESSION_WRITE_BUFFER_BYTES];
@@ -49,10 +52,14 @@ int session_writer_begin(struct session_writer *self, int parent, const char *pa
                          struct message *message);
 
 /// Opens an existing session to write more events behind its last one; an END and an incomplete
-/// line are taken off. Errors of session_reader_open and session_reader_next; the session is as
-/// before then.
+/// line are taken off. Errors of session_reader_open and session_reader_next, ERROR_ARGUMENT for a
+/// recording, to which nothing can be added, and ERROR_VERSION for another format; the session is
+/// as before then.
 int session_writer_resume(struct session_writer *self, int parent, const char *path,
                           struct message *message);
+
+/// Whether a session of this name exists, to which `session_writer_resume` may add.
+bool session_writer_exists(int parent, const char *path);
 
 /// Checks that `session_writer_begin` would accept the name now, for callers with long work before
 /// it. 0 or ERROR_ARGUMENT.

@@ -165,7 +165,7 @@ static void doubt_bracket(struct reconstruct_context *context) {
     const struct bracket_report *bracket = &context->bracket;
     if (bracket->carried == 0) {
         reconstruct_context_warn(context,
-                                 "pair %u is not a bracket of this one: their pictures cannot be "
+                                 "pair %u cannot help this one: their pictures cannot be "
                                  "compared (the same scene is needed, zoomed by 1.3 or more)",
                                  (unsigned)context->bracket_pair);
         return;
@@ -174,7 +174,7 @@ static void doubt_bracket(struct reconstruct_context *context) {
                      fabs(bracket->turn_rad[0] / bracket->turn_sigma_rad[0]);
     reconstruct_context_warn(context,
                              "the %s camera turned by %.3f degrees between this pair and pair %u, "
-                             "which is not used as a bracket: take it again with pan untouched",
+                             "which does not help: take it again with pan untouched",
                              rig_side_names[side],
                              fabs(bracket->turn_rad[side]) * MATH_DEGREE_PER_RAD,
                              (unsigned)context->bracket_pair);

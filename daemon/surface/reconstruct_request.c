@@ -24,7 +24,7 @@ const struct command_argument reconstruct_arguments[] = {
     {.name = "pair", .kind = COMMAND_INTEGER, .offset = FIELD(pair), .value_name = "N",
      .min = 1, .max = 1000000,
      .help = "Number of the pair in the session, from 1. Default: the last."},
-    {.name = "bracket", .kind = COMMAND_INTEGER, .offset = FIELD(bracket), .value_name = "N",
+    {.name = "with-pair", .kind = COMMAND_INTEGER, .offset = FIELD(bracket), .value_name = "N",
      .min = 1, .max = 1000000,
      .help = "Pair N of the session, before or after zooming with pan and scene untouched, helps to find where the "
              "cameras are: what a wide pair shows of pan holds for a tele pair, which hardly shows it. Requires a "
@@ -188,7 +188,7 @@ static const char *check_images(const struct reconstruct_request *request) {
         return "--pair requires a recorded session";
     }
     if (request->session_path == NULL && request->bracket != 0) {
-        return "--bracket requires a recorded session";
+        return "--with-pair requires a recorded session";
     }
     if (request->session_path != NULL &&
         (request->bits != 0 || request->bayer >= 0 || request->raw_px[0] != 0)) {
@@ -287,10 +287,26 @@ struct reconstruct_request reconstruct_request_defaults(void) {
                                         .debug_row = -1};
 }
 
+/// Up to version 1 --with-pair was --bracket, a word that now means exposures only.
+static void rename_old_option(int argc, char **argv) {
+    static const char old[] = "--bracket";
+    static char renamed[64];
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        const size_t length = sizeof old - 1;
+        if (strncmp(argv[i], old, length) == 0 &&
+            (argv[i][length] == '\0' || argv[i][length] == '=')) {
+            snprintf(renamed, sizeof renamed, "--with-pair%s", argv[i] + length);
+            fprintf(stderr, "vergence: note: --bracket is now --with-pair\n");
+            argv[i] = renamed;
+        }
+    }
+}
+
 int reconstruct_request_parse(int argc, char **argv, struct reconstruct_request *request) {
     *request = reconstruct_request_defaults();
     const char *operands[2] = {NULL, NULL};
     int operand_count = 0;
+    rename_old_option(argc, argv);
     const int exit_code = options_parse(&page, argc, argv, request, operands, &operand_count);
     if (exit_code != OPTIONS_CONTINUE) {
         return exit_code;

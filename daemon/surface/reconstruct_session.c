@@ -219,7 +219,7 @@ static int check_bracket(const struct reconstruct_session *self, struct message 
     for (int side = 0; side < RIG_SIDES; side++) {
         if (self->pair.pair.frame[side].before.pan_q4 != self->bracket.frame[side].before.pan_q4) {
             return message_set(message, ERROR_MISMATCH,
-                               "%s: %s pan moved between pairs %u and %u: a bracket needs it "
+                               "%s: %s pan moved between pairs %u and %u: with-pair needs it "
                                "untouched",
                                self->path, rig_side_names[side], (unsigned)self->pair.pair.number,
                                (unsigned)self->bracket.number);
@@ -254,7 +254,7 @@ static int refine(struct reconstruct_session *self, const struct reconstruct_req
     int error = find_zoom(self, request, message);
     if (error == ERROR_OK && self->zoom == NULL && count > 1) {
         error = message_set(
-            message, ERROR_MISSING, "a bracket needs a calibration of all zooms, which %s is not",
+            message, ERROR_MISSING, "with-pair needs a calibration of all zooms, which %s is not",
             request->calibration_path != NULL ? request->calibration_path : "the pair's");
     }
     if (error != ERROR_OK || self->zoom == NULL) {
@@ -397,9 +397,10 @@ static int read_bracket(struct reconstruct_session *self, struct session_reader 
     (void)context;
     char unused[RIG_SIDES][RECONSTRUCT_SESSION_NAME_BYTES];
     if ((uint32_t)request->bracket == self->pair.pair.number) {
-        return message_set(message, ERROR_ARGUMENT,
-                           "%s: pair %d cannot be its own bracket (it needs another zoom)",
-                           self->path, request->bracket);
+        return message_set(
+            message, ERROR_ARGUMENT,
+            "%s: pair %d cannot help itself (with-pair needs a pair at another zoom)", self->path,
+            request->bracket);
     }
     const int error = session_pairs_find(pairs, reader, (uint32_t)request->bracket, message);
     return error != ERROR_OK ? error

@@ -57,7 +57,7 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
     }
     if (context->bracketed) {
         const struct bracket_report *bracket = &context->bracket;
-        fprintf(stream, "bracket     pair %u: pan stood still, within %.4f and %.4f degrees\n",
+        fprintf(stream, "with pair   pair %u: pan stood still, within %.4f and %.4f degrees\n",
                 (unsigned)context->bracket_pair, bracket->turn_sigma_rad[0] * MATH_DEGREE_PER_RAD,
                 bracket->turn_sigma_rad[1] * MATH_DEGREE_PER_RAD);
     }

@@ -117,33 +117,33 @@ class ZoomRefine(unittest.TestCase):
         self.assertLess(abs(far_mm - true_mm), 4 * sigma_mm + 2)
 
     def test_each_pair_is_refined_as_well_as_it_says(self):
-        for folder, pair, bracket in (("wide", 1, 2), ("tele", 2, 1)):
+        for folder, pair, other in (("wide", 1, 2), ("tele", 2, 1)):
             depth_mm = self.true_depth(folder, pair)
             alone, done = self.figures("--pair", pair)
             found = alone["self_calibration"]
             self.assertIn("cameras     corrected by", done.stdout)
-            self.assertIsNone(found["bracket"])
+            self.assertIsNone(found["with_pair"])
             self.assertGreater(found["rows_before_px"], 0.4)
             self.assertLess(found["rows_px"], 0.3)
             self.assertLess(found["depth_sigma_mm"], 0.8 * found["depth_sigma_before_mm"])
             self.assertIn(found["health"], ("good", "touch up"))
             self.assert_depth(alone, depth_mm)
-            both, done = self.figures("--pair", pair, "--bracket", bracket)
+            both, done = self.figures("--pair", pair, "--with-pair", other)
             found = both["self_calibration"]
-            self.assertIn(f"pair {bracket}: pan stood still", done.stdout)
-            self.assertTrue(found["bracket"]["used"])
-            self.assertGreater(found["bracket"]["points"], 50)
-            for turn, sigma in zip(found["bracket"]["turn_deg"], found["bracket"]["turn_sigma_deg"]):
+            self.assertIn(f"pair {other}: pan stood still", done.stdout)
+            self.assertTrue(found["with_pair"]["used"])
+            self.assertGreater(found["with_pair"]["points"], 50)
+            for turn, sigma in zip(found["with_pair"]["turn_deg"], found["with_pair"]["turn_sigma_deg"]):
                 self.assertLess(abs(turn), 4 * sigma)
             self.assertLess(both["depth_sigma_common_mm"],
                             (0.9 if folder == "wide" else 0.6) * alone["depth_sigma_common_mm"])
             self.assert_depth(both, depth_mm)
 
     def test_a_camera_that_turned_between_is_found(self):
-        figures, done = self.figures("--pair", 3, "--bracket", 1)
-        bracket = figures["self_calibration"]["bracket"]
-        self.assertFalse(bracket["used"])
-        self.assertAlmostEqual(bracket["turn_deg"][0], 0.2, delta=4 * bracket["turn_sigma_deg"][0])
+        figures, done = self.figures("--pair", 3, "--with-pair", 1)
+        other = figures["self_calibration"]["with_pair"]
+        self.assertFalse(other["used"])
+        self.assertAlmostEqual(other["turn_deg"][0], 0.2, delta=4 * other["turn_sigma_deg"][0])
         self.assertIn("the left camera turned by 0.", done.stderr)
         self.assertNotIn("stood still", done.stdout)
 
@@ -154,16 +154,19 @@ class ZoomRefine(unittest.TestCase):
             self.assertIn(word, line)
 
     def test_what_cannot_help_is_refused(self):
-        self.refused(self.run_on("--pair", 4, "--bracket", 1), 3, "MISMATCH", "pan moved", "4 and 1")
-        self.refused(self.run_on("--pair", 2, "--bracket", 2), 3, "own bracket")
-        self.refused(self.run_on("--pair", 2, "--bracket", 9), 3, "no pair 9")
+        self.refused(self.run_on("--pair", 4, "--with-pair", 1), 3, "MISMATCH", "pan moved", "4 and 1")
+        self.refused(self.run_on("--pair", 2, "--with-pair", 2), 3, "cannot help itself")
+        self.refused(self.run_on("--pair", 2, "--with-pair", 9), 3, "no pair 9")
+        done = self.run_on("--pair", 2, "--bracket", 9)  # its old name
+        self.assertIn("note: --bracket is now --with-pair\n", done.stderr)
+        self.assertIn("no pair 9", done.stderr)
         one = self.folder / "one.calibration"
         subprocess.run([VERGENCE, "info", self.zoom, "--at", f"{self.folder / 'scene'}:2", "--convert",
                         one], check=True, capture_output=True, timeout=60)
-        self.refused(self.run_on("--pair", 2, "--bracket", 1, calibration=one), 3, "all zooms")
-        done = self.run_on("--pair", 2, "--bracket", 3)
+        self.refused(self.run_on("--pair", 2, "--with-pair", 1, calibration=one), 3, "all zooms")
+        done = self.run_on("--pair", 2, "--with-pair", 3)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("pair 3 is not a bracket", done.stderr)
+        self.assertIn("pair 3 cannot help", done.stderr)
 
     def test_bad_calibrations_are_refused_or_doubted(self):
         other = self.write("other.zoom", changed(TEXT, "instrument", "other"))

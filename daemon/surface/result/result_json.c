@@ -184,10 +184,10 @@ static void print_self_calibration(const struct reconstruct_context *context, st
     json_real(json, "surprise", report->surprise, 6);
     json_text(json, "health", refine_health_text(report->health));
     if (context->bracket_pair == 0) {
-        json_null(json, "bracket");
+        json_null(json, "with_pair");
     } else {
         const struct bracket_report *bracket = &context->bracket;
-        json_open_object(json, "bracket");
+        json_open_object(json, "with_pair");
         json_integer(json, "pair", context->bracket_pair);
         json_bool(json, "used", context->bracketed);
         json_integer(json, "points", bracket->carried);

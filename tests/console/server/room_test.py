@@ -225,6 +225,40 @@ class Foreign(Stated, DaemonTest):
         self.assertIn("no session and no surface", self.first.ask("remove one")[-1])
 
 
+class Added(Stated, DaemonTest):
+    """A second pair in the session of the first."""
+
+    def pairs(self, name):
+        with open(os.path.join(self.files, name, "session.index"), encoding="ascii") as file:
+            kinds = [line.split()[0] for line in file]
+        self.assertEqual(kinds[-1], "end")
+        return kinds.count("pair")
+
+    def test_pairs_are_added_to_a_session(self):
+        self.first = self.client()
+        self.ok("bringup")
+        self.ok("window 64 64")
+        for number in (1, 2, 3):
+            answer = self.first.ask_json("capture scene add=yes")
+            self.assertEqual((answer["ok"], answer["result"].get("pair")), (True, number), answer)
+            self.assertEqual(self.pairs("scene"), number)
+        self.assertIn("already contains a session", self.first.ask("capture scene")[-1])
+        self.assertIn("needs the session's NAME", self.first.ask("capture add=yes")[-1])
+        # Nothing is lost by one that fails: the index is as before, and the session is whole.
+        with open(os.path.join(self.files, "scene", "session.index"), "rb") as file:
+            before = file.read()
+        self.with_memory(1 << 10)
+        self.assertTrue(self.first.ask("capture scene add=yes")[-1].startswith("ERR "))
+        self.with_memory(PLENTY)
+        with open(os.path.join(self.files, "scene", "session.index"), "rb") as file:
+            self.assertEqual(file.read(), before)
+        # A recording is played back, and so does not grow.
+        self.ok("record start r")
+        self.ok("record stop")
+        self.ok("bringup")
+        self.assertIn("r: is a recording", self.first.ask("capture r add=yes")[-1])
+
+
 class Shown(DaemonTest):
     def test_system_shows_it(self):
         first = self.client()
