@@ -13,21 +13,31 @@
 static const double assumed_baseline_mm = 100.0;
 
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message) {
-    const struct image_file *left = &inputs->left, *right = &inputs->right;
-    if (left->file_width_px != right->file_width_px ||
-        left->file_height_px != right->file_height_px) {
-        return message_set(message, ERROR_SIZE_MISMATCH,
-                           "the images differ in size: %s is %dx%d, %s is %dx%d pixels", left->path,
-                           left->file_width_px, left->file_height_px, right->path,
-                           right->file_width_px, right->file_height_px);
-    }
-    if (left->image.width_px < MATCH_MIN_WIDTH_PX || left->image.height_px < MATCH_MIN_HEIGHT_PX) {
-        return message_set(message, ERROR_TOO_SMALL,
-                           "%s: %dx%d pixels are too few (at least %dx%d are required)", left->path,
-                           left->image.width_px, left->image.height_px, MATCH_MIN_WIDTH_PX,
-                           MATCH_MIN_HEIGHT_PX);
+    const struct image_file *const sides[2] = {&inputs->left, &inputs->right};
+    for (int side = 0; side < 2; side++) {
+        const struct raw_image *image = &sides[side]->image;
+        if (image->width_px < MATCH_MIN_WIDTH_PX || image->height_px < MATCH_MIN_HEIGHT_PX) {
+            return message_set(message, ERROR_TOO_SMALL,
+                               "%s: %dx%d pixels are too few (at least %dx%d are required)",
+                               sides[side]->path, image->width_px, image->height_px,
+                               MATCH_MIN_WIDTH_PX, MATCH_MIN_HEIGHT_PX);
+        }
     }
     return ERROR_OK;
+}
+
+/// Only a calibration explains images of two sizes.
+static int refuse_two_sizes(const struct reconstruct_inputs *inputs, struct message *message) {
+    const struct image_file *left = &inputs->left, *right = &inputs->right;
+    if (left->file_width_px == right->file_width_px &&
+        left->file_height_px == right->file_height_px) {
+        return ERROR_OK;
+    }
+    return message_set(message, ERROR_SIZE_MISMATCH,
+                       "the images differ in size: %s is %dx%d, %s is %dx%d pixels (a calibration "
+                       "of this pair is required)",
+                       left->path, left->file_width_px, left->file_height_px, right->path,
+                       right->file_width_px, right->file_height_px);
 }
 
 static int read_images(const struct reconstruct_request *request,
@@ -89,27 +99,36 @@ static bool lens_fits(const struct lens *lens, int width_px, int height_px) {
 
 int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            struct message *message) {
-    const struct image_file *file = &inputs->left;
+    const struct image_file *const files[2] = {&inputs->left, &inputs->right};
     struct calibration *calibration = &inputs->calibration;
-    const int width_px = file->image.width_px, height_px = file->image.height_px;
-    if (lens_fits(&calibration->left, width_px, height_px) &&
-        lens_fits(&calibration->right, width_px, height_px)) {
+    struct lens *const lenses[2] = {&calibration->left, &calibration->right};
+    int in_memory = 0, in_file = 0;
+    for (int side = 0; side < 2; side++) {
+        const struct image_file *file = files[side];
+        in_memory += lens_fits(lenses[side], file->image.width_px, file->image.height_px) ? 1 : 0;
+        in_file += lens_fits(lenses[side], file->file_width_px, file->file_height_px) ? 1 : 0;
+    }
+    if (in_memory == 2) {
         return ERROR_OK;
     }
-    if (!lens_fits(&calibration->left, file->file_width_px, file->file_height_px) ||
-        !lens_fits(&calibration->right, file->file_width_px, file->file_height_px)) {
+    if (in_file != 2) {
         return message_set(message, ERROR_SIZE_MISMATCH,
-                           "the images are %dx%d pixels, %s is for %dx%d (left) and %dx%d (right)",
-                           file->file_width_px, file->file_height_px, name,
-                           calibration->left.width_px, calibration->left.height_px,
-                           calibration->right.width_px, calibration->right.height_px);
+                           "the images are %dx%d (left) and %dx%d pixels (right), %s is for %dx%d "
+                           "(left) and %dx%d (right)",
+                           files[0]->file_width_px, files[0]->file_height_px,
+                           files[1]->file_width_px, files[1]->file_height_px, name,
+                           lenses[0]->width_px, lenses[0]->height_px, lenses[1]->width_px,
+                           lenses[1]->height_px);
     }
-    calibration->left = shrunk_lens(calibration->left, file->shrink, width_px, height_px);
-    calibration->right = shrunk_lens(calibration->right, file->shrink, width_px, height_px);
+    for (int side = 0; side < 2; side++) {
+        *lenses[side] =
+            shrunk_lens(*lenses[side], files[side]->shrink, files[side]->image.width_px,
+                        files[side]->image.height_px);
+    }
     const int error = calibration_round(calibration);
     if (error != ERROR_OK) {
         return message_set(message, error, "the calibration is invalid after shrinking by %d: %s",
-                           file->shrink, error_text(error));
+                           files[0]->shrink, error_text(error));
     }
     return ERROR_OK;
 }
@@ -118,6 +137,10 @@ static int assume_calibration(const struct reconstruct_request *request,
                               struct reconstruct_inputs *inputs,
                               struct reconstruct_context *context, struct message *message) {
     const struct image_file *file = &inputs->left;
+    int error = refuse_two_sizes(inputs, message);
+    if (error != ERROR_OK) {
+        return error;
+    }
     // Narrow images would otherwise reach farther from the axis than rays are measured.
     const double quarter_px = file->file_height_px / 4.0;
     const double assumed_px = file->file_width_px > quarter_px ? file->file_width_px : quarter_px;
@@ -143,7 +166,7 @@ static int assume_calibration(const struct reconstruct_request *request,
     snprintf(made.note, sizeof made.note, "focal length %s, baseline %s, centres assumed",
              request->focal_px > 0 ? "given" : "assumed",
              request->baseline_mm > 0 ? "given" : "assumed");
-    int error = calibration_round(&made);
+    error = calibration_round(&made);
     if (error == ERROR_OK) {
         error = calibration_validate(&made, NULL);
     }

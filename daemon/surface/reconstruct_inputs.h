@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Inputs of a reconstruction: two images of the same size and a calibration that fits them.
+/// Inputs of a reconstruction: two images and a calibration that fits them.
 #ifndef VERGENCE_DAEMON_SURFACE_RECONSTRUCT_INPUTS_H
 #define VERGENCE_DAEMON_SURFACE_RECONSTRUCT_INPUTS_H
 
@@ -53,7 +53,7 @@ int reconstruct_inputs_calibrate(const struct reconstruct_request *request,
 int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            struct message *message);
 
-/// For sources: rejects images that differ in size or are too small; and warns of doubts about
+/// For sources: rejects images that are too small; and warns of doubts about
 /// them.
 int reconstruct_inputs_check(const struct reconstruct_inputs *inputs, struct message *message);
 void reconstruct_inputs_doubt(const struct reconstruct_inputs *inputs,
