@@ -79,6 +79,23 @@ static int parse_words(const struct option_page *page, const struct command_pars
     return 0;
 }
 
+/// A length with its unit beside --unit, which is that of lengths without one.
+static bool is_unit_given_twice(const struct option_page *page, const struct command_value *values,
+                                struct command_text *message) {
+    bool given = false;
+    for (unsigned i = 0; i < page->option_count; i++) {
+        given = given || (values[i].given && strcmp(page->options[i].name, "unit") == 0);
+    }
+    for (unsigned i = 0; given && i < page->option_count; i++) {
+        if (values[i].given && values[i].stated) {
+            command_text_join(message, page->command, ": --", page->options[i].name,
+                              " has its unit already (leave out --unit)");
+            return true;
+        }
+    }
+    return false;
+}
+
 int options_parse(const struct option_page *page, int argc, char **argv, void *values,
                   const char **operands, int *operand_count) {
     struct command_value given[COMMAND_ARGUMENTS_MAX] = {{.given = false}};
@@ -90,7 +107,8 @@ int options_parse(const struct option_page *page, int argc, char **argv, void *v
     if (find_help(page, argc, argv)) {
         return CLIENT_OK;
     }
-    if (parse_words(page, &parser, argc, argv, given, operands, operand_count) != 0) {
+    if (parse_words(page, &parser, argc, argv, given, operands, operand_count) != 0 ||
+        is_unit_given_twice(page, given, &message)) {
         fprintf(stderr, "%s; see \"%s --help\"\n", text, page->command);
         return CLIENT_USAGE;
     }

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "console/synonyms.h"
 #include "core/invariant.h"
 #include "core/suggest.h"
 #include "daemon/base/message.h"
@@ -128,6 +129,13 @@ static const struct client_command *find_command(const char *name,
         suggest_consider(&suggest, commands[i].name);
     }
     struct message line;
+    const char *meant = synonyms_command(name, NULL);
+    if (meant != NULL && suggest.text[0] == '\0') {
+        fprintf(stderr,
+                "vergence: unknown command \"%s\" (did you mean \"vergence --connect %s\"?)\n",
+                name, meant);
+        return NULL;
+    }
     message_set(&line, 0, "unknown command \"%s\"%s", name,
                 suggest.text[0] != '\0' ? suggest.text
                                         : " (\"vergence --help\" lists all, \"vergence --connect "

@@ -93,7 +93,8 @@ static const struct command commands[] = {
              "the cameras have stopped.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
-     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED |
+              COMMAND_GROUP_MOVE | COMMAND_DAILY,
      .run = run_aim},
 };
 

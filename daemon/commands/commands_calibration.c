@@ -503,7 +503,7 @@ static const struct command commands[] = {
              "gives each pair the calibration of its own zoom, focus and pan.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
-     .flags = COMMAND_UNRECORDED,
+     .flags = COMMAND_UNRECORDED | COMMAND_GROUP_MEASURE,
      .run = run_calibration},
 };
 

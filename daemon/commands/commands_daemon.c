@@ -36,11 +36,33 @@ static void describe_argument(const struct command_call *call,
     reply_group_end(call);
 }
 
+static const struct {
+    const char *name;
+    unsigned flags;
+} help_groups[] = {{"look", COMMAND_GROUP_LOOK},   {"move", COMMAND_GROUP_MOVE},
+                   {"light", COMMAND_GROUP_LIGHT}, {"measure", COMMAND_GROUP_MEASURE},
+                   {"files", COMMAND_GROUP_FILES}, {"service", COMMAND_GROUP_SERVICE}};
+
+/// Lists the commands that have these of the flags in the mask.
+static void list_group(const struct command_call *call, const char *name, unsigned mask,
+                       unsigned flags) {
+    const struct daemon *daemon = daemon_of(call);
+    reply_group_begin(call, name, false);
+    for (size_t i = 0; i < daemon->table_count; i++) {
+        if ((daemon->table[i].flags & mask) == flags) {
+            reply_text(call, daemon->table[i].name, daemon->table[i].summary);
+        }
+    }
+    reply_group_end(call);
+}
+
 static int run_help(const struct command_call *call) {
     struct daemon *daemon = daemon_of(call);
     if (!call->values[0].given) {
-        for (size_t i = 0; i < daemon->table_count; i++) {
-            reply_text(call, daemon->table[i].name, daemon->table[i].summary);
+        list_group(call, "daily", COMMAND_DAILY, COMMAND_DAILY);
+        for (size_t i = 0; i < sizeof help_groups / sizeof help_groups[0]; i++) {
+            list_group(call, help_groups[i].name, COMMAND_GROUPS | COMMAND_DAILY,
+                       help_groups[i].flags);
         }
         return 0;
     }
@@ -364,9 +386,10 @@ static const struct command commands[] = {
     {.name = "help",
      .summary = "list the commands, or explain one",
      .help = "Arguments in brackets are optional; those with = are options, given by name in any "
-             "order: reconstruct scene near=500 far=2000. An answer ends with OK, or with ERR, an "
-             "error "
-             "code and a message. Ctrl-C cancels the running command.",
+             "order: reconstruct scene near=500 far=2000. Numbers may have a unit of their kind: "
+             "focus 1.8 m, near=50cm, exposure 10 ms, exposure 1/100, zoom 5x, iris f/8. An answer "
+             "ends with OK, or with ERR, an error code and a message. Ctrl-C cancels the running "
+             "command.",
      .arguments = help_arguments,
      .argument_count = 1,
      .flags = COMMAND_NO_RIG,
@@ -411,7 +434,7 @@ static const struct command commands[] = {
              "reader is not ready for them. Ends when the command fails.",
      .arguments = watch_arguments,
      .argument_count = 3,
-     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG | COMMAND_GROUP_LOOK,
      .run = run_watch},
     {.name = "quit",
      .summary = "close this connection",

@@ -408,14 +408,14 @@ static const struct command commands[] = {
          "500.",
      .arguments = files_arguments,
      .argument_count = 2,
-     .flags = COMMAND_NO_RIG,
+     .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES | COMMAND_DAILY,
      .run = run_files},
     {.name = "fetch",
      .summary = "read a block of a file (vergence --connect fetches whole files)",
      .help = "The data is in Base64, with its CRC-32 (as in zlib).",
      .arguments = fetch_arguments,
      .argument_count = 3,
-     .flags = COMMAND_NO_RIG,
+     .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES,
      .run = run_fetch},
 };
 

@@ -165,7 +165,8 @@ static const struct command commands[] = {
          "ring, and all samples as a table (CSV); vergence --connect fetches both.",
      .arguments = arguments,
      .argument_count = CURVE_ARGUMENTS,
-     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED,
+     .flags =
+         COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_UNRECORDED | COMMAND_GROUP_MOVE,
      .run = run_focus_curve},
 };
 

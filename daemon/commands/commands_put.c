@@ -160,7 +160,7 @@ static const struct command commands[] = {
              "Nothing is authenticated or encrypted; a file that failed may be there in part.",
      .arguments = put_arguments,
      .argument_count = 2,
-     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG | COMMAND_GROUP_FILES,
      .run = run_put},
 };
 

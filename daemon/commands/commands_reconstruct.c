@@ -231,11 +231,11 @@ static void reply_figures(const struct surface *self) {
         reply_number(call, "depth_median", spread.depth_mm[1], 3, "mm");
         reply_number(call, "depth_near", spread.depth_mm[0], 3, "mm");
         reply_number(call, "depth_far", spread.depth_mm[2], 3, "mm");
-        reply_number(call, "deviation", spread.sigma_mm[1], 3, "mm");
+        reply_number(call, "depth_sigma", spread.sigma_mm[1], 3, "mm");
     }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {
-        reply_number(call, "deviation_common", common_mm, 3, "mm");
+        reply_number(call, "depth_sigma_common", common_mm, 3, "mm");
     }
     if (context->self_calibrated) {
         reply_number(call, "corrected_by", context->self_calibration.used, 0, NULL);
@@ -351,7 +351,7 @@ static const struct command commands[] = {
          "takes less memory and time.",
      .arguments = arguments,
      .argument_count = ARGUMENTS,
-     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG | COMMAND_GROUP_MEASURE | COMMAND_DAILY,
      .run = run_reconstruct},
 };
 

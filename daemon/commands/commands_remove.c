@@ -145,7 +145,7 @@ static const struct command commands[] = {
              "recorded is rejected.",
      .arguments = remove_arguments,
      .argument_count = 1,
-     .flags = COMMAND_UNRECORDED,
+     .flags = COMMAND_UNRECORDED | COMMAND_GROUP_FILES,
      .run = run_remove},
 };
 

@@ -62,7 +62,7 @@ static const struct command commands[] = {
              "reported, with the number of the command and of the call.",
      .arguments = replay_arguments,
      .argument_count = 1,
-     .flags = COMMAND_NO_RIG | COMMAND_LONG,
+     .flags = COMMAND_NO_RIG | COMMAND_LONG | COMMAND_GROUP_MEASURE,
      .run = run_replay},
 };
 

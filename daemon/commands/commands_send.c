@@ -315,7 +315,7 @@ static const struct command commands[] = {
              "incomplete one is kept for a day, to be continued.",
      .arguments = send_arguments,
      .argument_count = 6,
-     .flags = COMMAND_NO_RIG,
+     .flags = COMMAND_NO_RIG | COMMAND_GROUP_FILES,
      .run = run_send},
 };
 

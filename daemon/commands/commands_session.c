@@ -490,7 +490,8 @@ static const struct command commands[] = {
              "should be a multiple of half the mains period.",
      .arguments = capture_arguments,
      .argument_count = CAPTURE_ARGUMENTS,
-     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .flags =
+         COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_GROUP_MEASURE | COMMAND_DAILY,
      .run = run_capture},
     {.name = "record",
      .summary = "record everything that the hardware does, for replay",
@@ -500,7 +501,7 @@ static const struct command commands[] = {
          "off, which \"record\" and \"status\" report.",
      .arguments = record_arguments,
      .argument_count = 2,
-     .flags = COMMAND_MOVES | COMMAND_UNRECORDED,
+     .flags = COMMAND_MOVES | COMMAND_UNRECORDED | COMMAND_GROUP_MEASURE,
      .run = run_record},
 };
 

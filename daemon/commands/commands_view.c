@@ -174,7 +174,7 @@ static const struct command commands[] = {
              "may move; \"capture\" takes a pair to measure.",
      .arguments = view_arguments,
      .argument_count = VIEW_ARGUMENTS,
-     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES,
+     .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_GROUP_LOOK | COMMAND_DAILY,
      .run = run_view},
 };
 

@@ -114,8 +114,10 @@ static void put_number(void *cookie, const char *key, double value, int decimals
         return;
     }
     lead(self, key, false);
-    fprintf(self->stream, "%.*f%s%s", decimals, value, unit != NULL ? " " : "",
-            unit != NULL ? unit : "");
+    // As it is typed: "f/8", but "40 mm".
+    const bool leads = unit != NULL && unit[strlen(unit) - 1] == '/';
+    fprintf(self->stream, "%s%.*f%s%s", leads ? unit : "", decimals, value,
+            unit != NULL && !leads ? " " : "", unit != NULL && !leads ? unit : "");
     fputs(self->in_line[self->depth] ? "" : "\n", self->stream);
 }
 

@@ -44,36 +44,6 @@ static const struct {
     [QUANTITY_MB] = {"MB", 1, false},
 };
 
-/// A unit in the base unit of its kind; 0: not one that others may stand for.
-static double size_of(const char *unit, char *kind) {
-    static const struct {
-        const char *unit;
-        char kind;
-        double size;
-    } units[] = {{"us", 's', 1}, {"ms", 's', 1e3},  {"s", 's', 1e6},
-                 {"Hz", 'f', 1}, {"kHz", 'f', 1e3}, {"MHz", 'f', 1e6}};
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
-        if (strcmp(units[i].unit, unit) == 0) {
-            *kind = units[i].kind;
-            return units[i].size;
-        }
-    }
-    return 0;
-}
-
-/// Steps of the integer in `number` of this unit; false: not a unit of the quantity.
-static bool steps_of(enum quantity quantity, const char *unit, double number, double *steps) {
-    const char *own = quantities[quantity].unit;
-    char kind = 0, own_kind = 0;
-    *steps = number * quantities[quantity].steps;
-    if (strcmp(unit, own) == 0) {
-        return true;
-    }
-    const double size = size_of(unit, &kind), own_size = size_of(own, &own_kind);
-    *steps = *steps * size / (own_size > 0 ? own_size : 1);
-    return size > 0 && kind == own_kind;
-}
-
 static bool is_whole(double steps) {
     const double tolerance = 1e-7;  // of the decimal fractions, which are inexact
     return fabs(steps - round(steps)) < tolerance;
@@ -83,25 +53,24 @@ static bool is_whole(double steps) {
 static int read_steps(enum quantity quantity, const char *text, const char *range, double *steps,
                       struct message *why) {
     const char *unit = quantities[quantity].unit;
-    char *end = NULL;
     int64_t integer = 0;
     if (*unit == '\0' && quantities[quantity].steps == 1) {
         const bool good = command_words_integer(text, &integer);
         *steps = (double)integer;
         return good ? 0 : message_set(why, ERROR_SYNTAX, "not an integer (expected %s)", range);
     }
-    const size_t length = strspn(text, "-.0123456789");
-    const double number = strtod(text, &end);
-    if (length == 0 || end != text + length) {
+    struct command_number number;
+    const enum command_quantity read =
+        command_words_quantity(text, quantity == QUANTITY_F_NUMBER ? "f/" : unit, &number);
+    if (read == COMMAND_QUANTITY_NO_NUMBER) {
         return message_set(why, ERROR_SYNTAX, "not a number (expected %s)", range);
     }
-    end += strspn(end, " \t");
-    if (*end == '\0' && *unit != '\0') {
-        return message_set(why, ERROR_SYNTAX, "unit missing (expected %s)", unit);
+    if (read == COMMAND_QUANTITY_UNKNOWN_UNIT || (*unit != '\0' && !number.stated)) {
+        return message_set(why, ERROR_SYNTAX, "%s (expected %s)",
+                           number.stated ? "unknown unit" : "unit missing", unit);
     }
-    return steps_of(quantity, end, number, steps)
-               ? 0
-               : message_set(why, ERROR_SYNTAX, "unknown unit (expected %s)", unit);
+    *steps = number.value * quantities[quantity].steps;
+    return 0;
 }
 
 int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_t max,

@@ -44,11 +44,11 @@ enum {
     QUANTITY_RANGE_BYTES = 128,  ///< of a range
 };
 
-/// Reads all of `text`: a number, then the unit, with or without a blank between. Besides the
-/// quantity's own unit, times may be in us, ms or s and frequencies in Hz, kHz or MHz. Angles are
-/// rounded to the nearest integer; other numbers must be one. 0; ERROR_SYNTAX (not a number, unit
-/// missing or unknown), ERROR_RANGE (outside min to max, or between two integers), with `*value`
-/// unchanged and what is expected in `why`. min <= max, both within 32 bits with a sign.
+/// Reads all of `text`: a number, then the unit or another of the same kind, with or without a
+/// blank between (command_words_quantity). Angles are rounded to the nearest integer; other numbers
+/// must be one. 0; ERROR_SYNTAX (not a number, unit missing or unknown), ERROR_RANGE (outside min
+/// to max, or between two integers), with `*value` unchanged and what is expected in `why`. min <=
+/// max, both within 32 bits with a sign.
 int quantity_parse(enum quantity quantity, const char *text, int64_t min, int64_t max,
                    int64_t *value, struct message *why);
 

@@ -63,7 +63,9 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
     }
     const double common_mm = context->depth_sigma_common_mm;
     if (common_mm >= 0) {
-        fprintf(stream, "common      %.3g mm: all depths together, from calibration and axes\n",
+        fprintf(stream,
+                "depth       common sigma %.3g mm: all depths together, from calibration and "
+                "axes\n",
                 common_mm);
     }
     if (result->vertical.samples > 0) {

@@ -4,13 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "console/synonyms.h"
 #include "core/error.h"
 #include "core/invariant.h"
 #include "core/suggest.h"
 
-enum { NUMBER_BYTES = 32 };
-
-static const char flag_choices[] = "no yes";
+enum { QUANTITY_BYTES = 64 };
 
 const struct command *command_find(const struct command *table, size_t count, const char *name) {
     for (size_t i = 0; i < count; i++) {
@@ -23,6 +22,7 @@ const struct command *command_find(const struct command *table, size_t count, co
 
 int command_unknown(const struct command *table, size_t count, const char *name,
                     struct command_text *message) {
+    const char *meant = synonyms_command(name, NULL);
     struct suggest suggest;
     suggest_begin(&suggest, name, "");
     for (size_t i = 0; i < count; i++) {
@@ -31,6 +31,10 @@ int command_unknown(const struct command *table, size_t count, const char *name,
     command_text_add(message, "unknown command \"");
     command_text_add_typed(message, name);
     command_text_add(message, "\"");
+    if (meant != NULL && command_find(table, count, meant) != NULL) {
+        command_text_join(message, " (did you mean \"", meant, "\"?)");
+        return ERROR_ARGUMENT;
+    }
     command_text_add(message,
                      suggest.text[0] != '\0' ? suggest.text : " (\"help\" lists all commands)");
     return ERROR_ARGUMENT;
@@ -38,101 +42,6 @@ int command_unknown(const struct command *table, size_t count, const char *name,
 
 bool command_argument_is_option(const struct command_argument *argument) {
     return argument->name[0] >= 'a' && argument->name[0] <= 'z';
-}
-
-/// The words of a choice or a flag.
-static const char *choices_of(const struct command_argument *argument) {
-    INVARIANT(argument->kind == COMMAND_FLAG || argument->choices != NULL);
-    return argument->kind == COMMAND_FLAG ? flag_choices : argument->choices;
-}
-
-/// Adds the words of a choice, separated by `between`, and by `last` before the last one.
-static void add_choices(struct command_text *text, const char *choices, const char *between,
-                        const char *last) {
-    char word[COMMAND_CHOICE_MAX];
-    char next[COMMAND_CHOICE_MAX];
-    for (int i = 0; command_words_choice_at(choices, i, word); i++) {
-        const bool more = command_words_choice_at(choices, i + 1, next);
-        command_text_join(text, i == 0 ? "" : more ? between : last, word);
-    }
-}
-
-static void add_option_usage(struct command_text *usage, const struct command_argument *argument) {
-    command_text_join(usage, " [", argument->name, "=");
-    if (argument->kind == COMMAND_FLAG) {
-        command_text_add(usage, "yes");
-    } else if (argument->kind == COMMAND_CHOICE) {
-        add_choices(usage, argument->choices, "|", "|");
-    } else {
-        command_text_add(usage, argument->value_name != NULL ? argument->value_name : "N");
-    }
-    command_text_add(usage, "]");
-}
-
-void command_usage(const struct command *command, char *text, size_t bytes) {
-    struct command_text usage = command_text_begin(text, bytes);
-    command_text_add(&usage, command->name);
-    for (unsigned i = 0; i < command->argument_count; i++) {
-        const struct command_argument *argument = &command->arguments[i];
-        if (command_argument_is_option(argument)) {
-            add_option_usage(&usage, argument);
-            continue;
-        }
-        command_text_join(&usage, argument->optional ? " [" : " ", argument->name,
-                          argument->optional ? "]" : "");
-    }
-}
-
-static void expect_number(const struct command_argument *argument, struct command_text *text) {
-    const bool whole = argument->kind == COMMAND_INTEGER;
-    if (argument->count > 1) {
-        command_text_join(text, argument->value_name, whole ? ", integers" : ", numbers");
-    } else {
-        command_text_add(text, whole ? "an integer" : "a number");
-    }
-    command_text_add(text, isinf(argument->max) ? " of at least " : " from ");
-    command_text_add_number(text, argument->min, 6);
-    if (!isinf(argument->max)) {
-        command_text_add(text, " to ");
-        command_text_add_number(text, argument->max, 6);
-    }
-    command_text_add_unit(text, argument->unit);
-    command_text_add(text, isinf(argument->max) ? ", or inf" : "");
-    char word[COMMAND_CHOICE_MAX];
-    for (int i = 1; argument->units != NULL && command_words_choice_at(argument->units, i, word);
-         i++) {
-        const bool leads = word[strlen(word) - 1] == '/';
-        command_text_join(text, leads ? ", or " : ", or N ", word, leads ? "N" : "");
-    }
-    if (argument->choices != NULL) {
-        command_text_add(text, ", or ");
-        add_choices(text, argument->choices, ", ", " or ");
-    }
-}
-
-void command_expected(const struct command_argument *argument, struct command_text *text) {
-    switch (argument->kind) {
-        case COMMAND_NUMBER:
-        case COMMAND_INTEGER:
-            expect_number(argument, text);
-            break;
-        case COMMAND_FLAG:
-        case COMMAND_CHOICE:
-            add_choices(text, choices_of(argument), ", ", " or ");
-            break;
-        case COMMAND_TEXT:
-            if (argument->max == 0) {
-                command_text_add(text,
-                                 argument->value_name != NULL ? argument->value_name : "text");
-                break;
-            }
-            command_text_add(text, "text of ");
-            command_text_add_number(text, argument->min, 0);
-            command_text_add(text, " to ");
-            command_text_add_number(text, argument->max, 0);
-            command_text_add(text, " characters");
-            break;
-    }
 }
 
 /// Begins a message about the command.
@@ -168,109 +77,131 @@ static int refuse(const struct command_parser *parser, const struct command_argu
     return error;
 }
 
-/// Reads a number from `text`, which has no other characters.
-static int read_number(const struct command_argument *argument, const char *text, double *number,
-                       int64_t *integer) {
-    if (argument->kind == COMMAND_INTEGER) {
-        const bool valid = command_words_integer(text, integer);
-        *number = (double)*integer;
-        return valid ? 0 : ERROR_SYNTAX;
+/// The units that a number may be in; the first is that of its limits. NULL: none.
+static const char *units_of(const struct command_argument *argument) {
+    return argument->units != NULL ? argument->units : argument->unit;
+}
+
+static bool is_number(const struct command_argument *argument) {
+    return argument->kind == COMMAND_NUMBER || argument->kind == COMMAND_INTEGER;
+}
+
+/// What is wrong with a text that should be a number.
+static const char *not_one(const struct command_argument *argument) {
+    return argument->count > 1                 ? " is invalid"
+           : argument->kind == COMMAND_INTEGER ? " is not an integer"
+                                               : " is not a number";
+}
+
+/// Rounds to an integer. False: the number had to be one.
+static bool round_number(const struct command_argument *argument, struct command_number *number,
+                         int64_t *integer) {
+    const bool fits = number->value > -1e15 && number->value < 1e15;
+    *integer = fits ? (int64_t)(number->value + (number->value < 0 ? -0.5 : 0.5)) : 0;
+    if (number->unit != 0 || !fits || (double)*integer == number->value) {
+        return true;
     }
-    if (isinf(argument->max) && strcmp(text, "inf") == 0) {
-        *number = INFINITY;
+    number->value = (double)*integer;
+    // A position is reported with decimals, and a time in another unit is rarely a whole number.
+    return number->converted || argument->units != NULL;
+}
+
+/// Reads a number from `text`, which has no other characters. 0, or ERROR_SYNTAX with `*what`.
+static int read_number(const struct command_argument *argument, const char *text,
+                       struct command_number *number, int64_t *integer, const char **what) {
+    const bool whole = argument->kind == COMMAND_INTEGER;
+    *number = (struct command_number){.unit = 0};
+    *integer = 0;
+    if (whole && command_words_integer(text, integer)) {
+        number->value = (double)*integer;
         return 0;
     }
-    const bool valid = command_words_number(text, number);
-    *integer = valid ? (int64_t)*number : 0;
-    return valid ? 0 : ERROR_SYNTAX;
+    if (isinf(argument->max) && (strcmp(text, "inf") == 0 || strcmp(text, "infinity") == 0)) {
+        number->value = INFINITY;
+        return 0;
+    }
+    const enum command_quantity read = command_words_quantity(text, units_of(argument), number);
+    if (read == COMMAND_QUANTITY_READ && (!whole || round_number(argument, number, integer))) {
+        return 0;
+    }
+    *what = read == COMMAND_QUANTITY_UNKNOWN_UNIT ? " has an unknown unit" : not_one(argument);
+    return ERROR_SYNTAX;
 }
 
-/// Takes the number at `at`, which ends at `end`; NULL: it does not end where it should.
+/// Takes the number at `at`, which ends at `end`; NULL: it does not end where it should. `unit`
+/// follows a number that has none.
 static int take_number(const struct command_parser *parser, const struct command_argument *argument,
-                       const char *word, const char *at, const char *end, double *number,
-                       int64_t *integer) {
-    char text[NUMBER_BYTES];
+                       const char *word, const char *at, const char *end, const char *unit,
+                       struct command_number *number, int64_t *integer) {
+    char text[QUANTITY_BYTES];
     const size_t length = end != NULL ? (size_t)(end - at) : sizeof text;
+    const char *what = not_one(argument);
     int error = ERROR_SYNTAX;
-    if (length < sizeof text) {
+    if (length + strlen(unit) < sizeof text) {
+        const bool bare = length > 0 && at[length - 1] >= '0' && at[length - 1] <= '9';
         memcpy(text, at, length);
-        text[length] = '\0';
-        error = read_number(argument, text, number, integer);
+        strcpy(text + length, bare ? unit : "");
+        error = read_number(argument, text, number, integer, &what);
     }
     if (error != 0) {
-        return refuse(parser, argument, error, word,
-                      argument->count > 1                 ? " is invalid"
-                      : argument->kind == COMMAND_INTEGER ? " is not an integer"
-                                                          : " is not a number");
+        return refuse(parser, argument, error, word, what);
     }
-    if (*number < argument->min) {
+    const bool own = number->unit == 0;
+    if (own ? number->value < argument->min : number->value <= 0) {
         return refuse(parser, argument, ERROR_RANGE, word, " is too small");
     }
-    return *number > argument->max ? refuse(parser, argument, ERROR_RANGE, word, " is too large")
-                                   : 0;
+    return own && number->value > argument->max
+               ? refuse(parser, argument, ERROR_RANGE, word, " is too large")
+               : 0;
 }
 
+/// The unit at the end of several numbers, "m" of "1.75:1.85m", which is that of all; "": none.
+static const char *common_unit(const struct command_argument *argument, const char *word) {
+    const char *last = strrchr(word, argument->separator);
+    const char *unit = last != NULL ? last + 1 : word;
+    double ratio = 0;
+    unit += strspn(unit, "+-./0123456789");
+    return command_words_unit(unit, units_of(argument), &ratio) >= 0 && strlen(unit) < 8 ? unit
+                                                                                         : "";
+}
+
+/// Takes the numbers of a word; `unit` is what follows it.
 static int take_numbers(const struct command_parser *parser,
-                        const struct command_argument *argument, const char *word,
+                        const struct command_argument *argument, const char *word, const char *unit,
                         struct command_value *value) {
     const int count = argument->count > 0 ? argument->count : 1;
     const char *at = word;
     INVARIANT(count <= COMMAND_NUMBERS_MAX);
+    unit = count > 1 && *unit == '\0' ? common_unit(argument, word) : unit;
     for (int i = 0; i < count; i++) {
         const bool last = i + 1 == count;
+        struct command_number number;
         int64_t integer = 0;
         const char *end = last ? at + strlen(at) : strchr(at, argument->separator);
         end = end == NULL && argument->separator == 'x' ? strchr(at, 'X') : end;  // 9X6
-        const int error =
-            take_number(parser, argument, word, at, end, &value->numbers[i], &integer);
+        const int error = take_number(parser, argument, word, at, end, unit, &number, &integer);
         if (error != 0) {
             return error;
         }
         at = last ? end : end + 1;
+        value->numbers[i] = number.value;
         value->integer = i == 0 ? integer : value->integer;
+        value->unit = number.unit;
+        value->stated = value->stated || number.stated;
     }
     return 0;
-}
-
-/// Takes a number with one of several units, or a word in place of it. `unit`: that of a next word,
-/// -1: none.
-static int take_quantity(const struct command_parser *parser,
-                         const struct command_argument *argument, const char *word, int unit,
-                         struct command_value *value) {
-    char text[NUMBER_BYTES];
-    const char *number = word;
-    *value = (struct command_value){.given = true, .choice = -1, .text = word};
-    if (unit < 0 && argument->choices != NULL) {
-        value->choice = command_words_choice(word, argument->choices);
-    }
-    if (value->choice >= 0) {
-        return 0;
-    }
-    if (unit < 0 && argument->units != NULL) {
-        unit = command_words_unit(word, argument->units, text, sizeof text);
-        number = unit >= 0 ? text : word;
-    }
-    if (unit <= 0) {
-        return take_number(parser, argument, word, number, number + strlen(number), &value->number,
-                           &value->integer);
-    }
-    value->unit = unit;
-    if (!command_words_number(number, &value->number)) {
-        return refuse(parser, argument, ERROR_SYNTAX, word, " is not a number");
-    }
-    return value->number > 0 ? 0 : refuse(parser, argument, ERROR_RANGE, word, " is too small");
 }
 
 static int take_choice(const struct command_parser *parser, const struct command_argument *argument,
                        const char *word, struct command_value *value) {
     struct command_text *message = parser->message;
     struct suggest suggest;
-    value->choice = command_words_choice(word, choices_of(argument));
+    value->choice = command_words_choice(word, command_choices(argument));
     if (value->choice >= 0) {
         return 0;
     }
     suggest_begin(&suggest, word, "");
-    suggest_consider_all(&suggest, choices_of(argument));
+    suggest_consider_all(&suggest, command_choices(argument));
     begin(parser);
     command_text_add(message, "unknown ");
     add_name(parser, argument);
@@ -283,13 +214,17 @@ static int take_choice(const struct command_parser *parser, const struct command
     return ERROR_ARGUMENT;
 }
 
+/// `unit`: the word after it, if that is a unit of the argument; "": none.
 static int take_value(const struct command_parser *parser, const struct command_argument *argument,
-                      const char *word, struct command_value *value) {
+                      const char *word, const char *unit, struct command_value *value) {
     *value = (struct command_value){.given = true, .choice = -1, .text = word};
     switch (argument->kind) {
         case COMMAND_NUMBER:
         case COMMAND_INTEGER:
-            return take_numbers(parser, argument, word, value);
+            if (*unit == '\0' && argument->choices != NULL) {
+                value->choice = command_words_choice(word, argument->choices);
+            }
+            return value->choice >= 0 ? 0 : take_numbers(parser, argument, word, unit, value);
         case COMMAND_FLAG:
         case COMMAND_CHOICE:
             return take_choice(parser, argument, word, value);
@@ -306,6 +241,20 @@ static int take_value(const struct command_parser *parser, const struct command_
                : 0;
 }
 
+/// The word after words[*at] if it is the unit of the number there, which ends in a digit: `*at` is
+/// then on it. Else "".
+static const char *take_unit(const struct command_argument *argument, const char *const *words,
+                             size_t word_count, size_t *at) {
+    const size_t length = strlen(words[*at]);
+    const char last = length > 0 ? words[*at][length - 1] : '\0';
+    double ratio = 0;
+    const bool follows = is_number(argument) && last >= '0' && last <= '9' &&
+                         *at + 1 < word_count &&
+                         command_words_unit(words[*at + 1], units_of(argument), &ratio) >= 0;
+    *at += follows;
+    return follows ? words[*at] : "";
+}
+
 /// Length of the option's name in a word that is one; `*name` receives its begin.
 static size_t name_of(const char *word, const char **name) {
     *name = word + (strncmp(word, "--", 2) == 0 ? 2 : 0);
@@ -320,20 +269,51 @@ bool command_is_option(const struct command_parser *parser, const char *word) {
     return parser->dashes[0] == '\0' && letters > 0 && word[0] != '-' && word[letters] == '=';
 }
 
+static const struct command_argument *option_named(const struct command_parser *parser,
+                                                   const char *name) {
+    for (unsigned i = 0; i < parser->count; i++) {
+        if (command_argument_is_option(&parser->arguments[i]) &&
+            strcmp(parser->arguments[i].name, name) == 0) {
+            return &parser->arguments[i];
+        }
+    }
+    return NULL;
+}
+
+/// Proposes the options that are called otherwise elsewhere; false: there are none.
+static bool propose_synonyms(const struct command_parser *parser, const char *typed) {
+    const char *meant = synonyms_options(typed);
+    char name[COMMAND_CHOICE_MAX];
+    for (int i = 0; meant != NULL && command_words_choice_at(meant, i, name); i++) {
+        if (option_named(parser, name) == NULL) {
+            return false;
+        }
+    }
+    for (int i = 0; meant != NULL && command_words_choice_at(meant, i, name); i++) {
+        command_text_join(parser->message, i == 0 ? " (did you mean \"" : "\" and \"",
+                          parser->dashes, name);
+    }
+    command_text_add(parser->message, meant != NULL ? "\"?)" : "");
+    return meant != NULL;
+}
+
 static int unknown_option(const struct command_parser *parser, const char *word) {
     char typed[SUGGEST_WORD_MAX + 1] = "";
     struct suggest suggest;
     const char *name = NULL;
     const size_t length = name_of(word, &name);
     memcpy(typed, name, length < sizeof typed ? length : 0);
+    command_text_add(begin(parser), "unknown option ");
+    add_quoted(parser->message, word);
+    if (propose_synonyms(parser, typed)) {
+        return ERROR_ARGUMENT;
+    }
     suggest_begin(&suggest, typed, parser->dashes);
     for (unsigned i = 0; i < parser->count; i++) {
         if (command_argument_is_option(&parser->arguments[i])) {
             suggest_consider(&suggest, parser->arguments[i].name);
         }
     }
-    command_text_add(begin(parser), "unknown option ");
-    add_quoted(parser->message, word);
     command_text_add(parser->message, suggest.text);
     return ERROR_ARGUMENT;
 }
@@ -354,16 +334,18 @@ int command_parse_option(const struct command_parser *parser, const char *const 
     }
     const struct command_argument *argument = &parser->arguments[i];
     if (name[length] == '=') {
-        return take_value(parser, argument, name + length + 1, &values[i]);
+        const char *unit = take_unit(argument, words, word_count, at);
+        return take_value(parser, argument, name + length + 1, unit, &values[i]);
     }
     if (argument->kind == COMMAND_FLAG) {
-        return take_value(parser, argument, "yes", &values[i]);
+        return take_value(parser, argument, "yes", "", &values[i]);
     }
     if (*at + 1 >= word_count) {
         return refuse(parser, argument, ERROR_MISSING, NULL, " requires a value");
     }
-    (*at)++;
-    return take_value(parser, argument, words[*at], &values[i]);
+    word = words[++*at];
+    const char *unit = take_unit(argument, words, word_count, at);
+    return take_value(parser, argument, word, unit, &values[i]);
 }
 
 /// Whether the word is a value of this option that used to be given without its name: "left" of
@@ -409,21 +391,13 @@ static int take_operand(const struct command *command, const struct command_pars
         return unexpected(command, parser, word);
     }
     for (unsigned i = 0; i < command->argument_count; i++) {
-        const enum command_kind kind = command->arguments[*next].kind;
-        if ((kind == COMMAND_NUMBER || kind == COMMAND_INTEGER) &&
-            is_bare_value(&command->arguments[i], word)) {
+        if (is_number(&command->arguments[*next]) && is_bare_value(&command->arguments[i], word)) {
             return unexpected(command, parser, word);
         }
     }
     const unsigned i = (*next)++;
-    const char *units = command->arguments[i].units;
-    if (units == NULL) {
-        return take_value(parser, &command->arguments[i], word, &values[i]);
-    }
-    const int unit =
-        *at + 1 < words->count ? command_words_choice(words->word[*at + 1], units) : -1;
-    *at += unit >= 0 ? 1 : 0;
-    return take_quantity(parser, &command->arguments[i], word, unit, &values[i]);
+    const char *unit = take_unit(&command->arguments[i], words->word, words->count, at);
+    return take_value(parser, &command->arguments[i], word, unit, &values[i]);
 }
 
 static int parse_arguments(const struct command *command, const struct command_words *words,
@@ -469,6 +443,12 @@ int command_parse(const char *line, const struct command *table, size_t count, c
     const struct command *command = command_find(table, count, words.word[0]);
     if (command == NULL) {
         return command_unknown(table, count, words.word[0], &text);
+    }
+    const char *meant = words.count > 1 ? synonyms_command(command->name, words.word[1]) : NULL;
+    if (meant != NULL && command_find(table, count, meant) != NULL) {
+        command_text_join(&text, command->name, ": unexpected \"", words.word[1],
+                          "\" (did you mean \"", meant, "\"?)");
+        return ERROR_ARGUMENT;
     }
     error = parse_arguments(command, &words, values, &text);
     *found = error == 0 ? command : NULL;

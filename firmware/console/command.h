@@ -63,9 +63,9 @@ struct command_argument {
     bool optional;        ///< of an operand
     /// Adds the values that exist; NULL: they are not known.
     void (*candidates)(const struct command_candidates *to);
-    /// Of an operand that is one number: `unit` and others that the number may be in, "counts x
-    /// mm", with or without a blank before; "f/" precedes its number. min and max are for `unit`
-    /// only.
+    /// Of a number: `unit` and others that it may be in, "counts x mm"; "f/" precedes its number.
+    /// min and max are for `unit` only. NULL: `unit`. Any unit of the same kind is accepted, with
+    /// or without a blank before (command_words_quantity).
     const char *units;
 };
 
@@ -79,6 +79,7 @@ struct command_value {
     int64_t integer;  ///< `number` as an integer
     int choice;       ///< index of the word; of a flag 0 (no) or 1 (yes); -1: a number
     int unit;         ///< index in `units`; 0 is `unit`
+    bool stated;      ///< of a number: it was typed with its unit
     const char *text;
 };
 
@@ -144,6 +145,15 @@ enum {
     /// Touches the rig through other commands only, or never while it is recorded, so recordings
     /// leave it out.
     COMMAND_UNRECORDED = 16,
+    COMMAND_DAILY = 32,  ///< among the first that help lists
+    // The groups of help.
+    COMMAND_GROUP_SERVICE = 0,
+    COMMAND_GROUP_LOOK = 1 << 8,
+    COMMAND_GROUP_MOVE = 2 << 8,
+    COMMAND_GROUP_LIGHT = 3 << 8,
+    COMMAND_GROUP_MEASURE = 4 << 8,
+    COMMAND_GROUP_FILES = 5 << 8,
+    COMMAND_GROUPS = 7 << 8,
 };
 
 struct command {
@@ -195,6 +205,9 @@ void command_store(const struct command_argument *arguments, unsigned count,
 
 /// Whether an argument is an option.
 bool command_argument_is_option(const struct command_argument *argument);
+
+/// The words of a choice or a flag, separated by one blank.
+const char *command_choices(const struct command_argument *argument);
 
 /// Writes the limits of a value: "a number from 1 to 1000 us", "left, right or both".
 void command_expected(const struct command_argument *argument, struct command_text *text);

@@ -30,17 +30,37 @@ struct command_words {
 int command_words_split(const char *line, char *storage, struct command_words *words,
                         const char **why);
 
-/// Parses a decimal number of at most 15 digits, with or without a point; false: not a number.
+/// Parses a decimal number, with or without a point, of which 15 digits count; false: not a number.
 bool command_words_number(const char *word, double *value);
 
 /// Parses a decimal or hexadecimal (0x...) integer; false: not an integer. Saturates at the limits
 /// of int64_t.
 bool command_words_integer(const char *word, int64_t *value);
 
-/// Splits "5x", "40mm" or "f/8" into a number, copied to `number` (`bytes`), and one of the units
-/// in a list separated by blanks; of these, one that ends in / precedes its number. Returns the
-/// unit's index, -1: none of these. Whether the rest is a number is not checked.
-int command_words_unit(const char *word, const char *units, char *number, size_t bytes);
+/// A number with a unit, as it was read.
+struct command_number {
+    double value;    ///< in the unit `unit`
+    int unit;        ///< index in the list of those accepted
+    bool stated;     ///< with its unit
+    bool converted;  ///< from another unit, or a fraction: decimals may be those of the conversion
+};
+
+enum command_quantity {
+    COMMAND_QUANTITY_READ,
+    COMMAND_QUANTITY_NO_NUMBER,
+    COMMAND_QUANTITY_UNKNOWN_UNIT,
+};
+
+/// Reads all of a text such as "1.8 m", "40mm", "10 ms", "1/100", "5x" or "f/8": a number, which is
+/// in the first of the `accepted` units (separated by blanks; "" or NULL: none) unless another one
+/// or one of the same kind follows. Lengths (um mm cm m km), times (us ms s min), frequencies (Hz
+/// kHz MHz) and angles (mrad rad deg) stand for each other, and so do counts and steps. A time may
+/// be a fraction, of a second if no unit follows.
+enum command_quantity command_words_quantity(const char *text, const char *accepted,
+                                             struct command_number *number);
+
+/// Index of the accepted unit of which this one is a multiple, with `*ratio` of them; -1: none.
+int command_words_unit(const char *unit, const char *accepted, double *ratio);
 
 /// Index of a word in a list separated by blanks; -1: not in the list.
 int command_words_choice(const char *word, const char *choices);

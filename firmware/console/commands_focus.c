@@ -121,8 +121,8 @@ static void put_sharp_range(const struct command_call *call, unsigned side,
     }
     commands_lens_distance(call, "distance", distance_mm);
     put_distance_bounds(call, side, distance_mm);
-    commands_lens_distance(call, "sharp_from", near_mm);
-    commands_lens_distance(call, "sharp_to", far_mm);
+    commands_lens_distance(call, "sharp_near", near_mm);
+    commands_lens_distance(call, "sharp_far", far_mm);
     add_iris_advice(call, side, distance_mm, near_mm, far_mm, advice);
 }
 

@@ -155,7 +155,7 @@ void commands_lens_meaning(const struct command_call *call, unsigned side, enum 
             commands_lens_distance(call, "distance", value);
         }
     } else if (rig_optics_f_number(rig, side, position, &value) == 0) {
-        reply_number(call, "f_number", value, 2, NULL);
+        reply_number(call, "f_number", value, 2, "f/");
     }
 }
 

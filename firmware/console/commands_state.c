@@ -50,6 +50,7 @@ static int put_lens(const struct command_call *call, unsigned side) {
         if (rig_has_axis(&call->rig->profile, side, (enum lens_axis)axis)) {
             reply_number(call, lens_axis_names[axis], means[axis].position_q4 / 16.0, 2, "counts");
             reply_number(call, sigmas[axis], means[axis].sigma_q4 / 16.0, 2, "counts");
+            commands_lens_meaning(call, side, (enum lens_axis)axis, lens_mean_counts(&means[axis]));
         }
     }
     return error;

@@ -95,13 +95,13 @@ class FocusCurve(BadInputTest):
                         "measure=laplacian"):
             found = self.focused(options)
             self.assertLess(abs(found["position"] - self.best()), 4, (options, found))
-            self.assertGreater(found["distance"], found["sharp_from"], options)
-            self.assertLess(found["distance"], found["sharp_to"], options)
+            self.assertGreater(found["distance"], found["sharp_near"], options)
+            self.assertLess(found["distance"], found["sharp_far"], options)
 
     def test_the_iris_of_the_advice_is_twice_as_deep(self):
         found = self.focused("")
         iris, reach_mm = re.match(r"iris (\d+): \+-([\d.]+) mm", found["advice"]).groups()
-        before_mm = found["sharp_to"] - found["sharp_from"]
+        before_mm = found["sharp_far"] - found["sharp_near"]
         self.asked(f"iris {iris} side=left")
         after = self.asked("lens status")["left"]
         self.assertAlmostEqual((after["sharp_far"] - after["sharp_near"]) / before_mm, 2, delta=0.15)

@@ -56,6 +56,14 @@ class Lens(DaemonTest):
             self.assertAlmostEqual(self.truth(side)[1], 1800, delta=40)
         self.assertAlmostEqual(self.asked("iris f/8")["right"]["f_number"], 8, delta=0.3)
         self.assertEqual(self.asked("zoom 540 counts side=left").keys(), {"left"})
+        # As the reply prints it.
+        for axis in ("focus", "iris", "zoom"):
+            shown = self.first.ask(axis)
+            for line in shown[1:len(shown) // 2]:
+                key, value = line.strip().split(": ")
+                if key not in ("min", "max", "note", "play"):
+                    self.assertEqual(self.first.ask(f"{axis} {value} side=left")[-1], "OK", line)
+        self.assertEqual(self.asked("focus 1.8 m")["left"]["max"], 850)
         for command, words in (
                 ("zoom 12x", r'RANGE zoom: POSITION 12x .*left lens: 1 to 10x\)'),
                 ("zoom 5 mm", r'RANGE zoom: POSITION 5 .*8.5 to 85 mm\)'),
@@ -63,9 +71,9 @@ class Lens(DaemonTest):
                 ("iris f/22", r'RANGE iris: POSITION f/22 .*f/1.6 to f/16\)'),
                 ("zoom 0x", 'RANGE zoom: POSITION "0x" is too small'),
                 ("zoom -1 mm", 'RANGE zoom: POSITION "-1" is too small'),
-                ("zoom 5y", 'SYNTAX zoom: POSITION "5y" is not an integer .* or N x, or N mm'),
-                ("focus 5x", 'SYNTAX focus: POSITION "5x" is not an integer .*infinity'),
-                ("zoom 1.5", 'SYNTAX zoom: POSITION "1.5" is not an integer')):
+                ("zoom 5y", 'SYNTAX zoom: POSITION "5y" has an unknown unit .* or N x, or N mm'),
+                ("focus 5x", 'SYNTAX focus: POSITION "5x" has an unknown unit .*infinity'),
+                ("zoom 1.5", 'RANGE zoom: POSITION 1.5 .*left lens: 300 to 850 counts')):
             self.refused(command, words)
 
     def test_iris_for_a_depth_of_field(self):

@@ -238,9 +238,9 @@ class Pairs(Surfaces):
                        2 * (depth_mm * 4 * 4187e-6 / 2) ** 2) ** 0.5
         self.assertAlmostEqual(common_mm / expected_mm, 1, delta=0.01)
         self.assertGreater(common_mm, 50)
-        self.assertAlmostEqual(figures["deviation_common"], common_mm, delta=0.01 * common_mm)
+        self.assertAlmostEqual(figures["depth_sigma_common"], common_mm, delta=0.01 * common_mm)
         report = open(os.path.join(out, "report.html"), encoding="utf-8").read()
-        self.assertIn("common deviation", report)
+        self.assertIn("common sigma", report)
         self.assertRegex(report, r"common to all points ± [0-9.]+ mm")
 
 

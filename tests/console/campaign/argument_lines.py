@@ -100,7 +100,7 @@ class Commands:
     def __init__(self, ask_json, chance):
         """`ask_json` returns the answer to a line."""
         self.chance, self.arguments = chance, {}
-        for name in ask_json("help")["result"]:
+        for name in (name for group in ask_json("help")["result"].values() for name in group):
             said = ask_json(f"help {name}")["result"]
             self.arguments[name] = [Argument(key, value) for key, value in said.items()
                                     if isinstance(value, dict)]

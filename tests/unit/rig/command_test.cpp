@@ -49,6 +49,7 @@ struct Stored {
     int size[2] = {0, 0};
     double far = 0;
     const char *note = nullptr;
+    double range[2] = {0, 0};
 };
 
 const command_argument expose_arguments[] = {
@@ -64,13 +65,15 @@ const command_argument expose_arguments[] = {
      "mm", false, nullptr, nullptr},
     {"note", COMMAND_TEXT, offsetof(Stored, note), "TEXT", "any", 0, 0, 0, 0, nullptr, nullptr,
      false, nullptr, nullptr},
+    {"range", COMMAND_NUMBER, offsetof(Stored, range), "NEAR:FAR", "between", 1, INFINITY, 2, ':',
+     nullptr, "mm", false, nullptr, nullptr},
 };
 
 const command table[] = {
     {"status", "says", "", nullptr, 0, 0, run_nothing},
     {"move", "moves", "", move_arguments, 4, 0, run_nothing},
     {"pan", "turns", "", nullptr, 0, 0, run_nothing},
-    {"expose", "sets", "", expose_arguments, 6, 0, run_nothing},
+    {"expose", "sets", "", expose_arguments, 7, 0, run_nothing},
     {"focus", "moves", "", focus_arguments, 2, 0, run_nothing},
 };
 
@@ -104,6 +107,10 @@ void refused(const std::string &line, int error, std::initializer_list<const cha
         CAPTURE(word);
         CHECK(parsed.message.find(word) != std::string::npos);
     }
+}
+
+bool is_close(double a, double b) {
+    return a == b || std::abs(a - b) < 1e-9 * std::abs(b);
 }
 
 }  // namespace
@@ -157,10 +164,24 @@ TEST_CASE("a number with another unit, with or without a blank, and words in pla
         int unit;
         double number;
     } cases[] = {
-        {"focus 540", 0, 540},       {"focus 540 counts", 0, 540}, {"focus 540counts", 0, 540},
-        {"focus 0x10", 0, 16},       {"focus 5x", 1, 5},           {"focus 2.5 x", 1, 2.5},
-        {"focus 40.5mm", 2, 40.5},   {"focus 1800 mm", 2, 1800},   {"focus f/5.6", 3, 5.6},
+        {"focus 540", 0, 540},
+        {"focus 540 counts", 0, 540},
+        {"focus 540counts", 0, 540},
+        {"focus 0x10", 0, 16},
+        {"focus 5x", 1, 5},
+        {"focus 2.5 x", 1, 2.5},
+        {"focus 40.5mm", 2, 40.5},
+        {"focus 1800 mm", 2, 1800},
+        {"focus f/5.6", 3, 5.6},
         {"focus 40 mm note", 2, 40},
+        {"focus 1.8m", 2, 1800},
+        {"focus 1.8 m", 2, 1800},
+        {"focus 4 cm", 2, 40},
+        {"focus 37 steps", 0, 37},
+        // As replies print a mean of readings.
+        {"focus 540.25 counts", 0, 540},
+        {"focus 540.75", 0, 541},
+        {"focus -4.75", 0, -5},
     };
     for (const auto &row : cases) {
         const Parsed parsed = parse(row.line);
@@ -174,7 +195,8 @@ TEST_CASE("a number with another unit, with or without a blank, and words in pla
         CHECK(parsed.values[1].given == (std::strstr(row.line, "note") != nullptr));
     }
     CHECK(parse("focus infinity").values[0].choice == 0);
-    for (const char *word : {"5.5", "5y", "x5", "f/", "mm", "40mmm", "--1", "5xx", "f/x"}) {
+    for (const char *word :
+         {"5y", "x5", "1/2", "5s", "f/", "mm", "40mmm", "--1", "5xx", "f/x", "5f/", "f/8x"}) {
         refused(std::string("focus ") + word, ERROR_SYNTAX,
                 {"POSITION", word, "from -5 to 900 counts, or N x, or N mm, or f/N, or infinity"});
     }
@@ -182,8 +204,70 @@ TEST_CASE("a number with another unit, with or without a blank, and words in pla
     refused("focus 901 counts", ERROR_RANGE, {"too large"});
     refused("focus -1mm", ERROR_RANGE, {"\"-1mm\" is too small"});
     refused("focus 0 x", ERROR_RANGE, {"too small"});
-    refused("focus a mm", ERROR_SYNTAX, {"\"a\" is not a number"});
+    refused("focus a mm", ERROR_SYNTAX, {"\"a\" is not an integer"});
     refused("focus 5 mm x y", ERROR_ARGUMENT, {"unexpected \"y\""});
+}
+
+TEST_CASE("times, lengths and ranges in any unit of their kind") {
+    const struct {
+        const char *line;
+        double time, far, low, high;
+    } cases[] = {
+        {"expose 1/2000", 500, 0, 0, 0},
+        {"expose 1/2000 s far=1.5m", 500, 1500, 0, 0},
+        {"expose 0.5ms far=1.5 m", 500, 1500, 0, 0},
+        {"expose 0.001 s --far 150 cm", 1000, 1500, 0, 0},
+        {"expose 1/3 ms far=infinity", 333, INFINITY, 0, 0},
+        {"expose far=0.5km 500 us", 500, 5e5, 0, 0},
+        {"expose 500 us range=1750:1850", 500, 0, 1750, 1850},
+        {"expose 500 range=1.75:1.85m", 500, 0, 1750, 1850},
+        {"expose 500 range=1.75:1.85 m", 500, 0, 1750, 1850},
+        {"expose 500 range=175cm:1.85m", 500, 0, 1750, 1850},
+        {"expose 500 range=1.75m:inf", 500, 0, 1750, INFINITY},
+    };
+    for (const auto &row : cases) {
+        const Parsed parsed = parse(row.line);
+        CAPTURE(row.line);
+        CAPTURE(parsed.message);
+        REQUIRE(parsed.error == 0);
+        CHECK(parsed.values[0].integer == row.time);
+        CHECK(parsed.values[0].number == row.time);
+        CHECK((!parsed.values[4].given || is_close(parsed.values[4].number, row.far)));
+        if (parsed.values[6].given) {
+            CHECK(is_close(parsed.values[6].numbers[0], row.low));
+            CHECK(is_close(parsed.values[6].numbers[1], row.high));
+        }
+    }
+    refused("expose 1/100", ERROR_RANGE, {"\"1/100\" is too large", "to 1000 us"});
+    refused("expose 2 ms", ERROR_RANGE, {"too large"});
+    refused("expose 1/0", ERROR_SYNTAX, {"not an integer"});
+    refused("expose 1//2", ERROR_SYNTAX, {"not an integer"});
+    refused("expose 5mm", ERROR_SYNTAX, {"\"5mm\" has an unknown unit", "us"});
+    refused("expose 0.5", ERROR_SYNTAX, {"not an integer"});
+    refused("expose 500 size=1/2x3", ERROR_SYNTAX, {"size"});
+    refused("expose far=5s", ERROR_SYNTAX, {"unknown unit", "mm"});
+    refused("expose range=1m:2s", ERROR_SYNTAX, {"unknown unit"});
+    refused("expose range=1:2:3m", ERROR_SYNTAX, {"is invalid"});
+}
+
+TEST_CASE("what a reply prints can be typed") {
+    std::mt19937 random(synthetic::test_seed());
+    for (const char *unit :
+         {"um",  "mm",  "cm",  "m",   "km",   "us",     "ms",    "s", "min", "Hz",
+          "kHz", "MHz", "deg", "rad", "mrad", "counts", "steps", "x", "%",   "px"}) {
+        for (int i = 0; i < 200; i++) {
+            const double value = double(random() % 2000000) / 1000 - 1000;
+            char printed[64];
+            command_text text = command_text_begin(printed, sizeof printed);
+            command_text_add_number(&text, value, 3);
+            command_text_add_unit(&text, unit);
+            command_number number;
+            CAPTURE(printed);
+            REQUIRE(command_words_quantity(printed, unit, &number) == COMMAND_QUANTITY_READ);
+            CHECK(number.value == doctest::Approx(value));
+            CHECK(number.stated);
+        }
+    }
 }
 
 TEST_CASE("wrong options") {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/marker.hpp"
+#include "console/command_words.h"
 #include "core/invariant.h"
 #include "daemon/surface/length_check.h"
 #include "tools/host/formats/report_text.hpp"
@@ -181,16 +182,18 @@ bool board_paper_parse(const std::string &text, board_paper *paper) {
             return true;
         }
     }
-    char *end = nullptr;
-    board_paper given;
-    given.width_mm = std::strtod(text.c_str(), &end);
-    if (end == text.c_str() || *end != 'x') {
+    const size_t by = text.find('x');
+    command_number width, height;
+    if (by == std::string::npos ||
+        command_words_quantity(text.substr(0, by).c_str(), "mm", &width) != COMMAND_QUANTITY_READ ||
+        command_words_quantity(text.c_str() + by + 1, "mm", &height) != COMMAND_QUANTITY_READ) {
         return false;
     }
-    const char *second = end + 1;
-    given.height_mm = std::strtod(second, &end);
-    const bool good = end != second && *end == '\0' && given.width_mm >= 20 &&
-                      given.height_mm >= 20 && given.width_mm <= 5000 && given.height_mm <= 5000;
+    board_paper given;
+    given.width_mm = width.value;
+    given.height_mm = height.value;
+    const bool good = given.width_mm >= 20 && given.height_mm >= 20 && given.width_mm <= 5000 &&
+                      given.height_mm <= 5000;
     if (good) {
         *paper = given;
     }

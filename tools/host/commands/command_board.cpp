@@ -26,7 +26,7 @@ const command_argument options[] = {
                   2, 255, 2, 'x'),
     number_option("square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
                   "Side of one square. Required.", calibrate_board_side_min,
-                  calibrate_board_side_max),
+                  calibrate_board_side_max, 0, 0, "mm"),
     text_option("charuco", offsetof(request, board.dictionary), "DICT",
                 "Put markers of this dictionary into the white squares, as OpenCV's CharucoBoard "
                 "does: 4x4_50 "
@@ -34,7 +34,7 @@ const command_argument options[] = {
     number_option("marker", COMMAND_NUMBER, offsetof(request, board.marker), "MM",
                   "With --charuco: side of a marker, including its black border; about 3/4 of a "
                   "square is best.",
-                  calibrate_board_side_min, calibrate_board_side_max),
+                  calibrate_board_side_min, calibrate_board_side_max, 0, 0, "mm"),
     choice_option("unit", offsetof(request, board.unit), "UNIT",
                   "Unit of --square and --marker. Default: mm, but boards below 20 mm across are "
                   "then rejected.",

@@ -41,14 +41,14 @@ const command_argument options[] = {
         "Side of one square in mm, measured on the print over as many squares as possible: all "
         "reconstructed lengths depend on it. Required "
         "with --board.",
-        calibrate_board_side_min, calibrate_board_side_max),
+        calibrate_board_side_min, calibrate_board_side_max, 0, 0, "mm"),
     text_option(
         "charuco", offsetof(request, board.dictionary), "DICT",
         "The white squares carry markers of this dictionary, as in 5x5_50 or DICT_5X5_50. Such a "
         "board may be partly hidden and has a unique orientation."),
     number_option("marker", COMMAND_NUMBER, offsetof(request, board.marker), "MM",
                   "With --charuco: side of a marker in mm, including its black border.",
-                  calibrate_board_side_min, calibrate_board_side_max),
+                  calibrate_board_side_min, calibrate_board_side_max, 0, 0, "mm"),
     choice_option("unit", offsetof(request, board.unit), "UNIT",
                   "Unit of --square and --marker; results are in mm. Default: mm, but boards below "
                   "20 mm across "
@@ -80,7 +80,7 @@ const command_argument options[] = {
     number_option("length", COMMAND_NUMBER, offsetof(request, length), "MM",
                   "For --touch-up and --verify of one pair, SESSION:N, in place of a board: the "
                   "distance between two marks anywhere in the scene.",
-                  1, 1e6),
+                  1, 1e6, 0, 0, "mm"),
     number_option("from", COMMAND_NUMBER, offsetof(request, from), "X,Y,X,Y",
                   "Column and row of the first mark in the left picture, then in the right one; "
                   "picked within half a pixel.",

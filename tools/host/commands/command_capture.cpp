@@ -25,13 +25,13 @@ const command_argument options[] = {
     number_option("square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
                   "Side of one square in mm. Required. 24 mm suit a 10x zoom: such squares are "
                   "large enough at the wide end, and enough of them fit at the long one.",
-                  calibrate_board_side_min, calibrate_board_side_max),
+                  calibrate_board_side_min, calibrate_board_side_max, 0, 0, "mm"),
     text_option("charuco", offsetof(request, board.dictionary), "DICT",
                 "The dictionary of the markers, as in 4x4_50. Required: long zooms see only a part "
                 "of the board."),
     number_option("marker", COMMAND_NUMBER, offsetof(request, board.marker), "MM",
                   "Side of a marker in mm, including its black border. Required.",
-                  calibrate_board_side_min, calibrate_board_side_max),
+                  calibrate_board_side_min, calibrate_board_side_max, 0, 0, "mm"),
     text_option("connect", offsetof(request, connect), "ADDRESS",
                 "The instrument, as for \"vergence --connect\". Default: this user's vergenced, "
                 "else the system's."),
@@ -46,11 +46,12 @@ const command_argument options[] = {
                   1, 0),
     number_option("range", COMMAND_NUMBER, offsetof(request, range), "NEAR:FAR",
                   "Distances in mm between which positions are proposed. Default: 800:2400.", 100,
-                  100000, 2, ':'),
+                  100000, 2, ':', "mm"),
     number_option("f-number", COMMAND_NUMBER, offsetof(request, f_number), "N",
-                  "The iris for all pictures. Default: 8.", 0.5, 64),
+                  "The iris for all pictures. Default: 8.", 0.5, 64, 0, 0, "f/"),
     number_option("baseline", COMMAND_NUMBER, offsetof(request, baseline), "MM",
-                  "Distance between the cameras, roughly, for the drawing. Default: 250.", 1, 1e5),
+                  "Distance between the cameras, roughly, for the drawing. Default: 250.", 1, 1e5,
+                  0, 0, "mm"),
     choice_option("focus", offsetof(request, focus), "HOW",
                   "autofocus: at the longest zoom of each position, where focus matters most; "
                   "distance: by the lens's distance scale. Default: autofocus.",

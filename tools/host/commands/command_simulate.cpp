@@ -40,7 +40,7 @@ const command_argument options[] = {
         0, 2147483647, 1, 0),
     number_option("begin", COMMAND_INTEGER, offsetof(request, begin_s), "SECONDS",
                   "The rig's time at its start, like the uptime of a machine. Default: 0.", 0,
-                  1000000, -1, 0),
+                  1000000, -1, 0, "s"),
     flag_option("wall", offsetof(request, wall),
                 "The rig's time follows the wall clock. Otherwise only requests advance it."),
     flag_option(
@@ -55,9 +55,9 @@ const command_argument options[] = {
                 "(rig.svg), "
                 "then exit, unless --listen is also given."),
     number_option("zoom", COMMAND_NUMBER, offsetof(request, zoom), "FACTOR",
-                  "Zoom of --view: 1 (default) to 10.", 1, 10),
+                  "Zoom of --view: 1 (default) to 10.", 1, 10, 0, 0, "x"),
     number_option("focus", COMMAND_NUMBER, offsetof(request, focus_mm), "MM",
-                  "Focus distance of --view. Default: 1800.", 300, 1e7),
+                  "Focus distance of --view. Default: 1800.", 300, 1e7, 0, 0, "mm"),
     text_option("script", offsetof(request, script), "FILE",
                 "Control commands to run first, one per line: timed faults, poses."),
     text_option("files", offsetof(request, files), "DIR",
@@ -68,7 +68,7 @@ const command_argument options[] = {
                 "Repeat all logged requests, compare the answers, and exit."),
     text_option("from", offsetof(request, from), "LOG", "Repeat all logged requests, then serve."),
     number_option("until", COMMAND_NUMBER, offsetof(request, until_s), "SECONDS",
-                  "With --from: only requests before this time of the rig.", 0, 1e6),
+                  "With --from: only requests before this time of the rig.", 0, 1e6, 0, 0, "s"),
     number_option("threads", COMMAND_INTEGER, offsetof(request, threads), "N",
                   "Threads for rendering. Default: 1.", 1, 64, 1, 0),
 };

@@ -27,12 +27,14 @@ constexpr command_argument choice_option(const char *name, std::size_t offset,
             0,    choices,        nullptr, false,      nullptr, nullptr};
 }
 
-/// `kind`: COMMAND_INTEGER or COMMAND_NUMBER; `count` numbers with `separator` between them.
+/// `kind`: COMMAND_INTEGER or COMMAND_NUMBER; `count` numbers with `separator` between them, in
+/// `units` or one of the same kind.
 constexpr command_argument number_option(const char *name, command_kind kind, std::size_t offset,
                                          const char *value_name, const char *help, double min,
-                                         double max, int count = 0, char separator = 0) {
+                                         double max, int count = 0, char separator = 0,
+                                         const char *units = nullptr) {
     return {name,  kind,      offset,  value_name, help,  min,     max,
-            count, separator, nullptr, nullptr,    false, nullptr, nullptr};
+            count, separator, nullptr, nullptr,    false, nullptr, units};
 }
 
 /// `vergence board`: a calibration board as a PDF.

@@ -90,7 +90,7 @@ const line lines_of_reconstruction[] = {
     {"surface", "{counts/vertices} points, {counts/triangles} triangles"},
     {"extent", "from {bounds_mm/least} mm"},
     {"", "to {bounds_mm/greatest} mm (x y z)"},
-    {"common", "{depth_sigma_common_mm} mm common deviation of all depths"},
+    {"depth", "common sigma {depth_sigma_common_mm} mm: all depths together"},
     {"cameras",
      "{self_calibration/health}: corrected by {self_calibration/used} points, rows "
      "{self_calibration/rows_px} px, depth {self_calibration/depth_sigma_mm} mm"},

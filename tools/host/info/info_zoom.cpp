@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 
+#include "console/command_words.h"
 #include "core/error.h"
 #include "core/math.h"
 #include "daemon/files/input_file.h"
@@ -140,17 +141,22 @@ void add_depth(const zoom_calibration &value, info_page *page) {
     page->add("depth_sigma", "", "", list);
 }
 
+const char *unit_of(const std::string &axis) {
+    return axis == "distance" ? "mm" : axis.find("pan") != std::string::npos ? "deg" : "counts";
+}
+
 /// The words of "key=number,...". False: the text is not such a list.
 bool split_words(const std::string &text, std::map<std::string, double> *values) {
     for (size_t begin = 0; begin <= text.size();) {
         const size_t end = std::min(text.find(',', begin), text.size());
         const std::string word = text.substr(begin, end - begin);
         const size_t equals = word.find('=');
-        char *rest = nullptr;
-        const double value =
-            equals == std::string::npos ? 0 : std::strtod(word.c_str() + equals + 1, &rest);
-        if (equals == std::string::npos || equals + 1 == word.size() || *rest != '\0' ||
-            !std::isfinite(value) || !values->emplace(word.substr(0, equals), value).second) {
+        const std::string axis = word.substr(0, equals);
+        command_number number;
+        if (equals == std::string::npos ||
+            command_words_quantity(word.c_str() + equals + 1, unit_of(axis), &number) !=
+                COMMAND_QUANTITY_READ ||
+            !values->emplace(axis, number.value).second) {
             return false;
         }
         begin = end + 1;

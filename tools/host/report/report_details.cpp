@@ -80,7 +80,7 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         rows += row("accepted mismatch", report_text_escape(context.mismatch.text));
     }
     if (context.depth_sigma_common_mm >= 0) {
-        rows += row("common deviation of all depths",
+        rows += row("common sigma of all depths",
                     report_text_format("%.3g mm predicted, from calibration and axes",
                                        context.depth_sigma_common_mm));
     }
