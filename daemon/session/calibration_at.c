@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session/calibration_at.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/cholesky.h"
 #include "core/error.h"
 #include "core/math.h"
 
@@ -25,6 +27,42 @@ int calibration_at_refused(const char *name, int error, const struct calibration
                        fault->reason[0] != '\0' ? fault->reason : error_text(error));
 }
 
+// Whether some combination of parameters would have a negative variance.
+static bool covariance_is_possible(const struct zoom_calibration *zoom, double *matrix) {
+    static const double rounding = 1e-6;  // of correlations
+    const int n = zoom->parameters;
+    for (int i = 0; i < n; i++) {
+        const double *row = &zoom->covariance[i * (i + 1) / 2];
+        for (int j = 0; j <= i; j++) {
+            const double scale = sqrt(row[i] * zoom->covariance[j * (j + 1) / 2 + j]);
+            const double correlation = scale > 0 ? row[j] / scale : 0;
+            matrix[i * n + j] = i == j ? 1 + rounding : correlation;
+        }
+    }
+    cholesky_factorize(matrix, n, 0);
+    bool possible = true;
+    for (int i = 0; i < n; i++) {
+        possible = possible && matrix[i * n + i] > 0;
+    }
+    return possible;
+}
+
+static int check_covariance(const char *name, const struct zoom_calibration *zoom,
+                            struct message *message) {
+    const size_t size = (size_t)zoom->parameters * (size_t)zoom->parameters;
+    double *matrix = malloc((size > 0 ? size : 1) * sizeof *matrix);
+    if (matrix == NULL) {
+        return message_set(message, ERROR_MEMORY, "%s: out of memory", name);
+    }
+    const bool possible = covariance_is_possible(zoom, matrix);
+    free(matrix);
+    return possible ? ERROR_OK
+                    : message_set(message, ERROR_RANGE,
+                                  "%s: the covariance is impossible (not positive semi-definite): "
+                                  "calibrate again",
+                                  name);
+}
+
 int calibration_at_read_zoom(const char *name, const char *text, size_t length,
                              struct zoom_calibration **zoom, struct message *message) {
     struct calibration_fault fault = {.field = "", .reason = ""};
@@ -32,13 +70,17 @@ int calibration_at_read_zoom(const char *name, const char *text, size_t length,
     if (*zoom == NULL) {
         return message_set(message, ERROR_MEMORY, "%s: out of memory", name);
     }
-    const int error = zoom_calibration_parse(text, length, *zoom, &fault);
+    int error = zoom_calibration_parse(text, length, *zoom, &fault);
+    if (error != ERROR_OK) {
+        (void)calibration_at_refused(name, error, &fault, message);
+    } else {
+        error = check_covariance(name, *zoom, message);
+    }
     if (error != ERROR_OK) {
         free(*zoom);
         *zoom = NULL;
-        return calibration_at_refused(name, error, &fault, message);
     }
-    return ERROR_OK;
+    return error;
 }
 
 int calibration_at_axes(const struct calibration_match_state *axes, struct zoom_state *state,

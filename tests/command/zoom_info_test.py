@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import zlib
 
 VERGENCE = os.environ["VERGENCE"]
 TEXT = subprocess.run([os.environ["VERGENCE_ZOOM_RIG"]], capture_output=True, check=True).stdout
@@ -38,6 +39,13 @@ class ZoomInfo(unittest.TestCase):
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         for word in words:
             self.assertIn(word, done.stderr)
+
+    @staticmethod
+    def rewrite(path, lines):
+        """Writes a calibration with the right checksum."""
+        body = "\n".join(lines) + "\n"
+        with open(path, "w", encoding="ascii") as file:
+            file.write(body + f"crc32 {zlib.crc32(body.encode('ascii')):08x}\n")
 
     def test_page(self):
         page = self.works(self.zoom)
@@ -120,6 +128,17 @@ class ZoomInfo(unittest.TestCase):
         with open(damaged, "wb") as file:
             file.write(TEXT[:len(TEXT) // 2])
         self.refused(damaged, words=("damaged",))
+        lines = TEXT.decode("ascii").splitlines()[:-1]
+        at = next(i for i, line in enumerate(lines) if line.startswith("right_position_mm "))
+        self.rewrite(damaged, lines[:at] + ["right_position_mm 0.000000000 0.000000000 0.000000000"] + lines[at + 1:])
+        self.refused(damaged, words=("right_position_mm", "same place"))
+        # Of three parameters each nearly opposite to the two others.
+        first = next(i for i, line in enumerate(lines) if line.startswith("sigma "))
+        rows = [line.split(" ") for line in lines[first:first + 3]]
+        for row in rows:
+            row[1:] = ["1.000000000000"] + ["-0.900000000000"] * (len(row) - 2)
+        self.rewrite(damaged, lines[:first] + [" ".join(row) for row in rows] + lines[first + 3:])
+        self.refused(damaged, words=("covariance is impossible", "calibrate again"))
         self.assertFalse(os.path.exists(self.path("x")))
         images = [os.path.join(self.here, f"{side}.pgm") for side in ("left", "right")]
         for image in images:

@@ -7,6 +7,7 @@
 #include "core/invariant.h"
 #include "stereo/geometry/calibration_grammar.h"
 #include "stereo/geometry/calibration_text.h"
+#include "stereo/geometry/geometry.h"
 #include "stereo/zoom/zoom_calibration.h"
 #include "stereo/zoom/zoom_grammar.h"
 
@@ -415,6 +416,20 @@ static int check_ranges(const struct zoom_camera *camera, int side,
                                 : set_fault(fault, ERROR_RANGE, names[side][4], "must not be 0");
 }
 
+// As short as that of a pair may be.
+static int check_baseline(const struct zoom_calibration *calibration,
+                          struct calibration_fault *fault) {
+    static const double least_mm = 1e-3;
+    const double *left_mm = &calibration->camera[0].mount[ZOOM_POSITION_X];
+    const double *right_mm = &calibration->camera[1].mount[ZOOM_POSITION_X];
+    const double apart_mm[3] = {right_mm[0] - left_mm[0], right_mm[1] - left_mm[1],
+                                right_mm[2] - left_mm[2]};
+    return geometry_norm(apart_mm) >= least_mm
+               ? ERROR_OK
+               : set_fault(fault, ERROR_RANGE, "right_position_mm",
+                           "both cameras are in the same place: a baseline of 0");
+}
+
 // The lens must be legal over its ranges of zoom and focus.
 static int check_lenses(const struct zoom_calibration *calibration,
                         struct calibration_fault *fault) {
@@ -475,6 +490,9 @@ int zoom_calibration_validate(const struct zoom_calibration *calibration,
     int code = visit((struct zoom_calibration *)(uintptr_t)calibration, check_field, fault);
     for (int side = 0; side < 2 && code == ERROR_OK; side++) {
         code = check_ranges(&calibration->camera[side], side, fault);
+    }
+    if (code == ERROR_OK) {
+        code = check_baseline(calibration, fault);
     }
     if (code == ERROR_OK) {
         code = check_covariance(calibration, fault);

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -168,6 +169,10 @@ TEST_CASE("a model that is not defined over its ranges is refused") {
     zoomed = zoom_rig::calibration();
     zoomed->camera[0].zoom.max = zoomed->camera[0].zoom.min;
     CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
+    zoomed = zoom_rig::calibration();
+    std::fill_n(&zoomed->camera[1].mount[ZOOM_POSITION_X], 3, 0.0);
+    CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
+    CHECK(std::string(fault.field) == "right_position_mm");
     zoomed = zoom_rig::calibration();
     zoomed->covariance[1] = 1;  // larger than the variances allow
     CHECK(zoom_calibration_validate(zoomed.get(), &fault) == ERROR_RANGE);
