@@ -38,7 +38,7 @@ int length_check_baseline(double baseline_mm, const char *name, const char *reme
 int length_check_depth(double near_mm, double far_mm, const char *name, const char *remedy,
                        struct message *message);
 
-/// Whether one camera stands in front of the other rather than beside it, so that their rows cannot
+/// Whether one camera is in front of the other rather than beside it, so that their rows cannot
 /// correspond; `message` then says so in one line, with ERROR_OVERLAP.
 bool length_check_in_line(const struct calibration *calibration, struct message *message);
 
