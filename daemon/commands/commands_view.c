@@ -167,11 +167,13 @@ static int run_view(const struct command_call *call) {
 static const struct command commands[] = {
     {.name = "view",
      .summary = "write one picture of what both cameras see, to aim, focus and expose by",
-     .help = "Left and right image side by side, at most 640 px each, as a PNG file in \"files\"; "
-             "vergence --connect fetches it. Green: edges in focus; red stripes: too bright; blue: "
-             "too dark; yellow: the middle. edges_in_focus counts the green ones: turn the focus "
-             "until it is greatest. Settings stay as they are. No checks are made, and the scene "
-             "may move; \"capture\" takes a pair to measure.",
+     .help =
+         "Left and right image side by side, at most 640 px each, as a PNG file in \"files\"; "
+         "vergence --connect fetches it. Green: edges in focus; red stripes: too bright; blue: "
+         "too dark; yellow: the middle. edges_in_focus counts the green ones, steep ones more: "
+         "turn the "
+         "focus until it is greatest. Settings stay as they are. No checks are made, and the scene "
+         "may move; \"capture\" takes a pair to measure.",
      .arguments = view_arguments,
      .argument_count = VIEW_ARGUMENTS,
      .flags = COMMAND_NEEDS_RIG | COMMAND_LONG | COMMAND_MOVES | COMMAND_GROUP_LOOK | COMMAND_DAILY,

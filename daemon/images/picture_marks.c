@@ -81,8 +81,10 @@ static bool is_saturated(const struct marking *self, int column, int row) {
     return false;
 }
 
-/// The mark of a block; 0: none.
-static uint8_t mark_of(const struct marking *self, int column, int row) {
+/// The mark of a block; 0: none. Of an edge in focus `share_q8` is the square of its step's share
+/// of the range: the steps of an edge add up to the range, so that their squares add up to less the
+/// more blocks it is smeared over.
+static uint8_t mark_of(const struct marking *self, int column, int row, uint32_t *share_q8) {
     if (is_saturated(self, column, row)) {
         return PICTURE_MARK_SATURATED;
     }
@@ -96,8 +98,16 @@ static uint8_t mark_of(const struct marking *self, int column, int row) {
     const int64_t noise_q8 = 2 * variance_q8(self->noise, mean);
     const bool visible =
         step * step * 256 > SIGMAS * SIGMAS * noise_q8 && step * UNLIKE_GREENS > mean;
-    const bool sharp = visible && step * STEEPNESS >= range_around(self, column, row);
-    return sharp ? PICTURE_MARK_SHARP : 0;
+    if (!visible) {
+        return 0;
+    }
+    const int64_t range = range_around(self, column, row);
+    if (step * STEEPNESS < range) {
+        return 0;
+    }
+    INVARIANT(step > 0 && step <= range);
+    *share_q8 = (uint32_t)(step * step * 256 / (range * range));
+    return PICTURE_MARK_SHARP;
 }
 
 /// Colours the pixels of the picture that show a block.
@@ -162,18 +172,21 @@ void picture_mark(const struct raw_image *raw, const struct focus_noise *noise, 
                                  .around = around > 0 ? around : 1,
                                  .full = (1 << raw->bits) - 1};
     uint32_t counts[PICTURE_COLOURS] = {0};
+    uint64_t sharp_q8 = 0;
     to_palette(picture);
     for (int row = 0; row < self.rows; row++) {
         for (int column = 0; column < self.columns; column++) {
-            const uint8_t mark = mark_of(&self, column, row);
+            uint32_t share_q8 = 0;
+            const uint8_t mark = mark_of(&self, column, row, &share_q8);
             counts[mark]++;
+            sharp_q8 += share_q8;
             if (mark != 0) {
                 colour_block(picture, shrink, column, row, mark);
             }
         }
     }
     draw_cross(picture);
-    *marks = (struct picture_marks){.sharp = counts[PICTURE_MARK_SHARP],
+    *marks = (struct picture_marks){.sharp = (uint32_t)((sharp_q8 + 128) / 256),
                                     .saturated = counts[PICTURE_MARK_SATURATED],
                                     .dark = counts[PICTURE_MARK_DARK],
                                     .blocks = (uint32_t)self.columns * (uint32_t)self.rows};

@@ -26,7 +26,8 @@ enum {
 /// Red, green and blue of these values.
 void picture_marks_palette(uint8_t palette[PICTURE_COLOURS][3]);
 
-/// Number of blocks of 2 x 2 pixels with each mark, and of all.
+/// Number of blocks of 2 x 2 pixels with each mark, and of all. `sharp` grows as edges get sharper:
+/// a block counts by the square of its step's share of the range around it.
 struct picture_marks {
     uint32_t sharp, saturated, dark, blocks;
 };
@@ -42,9 +43,7 @@ struct picture_marks {
 /// least 1.
 ///
 /// Saturated: a value of 63/64 of full scale or more; dark: within two standard deviations of
-/// black. Measured on the simulated rig (10x, iris almost open, 512 x 384 of 2048 x 1536 px): 741
-/// blocks of 49,152 in focus, 229 three counts beside it, 12 eight counts beside it, 1 to 4 farther
-/// off.
+/// black.
 void picture_mark(const struct raw_image *raw, const struct focus_noise *noise, int skip,
                   int shrink, struct picture *picture, struct picture_marks *marks);
 
