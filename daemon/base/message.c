@@ -7,22 +7,6 @@
 
 #include "core/invariant.h"
 
-int message_set(struct message *message, int code, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    const int length = vsnprintf(message->text, sizeof message->text, format, arguments);
-    va_end(arguments);
-    if (length < 0) {
-        message->text[0] = '\0';
-    }
-    for (char *c = message->text; *c != '\0'; c++) {
-        if ((unsigned char)*c < ' ' || *c == 0x7f) {
-            *c = '?';
-        }
-    }
-    return code;
-}
-
 size_t utf8_character(const char *text, uint32_t *character) {
     static const struct {
         unsigned char mask, lead;
@@ -51,8 +35,37 @@ size_t utf8_character(const char *text, uint32_t *character) {
     return more + 1;
 }
 
+/// Also the characters that turn the direction of writing (Unicode UAX 9), as the text after them
+/// would be shown in another order than it has, and the separators of lines and paragraphs.
 static bool is_control(uint32_t character) {
-    return character < 0x20 || (character >= 0x7F && character < 0xA0);
+    return character < 0x20 || (character >= 0x7F && character < 0xA0) || character == 0x061C ||
+           (character >= 0x200E && character <= 0x200F) ||
+           (character >= 0x2028 && character <= 0x202E) ||
+           (character >= 0x2066 && character <= 0x2069);
+}
+
+/// Puts ? in place of control characters; bytes that are not UTF-8 stay.
+static void mask_controls(char *text) {
+    while (*text != '\0') {
+        uint32_t character = 0;
+        const size_t bytes = utf8_character(text, &character);
+        if (bytes != 0 && is_control(character)) {
+            memset(text, '?', bytes);
+        }
+        text += bytes != 0 ? bytes : 1;
+    }
+}
+
+int message_set(struct message *message, int code, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    const int length = vsnprintf(message->text, sizeof message->text, format, arguments);
+    va_end(arguments);
+    if (length < 0) {
+        message->text[0] = '\0';
+    }
+    mask_controls(message->text);
+    return code;
 }
 
 /// Number of printable bytes at the start of a text, in whole characters.
@@ -77,7 +90,7 @@ void printable_print(FILE *file, const char *text) {
         if (*text == '\0') {
             return;
         }
-        // The second byte of a two-byte character follows as one that is not UTF-8.
+        // Further bytes of the character follow as ones that are not UTF-8.
         fprintf(file, "\\x%02x", (unsigned)(unsigned char)*text++);
     }
 }

@@ -46,9 +46,10 @@ void remote_line_close(struct remote_line *self);
 /// Sends bytes. False: connection lost.
 bool remote_line_send(struct remote_line *self, const char *data, size_t bytes);
 
-/// Receives the next line, without its end, into `*text`, valid until the next call. 0;
-/// ERROR_TIMEOUT after `limit_ms` (REMOTE_FOREVER_MS: never); ERROR_DEVICE: connection lost;
-/// ERROR_CANCELLED: `extra_fd` (-1: none) is ready, see `*extra_ready`, or a signal came.
+/// Receives the next line, without its end, into `*text`, valid until the next call; in place of
+/// one that is too long, unless a serial line made it so, one that says so. 0; ERROR_TIMEOUT after
+/// `limit_ms` (REMOTE_FOREVER_MS: never); ERROR_DEVICE: connection lost; ERROR_CANCELLED:
+/// `extra_fd` (-1: none) is ready, see `*extra_ready`, or a signal came.
 int remote_line_receive(struct remote_line *self, int limit_ms, int extra_fd, bool *extra_ready,
                         char **text);
 

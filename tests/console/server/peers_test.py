@@ -185,6 +185,26 @@ class Peers(DaemonTest):
         self.assertEqual([byte for byte in output[:-1] if byte < 32 or byte == 127], [])
         self.assertNotIn(b"\x9b", output)
 
+    def test_what_a_peer_reports_is_shown_in_its_order(self):
+        """U+202E, U+2066 and U+2028 as bytes in text, as escapes in JSON."""
+        turned = "name: a\u202eb\u2066c\u2028d"
+        process, _ = self.fake(b"OK\n", turned.encode() + b"\nOK\n")("status")
+        output, _ = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(output.decode(), "name: a\\xe2\\x80\\xaeb\\xe2\\x81\\xa6c"
+                                          "\\xe2\\x80\\xa8d\nOK\n")
+        line = json.dumps({"ok": True, "result": {"name": turned}}, ensure_ascii=False)
+        process, _ = self.fake(b"OK\n", line.encode() + b"\n")("--json", "status")
+        output, _ = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual(json.loads(output)["result"]["name"], turned)
+        self.assertTrue(output.isascii(), output)
+
+    def test_a_line_that_is_too_long_is_reported(self):
+        process, _ = self.fake(b"OK\n", b"a: 1\nb: " + b"x" * 300000 + b"\nc: 2\nOK\n")("status")
+        output, reported = process.communicate(timeout=TIMEOUT_S)
+        self.assertEqual((process.returncode, reported), (0, b""))
+        self.assertEqual(output.decode().splitlines(),
+                         ["a: 1", "(a line of more than 256 kB is left out)", "c: 2", "OK"])
+
     def test_what_a_peer_reports_to_a_user(self):
         server, path = self.listen()
         output_text = (b"OK\n", b"a\x1b[2Jb\nERR IO \xc2\x9b\n",
