@@ -119,6 +119,14 @@ class Report(unittest.TestCase):
         turned = self.view_shot()
         self.assertGreater((np.abs(turned - first).max(axis=2) > 30).mean(), 0.05)
 
+    def test_the_first_view_holds_the_surface(self):
+        """Only background along the left and the right edge, and something in between."""
+        self.browser.open(self.page, READY)
+        shot = self.view_shot()
+        left, middle, right = (shot[:, x].astype(int) for x in (2, shot.shape[1] // 2, -3))
+        self.assertGreater((np.abs(left - right).max(axis=1) < 12).mean(), 0.95)
+        self.assertGreater((np.abs(left - middle).max(axis=1) > 24).mean(), 0.3)
+
     def test_camera_pose_shows_the_photograph(self):
         self.browser.evaluate("document.querySelector('[data-pose=camera]').click()")
         shot = self.view_shot()
@@ -206,7 +214,7 @@ class Report(unittest.TestCase):
         shots.append(self.view_shot())
         for i, a in enumerate(shots):
             for b in shots[i + 1:]:
-                self.assertGreater((np.abs(a - b).max(axis=2) > 12).mean(), 0.02)
+                self.assertGreater((np.abs(a - b).max(axis=2) > 12).mean(), 0.01)
         self.assertEqual(self.browser.complaints(), [])
 
     def test_mesh_is_the_result_s_mesh(self):
@@ -299,6 +307,20 @@ class Report(unittest.TestCase):
             self.assertIn("WebGL", browser.evaluate("document.getElementById('view-text').innerText"))
             self.assertEqual(browser.complaints(), [])
             self.assertGreater(browser.evaluate("document.querySelectorAll('#maps img').length"), 2)
+            # The surface is there as a picture, in more colours than its background has.
+            box = browser.evaluate("""(() => {
+                const still = document.getElementById('still');
+                still.scrollIntoView();
+                const box = still.getBoundingClientRect();
+                return [box.left, box.top, box.right, box.bottom, still.naturalWidth];
+            })()""")
+            left, top, right, bottom, natural = (int(value) for value in box)
+            self.assertGreater(natural, 500)
+            shot = picture(browser.screenshot())[top:bottom, left:right]
+            drawn = (np.abs(shot.astype(int) - 0xee).max(axis=2) > 24).mean()
+            self.assertGreater(drawn, 0.05)
+            self.assertEqual(browser.evaluate(
+                "getComputedStyle(document.querySelector('.viewer-tools')).display"), "none")
 
     def test_no_card_is_clipped(self):
         clipped = """Array.from(document.querySelectorAll('.card')).filter(card => {

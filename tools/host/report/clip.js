@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clipping: only the part inside a box of the left camera's frame is drawn and framed. Corners are
 // in the drawing's frame (y up, z towards the viewer).
-const clip = { low: [-1e30, -1e30, -1e30], high: [1e30, 1e30, 1e30], all: null, on: false };
+const clip = { low: [-1e30, -1e30, -1e30], high: [1e30, 1e30, 1e30], all: null, central: null, on: false };
 const CLIP_SIDES = ['near', 'far', 'left', 'right', 'top', 'bottom'];
 
-// The sliders' ranges, without outliers: a few distant points would make the sliders useless.
-function clipRanges(positions) {
+// The range of each coordinate without this share of outliers at each end.
+function clipRanges(positions, share) {
   const ranges = [];
   for (let axis = 0; axis < 3; axis++) {
     const values = new Float32Array(positions.length / 3);
     for (let i = 0; i < values.length; i++) values[i] = positions[3 * i + axis];
     values.sort();
-    const skip = Math.floor(values.length / 500);
+    const skip = Math.floor(values.length * share);
     ranges.push([values[skip], values[values.length - 1 - skip]]);
   }
   return ranges;
@@ -53,11 +53,17 @@ function readClip() {
   element('clip-text').textContent = clip.on ? `Z ${lengthText(-Math.min(clip.high[2], clip.all[2][1]))} to ${lengthText(-Math.max(clip.low[2], clip.all[2][0]))}` : '';
 }
 
-// The centre of the box around the visible part; null when nothing is visible.
-function shownCentre() {
+// Whether a vertex is framed: all that are shown, or, without clipping, most of them.
+function isFramed(vertex) {
+  const p = view.mesh.positions;
+  return clip.on ? isShown(vertex) : clip.central.every(([low, high], axis) => p[3 * vertex + axis] >= low && p[3 * vertex + axis] <= high);
+}
+
+// The centre of the box around the framed part; null when nothing is visible.
+function framedCentre() {
   const p = view.mesh.positions, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < p.length / 3; i++)
-    if (isShown(i))
+    if (isFramed(i))
       for (let axis = 0; axis < 3; axis++) {
         low[axis] = Math.min(low[axis], p[3 * i + axis]);
         high[axis] = Math.max(high[axis], p[3 * i + axis]);
@@ -65,13 +71,13 @@ function shownCentre() {
   return low[0] <= high[0] ? low.map((v, axis) => (v + high[axis]) / 2) : null;
 }
 
-// The distance from which the visible part fits into the view in this direction.
+// The distance from which the framed part fits into the view in this direction.
 function fittingDistance(centre) {
   const { right, up, back } = viewerAxes(), p = view.mesh.positions;
   const high = Math.tan(view.fov / 2), wide = high * view.canvas.clientWidth / view.canvas.clientHeight;
   let distance = 1e-6;
   for (let i = 0; i < p.length / 3; i++) {
-    if (!isShown(i)) continue;
+    if (!isFramed(i)) continue;
     const q = [0, 1, 2].map((axis) => p[3 * i + axis] - centre[axis]);
     const along = (a) => a[0] * q[0] + a[1] * q[1] + a[2] * q[2];
     distance = Math.max(distance, along(back) + Math.max(Math.abs(along(right)) / wide, Math.abs(along(up)) / high));
@@ -85,18 +91,22 @@ function countShown() {
   return count;
 }
 
-// Frames the visible part; without clipping from the camera's position.
+// Frames the visible part, or most of the surface; without clipping and turning from the camera's
+// position.
 function frameView() {
   view.canvas.dataset.shown = countShown();
   findHome();
-  const centre = clip.on ? shownCentre() : null;
+  view.fov = fieldOfView(view.canvas.clientWidth / view.canvas.clientHeight);
+  const centre = clip.on || !view.fromCamera ? framedCentre() : null;
   if (centre) view.home = { target: centre, distance: fittingDistance(centre) };
   view.target = view.home.target.slice();
   view.distance = view.home.distance;
 }
 
 function startClip() {
-  clip.all = clipRanges(view.mesh.positions);
+  // A few distant points would make the sliders useless, and the first view a distant one.
+  clip.all = clipRanges(view.mesh.positions, 0.002);
+  clip.central = clipRanges(view.mesh.positions, 0.02);
   const changed = () => { readClip(); frameView(); redraw(); };
   for (const side of CLIP_SIDES) element(`clip-${side}`).addEventListener('input', changed);
   element('clip-reset').addEventListener('click', () => {

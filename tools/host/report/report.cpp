@@ -11,6 +11,7 @@
 #include "tools/host/report/report_layers.hpp"
 #include "tools/host/report/report_sections.hpp"
 #include "tools/host/report/report_sources.hpp"
+#include "tools/host/report/report_still.hpp"
 
 namespace {
 
@@ -148,6 +149,13 @@ std::string make_page(const reconstruct_context &context) {
                             ? "The interactive view needs JavaScript and WebGL. mesh.glb holds the "
                               "same surface for 3D programs."
                             : "No surface was found: there is nothing to draw."},
+        {"still", unless_interrupted([&] {
+             const std::string uri = report_still(*context.result);
+             return uri.empty() ? uri
+                                : "<img class=\"still\" id=\"still\" alt=\"The measured surface, "
+                                  "seen obliquely\" src=\"" +
+                                      uri + "\">";
+         })},
         {"pair_text",
          "Corresponding points are on the same row of both images. "
          "Point at the left image to see its match on the right."},

@@ -32,7 +32,7 @@ void main() {
 
 const view = {
   canvas: element('view'), gl: null, mesh: null, shade: 0, wire: false,
-  yaw: 0, pitch: 0, distance: 1, target: [0, 0, 0], fov: 0.6, home: null,
+  fromCamera: true, yaw: 0, pitch: 0, distance: 1, target: [0, 0, 0], fov: 0.6, home: null,
   matrix: new Float32Array(16), waiting: false, afterDraw: [], nets: new Map(),
 };
 
@@ -84,12 +84,17 @@ function viewerAxes() {
   return { right: [cy, 0, -sy], up: [sy * sp, cp, cy * sp], back: [sy * cp, -sp, cy * cp] };
 }
 
+// The vertical field of view into which the photograph fits.
+function fieldOfView(aspect) {
+  return 2 * Math.atan(Math.max(page.full_height / page.fy, page.full_width / page.f / aspect) / 2 * 1.04);
+}
+
 function updateMatrix() {
   const { right, up, back } = viewerAxes();
   const eye = view.target.map((t, i) => t + view.distance * back[i]);
   const dot = (a) => a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2];
   const aspect = view.canvas.width / view.canvas.height;
-  view.fov = 2 * Math.atan(Math.max(page.full_height / page.fy, page.full_width / page.f / aspect) / 2 * 1.04);
+  view.fov = fieldOfView(aspect);
   const g = 1 / Math.tan(view.fov / 2), near = view.distance / 100, far = view.distance * 100;
   const rows = [right, up, back].map((a) => [...a, -dot(a)]);
   const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
@@ -183,8 +188,8 @@ function vertexAt(x, y) {
 function setPose(name) {
   const poses = { camera: [0, 0], orbit: [0.36, -0.18], top: [0, -1.35], side: [1.35, -0.05] };
   [view.yaw, view.pitch] = poses[name];
+  view.fromCamera = name === 'camera';
   frameView();
-  if (name !== 'camera') view.distance *= 1.06;
   redraw();
 }
 
@@ -201,6 +206,7 @@ function findHome() {
 
 function viewFailed(text) {
   element('view-text').textContent = text;
+  if (element('still')) element('still').hidden = false;
   element('view-text').hidden = false;
   for (const tool of document.querySelectorAll('.viewer-tools, .clip')) tool.hidden = true;
 }
@@ -231,6 +237,7 @@ function startView(photo) {
   gl.enable(gl.POLYGON_OFFSET_FILL);
   view.canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); viewFailed('The graphics context was lost. Reload the page to draw the surface again.'); });
   element('view-text').hidden = true;
+  if (element('still')) element('still').hidden = true;
   startControls();
   startClip();
   setPose('orbit');
