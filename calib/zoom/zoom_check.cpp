@@ -216,10 +216,10 @@ void check_poses(const zoom_solution &solution, std::vector<std::string> *warnin
     for (int camera = 0; camera < CAMERAS; camera++) {
         const double scale = solution.rig->camera[camera].mount[ZOOM_PAN_SCALE];
         if (!(std::fabs(scale) <= PAN_SCALE)) {
-            warnings->push_back(
-                sentence("the %s servo would turn by %.2f of the angle that was set: were its cables or "
-                         "the cameras exchanged?",
-                         side_names[camera], 1 + scale));
+            warnings->push_back(sentence(
+                "the %s servo would turn by %.2f of the angle that was set: were its cables or "
+                "the cameras exchanged?",
+                side_names[camera], 1 + scale));
         }
     }
 }
