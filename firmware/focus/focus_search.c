@@ -226,6 +226,7 @@ static void set_blur(struct focus_search *self, double counts) {
 static struct focus_step finish(struct focus_search *self, const struct focus_event *event,
                                 enum focus_verdict verdict) {
     if (focus_find_lights(self)) {
+        self->result.blur_px = -1;  // of another place
         return give_back(self, FOCUS_LIGHTS);
     }
     self->result.verdict = verdict;

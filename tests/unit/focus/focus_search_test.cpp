@@ -228,6 +228,7 @@ TEST_CASE("verdicts") {
         lens.light = [](double ring) { return 5 + std::max(0.0, std::abs(ring - 500) - 15); };
         const Run result = run(lens, options, random);
         CHECK(result.search.result.verdict == FOCUS_LIGHTS);
+        CHECK(result.search.result.blur_px < 0);
         CHECK(std::abs(result.ring - 560) < 4);
     }
     SUBCASE("lights that blur into the region from both sides do not matter") {
