@@ -37,6 +37,9 @@ struct board_view {
     std::vector<corner> corners;
     std::string rejection;  // why the view cannot be used, one line; "" when it can
     double clipped = 0;     // overexposed share of the white squares, 0..1
+    /// The markers of a coded board are those of OpenCV before 4.6 for an even number of rows of
+    /// squares: the square at the top left is white. Corners have the same numbers.
+    bool white_first = false;
 
     bool overexposed() const { return clipped > 0.5; }
 };

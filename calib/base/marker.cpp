@@ -47,12 +47,12 @@ int board_marker_id(const board &board, int column, int row) {
     return above + column / 2;
 }
 
-square_place board_marker_square(const board &board, int marker) {
+square_place board_marker_square(const board &board, int marker, bool white_first) {
     // Along the rows, every other square is white.
     const int squares_in_row = board.columns + 1;
     for (int square = 2 * marker; square <= 2 * marker + 1; square++) {
         const int row = square / squares_in_row, column = square % squares_in_row;
-        if (board_square_white(column, row)) {
+        if (board_square_white(column, row) != white_first) {
             return {column, row};
         }
     }

@@ -53,8 +53,9 @@ struct square_place {
     int column = 0, row = 0;
 };
 
-/// The square that carries marker `marker`, 0 <= marker < board_marker_count(board).
-square_place board_marker_square(const board &board, int marker);
+/// The square that carries marker `marker`, 0 <= marker < board_marker_count(board). `white_first`:
+/// on a board whose top left square is white (see board_view).
+square_place board_marker_square(const board &board, int marker, bool white_first = false);
 
 /// The number of markers on a coded board.
 int board_marker_count(const board &board);

@@ -103,6 +103,7 @@ void coded_parts(search *state, int level, const std::vector<grid> &grids) {
             corners = refine(state->levels, level, found, state->clear_share());
             if (!too_blurred(corners.blur_px, corners.spacing_px)) {
                 merge(coded_view(state->board, found, corners, reading.place), &view);
+                view.white_first = reading.place.white_first;
                 continue;
             }
         }

@@ -212,10 +212,11 @@ int marker_of(const marker_dictionary &dictionary, int count, marker_code code) 
 }
 
 using place_key = std::tuple<bool, int, int, int>;  // mirrored, quarters, column, row
+using place_votes = std::map<place_key, int>;
 
 // Adds one vote for every place on the board where this square could be.
 bool vote(const board &board, const marker_dictionary &dictionary, const grid &found,
-          const cell_code &cell, std::map<place_key, int> *votes) {
+          const cell_code &cell, bool white_first, place_votes *votes) {
     const int count = board_marker_count(board);
     bool known = false;
     for (const bool mirrored : {false, true}) {
@@ -226,7 +227,7 @@ bool vote(const board &board, const marker_dictionary &dictionary, const grid &f
             const int marker = marker_of(dictionary, count, code);
             if (marker >= 0) {
                 known = known || !mirrored;
-                const square_place at = board_marker_square(board, marker);
+                const square_place at = board_marker_square(board, marker, white_first);
                 (*votes)[{mirrored, quarters, at.column - 1 - column, at.row - 1 - row}]++;
             }
             const int turned_row = columns - 2 - column;
@@ -239,6 +240,25 @@ bool vote(const board &board, const marker_dictionary &dictionary, const grid &f
     return known;
 }
 
+struct election {
+    board_place place;
+    int second = 0;  // markers that agree on another place
+};
+
+election elect(const place_votes &votes) {
+    election made;
+    for (const auto &[key, count] : votes) {
+        if (count > made.place.markers) {
+            made.second = made.place.markers;
+            const auto [mirrored, quarters, column, row] = key;
+            made.place = {quarters, column, row, count, mirrored, false};
+        } else {
+            made.second = std::max(made.second, count);
+        }
+    }
+    return made;
+}
+
 }  // namespace
 
 marker_reading read_markers(const board &board, const std::vector<plane> &levels, const grid &found,
@@ -248,25 +268,28 @@ marker_reading read_markers(const board &board, const std::vector<plane> &levels
     if (dictionary == nullptr) {
         return reading;
     }
-    std::map<place_key, int> votes;
+    place_votes votes[2];  // by `white_first`
+    // With an odd number of squares in a row the layouts differ by a shift, which a part of the
+    // board cannot show.
+    const bool two_layouts = board.rows % 2 != 0 && board.columns % 2 != 0;
     for (const cell_code &cell : codes_in(board, *dictionary, levels, found, refined)) {
         reading.seen++;
-        reading.known += vote(board, *dictionary, found, cell, &votes) ? 1 : 0;
-    }
-    int max = 0, second = 0;
-    for (const auto &[key, count] : votes) {
-        if (count > max) {
-            second = max;
-            max = count;
-            const auto [mirrored, quarters, column, row] = key;
-            reading.place = {quarters, column, row, count, mirrored};
-        } else {
-            second = std::max(second, count);
+        reading.known += vote(board, *dictionary, found, cell, false, &votes[0]) ? 1 : 0;
+        if (two_layouts) {
+            vote(board, *dictionary, found, cell, true, &votes[1]);
         }
     }
+    election best = elect(votes[0]), other = elect(votes[1]);
+    if (other.place.markers > best.place.markers) {
+        std::swap(best, other);
+        best.place.white_first = true;
+    }
+    reading.place = best.place;
+    const int max = best.place.markers;
     // One marker with few bits may be a coincidence; two markers that agree on the place are not.
     const bool enough = max >= 2 || (max == 1 && reading.seen == 1 && dictionary->side >= 5);
-    reading.placed = enough && max > 2 * second;
+    // In the other layout markers of every other row agree.
+    reading.placed = enough && max > 2 * best.second && 4 * max > 5 * other.place.markers;
     return reading;
 }
 

@@ -14,8 +14,9 @@ namespace calib::detect {
 /// is the board's corner (column, row).
 struct board_place {
     int quarters = 0, column = 0, row = 0;
-    int markers = 0;        // markers that agree
-    bool mirrored = false;  // the markers read as in a mirror: nothing else is valid then
+    int markers = 0;           // markers that agree
+    bool mirrored = false;     // the markers read as in a mirror: nothing else is valid then
+    bool white_first = false;  // see board_view
 };
 
 struct marker_reading {

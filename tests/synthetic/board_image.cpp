@@ -32,7 +32,7 @@ class Paint {
             return light_.light_grey;
         }
         const int column = static_cast<int>(u), row = static_cast<int>(v);
-        if (!calib::board_square_white(column, row)) {
+        if (calib::board_square_white(column, row) == light_.white_first) {
             return light_.dark_grey;
         }
         return dictionary_ != nullptr && marker_black(column, row, u - column, v - row)
@@ -53,8 +53,11 @@ class Paint {
         if (bit_column < 0 || bit_row < 0 || bit_column >= side || bit_row >= side) {
             return true;
         }
-        const calib::marker_code code =
-            dictionary_->codes[calib::board_marker_id(board_, column, row)];
+        // Both layouts number the white squares along the rows.
+        const int before = row * (board_.columns + 1) + column;
+        const int id =
+            light_.white_first ? before / 2 : calib::board_marker_id(board_, column, row);
+        const calib::marker_code code = dictionary_->codes[id];
         return (code >> (side * side - 1 - bit_row * side - bit_column) & 1) == 0;
     }
 

@@ -37,6 +37,7 @@ struct BoardLight {
     double blur_px = 1;         // standard deviation of the lens's blur
     double noise_grey = 2;
     uint64_t seed = 1;
+    bool white_first = false;  // a coded board as OpenCV before 4.6 drew an even number of rows
 };
 
 struct BoardImage {

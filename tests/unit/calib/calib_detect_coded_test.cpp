@@ -121,3 +121,33 @@ TEST_CASE("a coded board that is mirrored, of other markers or of another size i
     mirror(&image);
     CHECK(rejection(board) == "the board is mirrored: its markers read backwards");
 }
+
+TEST_CASE("the layout of OpenCV before 4.6 is found by itself, whole and in part") {
+    const uint64_t seed = test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    Random random(seed);
+    for (const auto &[columns, rows] : {std::pair{7, 5}, {9, 7}}) {
+        for (const bool white_first : {false, true}) {
+            for (const double shift : {0.0, 0.35}) {
+                CAPTURE(columns);
+                CAPTURE(white_first);
+                CAPTURE(shift);
+                const calib::board board = coded_board(columns, rows, "4x4_50");
+                BoardHold hold = random_hold(0.75, 0.25, 0.3, random);
+                hold.shift_x = shift;
+                const Camera camera = lens_of(800, 600, random);
+                BoardLight light;
+                light.white_first = white_first;
+                BoardImage image =
+                    photograph(board, camera, hold_board(board, camera, hold), light);
+                const calib::board_view view = calib::detect_board(board, image.view(), {});
+                CHECK(view.rejection == "");
+                CHECK(view.corners.size() >= (shift > 0 ? 8U : size_t(columns) * size_t(rows)));
+                CHECK(view.white_first == white_first);
+                Errors errors;
+                errors.add(image, view);
+                CHECK(errors.worst_px() < 0.2);
+            }
+        }
+    }
+}

@@ -138,6 +138,9 @@ class runner {
         for (const std::string &line : calibrate_result_overexposed(result_)) {
             result_.notes.push_back(line);
         }
+        if (const std::string layout = calibrate_result_layout(result_); !layout.empty()) {
+            result_.notes.push_back(layout);
+        }
         if (!solution_.solved) {
             reasons_ = calibrate_result_rejections(result_);
             return fail(CLIENT_BAD_INPUT, is_mirrored()

@@ -235,6 +235,20 @@ std::vector<std::string> calibrate_result_overexposed(const calibrate_result &re
     return grouped(result, overexposed);
 }
 
+std::string calibrate_result_layout(const calibrate_result &result) {
+    int white_first = 0;
+    for (const calib::capture &capture : result.views->seen.captures) {
+        for (const calib::board_view &view : capture.view) {
+            white_first += view.white_first ? 1 : 0;
+        }
+    }
+    return white_first == 0 ? ""
+                            : report_text_format(
+                                  "the coded board has the layout of OpenCV before "
+                                  "4.6: its top left square is white (%d pictures)",
+                                  white_first);
+}
+
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result) {
     std::vector<std::string> lines = grouped(result, result.views->rejections);
     for (const calib::rejected_view &view : result.solution->rejected_views) {

@@ -58,6 +58,9 @@ std::string calibrate_result_text(const calibrate_result &result);
 /// One line that names the pictures with overexposed white squares; otherwise empty.
 std::vector<std::string> calibrate_result_overexposed(const calibrate_result &result);
 
+/// Names the layout of a coded board that is not the present one of OpenCV; otherwise empty.
+std::string calibrate_result_layout(const calibrate_result &result);
+
 /// One line for each rejected view and corner, of corners only the worst.
 std::vector<std::string> calibrate_result_rejections(const calibrate_result &result);
 
