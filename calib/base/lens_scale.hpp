@@ -22,11 +22,17 @@ enum lens_parameter {
     TANGENTIAL_1,  // p1: px at the reference radius
     TANGENTIAL_2,  // p2: likewise
     RADIAL_6,      // k3: like RADIAL_2
+    K4,            // k4 of a rational lens: px by which it alone moves a point at the reference
+                   // radius inwards; of an equidistant one: like RADIAL_2
+    K5,            // k5 and k6 of a rational lens: likewise
+    K6,
     LENS_PARAMETERS,
 };
 
+/// Radii count as the lens's kind does: of an equidistant lens they are focal length times angle.
 struct lens_state {
     std::array<double, LENS_PARAMETERS> value{};
+    lens_kind kind = LENS_BROWN_CONRADY;
 };
 
 /// Constants of a solution. The reference radius is half of the image's diagonal.
@@ -42,6 +48,10 @@ lens_frame make_lens_frame(int width_px, int height_px);
 lens lens_from_state(const lens_frame &frame, const lens_state &state);
 lens_state state_from_lens(const lens_frame &frame, const lens &lens);
 
+/// The lens of another kind whose image is closest, by least squares over the image's rays within
+/// 80 degrees of the axis; with the same focal length and centre.
+lens_state converted(const lens_frame &frame, const lens_state &state, lens_kind kind);
+
 /// Pixel of a point in the camera's frame (z > 0), and its derivatives.
 struct projection {
     double pixel_px[2];
@@ -49,8 +59,9 @@ struct projection {
     double by_lens[2][LENS_PARAMETERS];  // px per unit of each parameter of the state
 };
 
-/// Returns false (result untouched) when z <= 0, or when the pixel overflows, as after a wild step
-/// of a solver.
+/// Returns false (result untouched) when z <= 0 (for an equidistant lens: when the point is the
+/// camera's centre), behind a pole of a rational lens, or when the pixel overflows, as after a wild
+/// step of a solver.
 bool project(const lens_frame &frame, const lens_state &state, const double point_mm[3],
              projection *result);
 
@@ -58,12 +69,14 @@ bool project(const lens_frame &frame, const lens_state &state, const double poin
 bool project(const lens_frame &frame, const lens_state &state, const double point_mm[3],
              double pixel_px[2]);
 
-/// Which lens parameters are estimated. Each kind of distortion includes those before it.
+/// Which lens parameters are estimated. Each kind of distortion includes those before it, except
+/// EQUIDISTANT.
 struct lens_model {
-    enum kind { NONE, K1, K1_K2, K1_K2_P1_P2, K1_K2_P1_P2_K3, KINDS };
+    enum kind { NONE, K1, K1_K2, K1_K2_P1_P2, K1_K2_P1_P2_K3, RATIONAL, EQUIDISTANT, KINDS };
     kind distortion = K1_K2_P1_P2;
     bool square_pixels = true;
 
+    lens_kind lens() const;
     bool estimates(int parameter) const;
     int count() const;
 };

@@ -55,6 +55,7 @@ class view_cost final : public ceres::CostFunction {
         : data_(data),
           view_(data.captures[capture][size_t(camera)]),
           camera_(camera),
+          kind_(base.lens[camera].kind),
           T_left_board_(base.T_left_board[capture]),
           T_right_left_(base.T_right_left),
           loss_scale_(loss_scale) {
@@ -72,6 +73,7 @@ class view_cost final : public ceres::CostFunction {
         const double *rig_increment = camera_ == RIGHT ? parameters[3] : still;
         lens_state lens;
         std::copy_n(parameters[0], int(LENS_PARAMETERS), lens.value.begin());
+        lens.kind = kind_;
         const rigid T_left_board = moved_board(T_left_board_, parameters[1]);
         const rigid T_right_left = moved_rig(T_right_left_, rig_increment);
         turn_factors factors;
@@ -145,6 +147,7 @@ class view_cost final : public ceres::CostFunction {
     const bundle &data_;
     const bundle_view &view_;
     const int camera_;
+    const lens_kind kind_;
     const rigid T_left_board_, T_right_left_;
     const double loss_scale_;
 };

@@ -92,7 +92,7 @@ void contend(const bundle &data, int threads, const std::function<void()> &betwe
         threads, int(contenders->size()),
         [&](int k) {
             contender &one = (*contenders)[size_t(k)];
-            forget_absent(one.candidate, &one.state);
+            forget_absent(data, one.candidate, &one.state);
             one.squares = 2 * adjust(data, options_for(one.candidate), &one.state).cost;
             for (int camera = 0; camera < data.cameras; camera++) {
                 const lens lens = lens_from_state(data.frame[camera], one.state.lens[camera]);
@@ -211,10 +211,58 @@ size_t elect(const bundle &data, const std::vector<contender> &contenders, size_
     return chosen;
 }
 
+// Whether the corners reach so far off the axis that a lens may follow no polynomial.
+bool is_wide(const bundle &data, const bundle_state &state) {
+    static const double wide = 0.8;
+    for (int camera = 0; camera < data.cameras; camera++) {
+        const double focal_px = std::exp(state.lens[camera].value[LOG_FOCAL]);
+        if (state.lens[camera].kind != LENS_BROWN_CONRADY ||
+            data.frame[camera].radius_px > wide * focal_px) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool is_clearly_better(const contender &one, const contender &other) {
+    static const double share = 0.9, errors = 3;
+    const difference off = compare(one, other);
+    return one.possible && mean_of(one.cost) < share * mean_of(other.cost) &&
+           off.mean < -errors * off.error;
+}
+
+// The rational and the equidistant model against the winner of the others.
+contender elect_wide(const bundle &data, const contender &winner, int threads,
+                     const std::function<void()> &between, std::vector<model_score> *scores) {
+    std::vector<contender> contenders;
+    for (const lens_model::kind kind : {lens_model::RATIONAL, lens_model::EQUIDISTANT}) {
+        if (kind != winner.candidate.model.distortion) {
+            contenders.push_back({winner.candidate, winner.state, 0, {}, {}, {}, true});
+            contenders.back().candidate.model.distortion = kind;
+        }
+    }
+    contend(data, threads, between, &contenders);
+    const contender *best = &winner;
+    for (const contender &one : contenders) {
+        best = is_clearly_better(one, *best) || (!best->possible && one.possible) ? &one : best;
+    }
+    for (const contender &one : contenders) {
+        const difference to_winner = compare(one, winner);
+        scores->push_back({one.candidate.model, one.candidate.target, held_out_rms_px(one),
+                           to_winner.mean, to_winner.error, &one == best});
+    }
+    for (size_t i = 0; best != &winner && i + contenders.size() < scores->size(); i++) {
+        (*scores)[i].chosen = false;
+    }
+    return *best;
+}
+
 }  // namespace
 
-void forget_absent(const model_candidate &candidate, bundle_state *state) {
-    for (lens_state &lens : state->lens) {
+void forget_absent(const bundle &data, const model_candidate &candidate, bundle_state *state) {
+    for (int camera = 0; camera < data.cameras; camera++) {
+        lens_state &lens = state->lens[camera];
+        lens = converted(data.frame[camera], lens, candidate.model.lens());
         for (int parameter = 0; parameter < LENS_PARAMETERS; parameter++) {
             if (!candidate.model.estimates(parameter)) {
                 lens.value[size_t(parameter)] = 0;
@@ -235,9 +283,10 @@ model_choice choose_model(const bundle &data, const bundle_state &state,
                           const std::function<void()> &between) {
     INVARIANT(state.T_left_board.size() == data.captures.size());
     model_choice result;
+    const bool equidistant = state.lens[LEFT].kind == LENS_EQUIDISTANT;
+    const lens_model::kind first = equidistant ? lens_model::EQUIDISTANT : lens_model::K1_K2_P1_P2;
     const auto shape_of = [&](bool square_pixels, board_model target) {
-        return model_candidate{{distortion.value_or(lens_model::K1_K2_P1_P2), square_pixels},
-                               target};
+        return model_candidate{{distortion.value_or(first), square_pixels}, target};
     };
     std::vector<contender> contenders;
     // What either could explain is more likely an error of the print than of the pixels.
@@ -249,9 +298,9 @@ model_choice choose_model(const bundle &data, const bundle_state &state,
     }
     contend(data, threads, between, &contenders);
     contender winner = contenders[elect(data, contenders, 0, &result.scores)];
-    if (!distortion) {
+    if (!distortion && !equidistant) {
         contenders.clear();
-        for (int kind = 0; kind < lens_model::KINDS; kind++) {
+        for (int kind = 0; kind <= lens_model::K1_K2_P1_P2_K3; kind++) {
             contenders.push_back({winner.candidate, winner.state, 0, {}, {}, {}, true});
             contenders.back().candidate.model.distortion = lens_model::kind(kind);
         }
@@ -260,6 +309,9 @@ model_choice choose_model(const bundle &data, const bundle_state &state,
             score.chosen = false;
         }
         winner = contenders[elect(data, contenders, lens_model::K1_K2_P1_P2, &result.scores)];
+    }
+    if (!distortion && is_wide(data, winner.state)) {
+        winner = elect_wide(data, winner, threads, between, &result.scores);
     }
     result.chosen = winner.candidate;
     result.held_out_rms_px = held_out_rms_px(winner);

@@ -29,8 +29,9 @@ struct model_choice {
 const int MIN_FOR_CHOICE = 5;
 model_candidate basic_model();
 
-/// Sets the parameters that a candidate does not estimate to their neutral values.
-void forget_absent(const model_candidate &candidate, bundle_state *state);
+/// Converts the lenses to a candidate's kind, and sets the parameters that it does not estimate to
+/// their neutral values.
+void forget_absent(const bundle &data, const model_candidate &candidate, bundle_state *state);
 
 /// Scores candidates by cross-validation over five folds of the used positions and takes the
 /// simplest one within one standard error of the best, the error being that of the mean difference
@@ -38,6 +39,9 @@ void forget_absent(const model_candidate &candidate, bundle_state *state);
 /// is excluded, since they carry more information than the few positions. Pixels and board are
 /// chosen first (square or not, flat or bent, print stretched or not), with k1 k2 p1 p2, then the
 /// distortion; a model simpler than k1 k2 p1 p2 must be better by more than one standard error.
+/// Where the field is wide, the rational and the equidistant model are candidates, too: they must
+/// be better than all others by a tenth and by more than three standard errors. If the lenses of
+/// `state` are equidistant, they stay so unless the rational model is as much better.
 /// With a given `distortion` only pixels and board are chosen. `state` is the initial solution;
 /// `between` is called now and then on the calling thread and may throw.
 model_choice choose_model(const bundle &data, const bundle_state &state,

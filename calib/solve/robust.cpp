@@ -78,8 +78,14 @@ class view_assessor {
     }
 
     // The two poses that a view's own homography implies.
-    std::vector<rigid> starts_of(int camera, const homography &seen) const {
-        const lens lens = lens_from_state(data_.frame[camera], state_.lens[camera]);
+    std::vector<rigid> starts_of(int camera, const homography &pinhole,
+                                 const bundle_view &view) const {
+        const lens_state &own = state_.lens[camera];
+        const lens lens = lens_from_state(data_.frame[camera], own);
+        homography seen = pinhole;
+        if (own.kind != LENS_BROWN_CONRADY) {
+            fit_flat_homography(data_, camera, view, own, &seen);
+        }
         rigid pose;
         std::vector<rigid> starts;
         if (pose_from_homography(seen, lens.fx_px, lens.cx_px, lens.cy_px, &pose)) {
@@ -179,7 +185,8 @@ struct trial {
 
     explanation alone(int camera) const {
         INVARIANT(has(camera) && !views()[size_t(camera)].empty());
-        std::vector<rigid> starts = assess.starts_of(camera, record(camera).seen);
+        std::vector<rigid> starts =
+            assess.starts_of(camera, record(camera).seen, views()[size_t(camera)]);
         if (data->used(capture)) {
             starts.insert(starts.begin(), state->T_left_board[capture]);
         }

@@ -153,6 +153,25 @@ bool fit_homography(const bundle &data, const bundle_view &view, homography *res
     return H.allFinite();
 }
 
+bool fit_flat_homography(const bundle &data, int camera, const bundle_view &view,
+                         const lens_state &lens, homography *result) {
+    static const double tangent_max = 5.67;  // of 80 degrees
+    const struct lens bent = lens_from_state(data.frame[camera], lens);
+    bundle_view flat = view;
+    flat.corners.clear();
+    for (bundle_corner corner : view.corners) {
+        const double pixel_px[2] = {corner.x_px, corner.y_px};
+        double ray[3];
+        if (lens_ray(&bent, pixel_px, ray) && ray[2] > 0 &&
+            std::hypot(ray[0], ray[1]) < tangent_max * ray[2]) {
+            corner.x_px = bent.cx_px + bent.fx_px * ray[0] / ray[2];
+            corner.y_px = bent.cy_px + bent.fx_px * ray[1] / ray[2];
+            flat.corners.push_back(corner);
+        }
+    }
+    return !flat.corners.empty() && fit_homography(data, flat, result);
+}
+
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board) {
     INVARIANT(focal_px > 0);

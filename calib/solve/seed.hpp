@@ -25,6 +25,11 @@ struct homography {
 /// Source: Hartley and Zisserman, "Multiple view geometry", 2nd edition, algorithm 4.2.
 bool fit_homography(const bundle &data, const bundle_view &view, homography *result);
 
+/// The homography of a view as a pinhole with the focal length and the centre of a lens would see
+/// it, so that wide lenses have one, too. Corners 80 degrees or more off the axis are left out.
+bool fit_flat_homography(const bundle &data, int camera, const bundle_view &view,
+                         const lens_state &lens, homography *result);
+
 /// The pose that a homography implies for a camera without distortion.
 bool pose_from_homography(const homography &seen, double focal_px, double centre_x_px,
                           double centre_y_px, rigid *T_camera_board);
@@ -34,6 +39,10 @@ bool pose_from_homography(const homography &seen, double focal_px, double centre
 /// of the image. The closed form would need boards that are not parallel to the image.
 std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vector<homography> &seen,
                                        size_t max);
+
+/// The same for an equidistant lens: fields of view from 60 to 220 degrees over the longer side. A
+/// view whose corners fit no board at a focal length counts as entirely wrong there.
+std::vector<double> scan_equidistant(const bundle &alone, size_t max);
 
 /// The pose of the right camera that most pairs agree on. `T_camera_board[camera][i]` are poses of
 /// the boards in each camera's own frame; only `pairs` (positions used by both cameras) vote.

@@ -11,6 +11,9 @@ namespace {
 
 const int GRID = 3;  // points per side that represent a homography
 const double SCAN_FROM = 0.25, SCAN_TO = 80, SCAN_STEP = 1.2;
+const double WIDE_FROM = 0.26, WIDE_TO = 0.95;  // 1 / the field of view in rad
+const size_t WIDE_CORNERS = 20;                 // of a view, that represent it
+const double WIDE_LOSS = 3;
 
 // Represents each homography by a view of few points: the cost of the scan does not grow with the
 // number of corners, and outliers are already down-weighted.
@@ -55,6 +58,66 @@ double misfit_at(const bundle &data, const std::vector<homography> &seen, double
     return sum;
 }
 
+// Where a misfit is lower than at its neighbours, lowest first.
+std::vector<double> best_minima(const std::vector<double> &focal_px,
+                                const std::vector<double> &misfit, size_t max) {
+    std::vector<size_t> minima;
+    for (size_t i = 0; i < misfit.size(); i++) {
+        const bool falls_to = i == 0 || misfit[i] < misfit[i - 1];
+        const bool rises_from = i + 1 == misfit.size() || misfit[i] <= misfit[i + 1];
+        if (falls_to && rises_from) {
+            minima.push_back(i);
+        }
+    }
+    std::stable_sort(minima.begin(), minima.end(),
+                     [&](size_t a, size_t b) { return misfit[a] < misfit[b]; });
+    std::vector<double> result;
+    for (size_t i = 0; i < minima.size() && i < max; i++) {
+        result.push_back(focal_px[minima[i]]);
+    }
+    return result;
+}
+
+// Represents each used view by few of its corners.
+bundle thinned(const bundle &alone) {
+    bundle result = alone;
+    for (auto &capture : result.captures) {
+        bundle_view &view = capture[LEFT];
+        const size_t stride = std::max<size_t>(1, view.corners.size() / WIDE_CORNERS);
+        std::vector<bundle_corner> few;
+        for (size_t i = 0; view.used && i < view.corners.size(); i += stride) {
+            few.push_back(view.corners[i]);
+            few.back().used = true;
+        }
+        view.corners = few;
+    }
+    return result;
+}
+
+// Sum over the views of their robust misfits, for an equidistant lens without coefficients.
+double wide_misfit_at(const bundle &data, double focal_px) {
+    static const double not_at_all = 1e4;
+    bundle_state state;
+    state.lens[LEFT].kind = LENS_EQUIDISTANT;
+    state.lens[LEFT].value[LOG_FOCAL] = std::log(focal_px);
+    double sum = 0;
+    for (const auto &capture : data.captures) {
+        homography seen;
+        rigid pose;
+        if (!capture[LEFT].used) {
+            continue;
+        }
+        double cost = -1;
+        if (fit_flat_homography(data, LEFT, capture[LEFT], state.lens[LEFT], &seen) &&
+            pose_from_homography(seen, focal_px, data.frame[LEFT].middle_x_px,
+                                 data.frame[LEFT].middle_y_px, &pose)) {
+            cost = fit_pose_either_way(data, capture, state, WIDE_LOSS, &pose);
+        }
+        sum += cost >= 0 ? std::sqrt(cost) : not_at_all;
+    }
+    return sum;
+}
+
 // Median distance of the corners from where the pose predicts them; a single-camera bundle.
 double median_off_px(const bundle &alone, const bundle_state &state, const bundle_view &view,
                      const rigid &T_camera_board) {
@@ -82,21 +145,18 @@ std::vector<double> scan_focal_lengths(const lens_frame &frame, const std::vecto
         focal_px.push_back(factor * side);
         misfit.push_back(misfit_at(data, seen, focal_px.back()));
     }
-    std::vector<size_t> minima;
-    for (size_t i = 0; i < misfit.size(); i++) {
-        const bool falls_to = i == 0 || misfit[i] < misfit[i - 1];
-        const bool rises_from = i + 1 == misfit.size() || misfit[i] <= misfit[i + 1];
-        if (falls_to && rises_from) {
-            minima.push_back(i);
-        }
+    return best_minima(focal_px, misfit, max);
+}
+
+std::vector<double> scan_equidistant(const bundle &alone, size_t max) {
+    const bundle data = thinned(alone);
+    const double side = std::max(data.frame[LEFT].width_px, data.frame[LEFT].height_px);
+    std::vector<double> focal_px, misfit;
+    for (double factor = WIDE_FROM; factor <= WIDE_TO; factor *= SCAN_STEP) {
+        focal_px.push_back(factor * side);
+        misfit.push_back(wide_misfit_at(data, focal_px.back()));
     }
-    std::stable_sort(minima.begin(), minima.end(),
-                     [&](size_t a, size_t b) { return misfit[a] < misfit[b]; });
-    std::vector<double> result;
-    for (size_t i = 0; i < minima.size() && i < max; i++) {
-        result.push_back(focal_px[minima[i]]);
-    }
-    return result;
+    return best_minima(focal_px, misfit, max);
 }
 
 std::vector<double> vote_rig(const bundle &data, const lens_state &right,

@@ -42,13 +42,16 @@ int fewest_views(const bundle &data) {
 }
 
 // The model used while outliers are searched: rich enough that no good corner looks like one.
-bundle_options cleaning_options(const bundle &data) {
+bundle_options cleaning_options(const bundle &data, bool equidistant) {
     const int views = fewest_views(data);
     if (views < MIN_FOR_CHOICE) {
-        return options_of(basic_model().model, basic_model().target, LOSS);
+        return options_of(
+            equidistant ? lens_model{lens_model::EQUIDISTANT, true} : basic_model().model,
+            basic_model().target, LOSS);
     }
     const bool shape = views >= WARP_FROM;
-    return options_of({lens_model::K1_K2_P1_P2, false}, {shape, shape}, LOSS);
+    return options_of({equidistant ? lens_model::EQUIDISTANT : lens_model::K1_K2_P1_P2, false},
+                      {shape, shape}, LOSS);
 }
 
 // The share of the residuals that a fit leaves.
@@ -85,11 +88,12 @@ class solver {
         records_ = inspect_views(&data());
         INVARIANT(records_.size() == data().captures.size());
         show_stage("initial solution");
-        const std::string failure = begin(1, 1, &data(), &state_);
+        const std::string failure = begin(1, 1, wide_start_of(), &data(), &state_);
         if (!failure.empty()) {
             return failed(failure);
         }
         INVARIANT(state_.T_left_board.size() == data().captures.size());
+        started_wide_ = state_.lens[LEFT].kind == LENS_EQUIDISTANT;
         clean();
         const int fewest = fewest_views(data());
         if (fewest < 3) {
@@ -123,19 +127,32 @@ class solver {
         return result;
     }
 
-    std::string begin(double left_factor, double right_factor, bundle *data, bundle_state *state) {
+    // A model that is asked for decides on the start, too.
+    wide_start wide_start_of() const {
+        const lens_model::kind asked = options_.choose_model
+                                           ? options_.distortion.value_or(lens_model::RATIONAL)
+                                           : options_.model.distortion;
+        return asked == lens_model::EQUIDISTANT ? wide_start::ALWAYS
+               : asked == lens_model::RATIONAL  ? wide_start::IF_BETTER
+                                                : wide_start::NEVER;
+    }
+
+    std::string begin(double left_factor, double right_factor, wide_start wide, bundle *data,
+                      bundle_state *state) {
         start_options start;
+        start.wide = wide;
         start.threads = options_.threads;
         start.focal_factor[LEFT] = left_factor;
         start.focal_factor[RIGHT] = right_factor;
-        start.robust = cleaning_options(*data);
+        start.robust = cleaning_options(*data, false);
+        start.robust_wide = cleaning_options(*data, true);
         return find_start(data, records_, start, state);
     }
 
     void clean() {
         for (int round = 0; round < CLEANING_ROUNDS; round++) {
             show_stage("rejecting outliers");
-            bundle_options options = cleaning_options(data());
+            bundle_options options = cleaning_options(data(), started_wide_);
             floor_.update(state_, freedom_share(data(), options), &data());
             const double scale = noise_scale(data(), state_, options);
             INVARIANT(scale > 0);
@@ -154,7 +171,8 @@ class solver {
             chosen_ = {options_.model, options_.target};
         } else if (fewest_views(data()) < MIN_FOR_CHOICE) {
             chosen_ = basic_model();
-            chosen_.model.distortion = options_.distortion.value_or(chosen_.model.distortion);
+            chosen_.model.distortion = options_.distortion.value_or(
+                started_wide_ ? lens_model::EQUIDISTANT : chosen_.model.distortion);
         } else {
             const model_choice choice =
                 choose_model(data(), state_, options_.distortion, options_.threads,
@@ -166,7 +184,7 @@ class solver {
             held_out_rms_px_ = choice.held_out_rms_px;
             return;
         }
-        forget_absent(chosen_, &state_);
+        forget_absent(data(), chosen_, &state_);
     }
 
     bundle_options final_options() const { return options_of(chosen_.model, chosen_.target, 0); }
@@ -195,7 +213,8 @@ class solver {
         INVARIANT(other.T_left_board.size() == copy.captures.size());
         start_test result;
         result.done = true;
-        if (!begin(1.35, 0.75, &copy, &other).empty()) {
+        const wide_start wide = started_wide_ ? wide_start::ALWAYS : wide_start::NEVER;
+        if (!begin(1.35, 0.75, wide, &copy, &other).empty()) {
             return result;
         }
         for (size_t i = 0; i < copy.captures.size(); i++) {
@@ -203,7 +222,7 @@ class solver {
                 other.T_left_board[i] = state_.T_left_board[i];
             }
         }
-        forget_absent(chosen_, &other);
+        forget_absent(data(), chosen_, &other);
         const double other_cost = adjust(data(), final_options(), &other).cost;
         const double own_cost = adjust(data(), final_options(), &state_).cost;
         result.cost_ratio = own_cost > 0 ? other_cost / own_cost : 1;
@@ -265,6 +284,7 @@ class solver {
     noise_floor floor_;
     view_records records_;
     bundle_state state_;
+    bool started_wide_ = false;
     model_candidate chosen_;
     std::vector<model_score> scores_;
     double held_out_rms_px_ = 0;

@@ -76,6 +76,11 @@ matrix doubt_of(const bundle &data, const bundle_options &options, const board_e
            variance * estimated;
 }
 
+// The ray of a pixel at z = 1; false if the lens sees no such ray there.
+bool ray_per_depth(const lens &lens, const double pixel_px[2], double ray[3]) {
+    return lens_ray(&lens, pixel_px, ray) && ray[2] == 1;
+}
+
 // Rotation and shift of the frame move a point: by_left of a pixel becomes its row by the frame.
 void frame_row(const double by_left[3], const double point_mm[3], bool far, double *row) {
     double turn[3];
@@ -297,7 +302,7 @@ bool error_model::depth_sigma(const double left_pixel_px[2], double depth_mm,
     double point[3];
     std::vector<double> rows[3];
     if (cameras_ != CAMERAS || !(depth_mm > 0) || !std::isfinite(depth_mm) ||
-        !lens_ray(&left, left_pixel_px, point)) {
+        !ray_per_depth(left, left_pixel_px, point)) {
         return false;
     }
     for (double &value : point) {

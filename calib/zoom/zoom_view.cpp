@@ -13,7 +13,7 @@ namespace {
 const zoom_latents LATENT_STEP = {1e-3, 0.1, 0.1, 1e-5};
 
 void difference(const zoom_eye &above, const zoom_eye &below, double step, double *column) {
-    for (int i = 0; i < LENS_PARAMETERS; i++) {
+    for (int i = 0; i < VIEW_POSE_AT; i++) {
         column[i] = (above.lens.value[size_t(i)] - below.lens.value[size_t(i)]) / (2 * step);
     }
     const double *a = above.T_camera_instrument.R, *b = below.T_camera_instrument.R;
@@ -70,7 +70,7 @@ void add_corner(const corner_rows &rows, double weight, view_block *sum) {
                 *out = values[i];
             }
         };
-        put(rows.by_lens[axis], LENS_PARAMETERS);
+        put(rows.by_lens[axis], VIEW_POSE_AT);
         put(rows.by_rig[axis], POSE_PARAMETERS);
         put(rows.by_board[axis], POSE_PARAMETERS);
         put(rows.by_warp[axis], WARP_PARAMETERS);

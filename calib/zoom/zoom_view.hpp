@@ -20,7 +20,7 @@ bool zoom_residual(const zoom_problem &problem, const zoom_layout &layout,
 
 /// What a view's corners depend on: lens and pose of the camera, pose of the board, warp.
 enum {
-    VIEW_POSE_AT = LENS_PARAMETERS,
+    VIEW_POSE_AT = K4,  // lenses of zooms are Brown-Conrady
     VIEW_BOARD_AT = VIEW_POSE_AT + POSE_PARAMETERS,
     VIEW_WARP_AT = VIEW_BOARD_AT + POSE_PARAMETERS,
     VIEW_PARAMETERS = VIEW_WARP_AT + WARP_PARAMETERS,

@@ -24,6 +24,14 @@ Camera make_lens(const RigViewsPlan &plan, double focal_px, double strength, Ran
     camera.k2 = strength * plan.k2_px / half_diagonal_px / std::pow(radius, 4);
     camera.p1 = strength * plan.p1_px / half_diagonal_px / radius;
     camera.p2 = strength * plan.p2_px / half_diagonal_px / radius;
+    const double share = strength < 1 ? 0.5 : 1;
+    camera.equidistant = plan.equidistant;
+    if (plan.equidistant || plan.wide[5] != 0) {
+        camera.k1 = share * plan.wide[0], camera.k2 = share * plan.wide[1];
+        camera.p1 = share * plan.wide[2], camera.p2 = share * plan.wide[3];
+        camera.k3 = share * plan.wide[4], camera.k4 = share * plan.wide[5];
+        camera.k5 = share * plan.wide[6], camera.k6 = share * plan.wide[7];
+    }
     return camera;
 }
 
@@ -56,7 +64,14 @@ Board random_board(const RigViewsPlan &plan, const Camera &left, Random &random)
         plan.distance_mm * random.uniform(1 - plan.depth_range, 1 + plan.depth_range);
     const Vector ray = left.direction(
         {random.uniform(0.1, 0.9) * plan.width, random.uniform(0.1, 0.9) * plan.height});
-    return {product(tilted, rolled), (depth / ray.z) * ray};
+    if (!plan.equidistant && plan.wide[5] == 0) {
+        return {product(tilted, rolled), (depth / ray.z) * ray};
+    }
+    // Wide lenses see boards all around: held towards the camera, at about the same range.
+    const double across = std::hypot(ray.x, ray.y), off_axis = std::atan2(across, ray.z);
+    const Matrix facing =
+        rotation_from_vector({-ray.y / across * off_axis, ray.x / across * off_axis, 0});
+    return {product(facing, product(tilted, rolled)), (depth / norm(ray)) * ray};
 }
 
 Vector corner_of(const RigViewsPlan &plan, double square_mm, const Board &board, int index) {

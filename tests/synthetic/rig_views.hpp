@@ -25,7 +25,11 @@ struct RigViewsPlan {
     double noise_px = 0.1;
     // Displacement by the lens at half of the image's diagonal, px; right lenses get 0.8 of it.
     double k1_px = 12, k2_px = -3, p1_px = 0.5, p2_px = -0.4;
-    double centre_px = 15;       // principal points off by up to this
+    double centre_px = 15;  // principal points off by up to this
+    // Instead of k1 to p2 above: an equidistant lens with these coefficients, or a rational one
+    // with all of them; half of them on the right.
+    bool equidistant = false;
+    double wide[8] = {0, 0, 0, 0, 0, 0, 0, 0};  // k1 k2 p1 p2 k3 k4 k5 k6
     double warp_mm[2] = {0, 0};  // z = a (2x/width)^2 + b (2y/height)^2 from the board's middle
     double twist_mm = 0;         // and z = c (2x/width) (2y/height)
     double stretch = 0;          // the print's rows are longer by this share, its columns as drawn

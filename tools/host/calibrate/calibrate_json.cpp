@@ -29,13 +29,18 @@ json board_json(const calib::board &board) {
 json camera_json(const calib::solution &solution, int camera) {
     const lens &lens = solution.camera[camera];
     const auto place = static_cast<size_t>(camera);
-    return {
+    json result = {
         {"size_px", {lens.width_px, lens.height_px}},
         {"focal_px", {lens.fx_px, lens.fy_px}},
         {"focal_sigma_px", solution.sigma.focal_px[place]},
         {"centre_px", {lens.cx_px, lens.cy_px}},
         {"centre_sigma_px", {solution.sigma.centre_x_px[place], solution.sigma.centre_y_px[place]}},
+        {"model", lens_kind_name(lens.kind)},
         {"distortion_k1_k2_p1_p2_k3", {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3}}};
+    if (lens.kind != LENS_BROWN_CONRADY) {
+        result["distortion_k4_k5_k6"] = {lens.k4, lens.k5, lens.k6};
+    }
+    return result;
 }
 
 /// The contribution of the calibration's own error to a depth in the middle of the left image.

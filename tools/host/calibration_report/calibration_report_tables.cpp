@@ -47,6 +47,11 @@ std::string lens_table(const calibration_page &page, int camera) {
         coefficient("p1", one.p1, model.estimates(calib::TANGENTIAL_1)) +
         coefficient("p2", one.p2, model.estimates(calib::TANGENTIAL_2)) +
         coefficient("k3", one.k3, model.estimates(calib::RADIAL_6));
+    if (one.kind != LENS_BROWN_CONRADY) {
+        rows += row("model", lens_kind_name(one.kind), "") +
+                coefficient("k4", one.k4, model.estimates(calib::K4)) +
+                coefficient("k5", one.k5, model.estimates(calib::K5));
+    }
     static const struct {
         const char *name;
         int place;
@@ -54,7 +59,9 @@ std::string lens_table(const calibration_page &page, int camera) {
                  {"k2 moves", calib::RADIAL_4},
                  {"p1 moves", calib::TANGENTIAL_1},
                  {"p2 moves", calib::TANGENTIAL_2},
-                 {"k3 moves", calib::RADIAL_6}};
+                 {"k3 moves", calib::RADIAL_6},
+                 {"k4 moves", calib::K4},
+                 {"k5 moves", calib::K5}};
     const calib::lens_state state =
         calib::state_from_lens(calib::make_lens_frame(one.width_px, one.height_px), one);
     for (const auto &move : moves) {

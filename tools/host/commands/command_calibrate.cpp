@@ -57,9 +57,11 @@ const command_argument options[] = {
     choice_option(
         "model", offsetof(request, model), "MODEL",
         "Distortion of the lenses: auto (the simplest that predicts board positions that were "
-        "held out), none, or the coefficients to estimate, as OpenCV calls them; the others are 0. "
+        "held out), none, the coefficients to estimate, as OpenCV calls them (the others are 0), "
+        "or, "
+        "for wide lenses, rational or equidistant (OpenCV's fisheye). "
         "More than the views determine makes the image's corners worse. Default: auto.",
-        "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3"),
+        "auto none k1 k1-k2 k1-k2-p1-p2 k1-k2-p1-p2-k3 rational equidistant"),
     text_option(
         "out", offsetof(request, out), "DIR",
         "Directory for the results; created when missing. Files of an earlier run in it are "
