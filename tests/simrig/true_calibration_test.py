@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 import cv2
 import numpy
@@ -184,6 +185,26 @@ class Compare(unittest.TestCase):
         holes[:, ::2] = numpy.inf
         cv2.imwrite(str(self.result / "disparity.pfm"), holes)
         self.assertAlmostEqual(self.reported()["seen"]["measured_percent"], 50, delta=2)
+
+    def test_a_baseline_that_is_off_shows_in_the_depth(self):
+        wrong = self.folder / "wrong.calibration"
+        run(VERGENCE, "info", self.folder, "--convert", wrong)
+        body = wrong.read_text().split("crc32")[0]
+        key = "translation_right_left_mm "
+        values = body.split(key)[1].splitlines()[0].split()
+        body = body.replace(key + " ".join(values), key + " ".join(
+            f"{1.02 * float(value):.9f}" for value in values))
+        wrong.write_text(f"{body}crc32 {zlib.crc32(body.encode()):08x}\n")
+        out = self.folder / "longer"
+        done = run(VERGENCE, "reconstruct", self.folder / "left.pgm", self.folder / "right.pgm",
+                   "--bayer", "grbg", "--calibration", wrong, "--near", "1600", "--far", "2400",
+                   "--out", out, "--quiet")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = run(SIMRIG / "compare", out, self.folder, "--json", "--object", "cylinder")
+        reported = json.loads(done.stdout)["textured"]
+        print(reported)
+        self.assertGreater(reported["median_error_mm"], 0.015 * 1800)
+        self.assertLess(reported["median_error_mm"], 0.025 * 1800)
 
     def test_what_is_refused(self):
         for words, code, word in ((["x"], 2, "--help"), ([self.folder, self.folder], 3, "result"),
