@@ -350,31 +350,34 @@ size_t refine_match_need_bytes(int width, int height) {
            sparse_match_need_bytes(SPARSE_LEFT_MAX, SPARSE_RIGHT_MAX);
 }
 
-static struct refine_sigma sigma_of(const struct self_calibration *self, const double *gradient) {
+// Corrections larger than the prior allows say that it is too small also for what they do not show.
+static struct refine_sigma sigma_of(const struct self_calibration *self, double growth,
+                                    const double *gradient) {
     return (struct refine_sigma){self_prior_sigma(self, gradient),
-                                 self_posterior_sigma(self, gradient)};
+                                 growth * self_posterior_sigma(self, gradient)};
 }
 
 void refine_assess(const struct refine_picture *picture, const struct self_calibration *self,
                    struct refine_report *report) {
     const int left = VIEW_TERMS * self_view(picture->state, 0);
     const int right = VIEW_TERMS * self_view(picture->state, 1);
+    const double growth = self_growth(self);
     double gradient[SELF_TERMS_MAX] = {0};
     INVARIANT(right + VIEW_TERMS <= self->terms && picture->depth_near_mm > 0);
     gradient[left + VIEW_FOCAL] = gradient[right + VIEW_FOCAL] = 0.5;
-    report->focal = sigma_of(self, gradient);
+    report->focal = sigma_of(self, growth, gradient);
     gradient[left + VIEW_FOCAL] = -1;
     gradient[right + VIEW_FOCAL] = 1;
-    report->ratio = sigma_of(self, gradient);
+    report->ratio = sigma_of(self, growth, gradient);
     memset(gradient, 0, sizeof gradient);
     gradient[left + VIEW_ROTATION_Y] = -1;
     gradient[right + VIEW_ROTATION_Y] = 1;
-    report->vergence_rad = sigma_of(self, gradient);
+    report->vergence_rad = sigma_of(self, growth, gradient);
     report->depth_mm = report->used > 0 ? report->depth_mm : 2 * picture->depth_near_mm;
     double px[2] = {0.5 * picture->grey[0].width, 0.5 * picture->grey[0].height};
     refine_to_sensor(&picture->window[0], px);
     if (self_depth_gradient(self, picture->state, px, report->depth_mm, gradient)) {
-        report->depth = sigma_of(self, gradient);
+        report->depth = sigma_of(self, growth, gradient);
     }
     report->surprise = self_surprise(self);
     // Rows may fit while the depth does not: the word considers both.

@@ -75,6 +75,10 @@ void self_calibration_beside(const struct self_calibration *self, int term, doub
 /// pictures show. Beyond 4 the rig is not the one that was calibrated.
 double self_surprise(const struct self_calibration *self);
 
+/// By how much what remains unknown is larger than the prior says, as the corrections are: Birge's
+/// ratio, the square root of chi-square over its degrees of freedom; at least 1.
+double self_growth(const struct self_calibration *self);
+
 /// Gradient of the depth, in the left camera's frame, of the point that the views of a state see:
 /// in the left view at `left_px`, at `depth_mm`.
 bool self_depth_gradient(const struct self_calibration *self, int state, const double left_px[2],

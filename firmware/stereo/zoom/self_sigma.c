@@ -37,7 +37,12 @@ void self_calibration_beside(const struct self_calibration *self, int term, doub
     *sigma = seen ? 1 / sqrt(weight) : INFINITY;
 }
 
-double self_surprise(const struct self_calibration *self) {
+// Chi-square of the corrections under the prior, and its degrees of freedom: what pictures show.
+struct chi_square {
+    double value, shown;
+};
+
+static struct chi_square chi_square_of(const struct self_calibration *self) {
     const int n = self->terms;
     double part[SELF_TERMS_MAX], square = 0, left = 0;
     INVARIANT(n > 0 && n <= SELF_TERMS_MAX);
@@ -60,6 +65,15 @@ double self_surprise(const struct self_calibration *self) {
             left += part[i] * part[i];
         }
     }
-    const double shown = parts - left;
-    return shown > 0.5 ? (square - shown) / sqrt(2 * shown) : 0;
+    return (struct chi_square){square, parts - left};
+}
+
+double self_surprise(const struct self_calibration *self) {
+    const struct chi_square test = chi_square_of(self);
+    return test.shown > 0.5 ? (test.value - test.shown) / sqrt(2 * test.shown) : 0;
+}
+
+double self_growth(const struct self_calibration *self) {
+    const struct chi_square test = chi_square_of(self);
+    return test.shown > 0.5 && test.value > test.shown ? sqrt(test.value / test.shown) : 1;
 }

@@ -223,10 +223,12 @@ TEST_CASE("only a camera that was pushed is a surprise") {
         self_calibration self;
         REQUIRE(self_calibration_begin(calibration.get(), &state, 1, &memory.pool, &self) == 0);
         CHECK(self_surprise(&self) == 0);
+        CHECK(self_growth(&self) == 1);
         std::vector<self_track> tracks =
             observe(off(*calibration, was_pushed ? pushed : state, random), 0.1, 400, random);
         (void)self_calibration_solve(&self, tracks.data(), 400);
         CHECK((self_surprise(&self) > 4) == was_pushed);
+        CHECK((self_growth(&self) > 2) == was_pushed);
     }
 }
 

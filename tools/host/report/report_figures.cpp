@@ -110,6 +110,24 @@ void compare_with_truth(const reconstruct_context &context, report_truth *truth)
     truth->score = evaluate_disparity(input);
 }
 
+/// Rows may fit where the depth does not: the word for both is that of the worse.
+report_verdict with_cameras(const reconstruct_context &context, report_verdict rows) {
+    if (!context.self_calibrated || std::string(rows.grade) == "bad") {
+        return rows;
+    }
+    switch (context.self_calibration.health) {
+        case REFINE_CALIBRATE:
+            return {"poor", "bad",
+                    "The cameras are not where the calibration expects them: calibrate again."};
+        case REFINE_TOUCH_UP:
+            return {"fair", "fair",
+                    "The pair does not show the depth well: correct it by a length, a board or a "
+                    "pair at another zoom."};
+        default:
+            return rows;
+    }
+}
+
 }  // namespace
 
 report_verdict report_figures_assess_rows(const triangulate_vertical &vertical, const char *fault) {
@@ -155,9 +173,10 @@ report_figures report_figures_collect(const reconstruct_context &context) {
         figures.total_ms += 1e-3 * static_cast<double>(stage_us);
     }
     collect_lengths(result, &figures);
-    figures.vertical = report_figures_assess_rows(
-        result.vertical,
-        result_figures_rows_fault(&result.vertical, &result.plan, context.options->rectify.scale));
+    figures.vertical = with_cameras(
+        context, report_figures_assess_rows(
+                     result.vertical, result_figures_rows_fault(&result.vertical, &result.plan,
+                                                                context.options->rectify.scale)));
     compare_with_truth(context, &figures.truth);
     return figures;
 }
