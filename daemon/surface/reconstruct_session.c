@@ -272,6 +272,20 @@ static int refine(struct reconstruct_session *self, const struct reconstruct_req
     return error;
 }
 
+/// A session keeps the calibration of the pair's own state. Only that of all zooms, which it comes
+/// from, can be corrected by what the pair shows.
+static void doubt_frozen(const struct reconstruct_session *self,
+                         const struct calibration *calibration,
+                         struct reconstruct_context *context) {
+    if (self->own && calibration->axes_in_sigma && self->load_calibration != NULL) {
+        reconstruct_context_warn(context,
+                                 "the pair's own matches could correct the cameras, which the "
+                                 "session's calibration does not allow: give the calibration of "
+                                 "all zooms, id %s, with --calibration",
+                                 calibration->id);
+    }
+}
+
 /// A calibration that was assumed already fits the frames.
 static int fit_calibration(struct reconstruct_session *self,
                            const struct reconstruct_request *request,
@@ -285,6 +299,7 @@ static int fit_calibration(struct reconstruct_session *self,
         inputs->calibration = self->calibration;
         reconstruct_refine_doubt(context);
     } else if (error == ERROR_OK) {
+        doubt_frozen(self, &inputs->calibration, context);
         error = cut_to_window(self, &inputs->calibration, context, message);
     }
     return error != ERROR_OK ? error

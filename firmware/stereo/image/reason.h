@@ -11,15 +11,16 @@ extern "C" {
 #endif
 
 // X(name, number, text)
-#define REASON_LIST(X)                                                                   \
-    X(VALID, 0, "valid")                                                                 \
-    X(BORDER, 1, "border: outside what one of the cameras sees")                         \
-    X(OCCLUDED, 2, "occluded: left and right disagree")                                  \
-    X(NO_TEXTURE, 3, "no texture: nothing to match")                                     \
-    X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")                         \
-    X(SPECKLE, 5, "speckle: a small island, isolated from its neighbourhood")            \
-    X(OUT_OF_RANGE, 6, "out of range: no match within the depths searched or requested") \
-    X(FILLED, 7, "filled: not measured, continued from the surface around")              \
+#define REASON_LIST(X)                                                                    \
+    X(VALID, 0, "valid")                                                                  \
+    X(BORDER, 1, "border: outside what one of the cameras sees")                          \
+    X(OCCLUDED, 2,                                                                        \
+      "occluded: hidden from one camera, or left and right disagree for want of texture") \
+    X(NO_TEXTURE, 3, "no texture: nothing to match")                                      \
+    X(AMBIGUOUS, 4, "ambiguous: another disparity fits as well")                          \
+    X(SPECKLE, 5, "speckle: a small island, isolated from its neighbourhood")             \
+    X(OUT_OF_RANGE, 6, "out of range: no match within the depths searched or requested")  \
+    X(FILLED, 7, "filled: not measured, continued from the surface around")               \
     X(BEYOND, 8, "beyond infinity: a disparity without a depth")
 
 enum reason {
