@@ -121,9 +121,8 @@ int reconstruct_inputs_fit(struct reconstruct_inputs *inputs, const char *name,
                            lenses[1]->height_px);
     }
     for (int side = 0; side < 2; side++) {
-        *lenses[side] =
-            shrunk_lens(*lenses[side], files[side]->shrink, files[side]->image.width_px,
-                        files[side]->image.height_px);
+        *lenses[side] = shrunk_lens(*lenses[side], files[side]->shrink, files[side]->image.width_px,
+                                    files[side]->image.height_px);
     }
     const int error = calibration_round(calibration);
     if (error != ERROR_OK) {

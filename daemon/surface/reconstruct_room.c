@@ -23,11 +23,10 @@ static struct room need_of(const struct reconstruct_context *context,
                            const struct reconstruct_files_wanted *wanted,
                            const struct rectify_plan *plan, bool mesh) {
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
-    const int width_px = context->left.width_px > context->right.width_px
-                             ? context->left.width_px
-                             : context->right.width_px;
-    struct room need = {.memory_bytes = reconstruct_need_bytes(width_px, plan, context->options,
-                                                               context->threads)};
+    const int width_px = context->left.width_px > context->right.width_px ? context->left.width_px
+                                                                          : context->right.width_px;
+    struct room need = {
+        .memory_bytes = reconstruct_need_bytes(width_px, plan, context->options, context->threads)};
     for (int i = 0; i < wanted->writer_count; i++) {
         const struct result_writer *writer = &wanted->writers[i];
         const bool listed =

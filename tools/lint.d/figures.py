@@ -23,6 +23,7 @@ NOT_SOURCE = re.compile(r"^fpga/(rtl|formal)/|/corpus/|/generated/|^tests/sessio
 KERNELS = re.compile(r"^firmware/(core|stereo)/(match/)?match_")
 MAX_BRANCHES = 12
 MAX_FILES = 30
+LONG_FILE = 400
 
 
 class Tree:
@@ -68,6 +69,13 @@ def flat_files(tree):
     largest = folders.most_common(1)[0][1] if folders else 0
     return largest, [f"{folder}/: {count} files" for folder, count in folders.most_common()
                      if count > MAX_FILES]
+
+
+def long_files(tree):
+    """Sources of more lines than LONG_FILE: to be split by subject, where there are two."""
+    places = [f"{path}: {tree.text(path).count(chr(10))} lines" for path in tree.files
+              if path.endswith(CODE + (".py",)) and tree.text(path).count("\n") > LONG_FILE]
+    return len(places), places
 
 
 def includes(tree):

@@ -44,7 +44,7 @@ struct rig_autoexposure_side {
     double saturated;  ///< part of all values
     /// Mean of the middle half of the field, at the same setting; of a region that of all of it.
     double middle;
-    unsigned steps;    ///< settings that were measured
+    unsigned steps;  ///< settings that were measured
     enum exposure_bound bound;
     /// EXPOSURE_FOUND; EXPOSURE_TOO_DARK: the mean is below the target, but usable;
     /// EXPOSURE_TOO_BRIGHT: above it, but not saturated.

@@ -62,7 +62,7 @@ struct focuser {
     struct rig_lens_move move;
     struct ahead *ahead;  // NULL: no other lens
     uint64_t begin_us;
-    bool own_control;  // of the camera's focus, instead of a motorized lens
+    bool own_control;           // of the camera's focus, instead of a motorized lens
     uint32_t full_exposure_us;  // 0: the search has no other one
     uint16_t full_gain_q3;
     double counts_per_s;

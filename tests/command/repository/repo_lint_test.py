@@ -16,7 +16,6 @@ from figures import Tree  # noqa: E402
 TREE = Tree(ROOT)
 
 COMMENTED = (".c", ".h", ".cpp", ".hpp", ".py", ".sh", ".cmake", ".js", ".css", ".html")
-LONGEST_FILE = 500
 # A module of the Linux kernel, which has the kernel's licence and headers.
 KERNEL_MODULE = "firmware/image/driver/"
 C_FAMILY = (".c", ".h", ".cpp", ".hpp")
@@ -112,12 +111,6 @@ class RepoLint(unittest.TestCase):
         wrong = [p for p in self.files if re.match(r"#!\S*(/| )(ba)?sh\b", text_of(p))
                  and not re.search(r"^set -eu", text_of(p), re.M)]
         self.assertEqual(wrong, [])
-
-    def test_files_stay_readable(self):
-        long = [f"{p}: {text_of(p).count(chr(10))} lines" for p in self.files
-                if p.endswith((".c", ".h", ".cpp", ".hpp", ".py")) and
-                text_of(p).count("\n") > LONGEST_FILE]
-        self.assertEqual(long, [])
 
     def test_invariants_are_asserted(self):
         for name, folders, wanted in (("core", ("firmware/core/", "firmware/stereo/"), 0.03),

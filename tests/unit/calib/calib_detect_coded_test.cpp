@@ -122,7 +122,7 @@ TEST_CASE("a coded board that is mirrored, of other markers or of another size i
     CHECK(rejection(board) == "the board is mirrored: its markers read backwards");
 }
 
-TEST_CASE("the layout of OpenCV before 4.6 is found by itself, whole and in part") {
+TEST_CASE("the layout of OpenCV before 4.6 is recognized, whole and in part") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     Random random(seed);

@@ -132,15 +132,7 @@ class runner {
             return fail(CLIENT_BAD_INPUT, mirrored_text());
         }
         solve();
-        result_.views = &views_;
-        result_.solution = &solution_;
-        result_.notes = job_.inputs.notes;
-        for (const std::string &line : calibrate_result_overexposed(result_)) {
-            result_.notes.push_back(line);
-        }
-        if (const std::string layout = calibrate_result_layout(result_); !layout.empty()) {
-            result_.notes.push_back(layout);
-        }
+        set_result();
         if (!solution_.solved) {
             reasons_ = calibrate_result_rejections(result_);
             return fail(CLIENT_BAD_INPUT, is_mirrored()
@@ -156,6 +148,18 @@ class runner {
         return code != CLIENT_OK        ? code
                : solution_.verdict.good ? CLIENT_OK
                                         : fail(CLIENT_NOT_GOOD, solution_.verdict.sentence);
+    }
+
+    void set_result() {
+        result_.views = &views_;
+        result_.solution = &solution_;
+        result_.notes = job_.inputs.notes;
+        for (const std::string &line : calibrate_result_overexposed(result_)) {
+            result_.notes.push_back(line);
+        }
+        if (const std::string layout = calibrate_result_layout(result_); !layout.empty()) {
+            result_.notes.push_back(layout);
+        }
     }
 
     bool is_at_many_zooms() const {

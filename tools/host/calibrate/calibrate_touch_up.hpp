@@ -46,11 +46,11 @@ struct touch_up_look {
     // and corrected.
     int matches = 0;
     double own_rows_px = 0, own_rows_after_px = 0;
-    bool own_apart = false;             // the correction moved them away from there
-    board_fit read;                     // with the cameras where the motors read
-    board_fit fitted;                   // corrected by the rows, as any pair is
-    board_fit corrected;                // corrected by the size of the board
-    bool holds = true;                  // all is as predicted
+    bool own_apart = false;  // the correction moved them away from there
+    board_fit read;          // with the cameras where the motors read
+    board_fit fitted;        // corrected by the rows, as any pair is
+    board_fit corrected;     // corrected by the size of the board
+    bool holds = true;       // all is as predicted
     double depth_mm = 0;
     double depth_sigma_mm = 0, fitted_depth_sigma_mm = 0, corrected_depth_sigma_mm = 0;
     calibration rig = {};  // of the whole sensor, corrected by the size
