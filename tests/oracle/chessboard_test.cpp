@@ -14,7 +14,7 @@ namespace {
 
 using namespace stereo_rig;
 
-const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0, false};
 
 struct Board {
     std::vector<BoardPair> pairs;

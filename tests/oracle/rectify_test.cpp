@@ -18,7 +18,7 @@ namespace {
 using namespace stereo_rig;
 using random_rig::uniform;
 
-const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0, false};
 
 // Largest difference in px between our coordinates and OpenCV's float maps, inside the raw image.
 double compare_maps(const rectify_plan &plan, const calibration &rig, rectify_side side,

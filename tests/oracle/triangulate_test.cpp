@@ -131,7 +131,7 @@ TEST_CASE("mid-points against a brute-force search in long double") {
 TEST_CASE("points against cv::triangulatePoints in the raw cameras") {
     Random random(synthetic::test_seed());
     INFO("seed " << synthetic::test_seed());
-    const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+    const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0, false};
     double max = 0;
     for (int i = 0; i < 100; i++) {
         const calibration rig = random_rig::make(random);

@@ -19,7 +19,7 @@ using random_rig::plain_rig;
 using random_rig::Random;
 using random_rig::uniform;
 
-const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0, false};
 const double infinity = std::numeric_limits<double>::infinity();
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 

@@ -22,7 +22,7 @@ using random_rig::plain_rig;
 using random_rig::Random;
 using random_rig::uniform;
 
-const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0};
+const rectify_options as_it_is = {0, 0, 1.0, 0, 0, 0, 0, 0, 0, false};
 
 using Table = lent_table;
 
