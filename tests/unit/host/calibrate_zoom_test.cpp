@@ -79,7 +79,7 @@ TEST_CASE("a recording at many zooms becomes the calibration of the whole rig") 
     CHECK(std::exp(rig->camera[0].log_focal.max) > 25000);
     CHECK(calibrate_zoom_text(made.job).find("zooms       6") != std::string::npos);
     CHECK(calibrate_zoom_json(made.job).find("\"zooms\": 6") != std::string::npos);
-    const std::string page = zoom_report({&made.job.seen, &made.job.solution});
+    const std::string page = zoom_report({&made.job.seen, &made.job.solution, "Good."});
     for (const char *part : {"Focal length against zoom position", "Difference from the curve",
                              "Entrance pupil", "one sigma", "What 0.1 degrees of one pan cost"}) {
         CHECK(page.find(part) != std::string::npos);

@@ -35,7 +35,8 @@ struct flat_run {
     flat_run() {
         std::snprintf(camera.id, sizeof camera.id, "flat");
         camera.rectified = true;
-        camera.left = camera.right = {96, 64, 100, 100, 47.5, 31.5, 0, 0, 0, 0, 0};
+        camera.left = camera.right = {
+            96, 64, 100, 100, 47.5, 31.5, 0, 0, 0, 0, 0, 0, 0, 0, LENS_BROWN_CONRADY};
         camera.translation_right_left_mm[0] = -50;
         options.rectify.disparity_count = 16;
         rectify_plan plan;
