@@ -91,6 +91,26 @@ class Board(unittest.TestCase):
         line = self.refuse(1, "--board", "9x6", "--square", "20", "--out", self.folder / "no" / "x.pdf")
         self.assertIn("No such file", line)
 
+    def test_circles_are_refused_where_the_board_is_described(self):
+        rest = ["--square", "20"]
+        for command in (["board", "--out", self.page], ["calibrate", self.folder],
+                        ["calibrate", "capture", self.folder / "session"]):
+            for pattern in ("circles4x11", "asymmetric_circles 4x11", "Dots9x6", "CIRCLES_GRID",
+                            "aprilgrid6x6"):
+                done = run(*command, "--board", pattern, *rest)
+                self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                self.assertIn("only chessboards and ChArUco boards are supported", done.stderr)
+                self.assertTrue(done.stderr.startswith("vergence " + command[0]), done.stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_corners_that_are_no_counts_are_refused(self):
+        for corners, word in (("9", "9x6"), ("9x", "9x6"), ("x6", "9x6"), ("9x6x4", "9x6"),
+                              ("9.5x6", "9x6"), ("1x6", "2 to 255"), ("9x256", "2 to 255"),
+                              ("9x99999999999999999999", "2 to 255"), ("-9x6", "2 to 255")):
+            line = self.refuse(2, "--board", corners, "--square", "20", "--out", self.page)
+            self.assertIn(word, line)
+
     def test_a_board_that_cannot_be_used_is_refused(self):
         out = ["--out", self.page]
         coded = ["--board", "9x6", "--square", "25", "--charuco", "5x5_50", *out]

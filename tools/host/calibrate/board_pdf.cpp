@@ -241,9 +241,44 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
 
 namespace {
 
-std::string dictionary_name(std::string text) {
+std::string in_small_letters(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+const int corners_min = 2, corners_max = 255;
+// Parts of the names that other programs give to patterns without the corners of squares.
+const char *const other_patterns[] = {"circ", "dot", "blob", "ring", "april"};
+
+// Reads the inner corners; returns one sentence with what is wrong, "" when nothing is.
+std::string read_corners(const char *given, calib::board *board) {
+    const std::string text = in_small_letters(given), named = std::string("--board \"") + given;
+    for (const char *pattern : other_patterns) {
+        if (text.find(pattern) != std::string::npos) {
+            return named +
+                   "\": only chessboards and ChArUco boards are supported: print one with "
+                   "\"vergence board\", and give its inner corners, as in --board 9x6";
+        }
+    }
+    const size_t middle = text.find('x');
+    int64_t columns = 0, rows = 0;
+    if (middle == std::string::npos ||
+        !command_words_integer(text.substr(0, middle).c_str(), &columns) ||
+        !command_words_integer(text.substr(middle + 1).c_str(), &rows)) {
+        return named + "\": not COLUMNSxROWS (the inner corners of the board, as in --board 9x6)";
+    }
+    if (std::min(columns, rows) < corners_min || std::max(columns, rows) > corners_max) {
+        return named + "\": out of range (expected " + std::to_string(corners_min) + " to " +
+               std::to_string(corners_max) + " inner corners each way)";
+    }
+    board->columns = static_cast<int>(columns);
+    board->rows = static_cast<int>(rows);
+    return "";
+}
+
+std::string dictionary_name(const std::string &given) {
+    const std::string text = in_small_letters(given);
     const std::string prefix = "dict_";
     return text.compare(0, prefix.size(), prefix) == 0 ? text.substr(prefix.size()) : text;
 }
@@ -297,18 +332,20 @@ std::string check_size(const calibrate_board_request &request, const calib::boar
 const char *const calibrate_board_units = "mm cm m";
 
 std::string calibrate_board_make(const calibrate_board_request &request, calib::board *board) {
-    if (request.corners[0] == 0) {
+    if (request.corners == nullptr) {
         return "--board COLUMNSxROWS is missing (the inner corners of the board, as in --board "
                "9x6)";
+    }
+    std::string wrong = read_corners(request.corners, board);
+    if (!wrong.empty()) {
+        return wrong;
     }
     if (!(request.square > 0)) {
         return "--square MM is missing (the side of one square of the board)";
     }
-    board->columns = request.corners[0];
-    board->rows = request.corners[1];
     const double unit_mm = units_mm[std::max(request.unit, 0)];
     board->square_mm = request.square * unit_mm;
-    const std::string wrong = check_size(request, *board);
+    wrong = check_size(request, *board);
     if (!wrong.empty()) {
         return wrong;
     }

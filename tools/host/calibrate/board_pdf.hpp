@@ -30,7 +30,7 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
 
 /// Values of the options; null or 0 where not given.
 struct calibrate_board_request {
-    int corners[2] = {0, 0};           // along a row, rows
+    const char *corners = nullptr;     // along a row, rows: "9x6"
     double square = 0, marker = 0;     // in `unit`
     int unit = -1;                     // index in `calibrate_board_units`; -1: mm, not stated
     const char *dictionary = nullptr;  // as in "5x5_50" or "DICT_5X5_50"

@@ -19,11 +19,10 @@ struct request {
 };
 
 const command_argument options[] = {
-    number_option("board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
-                  "Inner corners, along a row and from row to row; squares are one more each way. "
-                  "A plain board "
-                  "with an odd and an even count has a unique orientation. Required.",
-                  2, 255, 2, 'x'),
+    text_option("board", offsetof(request, board.corners), "COLUMNSxROWS",
+                "Inner corners, along a row and from row to row, 2 to 255 each; squares are one "
+                "more each way. A plain board with an odd and an even count has a unique "
+                "orientation. Required."),
     number_option("square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
                   "Side of one square. Required.", calibrate_board_side_min,
                   calibrate_board_side_max, 0, 0, "mm"),

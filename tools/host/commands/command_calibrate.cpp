@@ -30,12 +30,11 @@ struct request {
 };
 
 const command_argument options[] = {
-    number_option(
-        "board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
-        "Inner corners of the board: one less than squares, along a row and from row to row. This "
-        "also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). Required, "
-        "except with --length or --infinity.",
-        2, 255, 2, 'x'),
+    text_option(
+        "board", offsetof(request, board.corners), "COLUMNSxROWS",
+        "Inner corners of the board: one less than squares, along a row and from row to row, 2 to "
+        "255 each. This also applies to coded boards (a CharucoBoard of 10x7 squares is 9x6). "
+        "Boards of circles or dots are not read. Required, except with --length or --infinity."),
     number_option(
         "square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
         "Side of one square in mm, measured on the print over as many squares as possible: all "
@@ -218,8 +217,8 @@ std::string check_marks(const request &asked) {
     if (is_given(asked.infinity) && asked.touch_up == nullptr) {
         return "--infinity requires --touch-up";
     }
-    return has_length && asked.board.corners[0] != 0 ? "--length and --board cannot be combined"
-                                                     : "";
+    return has_length && asked.board.corners != nullptr ? "--length and --board cannot be combined"
+                                                        : "";
 }
 
 touch_up_marks marks_of(const request &asked) {
@@ -271,7 +270,7 @@ std::string text_or(const char *text, const char *otherwise) {
 std::string check_job(const request &asked, calibrate_job *job) {
     const std::string error = check_texts(asked);
     job->marks = marks_of(asked);
-    const bool needs_board = !job->marks.any() || asked.board.corners[0] != 0;
+    const bool needs_board = !job->marks.any() || asked.board.corners != nullptr;
     return error.empty() && needs_board ? calibrate_board_make(asked.board, &job->board) : error;
 }
 

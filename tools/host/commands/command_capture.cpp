@@ -19,9 +19,8 @@ struct request {
 };
 
 const command_argument options[] = {
-    number_option("board", COMMAND_INTEGER, offsetof(request, board.corners), "COLUMNSxROWS",
-                  "Inner corners of the board, as for \"vergence calibrate\". Required.", 2, 255, 2,
-                  'x'),
+    text_option("board", offsetof(request, board.corners), "COLUMNSxROWS",
+                "Inner corners of the board, as for \"vergence calibrate\". Required."),
     number_option("square", COMMAND_NUMBER, offsetof(request, board.square), "MM",
                   "Side of one square in mm. Required. 24 mm suit a 10x zoom: such squares are "
                   "large enough at the wide end, and enough of them fit at the long one.",
