@@ -68,6 +68,24 @@ class Seen(Fixture):
         self.assert_good(self.run_seen(seen_corners.pairs(60)), 60)
         self.assertLess(mirrored_s, processor_s() - before_s + 2)
 
+    def test_boards_that_move_between_left_and_right(self):
+        """Free-running webcams: each camera fits, and no mirror explains the pairs."""
+        for moved in ((10, 2), (80, 10)):
+            for seed in (1, 2):
+                shutil.rmtree(self.out, ignore_errors=True)
+                done = self.run_seen(seen_corners.pairs(15, moved=moved, seed=seed))
+                self.assertIn(done.returncode, (3, 5), (moved, seed))
+                self.assertIn("do not show the board at the same place",
+                              done.stderr.splitlines()[-1], (moved, seed))
+                self.assertNotIn("mirror", done.stderr, (moved, seed))
+
+    def test_few_pairs_of_one_mirrored_camera(self):
+        for count in (8, 15):
+            done = self.run_seen(self.mirrored(count))
+            self.assertIn(done.returncode, (3, 5), count)
+            self.assertIn("one camera only are mirrored", done.stderr.splitlines()[-1], count)
+            shutil.rmtree(self.out, ignore_errors=True)
+
     def test_ctrl_c_while_mirrored_pairs_are_looked_at(self):
         cache = seen_corners.write(self.pictures, self.mirrored(15))
         command = [VERGENCE, "calibrate", f"{self.pictures}/*.png", "--corners", cache,

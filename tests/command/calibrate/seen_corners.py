@@ -40,14 +40,18 @@ def pixels(points_mm, R=numpy.eye(3), t_mm=(0, 0, 0)):
     return seen[:, :2] / seen[:, 2:] * boards.FOCAL_PX + middle
 
 
-def pairs(count=10, R=numpy.eye(3), t_mm=(-boards.BASELINE_MM, 0, 0), facing=numpy.eye(3)):
-    """What both cameras see of boards, with noise. R and t map from left to right."""
-    random = numpy.random.default_rng(2)
+def pairs(count=10, R=numpy.eye(3), t_mm=(-boards.BASELINE_MM, 0, 0), facing=numpy.eye(3),
+          moved=(0, 0), seed=2):
+    """What both cameras see of boards, with noise. R and t map from left to right. `moved`: mm and
+    degrees (one sigma, each axis) by which a board moves before the right picture."""
+    random = numpy.random.default_rng(seed)
     made = []
     for turn, middle in poses(count, facing=facing):
         points_mm = board_mm() @ turn.T + middle
+        more = cv2.Rodrigues(numpy.radians(random.normal(0, 1, 3) * moved[1]))[0]
+        later_mm = board_mm() @ (more @ turn).T + middle + random.normal(0, 1, 3) * moved[0]
         made.append([view + random.normal(0, NOISE_PX, view.shape) for view in
-                     (pixels(points_mm), pixels(points_mm, R, t_mm))])
+                     (pixels(points_mm), pixels(later_mm, R, t_mm))])
     return made
 
 

@@ -135,9 +135,9 @@ class runner {
         set_result();
         if (!solution_.solved) {
             reasons_ = calibrate_result_rejections(result_);
-            return fail(CLIENT_BAD_INPUT, is_mirrored()
-                                              ? mirrored_text()
-                                              : solution_.verdict.sentence + hint_for_unsolved());
+            const std::string fault = fault_text();
+            return fail(CLIENT_BAD_INPUT,
+                        !fault.empty() ? fault : solution_.verdict.sentence + hint_for_unsolved());
         }
         assess();
         if (!describe_rig()) {
@@ -251,8 +251,8 @@ class runner {
         if (job_.single || calibrate_rig_name(job_.id, job_.date, job_.note, &result_, &message_)) {
             return true;
         }
-        if (is_mirrored()) {
-            message_ = mirrored_text();
+        if (const std::string fault = fault_text(); !fault.empty()) {
+            message_ = fault;
         }
         return false;
     }
@@ -315,16 +315,26 @@ class runner {
             [this](const char *) { stop_if_interrupted(); });
     }
 
-    /// Only when few pairs fit together, or badly.
-    bool is_mirrored() {
-        if (!mirror_known_) {
-            mirrored_ = calibrate_one_camera_mirrors(
-                views_.seen, workers_parallel(threads_.get())->threads, solution_,
-                [this](const char *) { stop_if_interrupted(); });
+    /// What is wrong with the pairs; "" when it is not their left and right pictures' fault. Only
+    /// when few pairs fit together, or badly.
+    const std::string &fault_text() {
+        if (!fault_known_ && !calibrate_pairs_fit(solution_, views_.pairs)) {
+            const calibrate_pair_fault fault =
+                calibrate_find_pair_fault(views_.seen, workers_parallel(threads_.get())->threads,
+                                          [this](const char *) { stop_if_interrupted(); });
             stop_if_interrupted();
-            mirror_known_ = true;
+            fault_known_ = true;
+            fault_ = fault == calibrate_pair_fault::one_mirrors ? mirrored_text()
+                     : fault == calibrate_pair_fault::apart     ? apart_text()
+                                                                : "";
         }
-        return mirrored_;
+        return fault_;
+    }
+
+    static std::string apart_text() {
+        return "each camera's pictures fit alone, but most left and right ones do not show the "
+               "board at the same place: hold board and cameras still while both are taken, or "
+               "take both at the same moment, and check that the right files are paired";
     }
 
     static std::string mirrored_text() {
@@ -360,8 +370,8 @@ class runner {
                 "the right camera is to the left of the left one: left and right are "
                 "swapped, or the pictures are mirrored");
         }
-        if (!calibrate_pairs_fit(solution_, views_.pairs) && is_mirrored()) {
-            add_reason(mirrored_text());
+        if (!fault_text().empty()) {
+            add_reason(fault_text());
         }
     }
 
@@ -504,7 +514,8 @@ class runner {
     calibrate_result result_{};
     std::string json_, message_;
     std::string zoom_text_;  // not empty: all zooms were solved
-    bool mirror_known_ = false, mirrored_ = false;
+    bool fault_known_ = false;
+    std::string fault_;
     std::vector<std::string> reasons_;  // extra detail for the message
 };
 

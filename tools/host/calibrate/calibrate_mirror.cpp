@@ -2,7 +2,11 @@
 #include "tools/host/calibrate/calibrate_mirror.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <utility>
+
+#include "stereo/geometry/lens.h"
 
 namespace {
 
@@ -21,10 +25,11 @@ calib::board_view mirrored(const calib::board &board, const calib::board_view &v
     return made;
 }
 
-// Enough to decide, and solved quickly.
-const size_t pairs_tried = 12;
-const double much_better = 3;  // in residuals
-const double poor_rms_px = 1;  // from here on something may be wrong with all pictures
+const size_t pairs_tried = 12;       // enough to decide, and solved quickly
+const int fewest_pairs = 4;          // fewer fit anything
+const double poor_rms_px = 1;        // from here on something may be wrong with all pictures
+const double place_squares = 0.25;   // a corner is in its place up to here, in squares
+const double most = 0.6, few = 0.5;  // shares of pairs of one rig: a camera mirrors, or does not
 
 bool is_pair(const calib::capture &capture) {
     return !capture.view[0].corners.empty() && !capture.view[1].corners.empty();
@@ -56,35 +61,110 @@ calib::solve_options quick_options(int threads, const std::function<void(const c
     return options;
 }
 
+/// What one camera saw, as the only one.
+calib::observations alone(const calib::observations &seen, size_t camera) {
+    calib::observations one = seen;
+    one.cameras = 1;
+    one.width_px[0] = seen.width_px[camera];
+    one.height_px[0] = seen.height_px[camera];
+    for (calib::capture &capture : one.captures) {
+        std::swap(capture.view[0], capture.view[camera]);
+        capture.view[1] = {};
+    }
+    return one;
+}
+
+/// A camera without the other one: its lens, and where it saw each board.
+struct one_camera {
+    calib::observations seen;
+    calib::solution found;
+
+    bool fits() const {
+        return found.solved && found.rms_px < poor_rms_px &&
+               found.captures_used >= few * double(seen.captures.size());
+    }
+};
+
+/// Median distance, in squares, of a view's corners from where a pose of the board puts them.
+double off_squares(const one_camera &camera, const calib::board_view &view,
+                   const calib::rigid &T_camera_board, const calib::board &board) {
+    std::vector<double> off;
+    for (const calib::corner &corner : view.corners) {
+        const double on_board_mm[3] = {corner.index % board.columns * board.square_mm,
+                                       corner.index / board.columns * board.square_mm, 0};
+        double point_mm[3], pixel_px[2];
+        calib::apply(T_camera_board, on_board_mm, point_mm);
+        const struct lens &lens = camera.found.camera[0];
+        const double square_px = lens.fx_px * board.square_mm / std::max(point_mm[2], 1e-9);
+        off.push_back(point_mm[2] > 0 && lens_project(&lens, point_mm, pixel_px)
+                          ? std::hypot(pixel_px[0] - corner.x_px, pixel_px[1] - corner.y_px) /
+                                square_px
+                          : HUGE_VAL);
+    }
+    std::nth_element(off.begin(), off.begin() + long(off.size() / 2), off.end());
+    return off[off.size() / 2];
+}
+
+/// The largest share of the pairs that one pose of the right camera explains, taken from each pair
+/// in turn: the two cameras alone say where the board is, so that this needs no solution of both.
+double share_explained(const one_camera &left, const one_camera &right, const calib::board &board) {
+    const size_t count = left.seen.captures.size();
+    int best = 0;
+    for (size_t from = 0; from < count; from++) {
+        if (!left.found.board_known[from] || !right.found.board_known[from]) {
+            continue;
+        }
+        const calib::rigid T_right_left =
+            right.found.T_left_board[from] * calib::inverse(left.found.T_left_board[from]);
+        int explained = 0;
+        for (size_t i = 0; i < count; i++) {
+            explained +=
+                left.found.board_known[i] &&
+                off_squares(right, right.seen.captures[i].view[0],
+                            T_right_left * left.found.T_left_board[i], board) < place_squares;
+        }
+        best = std::max(best, explained);
+    }
+    return double(best) / double(std::max<size_t>(count, 1));
+}
+
 }  // namespace
 
 bool calibrate_pairs_fit(const calib::solution &found, int pairs) {
     return found.solved && 2 * found.pairs_used >= pairs && found.rms_px < poor_rms_px;
 }
 
-bool calibrate_one_camera_mirrors(const calib::observations &seen, int threads,
-                                  const calib::solution &as_they_are,
-                                  const std::function<void(const char *)> &progress) {
-    if (seen.cameras != 2 || seen.target.coded()) {
-        return false;
+calibrate_pair_fault calibrate_find_pair_fault(const calib::observations &seen, int threads,
+                                               const std::function<void(const char *)> &progress) {
+    if (seen.cameras != 2 || count_pairs(seen) < fewest_pairs) {
+        return calibrate_pair_fault::none;
     }
     const calib::observations some = some_pairs(seen);
-    const auto tried = static_cast<double>(some.captures.size());
-    const double fitted = as_they_are.pairs_used / std::max(1.0, double(count_pairs(seen)));
+    const calib::solve_options options = quick_options(threads, progress);
+    const auto solve_alone = [&](const calib::observations &both, size_t camera) {
+        one_camera one{alone(both, camera), {}};
+        one.found = calib::solve(one.seen, options);
+        return one;
+    };
+    const one_camera left = solve_alone(some, 0), right = solve_alone(some, 1);
+    if (!left.fits() || !right.fits()) {
+        return calibrate_pair_fault::none;
+    }
+    const double plain = share_explained(left, right, seen.target);
     for (const bool by_rows : {true, false}) {
+        if (seen.target.coded() || plain >= few) {
+            break;
+        }
         calib::observations other = some;
         for (calib::capture &capture : other.captures) {
-            calib::board_view &right = capture.view[1];
-            right = mirrored(seen.target, right, seen.width_px[1], by_rows);
+            capture.view[1] = mirrored(seen.target, capture.view[1], seen.width_px[1], by_rows);
         }
-        const calib::solution found = calib::solve(other, quick_options(threads, progress));
-        // The solver may also have accepted wrong pairs as noise and kept them.
-        const bool better = much_better * found.rms_px < as_they_are.rms_px;
-        if (found.solved && found.pairs_used > tried * (better ? 0.5 : std::max(fitted, 0.5))) {
-            return true;
+        const one_camera back = solve_alone(other, 1);
+        if (back.fits() && share_explained(left, back, seen.target) >= most) {
+            return calibrate_pair_fault::one_mirrors;
         }
     }
-    return false;
+    return calibrate_pair_fault::apart;
 }
 
 bool calibrate_one_camera_mirrors_at_a_glance(const calib::observations &seen, int threads,
@@ -95,5 +175,5 @@ bool calibrate_one_camera_mirrors_at_a_glance(const calib::observations &seen, i
     const calib::observations some = some_pairs(seen);
     const calib::solution found = calib::solve(some, quick_options(threads, progress));
     return !calibrate_pairs_fit(found, static_cast<int>(pairs_tried)) &&
-           calibrate_one_camera_mirrors(some, threads, found, progress);
+           calibrate_find_pair_fault(some, threads, progress) == calibrate_pair_fault::one_mirrors;
 }

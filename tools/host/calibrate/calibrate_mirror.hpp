@@ -12,15 +12,20 @@
 /// is needed.
 bool calibrate_pairs_fit(const calib::solution &found, int pairs);
 
-/// Whether the pairs fit together when the right camera's pictures are mirrored back: a larger
-/// share of them than in `as_they_are`, the solution of the unmirrored pairs, or much better. Tries
-/// a dozen pairs. `progress` is called at the start of each step and may throw to abort.
-bool calibrate_one_camera_mirrors(const calib::observations &seen, int threads,
-                                  const calib::solution &as_they_are,
-                                  const std::function<void(const char *)> &progress);
+/// Why pairs do not fit together although each camera's pictures do.
+enum class calibrate_pair_fault {
+    none,         // not so: a camera's own pictures do not fit, or there are few pairs
+    one_mirrors,  // most pairs agree about the rig once the right pictures are mirrored back
+    apart,        // no such thing: left and right did not show the board at the same place
+};
 
-/// The same before the unmirrored pairs are solved, which is slow for many pairs that do not fit:
-/// solves a dozen of them both ways.
+/// Compares where each camera alone saw the boards of a dozen pairs. `progress` is called at the
+/// start of each step and may throw to abort.
+calibrate_pair_fault calibrate_find_pair_fault(const calib::observations &seen, int threads,
+                                               const std::function<void(const char *)> &progress);
+
+/// Whether one camera mirrors, before all pairs are solved, which is slow for many that do not fit:
+/// solves a dozen of them, both ways if they do not fit.
 bool calibrate_one_camera_mirrors_at_a_glance(const calib::observations &seen, int threads,
                                               const std::function<void(const char *)> &progress);
 
