@@ -321,8 +321,7 @@ static int run_show(const struct command_call *call) {
 }
 
 /// Rejects a calibration of another instrument or of other axis positions, unless accepted.
-static int check_match(const struct command_call *call, const struct calibration *calibration,
-                       bool zoom) {
+static int check_match(const struct command_call *call, const struct calibration *calibration) {
     struct calibration_match_state state;
     struct message message;
     if (call->rig->state != RIG_READY) {
@@ -333,9 +332,8 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     state_now(call, &state);
-    if (zoom) {
-        state.width_px[RIG_LEFT] = state.width_px[RIG_RIGHT] = 0;  // it is cut to any window
-    }
+    // The window may be set later, and a calibration of all zooms is cut to any.
+    state.width_px[RIG_LEFT] = state.width_px[RIG_RIGHT] = 0;
     const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
     if (error == ERROR_MISMATCH && accepted) {
@@ -362,6 +360,12 @@ static int record_axes(const struct command_call *call, struct calibration *cali
     state_now(call, &state);
     calibration->has_origin = true;
     calibration->origin = state.origin;
+    for (int side = 0; side < RIG_SIDES; side++) {
+        const struct lens *lens = side == RIG_LEFT ? &calibration->left : &calibration->right;
+        if (lens->width_px != state.width_px[side] || lens->height_px != state.height_px[side]) {
+            calibration->origin.side[side].window = (struct calibration_window){0};  // not its own
+        }
+    }
     const size_t used = strlen(calibration->note);
     if (used + sizeof note + 2 <= sizeof calibration->note) {
         snprintf(calibration->note + used, sizeof calibration->note - used, "%s%s",
@@ -385,7 +389,7 @@ static int check_one(const struct command_call *call, const char *name,
     if (error != 0) {
         return command_fail(call, error, "%s", message.text);
     }
-    error = check_match(call, &calibration, false);
+    error = check_match(call, &calibration);
     if (error == 0 && !call->values[UNIT].given &&
         length_check_baseline(calibration_baseline_mm(&calibration), name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
@@ -413,7 +417,7 @@ static int check_zoom(const struct command_call *call, const char *name,
                sizeof zoom->camera[side].name);
     }
     free(zoom);
-    return check_match(call, &of_rig, true);
+    return check_match(call, &of_rig);
 }
 
 static int set_text(const struct command_call *call, const char *name,

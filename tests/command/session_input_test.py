@@ -59,9 +59,11 @@ class Calibrate(Calibrating):
                     image[1::2, ::2] //= 8
                 session.pair(*raw, layout=layout)
         self.assert_good(self.run_on(self.folder / "grbg"))
-        self.assertLess(self.figures()["fit"]["rms_px"], 0.05)
-        # The same pixels as grey show no board.
-        self.assertIn("no board found", self.run_on(self.folder / "grey").stderr)
+        developed_px = self.figures()["fit"]["rms_px"]
+        self.assertLess(developed_px, 0.05)
+        # The same pixels as grey show the board worse, through the pattern of the colours.
+        if self.run_on(self.folder / "grey").returncode in (0, 5):
+            self.assertGreater(self.figures()["fit"]["rms_px"], 2 * developed_px)
 
     def test_bad_sessions_are_refused_in_one_line(self):
         names = self.captured()
