@@ -79,6 +79,29 @@ class Seen(Fixture):
                               done.stderr.splitlines()[-1], (moved, seed))
                 self.assertNotIn("mirror", done.stderr, (moved, seed))
 
+    def test_a_lens_that_the_model_does_not_fit_moves_no_board(self):
+        def fisheye(points_mm):
+            radius_mm = numpy.hypot(points_mm[:, 0], points_mm[:, 1])
+            angle = numpy.arctan2(radius_mm, points_mm[:, 2])
+            return points_mm[:, :2] * (260 * angle / radius_mm)[:, None] + (
+                numpy.array([boards.WIDTH, boards.HEIGHT]) - 1) / 2
+        random = numpy.random.default_rng(4)
+        made = []
+        for turn, _ in seen_corners.poses(400):
+            depth_mm = random.uniform(150, 350)
+            middle = numpy.array([random.uniform(-1.2, 1.2), random.uniform(-0.8, 0.8), 1])
+            points_mm = seen_corners.board_mm() @ turn.T + middle * depth_mm
+            pair = [fisheye(points_mm), fisheye(points_mm - [60, 0, 0])]
+            inside = all((view > 0).all() and (view < [boards.WIDTH, boards.HEIGHT]).all()
+                         for view in pair)
+            if inside and len(made) < 20:
+                made.append([view + random.normal(0, 0.05, view.shape) for view in pair])
+        for model in ("none", "k1"):
+            shutil.rmtree(self.out, ignore_errors=True)
+            done = self.run_seen(made, "--model", model)
+            self.assertEqual(done.returncode, 5, done.stderr)
+            self.assertNotIn("at the same place", done.stderr)
+
     def test_few_pairs_of_one_mirrored_camera(self):
         for count in (8, 15):
             done = self.run_seen(self.mirrored(count))

@@ -150,9 +150,11 @@ calibrate_pair_fault calibrate_find_pair_fault(const calib::observations &seen, 
     if (!left.fits() || !right.fits()) {
         return calibrate_pair_fault::none;
     }
-    const double plain = share_explained(left, right, seen.target);
+    if (share_explained(left, right, seen.target) >= few) {
+        return calibrate_pair_fault::none;
+    }
     for (const bool by_rows : {true, false}) {
-        if (seen.target.coded() || plain >= few) {
+        if (seen.target.coded()) {
             break;
         }
         calib::observations other = some;

@@ -14,7 +14,7 @@ bool calibrate_pairs_fit(const calib::solution &found, int pairs);
 
 /// Why pairs do not fit together although each camera's pictures do.
 enum class calibrate_pair_fault {
-    none,         // not so: a camera's own pictures do not fit, or there are few pairs
+    none,         // not so: a camera's own pictures do not fit, there are few pairs, or most agree
     one_mirrors,  // most pairs agree about the rig once the right pictures are mirrored back
     apart,        // no such thing: left and right did not show the board at the same place
 };
