@@ -215,6 +215,27 @@ class Advice(Fixture):
         self.assert_refused(done, 3, "read backwards", "mirroring")
         self.assertNotIn("whole board", done.stderr)
 
+    def test_the_layout_of_a_coded_board_is_named(self):
+        """Before 4.6 OpenCV began an even number of rows with a white square."""
+        if not hasattr(getattr(cv2, "aruco", None), "drawMarker"):
+            self.skipTest("no cv2.aruco")
+        dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_50)
+        side, marker = 25 * boards.TEXELS_A_MM, 18 * boards.TEXELS_A_MM
+        edge = (side - marker) // 2
+        texture = numpy.zeros((6 * side, 10 * side), numpy.uint8)
+        white = [(y, x) for y in range(6) for x in range(10) if (x + y) % 2 == 0]
+        for number, (y, x) in enumerate(white):
+            square = texture[y * side:(y + 1) * side, x * side:(x + 1) * side]
+            square[:] = 230
+            square[edge:edge + marker, edge:edge + marker] = numpy.minimum(
+                cv2.aruco.drawMarker(dictionary, number, marker), 230)
+        texture = numpy.pad(texture, 60, constant_values=230)
+        boards.write(self.pictures, boards.pairs(texture, boards.POSES))
+        done = self.run_on(board=["--board", "9x5", "--square", 25, "--charuco", "5x5_50",
+                                  "--marker", 18])
+        self.assert_good(done)
+        self.assertIn("layout of OpenCV before 4.6", done.stderr)
+
     def test_formats_that_are_not_read(self):
         boards.write(self.pictures, [(a, None) for a, _ in self.made[:2]], left="left{:02d}.bmp")
         self.assert_refused(self.run_on(), 3, "no pictures", "left01.bmp and 1 more are left out")
