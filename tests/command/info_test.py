@@ -82,6 +82,56 @@ class Info(pairs.Fixture):
         left = self.pages(folder / "left_rectified.png")["left_rectified.png"]
         self.assertEqual(left["size_px"], [disparity.shape[1], disparity.shape[0]])
 
+    def bent_pair(self):
+        """The pair as two cameras with distorted lenses see it, and the text of their calibration."""
+        matrix = numpy.array([[pairs.FOCAL_PX, 0, (pairs.WIDTH - 1) / 2],
+                              [0, pairs.FOCAL_PX, (pairs.HEIGHT - 1) / 2], [0, 0, 1]])
+        bends = numpy.array([-.25, .05, 1e-3, -1e-3, 0]), numpy.array([-.2, .02, -1e-3, 1e-3, 0])
+        raw = numpy.indices((pairs.HEIGHT, pairs.WIDTH))[::-1].reshape(2, 1, -1).T.astype(float)
+        paths = []
+        for name, image, bend in zip(("bent0.png", "bent1.png"), (self.left, self.right), bends):
+            ideal = cv2.undistortPoints(raw, matrix, bend, P=matrix).astype(numpy.float32)
+            ideal = ideal.reshape(pairs.HEIGHT, pairs.WIDTH, 2)
+            paths.append(self.save(name, cv2.remap(image, ideal, None, cv2.INTER_CUBIC)))
+        rig = self.directory / "stereo.yml"
+        file = cv2.FileStorage(str(rig), cv2.FILE_STORAGE_WRITE)
+        for name, value in (("image_width", pairs.WIDTH), ("image_height", pairs.HEIGHT),
+                            ("M1", matrix), ("D1", bends[0]), ("M2", matrix), ("D2", bends[1]),
+                            ("R", numpy.eye(3)), ("T", numpy.array([[-pairs.BASELINE_MM], [0], [0]]))):
+            file.write(name, value)
+        file.release()
+        return paths, rig, matrix, bends
+
+    def test_a_pixel_of_a_result_is_found_in_both_images(self):
+        paths, rig, matrix, bends = self.bent_pair()
+        self.reconstruct("--calibration", rig, "--unit", "mm", "--disparity", "0:48", left=paths[0],
+                         right=paths[1])
+        found, bent = self.disparity(), 0
+        for x, y in ((130, 85), (40, 30), (200, 120), (60, 140)):
+            page = self.pages(self.out, "--at", f"{x},{y}")["result.json"]
+            self.assertAlmostEqual(page["disparity_px"], float(found[y, x]), 4)
+            # The plain cameras of the original pair see the same point on one row.
+            plain = [cv2.undistortPoints(numpy.array([[page[side + "_px"]]]), matrix, bend,
+                                         P=matrix)[0, 0]
+                     for side, bend in zip(("left", "right"), bends)]
+            bent = max(bent, numpy.linalg.norm(plain[0] - page["left_px"]))
+            self.assertAlmostEqual(plain[0][1], plain[1][1], delta=1e-2)
+            column, row = numpy.rint(plain[0]).astype(int)
+            self.assertAlmostEqual(plain[0][0] - plain[1][0], self.truth[row, column], delta=0.5)
+        self.assertGreater(bent, 0.5)
+        text = pairs.run("info", self.out, "--at", f"{x},{y}").stdout
+        mark = ",".join(f"{v:.2f}" for v in (*page["left_px"], *page["right_px"]))
+        self.assertIn(mark, text)
+        text = pairs.run("info", self.out, "--at", "0,0").stdout
+        self.assertFalse(numpy.isfinite(found[0, 0]))
+        self.assertIn("not measured", text)
+        for operand, at, word in ((self.out, f"{found.shape[1]},0", "outside"),
+                                  (self.out, "-1,nan", "outside"), (self.out, "zoom=4", "X,Y"),
+                                  (self.out / "mesh.ply", "1,1", "result")):
+            done = pairs.run("info", operand, "--at", at)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+            self.assertIn(word, done.stderr)
+
     def test_text_names_what_matters(self):
         done = pairs.run("info", self.result())
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -51,7 +51,7 @@ static void print_pictures(const struct reconstruct_context *context, struct jso
 
 static void print_calibration(const struct reconstruct_context *context, struct json *json) {
     const struct calibration *calibration = context->calibration;
-    char crc[16];
+    char crc[16], text[CALIBRATION_TEXT_MAX_BYTES];
     snprintf(crc, sizeof crc, "%08" PRIx32, context->result->calibration_crc);
     json_open_object(json, "calibration");
     json_text(json, "path", context->calibration_path);
@@ -67,6 +67,9 @@ static void print_calibration(const struct reconstruct_context *context, struct 
               : context->axes_compared          ? "yes"
                                                 : "not known");
     json_text(json, "mismatch", context->mismatch.text[0] != '\0' ? context->mismatch.text : NULL);
+    // In use: of the pair's own zoom, corrected, of the window.
+    const bool printed = calibration_print(calibration, text, sizeof text) > 0;
+    json_text(json, "text", printed ? text : NULL);
     json_close_object(json);
 }
 

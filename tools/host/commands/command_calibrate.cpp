@@ -84,7 +84,8 @@ const command_argument options[] = {
                   1, 1e6, 0, 0, "mm"),
     number_option("from", COMMAND_NUMBER, offsetof(request, from), "X,Y,X,Y",
                   "Column and row of the first mark in the left picture, then in the right one; "
-                  "picked within half a pixel.",
+                  "picked within half a pixel. \"vergence info RESULT --at X,Y\" prints them for a "
+                  "pixel of the report.",
                   0, 32768, 4, ','),
     number_option("to", COMMAND_NUMBER, offsetof(request, to), "X,Y,X,Y",
                   "The same of the second mark.", 0, 32768, 4, ','),

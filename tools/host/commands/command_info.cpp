@@ -39,6 +39,7 @@ const int state_formats = 4;
 
 /// As `vergence calibrate` names a calibration of all zooms.
 const char *const zoom_file_name = "instrument.zoom";
+const char *const result_name = "result.json";
 
 const command_argument options[] = {
     flag_option("json", offsetof(request, json),
@@ -55,10 +56,13 @@ const command_argument options[] = {
         "and right.json.",
         all_export_formats),
     text_option("out", offsetof(request, out), "DIR", "Where --export writes."),
-    text_option("at", offsetof(request, at), "STATE",
-                "Of a calibration of all zooms: at these axes, zoom=421,focus=540,pan=3.97,"
-                "right_pan=-3.97 (counts and degrees; distance=MM focuses and turns both), or at "
-                "those of a recorded pair, SESSION or SESSION:NUMBER."),
+    text_option(
+        "at", offsetof(request, at), "STATE|X,Y",
+        "Of a calibration of all zooms: at these axes, zoom=421,focus=540,pan=3.97,"
+        "right_pan=-3.97 (counts and degrees; distance=MM focuses and turns both), or at "
+        "those of a recorded pair, SESSION or SESSION:NUMBER. Of a result: column and row of its "
+        "maps, as the report shows them; prints where that point is in both images, as "
+        "--from and --to of \"vergence calibrate\" take it."),
     number_option("size", COMMAND_INTEGER, offsetof(request, size_px), "WIDTHxHEIGHT",
                   "Size of the raw images in pixels, for calibrations that do not state it "
                   "(OpenCV's, some of KITTI's, K.txt) or state several (RealSense's).",
@@ -108,6 +112,7 @@ const option_page page_of_command = {
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
     "vergence info rig.txt --export ros --out camera_info/\n"
     "vergence info instrument.zoom --at zoom=421,distance=1800 --convert rig.txt\n"
+    "vergence info result --at 640,480\n"
     "vergence info instrument.zoom --export gyroflow --out lenses/\n"
     "vergence info results/ --json\n"
     "vergence info files/scene",
@@ -292,9 +297,17 @@ bool read_page(const std::string &path, const request &asked, info_page *page,
         *message = path + ": not a calibration: there is nothing to convert";
         return false;
     }
+    double at_px[2];
+    if (asked.at != nullptr && (read != info_result || !info_is_point(asked.at, at_px))) {
+        *message =
+            path + (read == info_result ? ": --at of a result takes X,Y, a pixel of its maps"
+                                        : ": --at needs a result or a calibration of all zooms");
+        return false;
+    }
     page->path = path;
     try {
-        return read(path, page, message);
+        return read(path, page, message) &&
+               (asked.at == nullptr || info_point(path, at_px, page, message));
     } catch (const json::exception &) {
         *message = path + ": damaged";
         return false;
@@ -415,6 +428,13 @@ int explain_all(const std::vector<std::string> &paths, const request &asked) {
     return result;
 }
 
+/// The files of an operand: with --at, of a result's folder only result.json.
+std::vector<std::string> expand(const std::string &name, const request &asked) {
+    const std::string result = name + "/" + result_name;
+    const bool one = asked.at != nullptr && exists(result);
+    return one ? std::vector<std::string>{result} : info_expand(name);
+}
+
 }  // namespace
 
 int command_info(int argc, char **argv) {
@@ -447,7 +467,7 @@ int command_info(int argc, char **argv) {
     }
     std::vector<std::string> paths;
     for (const std::string &name : names) {
-        const std::vector<std::string> more = info_expand(name);
+        const std::vector<std::string> more = expand(name, asked);
         paths.insert(paths.end(), more.begin(), more.end());
     }
     return explain_all(paths, asked);

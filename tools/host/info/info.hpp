@@ -51,6 +51,13 @@ bool info_ply(const std::string &path, info_page *page, std::string *message);
 bool info_pcd(const std::string &path, info_page *page, std::string *message);
 bool info_glb(const std::string &path, info_page *page, std::string *message);
 
+/// Whether a text is a place X,Y in a result's maps.
+bool info_is_point(const std::string &text, double at_px[2]);
+/// Replaces the rows of a reconstruction (`path`: its result.json) by what is known of a pixel of
+/// its maps: where it is in both raw images. False as above.
+bool info_point(const std::string &path, const double at_px[2], info_page *page,
+                std::string *message);
+
 /// The same for a recorded session, which is a directory.
 bool info_session(const std::string &path, info_page *page, std::string *message);
 

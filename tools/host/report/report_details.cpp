@@ -95,7 +95,7 @@ std::string calibration_table(const reconstruct_context &context, const report_f
                                        refined.depth_mm, refined.depth.before));
     }
     if (context.bracketed) {
-        rows += row("bracket, pan stood still", "pair " + std::to_string(context.bracket_pair));
+        rows += row("second pair, pan stood still", "pair " + std::to_string(context.bracket_pair));
     }
     const triangulate_vertical &vertical = context.result->vertical;
     if (vertical.samples > 0) {
