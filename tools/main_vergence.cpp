@@ -42,6 +42,7 @@ int run_reconstruct(int argc, char **argv) {
 const client_command commands[] = {
     {"reconstruct", "measure a surface from a pair of images", run_reconstruct},
     {"calibrate", "calibrate a stereo pair from pictures of a board", command_calibrate},
+    {"calibrate capture", "take the pictures for a calibration at all zooms", command_capture},
     {"board", "make a printable calibration board", command_board},
     {"evaluate", "compare a result with the ground truth", command_evaluate},
     {"info", "explain a calibration, a result or a session", command_info},

@@ -220,13 +220,6 @@ void manual_synopsis(FILE *file, const char *command, const char *operands, bool
     manual_text(file, operands + strspn(operands, " "));
 }
 
-void manual_reference(FILE *file, const char *before, const char *name, int section, bool last) {
-    fputs(".BR ", file);
-    put_escaped(file, before, strlen(before));
-    put_escaped(file, name, strlen(name));
-    fprintf(file, " (%d)%s\n", section, last ? "" : ",");
-}
-
 /// The page of "vergence reconstruct" is vergence-reconstruct, of "vergence --connect"
 /// vergence-connect.
 static void name_of(const char *command, char name[NAME_BYTES]) {
@@ -239,6 +232,15 @@ static void name_of(const char *command, char name[NAME_BYTES]) {
         }
     }
     name[length] = '\0';
+}
+
+void manual_reference(FILE *file, const char *before, const char *name, int section, bool last) {
+    char page[NAME_BYTES];
+    name_of(name, page);
+    fputs(".BR ", file);
+    put_escaped(file, before, strlen(before));
+    put_escaped(file, page, strlen(page));
+    fprintf(file, " (%d)%s\n", section, last ? "" : ",");
 }
 
 void manual_options(FILE *file, const struct option_page *page, int section) {

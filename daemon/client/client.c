@@ -60,7 +60,7 @@ static void print_help(FILE *file, const struct client_command *commands, int co
     }
     fputs("\nCommands\n", file);
     for (int i = 0; i < command_count; i++) {
-        fprintf(file, "  %-14s%s\n", commands[i].name, commands[i].summary);
+        fprintf(file, "  %-19s%s\n", commands[i].name, commands[i].summary);
     }
     fputs("\nExit codes\n", file);
     for (int i = 0; i < EXIT_COUNT; i++) {
@@ -108,6 +108,14 @@ static void print_help_names(FILE *file, const struct client_command *commands, 
 static void print_help_completion(FILE *file, const struct client_command *commands,
                                   int command_count) {
     for (int i = 0; i < command_count; i++) {
+        const char *blank = strchr(commands[i].name, ' ');  // "calibrate capture"
+        if (blank != NULL) {
+            char first[CLIENT_NAME_MAX + 16];
+            snprintf(first, sizeof first, "vergence help %.*s", (int)(blank - commands[i].name),
+                     commands[i].name);
+            shell_completion_add(file, first, blank + 1);
+            continue;
+        }
         shell_completion_add(file, "vergence", commands[i].name);
         shell_completion_add(file, "vergence help", commands[i].name);
     }
@@ -163,6 +171,18 @@ static int print_page(const char *name, char *form, const struct client_command 
     return command->run(2, command_argv);
 }
 
+/// The command that the words name: two of them, as in "calibrate capture", if there is such one.
+static const char *name_of(char **words, const struct client_command *commands, int command_count) {
+    for (int i = 0; words[1] != NULL && i < command_count; i++) {
+        const size_t length = strlen(words[0]);
+        if (strncmp(commands[i].name, words[0], length) == 0 && commands[i].name[length] == ' ' &&
+            strcmp(commands[i].name + length + 1, words[1]) == 0) {
+            return commands[i].name;
+        }
+    }
+    return words[0];
+}
+
 /// For the build: `vergence help --man [COMMAND]` prints manual pages, `--words` completions, and
 /// `--names` the names of commands that have pages.
 static int run_help(int argc, char **argv, const struct client_command *commands,
@@ -172,7 +192,8 @@ static int run_help(int argc, char **argv, const struct client_command *commands
     if (first == NULL) {
         print_help(stdout, commands, command_count);
     } else if (strcmp(first, "--man") == 0 && argc > 3) {
-        return print_page(argv[3], manual, commands, command_count);
+        return print_page(name_of(argv + 3, commands, command_count), manual, commands,
+                          command_count);
     } else if (strcmp(first, "--man") == 0) {
         print_help_manual(stdout, commands, command_count);
     } else if (strcmp(first, "--names") == 0) {
@@ -184,7 +205,8 @@ static int run_help(int argc, char **argv, const struct client_command *commands
         }
         print_page(CLIENT_HELP_CONNECT, words, commands, command_count);
     } else {
-        return print_page(first, help, commands, command_count);
+        return print_page(name_of(argv + 2, commands, command_count), help, commands,
+                          command_count);
     }
     return CLIENT_OK;
 }

@@ -41,10 +41,12 @@ class Completion(unittest.TestCase):
         return done.stdout.split()
 
     def test_commands(self):
-        commands = re.findall(r"^  ([a-z]+) ", run("--help").stdout, re.M)
+        commands = re.findall(r"^  ([a-z]+)  ", run("--help").stdout, re.M)
         self.assertEqual(sorted(self.offered("vergence ")), sorted(commands + ["help"]))
         self.assertEqual(sorted(self.offered("vergence help ")), sorted(commands + ["connect"]))
         self.assertEqual(self.offered("vergence rec"), ["reconstruct"])
+        self.assertEqual(self.offered("vergence help calibrate "), ["capture"])
+        self.assertIn("--no-sweep", self.offered("vergence calibrate capture --"))
         self.assertIn("--connect", self.offered("vergence --"))
 
     def test_options_and_their_values(self):
