@@ -332,10 +332,11 @@ static int check_match(const struct command_call *call, const struct calibration
         return error;
     }
     state_now(call, &state);
-    // The window may be set later, and a calibration of all zooms is cut to any.
-    state.width_px[RIG_LEFT] = state.width_px[RIG_RIGHT] = 0;
     const bool accepted = command_is_set(&call->values[ACCEPT]);
     error = calibration_match(calibration, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, &message);
+    if (error == ERROR_SIZE_MISMATCH) {
+        return 0;  // the window may be set later, and a calibration of all zooms is cut to any
+    }
     if (error == ERROR_MISMATCH && accepted) {
         reply_text(call, "accepted_mismatch", message.text);
         return 0;

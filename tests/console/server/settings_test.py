@@ -51,6 +51,8 @@ class Rig(Kept, DaemonTest):
         for side in ("left", "right"):
             for axis in ("zoom", "focus", "iris"):
                 del status[side][axis], status[side][f"{axis}_sigma"]
+            for derived in ("focal_length", "magnification", "distance", "f_number"):
+                status[side].pop(derived, None)
         del status["pairs"]
         return status
 
