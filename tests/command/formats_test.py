@@ -332,7 +332,7 @@ class Results(pairs.Fixture):
         self.assertTrue(numpy.array_equal(kitti[valid] / 256.0, found[valid]))
         reasons = numpy.array(Image.open(self.out / "reasons.png"))
         self.assertTrue(numpy.array_equal(reasons == 0, valid))
-        counted = [int((reasons == code).sum()) for code in range(8)]
+        counted = [int((reasons == code).sum()) for code in range(9)]
         self.assertEqual(counted, list(self.result["reasons"].values()))
         for name, image in (("left", self.left), ("right", self.right)):
             rectified = cv2.imread(str(self.out / f"{name}_rectified.png"))
