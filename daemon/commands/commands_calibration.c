@@ -347,15 +347,10 @@ static int check_match(const struct command_call *call, const struct calibration
 /// Records cameras, windows and axes as they are now in a calibration that states none, as those
 /// of other programs, so that a later move is noticed. Returns 0 also where nothing is known.
 static int record_axes(const struct command_call *call, struct calibration *calibration,
-                       struct calibration_text *text) {
+                       struct calibration_text *text, bool *recorded) {
     static const char note[] = "axes: where they were when it was set, not when it was made";
     struct calibration_match_state state;
-    if (calibration->has_origin) {
-        return 0;
-    }
-    if (call->rig->state != RIG_READY) {
-        reply_text(call, "axes",
-                   "not recorded, moves will go unnoticed: bringup, then set it again");
+    if (calibration->has_origin || call->rig->state != RIG_READY) {
         return 0;
     }
     state_now(call, &state);
@@ -377,13 +372,13 @@ static int record_axes(const struct command_call *call, struct calibration *cali
         return command_fail(call, length, "the axes cannot be recorded: %s", error_text(length));
     }
     text->length = (size_t)length;
-    reply_text(call, "axes", "recorded as they are now");
+    *recorded = true;
     return 0;
 }
 
 /// Checks a calibration of one state, and completes it with the axes.
 static int check_one(const struct command_call *call, const char *name,
-                     struct calibration_text *text) {
+                     struct calibration_text *text, bool *recorded) {
     struct calibration calibration;
     struct message message;
     int error = calibration_at(name, text->data, text->length, &calibration, &message);
@@ -396,7 +391,7 @@ static int check_one(const struct command_call *call, const char *name,
                               "\"calibration set FILE unit=mm\" accepts it", &message) != 0) {
         return command_fail(call, ERROR_BASELINE, "%s", message.text);
     }
-    return error == 0 ? record_axes(call, &calibration, text) : error;
+    return error == 0 ? record_axes(call, &calibration, text, recorded) : error;
 }
 
 /// Checks a zoom calibration: that it is of this instrument and its cameras. Its axes may stand
@@ -423,17 +418,22 @@ static int check_zoom(const struct command_call *call, const char *name,
 
 static int set_text(const struct command_call *call, const char *name,
                     struct calibration_text *text) {
-    int error = zoom_calibration_is_text(text->data, text->length) ? check_zoom(call, name, text)
-                                                                   : check_one(call, name, text);
+    bool recorded = false;
+    int error = zoom_calibration_is_text(text->data, text->length)
+                    ? check_zoom(call, name, text)
+                    : check_one(call, name, text, &recorded);
     if (error != 0) {
         return error;
     }
     error = commands_store_save(call, STORE_CALIBRATION, text->data, text->length);
-    if (error == 0) {
-        reset_health(call);
+    if (error != 0) {
+        return command_fail_store(call, error, "calibration", "save to");
     }
-    return error != 0 ? command_fail_store(call, error, "calibration", "save to")
-                      : show_text(call, name, text);
+    reset_health(call);
+    if (recorded) {
+        reply_text(call, "axes", "recorded as they are now");
+    }
+    return show_text(call, name, text);
 }
 
 static int run_set(const struct command_call *call) {

@@ -41,7 +41,8 @@ class Durable(Calls):
         path = os.path.join(self.files, self.asked("bugreport")["file"])
         name = os.path.basename(path)
         self.assertTrue(os.path.exists(path))
-        self.in_order(f".{name}.part fsync", f"files rename .{name}.part {name}", ". fsync")
+        temporary = f".vergence-{self.daemon.pid}-0"
+        self.in_order(f"{temporary} fsync", f"files rename {temporary} {name}", ". fsync")
         self.asked("record start r")
         self.in_order("session.index fsync", "r fsync", ".. fsync",
                       "calls.log open wronly create excl cloexec", "r fsync")
