@@ -126,7 +126,8 @@ TEST_CASE("the layout of OpenCV before 4.6 is recognized, whole and in part") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     Random random(seed);
-    for (const auto &[columns, rows] : {std::pair{7, 5}, {9, 7}}) {
+    for (const auto &size : {std::pair{7, 5}, {9, 7}}) {
+        const int columns = size.first, rows = size.second;
         for (const bool white_first : {false, true}) {
             for (const double shift : {0.0, 0.35}) {
                 CAPTURE(columns);

@@ -244,7 +244,8 @@ TEST_CASE("boards are seen in noise, halos, glare, low light and without a borde
         errors.add(image, view);
         CAPTURE(errors.z_rms());
         CHECK(errors.rms_px() <= c.worst_rms_px);
-        for (const auto &[columns, rows] : {std::pair{8, 6}, {9, 5}, {7, 5}, {10, 6}, {9, 7}}) {
+        for (const auto &size : {std::pair{8, 6}, {9, 5}, {7, 5}, {10, 6}, {9, 7}}) {
+            const int columns = size.first, rows = size.second;
             CAPTURE(columns);
             CAPTURE(rows);
             CHECK(
