@@ -299,14 +299,10 @@ static bool split_quantity(const char *text, struct command_number *number, cons
     const bool leads = (text[0] == 'f' || text[0] == 'F') && text[1] == '/';
     const char *begin = text + (leads ? 2 : 0);
     const size_t length = strspn(begin, "+-./0123456789");
-    const size_t blanks = strspn(begin + length, " \t");
-    const char *rest = begin + length + blanks;
+    const char *rest = begin + length + strspn(begin + length, " \t");
     *unit = leads ? "f/" : rest;
     *number = (struct command_number){.stated = **unit != '\0',
                                       .converted = memchr(begin, '/', length) != NULL};
-    if (*rest == '\0' && blanks > 0) {
-        return false;
-    }
     return read_ratio(begin, length, &number->value) && (leads ? *rest == '\0' : is_unit(rest));
 }
 

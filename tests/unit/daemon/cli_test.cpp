@@ -117,7 +117,7 @@ TEST_CASE("errors are reported and leave the value unchanged") {
         {"--number", "11"},      {"--number", "-6"},
         {"--number", ""},        {"--number", " 1"},
         {"--number", "1.5"},     {"number=5", "a", "b"},
-        {"--number", "1 "},      {"--size", "3"},
+        {"--number", "1 1"},     {"--size", "3"},
         {"--size", "3x"},        {"--size", "3x4x5"},
         {"--size", "3,4"},       {"--range", "1:nan"},
         {"--range", "1:0x8p1"},  {"--range", "infinity"},
