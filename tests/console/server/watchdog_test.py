@@ -120,7 +120,7 @@ class Watchdog(DaemonTest):
         self.addCleanup(shutil.rmtree, folder)
         type(self).settings += (f"files={folder}",)
         self.addCleanup(setattr, type(self), "settings", self.settings[:-1])
-        self.start_with(f"watch {folder}\nslow {slow_ms} .part fsync")
+        self.start_with(f"watch {folder}\nslow {slow_ms} session.index fsync")
         client = self.client()
         client.send("record start slow\nbringup\ncapture\nrecord stop\n")
         for command in ("record", "bringup", "capture", "record stop"):
