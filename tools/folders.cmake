@@ -15,7 +15,9 @@ endfunction()
 
 # vergence_folder(FOLDER SOURCE...): the library of a folder; a folder of headers has no sources.
 # Its headers are included by their path below firmware/ or below the root, through a link in the
-# build directory that leads to this folder alone.
+# build directory that leads to this folder alone. ccache notes a header by the shorter of its two
+# paths, through the link and without; the latter leads to this checkout for all that share the
+# cache, so the link's must be the shorter: i/ and five digits.
 function(vergence_folder folder)
   vergence_target(${folder} target)
   set(sources ${ARGN})
@@ -33,7 +35,14 @@ function(vergence_folder folder)
     target_compile_definitions(${target} PRIVATE _GNU_SOURCE)
   endif()
   string(REGEX REPLACE "^firmware/" "" include ${folder})
-  set(root ${PROJECT_BINARY_DIR}/include/${target})
+  string(MD5 digits ${folder})
+  string(SUBSTRING ${digits} 0 5 digits)
+  get_property(other GLOBAL PROPERTY VERGENCE_LINK_${digits})
+  if(other)
+    message(FATAL_ERROR "${folder} and ${other} have the same include link: use more digits")
+  endif()
+  set_property(GLOBAL PROPERTY VERGENCE_LINK_${digits} ${folder})
+  set(root ${PROJECT_BINARY_DIR}/i/${digits})
   cmake_path(GET include PARENT_PATH parent)
   file(MAKE_DIRECTORY ${root}/${parent})
   if(NOT EXISTS ${root}/${include})
