@@ -26,6 +26,7 @@ const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
 const int WARP_FROM = 6;  // board positions
 const double SCATTERED_Z = 4;
 const double MIN_SCATTER_PX = 1e-3;  // rounding also scatters
+const double MISFIT_PX = 0.5;        // a floor of the noise from here on is no noise
 const double AGREE_SIGMAS = 0.05;    // two starts whose results are closer than this agree
 
 int count_views(const bundle &data, int camera) {
@@ -88,7 +89,7 @@ class solver {
         records_ = inspect_views(&data());
         INVARIANT(records_.size() == data().captures.size());
         show_stage("initial solution");
-        const std::string failure = begin(1, 1, wide_start_of(), &data(), &state_);
+        const std::string failure = begin(1, 1, wide_start_of(), records_, &data(), &state_);
         if (!failure.empty()) {
             return failed(failure);
         }
@@ -123,8 +124,36 @@ class solver {
 
     solution failed(const std::string &reason) {
         solution result = describe(seen_, ordered_, records_, state_);
-        result.verdict = rejection(reason);
+        result.verdict =
+            rejection(is_wider_than_model()
+                          ? "the lenses are wider than --model can describe: omit it; " + reason
+                          : reason);
         return result;
+    }
+
+    bool is_model_given() const {
+        return !options_.choose_model || options_.distortion.has_value();
+    }
+
+    // A given model that is none of those for wide lenses leaves out many views of one, or fits
+    // none well.
+    bool is_wider_than_model() {
+        int views = 0, used = 0;
+        for (const auto &capture : data().captures) {
+            for (const bundle_view &view : capture) {
+                views += !view.empty();
+                used += view.used;
+            }
+        }
+        if (!is_model_given() || wide_start_of() != wide_start::NEVER ||
+            (4 * used > 3 * views && floor_.px() < MISFIT_PX)) {
+            return false;
+        }
+        bundle all = order_observations(seen_).data;
+        const view_records records = inspect_views(&all);
+        bundle_state state;
+        return begin(1, 1, wide_start::IF_BETTER, records, &all, &state).empty() &&
+               state.lens[LEFT].kind == LENS_EQUIDISTANT;
     }
 
     // A model that is asked for decides on the start, too.
@@ -137,8 +166,8 @@ class solver {
                                                 : wide_start::NEVER;
     }
 
-    std::string begin(double left_factor, double right_factor, wide_start wide, bundle *data,
-                      bundle_state *state) {
+    std::string begin(double left_factor, double right_factor, wide_start wide,
+                      const view_records &records, bundle *data, bundle_state *state) {
         start_options start;
         start.wide = wide;
         start.threads = options_.threads;
@@ -146,7 +175,7 @@ class solver {
         start.focal_factor[RIGHT] = right_factor;
         start.robust = cleaning_options(*data, false);
         start.robust_wide = cleaning_options(*data, true);
-        return find_start(data, records_, start, state);
+        return find_start(data, records, start, state);
     }
 
     void clean() {
@@ -214,7 +243,7 @@ class solver {
         start_test result;
         result.done = true;
         const wide_start wide = started_wide_ ? wide_start::ALWAYS : wide_start::NEVER;
-        if (!begin(1.35, 0.75, wide, &copy, &other).empty()) {
+        if (!begin(1.35, 0.75, wide, records_, &copy, &other).empty()) {
             return result;
         }
         for (size_t i = 0; i < copy.captures.size(); i++) {
@@ -264,6 +293,8 @@ class solver {
         solution result = describe(seen_, ordered_, records_, state_);
         result.solved = true;
         result.model = chosen_.model;
+        result.model_given = is_model_given();
+        result.wider_than_model = is_wider_than_model();
         result.target = chosen_.target;
         result.scores = scores_;
         result.held_out_rms_px = held_out_rms_px_;

@@ -133,6 +133,7 @@ struct length_test {
 
 struct verdict {
     bool good = false;
+    bool lens_outside_model = false;   // one of the reasons, which may cause the others
     std::string sentence;              // for the user: good or not, and why
     std::vector<std::string> reasons;  // what speaks against it, most important first
     std::vector<std::string> remarks;  // remarks that do not speak against it
@@ -146,6 +147,9 @@ struct solution {
     lens camera[2] = {};
     rigid T_right_left;
     lens_model model;
+    bool model_given = false;  // by the options: no other distortion was tried
+    /// Many views do not fit the given model, and more do to the equidistant one.
+    bool wider_than_model = false;
     board_model target;
     /// How the board deviates from the drawing, indexed by board_model. With x and y from its
     /// middle, a = 2 x / width and b = 2 y / height, its height is z = BEND_X a^2 + BEND_Y b^2 +

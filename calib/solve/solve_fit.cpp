@@ -15,6 +15,9 @@ const int CELLS_ACROSS = 8, CELLS_DOWN = 6;
 const int MIN_IN_CELL = 4;
 const double ALARM_Z = 5;
 const double MIN_PATTERN_PX = 1e-3;  // rounding also leaves patterns
+const int RINGS = 12;                // about a lens's axis, out to the corners of the image
+const size_t MIN_IN_RING = 4;        // boards
+const double FURTHEST_PX = 20;       // further off, one corner counts as this
 
 struct cell {
     double x = 0, y = 0;  // sums of residuals, in sigmas
@@ -47,7 +50,82 @@ pattern find_pattern(const std::vector<cell> &cells) {
             std::max(0.0, (chi2 - freedom) / corners), chi2 / freedom};
 }
 
+// The corners of one board in one ring about a lens's axis.
+struct ring_sample {
+    double outwards_px = 0;  // sum of residuals along the radius
+    int corners = 0;
+
+    double mean_px() const { return outwards_px / corners; }
+};
+
+// By ring, of all boards in it. Rejected corners of used views count, too: a lens outside the model
+// loses those where it bends most.
+std::vector<std::vector<ring_sample>> rings_of(const bundle &data, const bundle_state &state,
+                                               int camera) {
+    const lens_frame &frame = data.frame[camera];
+    const lens_state &lens = state.lens[camera];
+    std::vector<std::vector<ring_sample>> rings(RINGS);
+    for (size_t i = 0; i < data.captures.size(); i++) {
+        const bundle_view &view = data.captures[i][size_t(camera)];
+        std::vector<ring_sample> board(RINGS);
+        for (const bundle_corner &corner : view.corners) {
+            double residual[2];
+            if (!view.used ||
+                !corner_residual(data, camera, corner, state, state.T_left_board[i], residual)) {
+                continue;
+            }
+            const double x_px = corner.x_px - frame.middle_x_px - lens.value[CENTRE_X];
+            const double y_px = corner.y_px - frame.middle_y_px - lens.value[CENTRE_Y];
+            const double radius_px = std::max(1.0, std::hypot(x_px, y_px));
+            const double ring = std::min(radius_px / frame.radius_px * RINGS, RINGS - 1.0);
+            const double outwards_px = (residual[0] * x_px + residual[1] * y_px) / radius_px;
+            board[size_t(ring)].outwards_px += std::clamp(outwards_px, -FURTHEST_PX, FURTHEST_PX);
+            board[size_t(ring)].corners++;
+        }
+        for (size_t k = 0; k < rings.size(); k++) {
+            if (board[k].corners > 0) {
+                rings[k].push_back(board[k]);
+            }
+        }
+    }
+    return rings;
+}
+
+double median_px(std::vector<ring_sample> boards) {
+    const auto middle = boards.begin() + long(boards.size() / 2);
+    std::nth_element(
+        boards.begin(), middle, boards.end(),
+        [](const ring_sample &a, const ring_sample &b) { return a.mean_px() < b.mean_px(); });
+    return middle->mean_px();
+}
+
 }  // namespace
+
+lens_test test_lens(const bundle &data, const bundle_state &state, int camera) {
+    INVARIANT(camera < data.cameras && state.T_left_board.size() == data.captures.size());
+    double common_px2 = 0, own_px2 = 0;
+    size_t rings = 0, boards = 0;
+    int corners = 0;
+    for (const std::vector<ring_sample> &ring : rings_of(data, state, camera)) {
+        if (ring.size() < MIN_IN_RING) {
+            continue;
+        }
+        const double common_px = median_px(ring);
+        for (const ring_sample &board : ring) {
+            const double own_px = board.mean_px() - common_px;
+            common_px2 += board.corners * common_px * common_px;
+            own_px2 += board.corners * own_px * own_px;
+            corners += board.corners;
+        }
+        rings++;
+        boards += ring.size();
+    }
+    if (rings < 2 || !(own_px2 > 0)) {
+        return {};
+    }
+    return {std::sqrt(common_px2 / corners),
+            common_px2 / double(rings) / (own_px2 / double(boards - rings))};
+}
 
 fit_test test_fit(const bundle &data, const bundle_state &state, double sigma0) {
     std::vector<cell> image[CAMERAS], target(data.points.size());

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "calib/base/sentence.hpp"
+#include "calib/solve/solve_fit.hpp"
 #include "calib/solve/uncertainty.hpp"
 #include "core/error.h"
 #include "core/math.h"
@@ -28,6 +29,10 @@ const double SYSTEMATIC_SHARE = 0.4, SYSTEMATIC_PX = 0.2;
 const double FLOOR_PX = 0.5;
 // For large images both limits grow: this share of the diagonal.
 const double LARGE_IMAGE = 1.0 / 4000;
+// A lens is outside its model if most boards are off in the same way by this, or in large images by
+// this share of the diagonal, and with this many times the variance of what boards have of their
+// own.
+const double LENS_PX = 0.1, LENS_SHARE = 1e-4, LENS_RATIO = 8;
 const double SCATTER_RATIO = 25;     // ratio of variances between board positions
 const double BASELINE_SHARE = 0.01;  // largest acceptable sigma of the baseline
 const double LEAST_BASELINE = 5e-3;  // share of the boards' distance
@@ -151,9 +156,44 @@ std::string scatter_of(const fit_test &fit) {
         std::sqrt(fit.scatter_ratio), fit.widened);
 }
 
+// What helps where a lens does not follow its model.
+std::string other_lens(const solution &found) {
+    const char *others =
+        found.model_given                                   ? "omit --model"
+        : found.model.distortion == lens_model::EQUIDISTANT ? "try --model rational"
+        : found.model.distortion == lens_model::RATIONAL    ? "try --model equidistant"
+                                                            : "try --model equidistant or rational";
+    return sentence("%s, or crop all pictures to the middle, where lenses bend less", others);
+}
+
+// Where a lens does not follow its model, nothing else fits either: named before what that causes.
+bool look_at_lens(const bundle &data, const bundle_state &state, const solution &found,
+                  std::vector<finding> *findings) {
+    const double limit_px = std::max(LENS_PX, LENS_SHARE * 2 * data.frame[LEFT].radius_px);
+    bool outside = found.wider_than_model;
+    if (outside) {
+        findings->push_back(
+            {1650, sentence("the lenses are wider than their model (%s): %s",
+                            lens_model_name(found.model), other_lens(found).c_str())});
+    }
+    for (int camera = 0; camera < data.cameras; camera++) {
+        const lens_test lens = test_lens(data, state, camera);
+        if (lens.ratio > LENS_RATIO && lens.off_px > limit_px) {
+            outside = true;
+            findings->push_back(
+                {1600 + std::min(lens.off_px, 10.0),
+                 sentence("the lens of the %s does not follow its model (%s): at the same distance "
+                          "from its axis most boards are off in the same way, by %.2g px rms: %s",
+                          camera_name(data, camera), lens_model_name(found.model), lens.off_px,
+                          other_lens(found).c_str())});
+        }
+    }
+    return outside;
+}
+
 // Corners of good views that were rejected near the image edges, if there are many, indicate a lens
 // outside the model.
-void look_at_edges(const bundle &data, std::vector<finding> *findings) {
+void look_at_edges(const bundle &data, const solution &found, std::vector<finding> *findings) {
     int rejected = 0, rejected_outside = 0, outside = 0;
     for (const auto &capture : data.captures) {
         for (int camera = 0; camera < data.cameras; camera++) {
@@ -172,11 +212,9 @@ void look_at_edges(const bundle &data, std::vector<finding> *findings) {
     if (rejected_outside >= OUTER_FEWEST && rejected_outside > OUTER_REJECTED * outside &&
         2 * rejected_outside > rejected) {
         findings->push_back(
-            {650,
-             sentence("%d of %d corners near the edges of the images do not fit: the lens "
-                      "bends more there than the model can describe, as wide-angle and fisheye "
-                      "lenses do",
-                      rejected_outside, outside)});
+            {650, sentence("%d of %d corners near the edges of the images do not fit: the lens "
+                           "bends more there than its model can describe: %s",
+                           rejected_outside, outside, other_lens(found).c_str())});
     }
 }
 
@@ -246,7 +284,6 @@ void look_at_rest(const bundle &data, const bundle_state &state, const solution 
     if (data.cameras == CAMERAS) {
         look_at_rig(found, findings);
     }
-    look_at_edges(data, findings);
     if (does_not_fit(data, found.fit)) {
         findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
     }
@@ -309,7 +346,7 @@ std::string sentence_on_good(const bundle &data, const solution &found) {
 }  // namespace
 
 verdict rejection(const std::string &reason) {
-    return {false, "Not calibrated: " + reason + ".", {reason}, {}};
+    return {false, false, "Not calibrated: " + reason + ".", {reason}, {}};
 }
 
 verdict assess_solution(const bundle &data, const bundle_state &state, const solution &found) {
@@ -318,6 +355,10 @@ verdict assess_solution(const bundle &data, const bundle_state &state, const sol
         look_at_camera(data, state, found, camera, &findings);
     }
     look_at_rest(data, state, found, &findings);
+    const bool outside = look_at_lens(data, state, found, &findings);
+    if (!outside) {
+        look_at_edges(data, found, &findings);
+    }
     std::stable_sort(findings.begin(), findings.end(),
                      [](const finding &a, const finding &b) { return a.weight > b.weight; });
     verdict result;
@@ -326,6 +367,7 @@ verdict assess_solution(const bundle &data, const bundle_state &state, const sol
     }
     result.remarks = remarks_on(data, state, found);
     result.good = findings.empty();
+    result.lens_outside_model = outside;
     if (!result.good) {
         result.sentence = "Not good: " + result.reasons[0];
         if (result.reasons.size() > 1) {

@@ -91,8 +91,13 @@ std::vector<calib::corner> look(const RigViewsPlan &plan, const Camera &camera, 
         if (!pixel) {
             continue;
         }
-        const double x = pixel->x + plan.waves_px * std::sin(pixel->y * 9 / plan.height);
-        const double y = pixel->y + plan.waves_px * std::sin(pixel->x * 11 / plan.width);
+        const double from_x = pixel->x - camera.cx, from_y = pixel->y - camera.cy;
+        const double radius = std::fmax(1, std::hypot(from_x, from_y));
+        const double ripple = plan.ripple_px * std::sin(radius * 25 / plan.width) / radius;
+        const double x =
+            pixel->x + ripple * from_x + plan.waves_px * std::sin(pixel->y * 9 / plan.height);
+        const double y =
+            pixel->y + ripple * from_y + plan.waves_px * std::sin(pixel->x * 11 / plan.width);
         if (x > 4 && y > 4 && x < plan.width - 5 && y < plan.height - 5) {
             corners.push_back({index, x, y, std::fmax(plan.noise_px, 1e-3)});
         }

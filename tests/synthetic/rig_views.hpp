@@ -39,6 +39,7 @@ struct RigViewsPlan {
     double moved_mm = 0, displacement_rad = 0;
     double roll_max_rad = 0.4;  // of the board about its normal
     double waves_px = 0;        // distortion outside all lens models: sin along both axes
+    double ripple_px = 0;       // likewise along the radius: no polynomial of few terms follows it
     bool all_in_view = true;    // false: corners outside an image are simply not seen
 };
 

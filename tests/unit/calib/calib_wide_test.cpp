@@ -3,10 +3,13 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "calib/solve/solve.hpp"
 #include "core/error.h"
 #include "synthetic/rig_views.hpp"
+#include "synthetic/seed.hpp"
 
 namespace {
 
@@ -51,8 +54,10 @@ double largest_off_px(const lens &truth, const lens &found, double share) {
     return largest;
 }
 
-calib::solution solve(const synthetic::RigViews &views) {
+calib::solution solve(const synthetic::RigViews &views,
+                      std::optional<lens_model::kind> model = std::nullopt) {
     calib::solve_options options;
+    options.distortion = model;
     options.threads = 2;
     options.second_start = false;
     return calib::solve(views.seen, options);
@@ -84,4 +89,57 @@ TEST_CASE("a rational lens is found rational") {
     CHECK(found.rejected_views.empty());
     CHECK(found.rms_px < 0.16);
     CHECK(std::fabs(calibration_baseline_mm(&found.rig) - 100) < 0.5);
+}
+
+TEST_CASE("a wide lens forced into a model that is too narrow is named first, with the way out") {
+    const synthetic::RigViews views = synthetic::make_rig_views(wide_plan(true), 9, 10);
+    for (const lens_model::kind model : {lens_model::NONE, lens_model::K1_K2_P1_P2_K3}) {
+        const calib::solution found = solve(views, model);
+        INFO(found.verdict.sentence);
+        CHECK_FALSE(found.verdict.good);
+        CHECK(found.verdict.lens_outside_model);
+        CHECK(found.verdict.sentence.find("lens") != std::string::npos);
+        CHECK(found.verdict.sentence.find("omit --model") != std::string::npos);
+    }
+}
+
+TEST_CASE("a lens that no model follows is named first, and something that moved is not a lens") {
+    synthetic::RigViewsPlan plan;
+    plan.width = 1280;
+    plan.height = 960;
+    plan.focal_px = 1000;
+    plan.columns = 9;
+    plan.rows = 6;
+    plan.boards = 15;
+    plan.distance_mm = 900;
+    plan.baseline_mm = 120;
+    plan.depth_range = 0.35;
+    plan.fill = 0.45;
+    const uint64_t seed = synthetic::test_seed();
+    INFO("VERGENCE_SEED=" << seed);
+    for (uint64_t i = 0; i < uint64_t(synthetic::rounds(3, 1)); i++) {
+        synthetic::RigViewsPlan rippled = plan, moved = plan, bumped = plan;
+        rippled.ripple_px = 2;
+        moved.moved_mm = 1;
+        bumped.displacement_rad = 0.002;
+        const calib::solution odd = solve(synthetic::make_rig_views(rippled, seed + i, seed + i));
+        INFO(odd.verdict.sentence);
+        CHECK_FALSE(odd.verdict.good);
+        CHECK(odd.verdict.lens_outside_model);
+        CHECK(odd.verdict.sentence.find("does not follow its model") != std::string::npos);
+        CHECK(odd.verdict.sentence.find("crop") != std::string::npos);
+        for (const synthetic::RigViewsPlan &shifted : {moved, bumped}) {
+            const calib::solution found =
+                solve(synthetic::make_rig_views(shifted, seed + i, seed + i));
+            INFO(found.verdict.sentence);
+            CHECK_FALSE(found.verdict.lens_outside_model);
+            std::string all;
+            for (const auto &texts : {found.verdict.reasons, found.verdict.remarks}) {
+                for (const std::string &text : texts) {
+                    all += text;
+                }
+            }
+            CHECK(all.find("did the board move") != std::string::npos);
+        }
+    }
 }

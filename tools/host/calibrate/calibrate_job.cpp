@@ -342,10 +342,16 @@ class runner {
                "(webcam previews do it) and take them again";
     }
 
-    void add_reason(const std::string &reason) {
-        solution_.verdict.good = false;
-        solution_.verdict.reasons.insert(solution_.verdict.reasons.begin(), reason);
-        solution_.verdict.sentence = "Not good: " + reason + ".";
+    /// Before all others, unless one of those may be its cause.
+    void add_reason(const std::string &reason, bool first = true) {
+        calib::verdict &verdict = solution_.verdict;
+        verdict.good = false;
+        if (!first) {
+            verdict.reasons.push_back(reason);
+            return;
+        }
+        verdict.reasons.insert(verdict.reasons.begin(), reason);
+        verdict.sentence = "Not good: " + reason + ".";
     }
 
     std::string hint_for_unsolved() const {
@@ -371,7 +377,8 @@ class runner {
                 "swapped, or the pictures are mirrored");
         }
         if (!fault_text().empty()) {
-            add_reason(fault_text());
+            const bool apart = fault_text() == apart_text();
+            add_reason(fault_text(), !apart || !solution_.verdict.lens_outside_model);
         }
     }
 
