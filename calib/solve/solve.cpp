@@ -26,7 +26,7 @@ const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
 const int WARP_FROM = 6;  // board positions
 const double SCATTERED_Z = 4;
 const double MIN_SCATTER_PX = 1e-3;  // rounding also scatters
-const double MISFIT_PX = 0.5;        // a floor of the noise from here on is no noise
+const double MISFIT_PX = 0.5;        // a larger floor of the noise is a misfit
 const double AGREE_SIGMAS = 0.05;    // two starts whose results are closer than this agree
 
 int count_views(const bundle &data, int camera) {

@@ -30,6 +30,40 @@ class Info(pairs.Fixture):
             (folder / name).write_bytes(content)
         return folder
 
+    def test_calibrations_that_numpy_saved(self):
+        """Names and shapes as in tutorials, stored and deflated, beside other arrays."""
+        M1 = numpy.array([[530, 0, 320], [0, 531, 240], [0, 0, 1.0]])
+        M2, D = M1 + [[0, 0, 5], [0] * 3, [0] * 3], numpy.array([[-.28, .08, .001, -.0002, 0]])
+        R, T = cv2.Rodrigues(numpy.array([.01, -.02, .005]))[0], numpy.array([[-60.0], [.5], [1]])
+        path = self.directory / "pair.npz"
+        for save, arrays in (
+                (numpy.savez, {"mtxL": M1, "distL": D, "mtxR": M2, "distR": D / 2, "R": R, "T": T,
+                               "imageSize": (640, 480), "objpoints": numpy.array([{}])}),
+                (numpy.savez_compressed, {
+                    "K0": M1, "D0": D[0], "K1": M2, "D1": D[0] / 2, "R": numpy.asfortranarray(R),
+                    "T": T[:, 0].astype("f4"), "size": numpy.array([640, 480], "i4"),
+                    "rms": 0.25, "big": numpy.zeros((300, 300)), "name": numpy.array("a rig")})):
+            save(path, **arrays)
+            page = self.pages(path)["pair.npz"]
+            self.assertEqual(page["left"]["size_px"], [640, 480])
+            self.assertEqual(page["right"]["focal_px"], [530, 531])
+            self.assertEqual(page["right"]["centre_px"], [325, 240])
+            self.assertEqual(page["right"]["distortion_k1_k2_p1_p2_k3"], list(D[0] / 2))
+            self.assertEqual(page["translation_right_left_mm"], [-60, .5, 1])
+            numpy.testing.assert_allclose(page["rotation_right_left_rad"], [.01, -.02, .005],
+                                          atol=1e-9)
+        whole = path.read_bytes()
+        numpy.save(self.directory / "M1.npy", M1)
+        for name, content, word in (("cut.npz", whole[:len(whole) // 2], "not a complete zip"),
+                                    ("holes.npz", whole[:60] + bytes(200) + whole[260:], "damaged"),
+                                    ("one.npy", (self.directory / "M1.npy").read_bytes(), "numpy.savez"),
+                                    ("no.npz", b"PK\3\4" + b"PK\5\6" + bytes(18), "without arrays")):
+            (self.directory / name).write_bytes(content)
+            done = pairs.run("info", self.directory / name)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertIn(word, done.stderr)
+
     def pages(self, *arguments):
         done = pairs.run("info", *arguments, "--json")
         self.assertEqual(done.returncode, 0, done.stderr)

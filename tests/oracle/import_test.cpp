@@ -166,6 +166,8 @@ TEST_CASE("OpenCV: other names, one file, size stated, metres") {
          "right_distortion_coefficients", "rotation_matrix", "translation_vector"},
         {"K_l", "D_l", "K_r", "D_r", "R", "t"},
         {"mtxL", "distL", "mtxR", "distR", "R", "T"},
+        {"K0", "D0", "K1", "D1", "R", "T"},
+        {"cameraMatrix0", "distCoeffs0", "cameraMatrix1", "distCoeffs1", "Rot", "Trns"},
     };
     for (const auto &name : names) {
         INFO("name ", std::string(name.M1));

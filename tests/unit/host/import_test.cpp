@@ -410,3 +410,78 @@ TEST_CASE("RealSense: the table of the viewer and the listing of rs-enumerate-de
     const std::string cut = here.write("cut.txt", replace(text, "Translation Vector: -0.", ""));
     check_refused(cut, options, ERROR_MISSING, {"extrinsic"});
 }
+
+namespace {
+
+std::string storage_matrix(const std::string &name, int rows, int columns,
+                           const std::string &data) {
+    return name + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+           "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data:[" + data + "]\n";
+}
+
+std::string orbslam_camera(const std::string &name, const std::string &terms) {
+    return name + ".fx: 458.0\n" + name + ".fy: 457.0\n" + name + ".cx: 367.0\n" + name +
+           ".cy: 248.0\n" + terms;
+}
+
+const char *const orbslam_size = "Camera.width: 752\nCamera.height: 480\nCamera.fps:20\n";
+
+}  // namespace
+
+TEST_CASE("ORB-SLAM: raw pairs, wide ones, and rectified ones") {
+    const folder here;
+    const auto settings = [&](const std::string &text) {
+        return here.write("rig.yaml", "%YAML:1.0\n" + text + orbslam_size);
+    };
+    const std::string two = orbslam_camera("Camera1", "Camera1.k1: -0.28\nCamera1.p2: 0.001\n") +
+                            orbslam_camera("Camera2", "Camera2.k1: -0.27\n");
+    const std::string pose = storage_matrix("Stereo.T_c1_c2", 4, 4,
+                                            "0.8, 0, 0.6, 0.1, 0, 1, 0, 0, -0.6, 0, 0.8, 0, 0, 0, "
+                                            "0, 1");
+    loaded result = load(settings(two + pose));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.report.format == "ORB-SLAM");
+    CHECK(result.value.left.width_px == 752);
+    CHECK(result.value.left.p2 == 0.001);
+    CHECK(result.value.right.k1 == -0.27);
+    // The right camera is at x 100 mm and turned by -36.9 degrees.
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-80));
+    CHECK(result.value.translation_right_left_mm[2] == doctest::Approx(-60));
+    result = load(settings("Camera.type: \"KannalaBrandt8\"\n" + two + pose));
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.left.kind == LENS_EQUIDISTANT);
+    check_refused(settings(two), {}, ERROR_MISSING, {"Stereo.T_c1_c2"});
+
+    const std::string one = orbslam_camera("Camera", "Camera.k1: 0.0\nCamera.bf: 45.8\n");
+    result = load(settings(one));
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.rectified);
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-100));
+    check_refused(settings(replace(one, "k1: 0.0", "k1: -0.2")), {}, ERROR_DISTORTION, {"LEFT.K"});
+    check_refused(settings(replace(one, "45.8", "0")), {}, ERROR_BASELINE, {"above 0"});
+    check_refused(settings(replace(one, "45.8", "[1]")), {}, ERROR_SYNTAX, {"Camera.bf"});
+
+    const std::string K = "458, 0, 367, 0, 457, 248, 0, 0, 1", R = "1, 0, 0, 0, 1, 0, 0, 0, 1";
+    const auto side = [&](const std::string &name, const std::string &x) {
+        return name + ".height: 480\n" + name + ".width: 752\n" +
+               storage_matrix(name + ".D", 1, 5, "-0.28, 0.07, 0.0002, 0, 0") +
+               storage_matrix(name + ".K", 3, 3, K) + storage_matrix(name + ".R", 3, 3, R) +
+               storage_matrix(name + ".P", 3, 4,
+                              "435, 0, 367, " + x + ", 0, 435, 252, 0, 0, 0, 1, 0");
+    };
+    const std::string path = settings(one + side("LEFT", "0") + side("RIGHT", "-43.5"));
+    result = load(path);
+    INFO(result.message);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.left.k1 == -0.28);
+    CHECK(result.value.left.fx_px == 458);
+    CHECK(result.value.translation_right_left_mm[0] == doctest::Approx(-100));
+    import_options options;
+    options.rectified = true;
+    result = load(path, options);
+    REQUIRE(result.code == ERROR_OK);
+    CHECK(result.value.left.fx_px == 435);
+    check_refused(settings(one + side("LEFT", "0")), {}, ERROR_MISSING, {"RIGHT.P"});
+}

@@ -97,8 +97,9 @@ const option_page page_of_command = {
     "vergence info",
     "FILE...",
     "explain a calibration, a result or a session",
-    "Explains each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, ROS "
-    "camera_info pairs, Kalibr's camchain.yaml, EuRoC's sensor.yaml pairs, mrcal's .cameramodel "
+    "Explains each FILE: calibrations (our own text, OpenCV intrinsics and extrinsics, also as "
+    "arrays that numpy.savez wrote, ROS camera_info pairs, Kalibr's camchain.yaml, EuRoC's "
+    "sensor.yaml pairs, ORB-SLAM's settings of a stereo camera, mrcal's .cameramodel "
     "pairs, Middlebury calib.txt, KITTI, K.txt, DepthAI's EEPROM as JSON, the table of a RealSense "
     "as JSON or as rs-enumerate-devices -c prints it, true cameras of the simulated rig) with the "
     "figures that follow from them, and results "

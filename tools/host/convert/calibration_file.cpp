@@ -16,6 +16,7 @@
 #include "daemon/session/calibration_at.h"
 #include "daemon/surface/length_check.h"
 #include "stereo/geometry/calibration_grammar.h"
+#include "tools/host/formats/numpy_archive.hpp"
 #include "tools/host/formats/whole_file.hpp"
 
 namespace {
@@ -298,6 +299,7 @@ const text_format text_formats[] = {
     {false, import_euroc_matches, read_format<euroc_format>},
     {false, import_mrcal_matches, read_format<mrcal_format>},
     {false, import_ros_matches, read_format<ros_format>},
+    {true, import_orbslam_matches, read_one<import_orbslam>},
     {false, import_opencv_matches, read_opencv},
     {true, import_depthai_matches, read_one<import_depthai>},
     {true, import_realsense_matches, read_one<import_realsense>},
@@ -317,7 +319,13 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     if (single && zoom_calibration_is_text(first.text.data(), first.text.size())) {
         return read_zoom(first);
     }
-    if (first.text.find('\0') != std::string::npos) {
+    if (numpy_array_matches(first.text)) {
+        fail(ERROR_SYNTAX, first.path +
+                               ": is one array of numpy: save all of the pair in one file, "
+                               "numpy.savez(\"pair.npz\", M1=.., D1=.., M2=.., D2=.., "
+                               "R=.., T=.., imageSize=(width, height))");
+    }
+    if (first.text.find('\0') != std::string::npos && !numpy_archive_matches(first.text)) {
         fail(ERROR_SYNTAX, first.path + ": not a calibration (not a text file)");
     }
     for (const text_format &format : text_formats) {
@@ -328,8 +336,8 @@ import_pair read_any(std::vector<import_file> *files, const import_options &opti
     fail(ERROR_SYNTAX,
          first.path +
              ": not a calibration (expected our own text, OpenCV intrinsics/extrinsics, ROS "
-             "camera_info, Kalibr, EuRoC, mrcal, Middlebury calib.txt, KITTI, K.txt, DepthAI, "
-             "RealSense or cameras of the simulated rig)");
+             "camera_info, Kalibr, EuRoC, ORB-SLAM, mrcal, Middlebury calib.txt, KITTI, K.txt, "
+             "DepthAI, RealSense, numpy's .npz or cameras of the simulated rig)");
 }
 
 /// Reads it, and questions a baseline that is probably in another unit. A stated unit settles it if

@@ -296,3 +296,42 @@ void import_projections(const import_file &file, const std::string &field,
     pair->value.rectified = true;
     pair->value.translation_right_left_mm[0] = -across_mm;
 }
+
+// With T the right P's translation over its focal lengths, R_right p_right = R_left p_left + T.
+void import_rectification(const import_file &file, const std::array<const char *, 2> &fields,
+                          const import_rectified_camera &left, const import_rectified_camera &right,
+                          double unit_mm, calibration *value) {
+    const std::string rotation = fields[0], projection = fields[1];
+    const std::vector<double> &P = right.P, &P0 = left.P;
+    if (!(P[0] > 0) || !(P[5] > 0) || !(P0[0] > 0) || !(P0[5] > 0)) {
+        import_fail(ERROR_RANGE, file, projection + ": focal lengths must be above 0");
+    }
+    const double T_mm[3] = {(P[3] / P[0] - P0[3] / P0[0]) * unit_mm,
+                            (P[7] / P[5] - P0[7] / P0[5]) * unit_mm, 0};
+    if (T_mm[0] == 0 && T_mm[1] == 0) {
+        import_fail(ERROR_BASELINE, file,
+                    projection +
+                        ": no baseline: its fourth column must be "
+                        "-fx * baseline in metres, as a stereo calibration writes it");
+    }
+    if (T_mm[0] > 0 && std::abs(T_mm[0]) > std::abs(T_mm[1])) {
+        import_fail(ERROR_BASELINE, file,
+                    projection +
+                        ": the right camera is to the left of the left one: are the two "
+                        "files swapped?");
+    }
+    double checked[3];
+    for (const import_rectified_camera *side : {&left, &right}) {
+        if (geometry_vector_from_rotation(side->R.data(), checked) != ERROR_OK) {
+            import_fail(ERROR_ROTATION, file,
+                        rotation + " (of it or its partner) is not a rotation");
+        }
+    }
+    const std::vector<double> &R = right.R;
+    const double R_right_rect[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
+    std::vector<double> R_right_left(9);
+    double t_mm[3];
+    geometry_multiply(R_right_rect, left.R.data(), R_right_left.data());
+    geometry_rotate(R_right_rect, T_mm, t_mm);
+    import_pose(file, rotation, R_right_left, t_mm, value);
+}

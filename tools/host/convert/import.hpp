@@ -42,7 +42,8 @@ struct import_failure {
 };
 
 /// Files of `stereo_calib`, or with the same or similar names, one or several: M1 D1 M2 D2 R T,
-/// image size if stated. Sides of files with one camera: in the order of `files`.
+/// image size if stated; also arrays of these names that numpy saved (.npz). Sides of files with
+/// one camera: in the order of `files`.
 import_pair import_opencv(const std::vector<import_file> &files, const import_options &options);
 
 /// The pair of camera_info files, left first.
@@ -56,6 +57,9 @@ import_pair import_kalibr(const import_file &file, const import_options &options
 
 /// The pair of sensor.yaml files of a data set in EuRoC's form, left first.
 import_pair import_euroc(const std::vector<import_file> &files, const import_options &options);
+
+/// The settings of ORB-SLAM2 and 3 for a stereo camera.
+import_pair import_orbslam(const import_file &file, const import_options &options);
 
 /// The EEPROM of a camera of Luxonis, as DepthAI writes it.
 import_pair import_depthai(const import_file &file, const import_options &options);
@@ -82,6 +86,7 @@ bool import_ros_matches(const std::string &text);
 bool import_simrig_matches(const std::string &text);
 bool import_kalibr_matches(const std::string &text);
 bool import_euroc_matches(const std::string &text);
+bool import_orbslam_matches(const std::string &text);
 bool import_depthai_matches(const std::string &text);
 bool import_realsense_matches(const std::string &text);
 bool import_matrix_matches(const std::string &text);
@@ -146,6 +151,17 @@ void import_pose(const import_file &file, const std::string &field, const std::v
 void import_projections(const import_file &file, const std::string &field,
                         const std::vector<double> &P_left, const std::vector<double> &P_right,
                         double unit_mm, import_pair *pair);
+
+/// How one raw camera was rectified, as OpenCV's stereoRectify gives it (row-major): R maps its
+/// frame into the rectified one, P = [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] projects points of that.
+struct import_rectified_camera {
+    const std::vector<double> &R, &P;
+};
+
+/// The pose of raw cameras from their rectification. `fields`: names of R and P for messages.
+void import_rectification(const import_file &file, const std::array<const char *, 2> &fields,
+                          const import_rectified_camera &left, const import_rectified_camera &right,
+                          double unit_mm, calibration *value);
 
 /// Millimetres per unit that the options state, or 0 if they state none.
 double import_stated_unit_mm(const import_options &options);

@@ -14,6 +14,7 @@
 #include "stereo/geometry/geometry.h"
 #include "tools/host/convert/import.hpp"
 #include "tools/host/convert/import_storage.hpp"
+#include "tools/host/formats/numpy_archive.hpp"
 
 namespace {
 
@@ -55,22 +56,25 @@ bool is_one_of(const std::string &name, std::initializer_list<const char *> name
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Removes a word for the side from either end of a plain name.
-int cut_side(std::string *name) {
+/// Removes a word for the side from either end of a plain name. `base`: the left camera's number.
+int cut_side(std::string *name, int base) {
     static const struct {
         const char *word;
         int side;
         bool in_front;  // may also be a prefix
-    } words[] = {{"left", 0, true}, {"right", 1, true}, {"1", 0, false},
+    } words[] = {{"left", 0, true}, {"right", 1, true}, {"0", 0, false}, {"1", 0, false},
                  {"2", 1, false},   {"l", 0, false},    {"r", 1, false}};
     for (const auto &word : words) {
         const size_t length = std::strlen(word.word);
         if (name->size() <= length) {
             continue;
         }
-        if (name->compare(name->size() - length, length, word.word) == 0) {
+        const bool digit = std::isdigit(static_cast<unsigned char>(*word.word)) != 0;
+        const int side = digit ? *word.word - '0' - base : word.side;
+        if ((side == 0 || side == 1) &&
+            name->compare(name->size() - length, length, word.word) == 0) {
             name->resize(name->size() - length);
-            return word.side;
+            return side;
         }
         if (word.in_front && name->compare(0, length, word.word) == 0) {
             name->erase(0, length);
@@ -80,19 +84,21 @@ int cut_side(std::string *name) {
     return 2;
 }
 
-bool role_of(const std::string &name, role *what, int *side) {
+bool role_of(const std::string &name, int base, role *what, int *side) {
     std::string plain = plain_name(name);
     *side = 2;
-    if (is_one_of(plain, {"r", "rotation", "rotationmatrix", "rmat", "stereor"})) {
+    if (is_one_of(plain, {"r", "rotation", "rotationmatrix", "rmat", "stereor", "rot"})) {
         *what = ROTATION;
         return true;
     }
-    if (is_one_of(plain, {"t", "translation", "translationvector", "tvec", "stereot"})) {
+    if (is_one_of(plain,
+                  {"t", "translation", "translationvector", "tvec", "stereot", "trans", "trns"})) {
         *what = TRANSLATION;
         return true;
     }
     static const std::initializer_list<const char *> matrix = {
-        "m", "k", "cameramatrix", "cammatrix", "mtx", "intrinsic", "intrinsics", "intrinsicmatrix"};
+        "m",         "k",          "cameramatrix",    "cammatrix", "mtx",
+        "intrinsic", "intrinsics", "intrinsicmatrix", "newmtx"};
     static const std::initializer_list<const char *> distortion = {"d",
                                                                    "dist",
                                                                    "distortion",
@@ -106,7 +112,7 @@ bool role_of(const std::string &name, role *what, int *side) {
         *what = is_one_of(plain, matrix) ? MATRIX : DISTORTION;
         return true;
     }
-    *side = cut_side(&plain);
+    *side = cut_side(&plain, base);
     if (*side == 2) {
         return false;
     }
@@ -179,15 +185,30 @@ void read_extras(const import_storage_entry &entry, const std::string &plain, fi
     }
 }
 
+/// The number of the left camera: 0 where a matrix or a distortion has this number.
+int number_of_left(const std::vector<import_storage_entry> &entries) {
+    return std::any_of(entries.begin(), entries.end(),
+                       [](const import_storage_entry &entry) {
+                           role what;
+                           int side;
+                           return !entry.name.empty() && entry.name.back() == '0' &&
+                                  role_of(entry.name, 0, &what, &side);
+                       })
+               ? 0
+               : 1;
+}
+
 void read_file(const import_file &file, int file_side, findings *result) {
-    for (const import_storage_entry &entry : import_storage_read(file)) {
+    const std::vector<import_storage_entry> entries = import_storage_read(file);
+    const int base = number_of_left(entries);
+    for (const import_storage_entry &entry : entries) {
         const std::string plain = plain_name(entry.name);
         const bool zero = entry.kind == import_storage_kind::number && entry.numbers[0] == 0;
         result->fisheye = result->fisheye || (plain.find("fisheye") != std::string::npos && !zero);
         role what;
         int side;
         finding found{&file, entry.name, {}, 0, 0};
-        if (!role_of(entry.name, &what, &side) || !read_values(file, entry, &found)) {
+        if (!role_of(entry.name, base, &what, &side) || !read_values(file, entry, &found)) {
             read_extras(entry, plain, result);
             continue;
         }
@@ -308,7 +329,8 @@ void read_rectified(const import_file &file, const findings &from, const import_
 
 bool import_opencv_matches(const std::string &text) {
     return text.find("opencv-matrix") != std::string::npos ||
-           text.find("<opencv_storage") != std::string::npos || text.compare(0, 5, "%YAML") == 0;
+           text.find("<opencv_storage") != std::string::npos || text.compare(0, 5, "%YAML") == 0 ||
+           numpy_archive_matches(text);
 }
 
 import_pair import_opencv(const std::vector<import_file> &files, const import_options &options) {

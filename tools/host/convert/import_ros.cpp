@@ -4,10 +4,7 @@
 /// point of the rectified frame P = [f 0 cx Tx; 0 f cy Ty; 0 0 1 0] with Tx = -f B in the right
 /// camera, lengths in m, and R maps the raw camera's frame to the rectified one. Source: REP 104,
 /// CameraInfo.msg.
-#include <cmath>
-
 #include "core/error.h"
-#include "stereo/geometry/geometry.h"
 #include "tools/host/convert/import_yaml.hpp"
 
 namespace {
@@ -123,43 +120,6 @@ camera_info read_info(const import_file &file) {
     return info;
 }
 
-/// Pose of raw cameras: with T the right P's translation over its focal lengths,
-/// R_right p_right = R_left p_left + T.
-void set_raw_pose(const import_file &file, const camera_info &left, const camera_info &right,
-                  double unit_mm, import_pair *pair) {
-    const std::vector<double> &P = right.P, &P0 = left.P;
-    if (!(P[0] > 0) || !(P[5] > 0) || !(P0[0] > 0) || !(P0[5] > 0)) {
-        import_fail(ERROR_RANGE, file, "projection_matrix: focal lengths must be above 0");
-    }
-    const double T_mm[3] = {(P[3] / P[0] - P0[3] / P0[0]) * unit_mm,
-                            (P[7] / P[5] - P0[7] / P0[5]) * unit_mm, 0};
-    if (T_mm[0] == 0 && T_mm[1] == 0) {
-        import_fail(ERROR_BASELINE, file,
-                    "projection_matrix: no baseline: its fourth column must be "
-                    "-fx * baseline in metres, as a stereo calibration writes it");
-    }
-    if (T_mm[0] > 0 && std::abs(T_mm[0]) > std::abs(T_mm[1])) {
-        import_fail(
-            ERROR_BASELINE, file,
-            "projection_matrix: the right camera is to the left of the left one: are the two "
-            "files swapped?");
-    }
-    double checked[3];
-    for (const camera_info *info : {&left, &right}) {
-        if (geometry_vector_from_rotation(info->R.data(), checked) != ERROR_OK) {
-            import_fail(ERROR_ROTATION, file,
-                        "rectification_matrix (of it or its partner) is not a rotation");
-        }
-    }
-    const std::vector<double> &R = right.R;
-    const double R_right_rect[9] = {R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8]};
-    std::vector<double> R_right_left(9);
-    double t_mm[3];
-    geometry_multiply(R_right_rect, left.R.data(), R_right_left.data());
-    geometry_rotate(R_right_rect, T_mm, t_mm);
-    import_pose(file, "rectification_matrix", R_right_left, t_mm, &pair->value);
-}
-
 }  // namespace
 
 bool import_ros_matches(const std::string &text) {
@@ -185,7 +145,8 @@ import_pair import_ros(const std::vector<import_file> &files, const import_optio
         } else {
             pair.value.left = left.camera;
             pair.value.right = right.camera;
-            set_raw_pose(files[1], left, right, unit_mm, &pair);
+            import_rectification(files[1], {"rectification_matrix", "projection_matrix"},
+                                 {left.R, left.P}, {right.R, right.P}, unit_mm, &pair.value);
             pair.assumed.push_back("images assumed to be raw (image_raw)");
         }
         pair.value.left.width_px = left.camera.width_px;

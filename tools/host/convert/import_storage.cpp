@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "tools/host/formats/numpy_archive.hpp"
 
 namespace {
 
@@ -117,8 +119,27 @@ json json_of(const import_file &file, const YAML::Node &node, int depth) {
     return value;
 }
 
+bool is_of_name(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+}
+
+/// OpenCV needs no blank after the colon of a name (data:[1, 2]), YAML parsers do.
+std::string with_blanks(const std::string &text) {
+    std::string result;
+    for (const import_line &line : import_lines(text)) {
+        const auto begin =
+            std::find_if(line.text.begin(), line.text.end(), [](char c) { return c != ' '; });
+        const auto colon = std::find_if_not(begin, line.text.end(), is_of_name);
+        const bool blank = line.text.end() - colon > 1 && *colon == ':' && colon[1] != ' ';
+        const auto end = blank ? colon + 1 : line.text.end();
+        result += std::string(line.text.begin(), end) + (blank ? " " : "") +
+                  std::string(end, line.text.end()) + "\n";
+    }
+    return result;
+}
+
 json read_yaml(const import_file &file) {
-    std::string text = file.text;
+    std::string text = with_blanks(file.text);
     if (text.compare(0, 5, "%YAML") == 0) {
         text[0] = '#';  // keeps the line numbers
     }
@@ -255,9 +276,37 @@ json json_of(const import_file &file, const element &parent, int depth) {
     return value.is_array() && value.size() == 1 && parent.name != "data" ? value[0] : value;
 }
 
+std::vector<import_storage_entry> read_numpy(const import_file &file) {
+    std::vector<numpy_array> arrays;
+    std::string reason;
+    if (!numpy_archive_read(file.text, &arrays, &reason)) {
+        import_fail(ERROR_SYNTAX, file, reason);
+    }
+    std::vector<import_storage_entry> entries;
+    for (const numpy_array &array : arrays) {
+        import_storage_entry entry;
+        entry.name = array.name;
+        entry.numbers = array.numbers;
+        if (!array.numbers.empty() && array.shape.size() <= 2) {
+            entry.kind = array.shape.empty()       ? kind::number
+                         : array.shape.size() == 1 ? kind::list
+                                                   : kind::matrix;
+        }
+        if (entry.kind == kind::matrix) {
+            entry.rows = static_cast<int>(array.shape[0]);
+            entry.columns = static_cast<int>(array.shape[1]);
+        }
+        entries.push_back(std::move(entry));
+    }
+    return entries;
+}
+
 }  // namespace
 
 std::vector<import_storage_entry> import_storage_read(const import_file &file) {
+    if (numpy_archive_matches(file.text)) {
+        return read_numpy(file);
+    }
     const size_t first = file.text.find_first_not_of(" \t\r\n");
     const char begin = first == std::string::npos ? '\0' : file.text[first];
     const json root = begin == '<'   ? json_of(file, xml_reader(file).read_document(), 0)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Reads files of OpenCV's FileStorage in its three formats (YAML, XML, JSON) without OpenCV, whose
-/// parser crashes on some damaged files. Keeps only the top level, and of it only entries with
-/// numbers.
+/// parser crashes on some damaged files, and arrays that numpy saved. Keeps only the top level, and
+/// of it only entries with numbers.
 #ifndef VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
 #define VERGENCE_TOOLS_HOST_CONVERT_IMPORT_STORAGE_HPP
 
