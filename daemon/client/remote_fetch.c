@@ -54,11 +54,11 @@ static bool read_crc(const struct cJSON *result, uint32_t *crc) {
     return true;
 }
 
-/// Whether the open local file is the instrument's.
-static bool is_right(struct transfer *self) {
+/// Whether an open local file is the instrument's.
+static bool is_right(const struct transfer *self, int fd) {
     uint64_t size = 0;
     uint32_t crc = 0;
-    return remote_sum_file(self->fd, &size, &crc) && size == self->size && crc == self->crc;
+    return remote_sum_file(fd, &size, &crc) && size == self->size && crc == self->crc;
 }
 
 /// Gets length and CRC-32 of the instrument's file.
@@ -129,10 +129,35 @@ static int fetch_into_part(struct transfer *self, struct message *message) {
         have = (uint64_t)about.st_size;
     }
     int error = fetch_rest(self, have, message);
-    if (error == 0 && have > 0 && !is_right(self)) {
+    if (error == 0 && have > 0 && !is_right(self, self->fd)) {
         error = fetch_rest(self, 0, message);
     }
-    return error == 0 && !is_right(self) ? refuse_changed(self, message) : error;
+    return error == 0 && !is_right(self, self->fd) ? refuse_changed(self, message) : error;
+}
+
+/// Whether there is a local file of this name already, which then must be the instrument's:
+/// nothing is replaced. `advice`: what to give instead.
+static int look_for_local(struct transfer *self, const char *advice, bool *same,
+                          struct message *message) {
+    struct stat about;
+    *same = false;
+    if (lstat(self->local, &about) != 0) {
+        return 0;
+    }
+    if (stat(self->local, &about) != 0 || !S_ISREG(about.st_mode)) {
+        return message_set(
+            message, ERROR_ARGUMENT, "%s: exists and is not a file (%s)", self->local,
+            S_ISDIR(about.st_mode) ? "it is a directory: give a name in it" : "give another name");
+    }
+    const int fd = open(self->local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (fd < 0) {
+        return report_errno(self->local, message);
+    }
+    *same = is_right(self, fd);
+    close(fd);
+    return *same ? 0
+                 : message_set(message, ERROR_ARGUMENT, "%s: exists with other contents (give %s)",
+                               self->local, advice);
 }
 
 static int open_part(struct transfer *self, struct message *message) {
@@ -142,11 +167,6 @@ static int open_part(struct transfer *self, struct message *message) {
     const int length = snprintf(self->part, sizeof self->part, "%s" PART_END, self->local);
     if (length < 0 || (size_t)length >= sizeof self->part) {
         return message_set(message, ERROR_ARGUMENT, "local file name too long");
-    }
-    if (stat(self->local, &about) == 0 && !S_ISREG(about.st_mode)) {
-        return message_set(
-            message, ERROR_ARGUMENT, "%s: exists and is not a file (%s)", self->local,
-            S_ISDIR(about.st_mode) ? "it is a directory: give a name in it" : "give another name");
     }
     self->fd = open(self->part, flags, 0644);
     if (self->fd < 0) {
@@ -167,8 +187,15 @@ static int give_name(const struct transfer *self, struct message *message) {
 }
 
 static int fetch(struct transfer *self, struct message *message) {
+    bool same = false;
     self->fd = -1;
     int error = describe(self, message);
+    error = error != 0 ? error
+                       : look_for_local(self, "another name: fetch NAME FILE, or remove it", &same,
+                                        message);
+    if (same) {
+        return 0;
+    }
     error = error != 0 ? error : open_part(self, message);
     error = error != 0 ? error : fetch_into_part(self, message);
     error = error != 0 ? error : give_name(self, message);
@@ -181,20 +208,11 @@ static int fetch(struct transfer *self, struct message *message) {
 /// An existing file of a directory must be the instrument's.
 static int check_existing(struct transfer *self, struct message *message) {
     const int parent = (int)(strrchr(self->local, '/') - self->local);
+    char advice[PATH_BYTES + 32];
+    bool same = false;
+    snprintf(advice, sizeof advice, "another name than %.*s", parent, self->local);
     const int error = describe(self, message);
-    if (error != 0) {
-        return error;
-    }
-    self->fd = open(self->local, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-    if (self->fd < 0) {
-        return report_errno(self->local, message);
-    }
-    const bool same = is_right(self);
-    close(self->fd);
-    return same ? 0
-                : message_set(message, ERROR_ARGUMENT,
-                              "%s: exists with other contents (give another name than %.*s)",
-                              self->local, parent, self->local);
+    return error != 0 ? error : look_for_local(self, advice, &same, message);
 }
 
 // ---- fetch of a directory

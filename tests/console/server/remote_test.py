@@ -211,7 +211,24 @@ class Remote(DaemonTest):
         done = self.vergence("fetch", "session/frame.bin", "/no/such/folder/x")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
 
-    def test_fetch_replaces_files_alone(self):
+    def test_fetch_replaces_nothing(self):
+        there, other = self.path_of("mine"), self.path_of("same")
+        for path, content in ((there, b"mine"), (other, self.content)):
+            with open(path, "wb") as file:
+                file.write(content)
+            self.addCleanup(os.remove, path)
+        done = self.vergence("fetch", "session/frame.bin", there)
+        self.assertEqual((done.returncode, done.stdout, done.stderr),
+                         (1, "", f"vergence: {there}: exists with other contents (give another name: "
+                          "fetch NAME FILE, or remove it)\n"))
+        self.assertFalse(os.path.exists(there + ".part"))
+        with open(there, "rb") as file:
+            self.assertEqual(file.read(), b"mine")
+        # The same file once more costs nothing.
+        done = self.vergence("fetch", "session/frame.bin", other)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_fetch_writes_files_alone(self):
         pipe, folder, other = (self.path_of(name) for name in ("pipe", "folder", "other"))
         os.mkfifo(pipe)
         os.mkfifo(other + ".part")
