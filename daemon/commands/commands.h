@@ -91,7 +91,7 @@ struct zoom_calibration;
 int commands_calibration_zoom(const struct command_call *call, struct zoom_calibration **zoom);
 
 /// Adds the saved calibration, and whether it matches the instrument's present state, to the answer
-/// of `status`. 0, or ERROR_MISMATCH with the call's message. The rig's thread only.
-int commands_calibration_put_state(const struct command_call *call);
+/// of `status`, with the reason if not. The rig's thread only.
+void commands_calibration_put_state(const struct command_call *call);
 
 #endif

@@ -119,16 +119,21 @@ int commands_calibration_of_pair(const struct command_call *call, struct capture
     int error;
     captured->calibration_length = 0;
     struct calibration_text *text = load_saved(call, &error);
-    if (text == NULL) {
-        return error == ERROR_MISSING
-                   ? 0
-                   : command_fail(call, error, "the saved calibration cannot be read: %s",
-                                  error_text(error));
+    if (text == NULL && error == ERROR_MISSING) {
+        return 0;
     }
-    calibration_match_pair(call->rig->profile.name, &captured->instrument, &captured->pair, &state);
-    error = use_saved(text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured, &message);
+    if (text == NULL) {
+        (void)message_set(&message, error, "the saved calibration cannot be read: %s",
+                          error_text(error));
+    } else {
+        calibration_match_pair(call->rig->profile.name, &captured->instrument, &captured->pair,
+                               &state);
+        error = use_saved(text, &state, accepted ? NULL : CAPTURE_ACCEPT_WORD, captured, &message);
+    }
     free(text);
-    if (error == ERROR_MISMATCH && accepted) {
+    if (error != 0 && error != ERROR_MEMORY && accepted) {
+        // One that cannot be used at all is left out.
+        captured->calibration_length = error == ERROR_MISMATCH ? captured->calibration_length : 0;
         reply_text(call, "accepted_mismatch", message.text);
         return 0;
     }
@@ -207,8 +212,8 @@ static bool find_id(const struct calibration_text *text, char id[CALIBRATION_ID_
     return false;
 }
 
-/// Adds whether the saved calibration matches the instrument as it stands.
-static int put_match(const struct command_call *call, const struct calibration_text *text) {
+/// Adds whether the saved calibration matches the instrument as it stands, and why not.
+static void put_match(const struct command_call *call, const struct calibration_text *text) {
     struct calibration_match_state state;
     struct calibration calibration;
     struct message message;
@@ -222,7 +227,9 @@ static int put_match(const struct command_call *call, const struct calibration_t
                error != 0                                                  ? "no"
                : calibration_match_is_partial(&calibration, &state.origin) ? "not known"
                                                                            : "yes");
-    return error == 0 ? 0 : command_fail(call, error, "%s", message.text);
+    if (error != 0) {
+        reply_text(call, "mismatch", message.text);
+    }
 }
 
 /// Adds how well it fits: by the last pair that it was refined by, and since when it holds.
@@ -264,21 +271,22 @@ static void reset_health(const struct command_call *call) {
     atomic_store(&health->set_s, (int64_t)time(NULL));
 }
 
-int commands_calibration_put_state(const struct command_call *call) {
+void commands_calibration_put_state(const struct command_call *call) {
     char id[CALIBRATION_ID_BYTES];
     int error;
     struct calibration_text *text = load_saved(call, &error);
     if (text == NULL || !find_id(text, id)) {
         free(text);
-        return 0;  // the command "calibration" reports it
+        return;  // the command "calibration" reports it
     }
     reply_group_begin(call, "calibration", false);
     reply_text(call, "id", id);
-    error = call->rig->state == RIG_READY ? put_match(call, text) : 0;
+    if (call->rig->state == RIG_READY) {
+        put_match(call, text);
+    }
     reply_group_end(call);
     put_health(call);
     free(text);
-    return error;
 }
 
 // ---- the command

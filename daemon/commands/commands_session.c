@@ -109,7 +109,9 @@ static void write_beginning(void *cookie) {
     if (error == 0) {
         session->writer.room_bytes = room_check_now(daemon).files_bytes;
         error = session_writer_instrument(&session->writer, &self->instrument, &message);
-        error = error != 0 ? error : write_calibration(call, &message);
+        // A saved one that the pair was taken without, since it cannot be read, is left out.
+        const bool left_out = self->captured != NULL && self->captured->calibration_length == 0;
+        error = error != 0 || left_out ? error : write_calibration(call, &message);
         if (error != 0) {
             session_writer_discard(&session->writer, daemon->files_fd);
         }
@@ -119,8 +121,9 @@ static void write_beginning(void *cookie) {
 
 /// Starts a session, or continues it; only after `check_name`.
 static int begin_session(const struct command_call *call, const struct command_value *name,
-                         const char *kind, bool add) {
-    struct beginning beginning = {.call = call, .name = name, .kind = kind, .add = add};
+                         const char *kind, bool add, struct captured_pair *captured) {
+    struct beginning beginning = {
+        .call = call, .name = name, .kind = kind, .add = add, .captured = captured};
     commands_calibration_instrument(call, &beginning.instrument);
     disk_writer_run(&daemon_of(call)->disk_writer, write_beginning, &beginning);
     return beginning.error;
@@ -238,9 +241,10 @@ static int write_session(const struct command_call *call, struct captured_pair *
     if (!session->recording && !call->values[CAPTURE_NAME].given) {
         return 0;
     }
-    int error = session->recording ? 0
-                                   : begin_session(call, &call->values[CAPTURE_NAME], "capture",
-                                                   command_is_set(&call->values[CAPTURE_ADD]));
+    int error = session->recording
+                    ? 0
+                    : begin_session(call, &call->values[CAPTURE_NAME], "capture",
+                                    command_is_set(&call->values[CAPTURE_ADD]), captured);
     error = error != 0 ? error : save_pair(call, captured, registers);
     if (error == 0) {
         captured->in_session = true;
@@ -371,7 +375,7 @@ static int start_recording(const struct command_call *call) {
     }
     int error = check_name(call, &call->values[1], false);
     error = error != 0 ? error : room_check_recording(call);
-    error = error != 0 ? error : begin_session(call, &call->values[1], "record", false);
+    error = error != 0 ? error : begin_session(call, &call->values[1], "record", false, NULL);
     if (error != 0) {
         return error;
     }

@@ -89,9 +89,9 @@ class Instrument(DaemonTest):
             works(move)
             refused("capture away", name, "accept-mismatch")
             self.assertFalse(os.path.exists(os.path.join(self.files, "away")))
-            status = refused("status", name)
-            self.assertEqual(status["result"]["calibration"]["match"], "no")
-            self.assertIn("pairs", status["result"])  # the other fields are present
+            status = works("status")["calibration"]
+            self.assertEqual(status["match"], "no")
+            self.assertIn(name, status["mismatch"])
             refused("calibration set rig.txt", name, "accept-mismatch")
             works(back)
             if name == "left pan":
@@ -107,7 +107,7 @@ class Instrument(DaemonTest):
         works("bringup")  # the servo positions are unknown until set
         works("window 128 96")
         refused("capture unset", "left pan", "not set", "accept-mismatch")
-        refused("status", "left pan")
+        self.assertIn("left pan", works("status")["calibration"]["mismatch"])
         works("calibration forget")
         works("capture free")
         # One of another program states no axes: it is saved with the present ones.
@@ -123,10 +123,16 @@ class Instrument(DaemonTest):
         works("calibration forget")
         works("window 96 96")
         works("calibration set foreign.txt")  # the window may be set later
-        answer = client.ask_json("capture small accept-mismatch=yes")
+        answer = client.ask_json("capture small")
         self.assertEqual(answer["error"], "SIZE_MISMATCH", answer)
-        for word in ("96x96", "128x96", "window"):
-            self.assertIn(word, answer["message"])
+        accepted = works("capture small accept-mismatch=yes")["accepted_mismatch"]
+        status = works("status")["calibration"]["mismatch"]
+        for said in (answer["message"], accepted, status):
+            for word in ("96x96", "128x96", "window"):
+                self.assertIn(word, said)
+        # It is of no use to a pair of another size.
+        self.assertNotIn("calibration", {line.split()[0] for line in lines_of(
+            os.path.join(self.files, "small"))})
         works("window 128 96")
         works("capture fitting")
 

@@ -147,7 +147,7 @@ class Webcams(unittest.TestCase):
         self.refused(f"{ask} calibration set rig.txt", *swapped)
         self.run_one(f"{ask} calibration set rig.txt accept-mismatch=yes")
         self.refused(f"{ask} capture again", *swapped)
-        self.refused(f"{ask} status", *swapped)
+        self.assertRegex(self.run_one(f"{ask} status"), "(?s)mismatch: .*swapped")
         self.refused(f"{ask} reconstruct exchanged", *swapped)
         self.refused("vergence reconstruct files/exchanged --calibration calibrated/rig.calibration "
                      "--near 300 --far 1500 --out exchanged", *swapped[1:])

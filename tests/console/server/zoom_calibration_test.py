@@ -120,13 +120,23 @@ class ZoomCalibration(DaemonTest):
             self.assertEqual(value(exported, field), value(second, field))
         # A pair that the calibration does not reach.
         works("pan 24 side=left")
-        refused("status", "MISMATCH", "left pan", "outside")
+        self.assertRegex(works("status")["calibration"]["mismatch"], "left pan.*outside")
         refused("capture away", "MISMATCH", "left pan", "24.0", "20.000")
         self.assertFalse(os.path.exists(os.path.join(self.files, "away")))
         self.assertIn("left pan", works("capture anyway accept-mismatch=yes")["accepted_mismatch"])
         self.assertEqual(calibrations("anyway"), [])
         refused("aim distance=200", "RANGE", "left", "20.000")
         refused("reconstruct anyway", "MISMATCH", "left pan", "outside")
+        # A damaged record does not keep a calibration from being made.
+        store = os.path.join(self.folder, "store")
+        record, = (os.path.join(store, name) for name in os.listdir(store) if "calibration" in name)
+        with open(record, "r+b") as file:
+            file.seek(1000)
+            file.write(b"?")
+        refused("capture damaged", "CRC", "saved calibration", "cannot be read")
+        self.assertIn("cannot be read",
+                      works("capture damaged accept-mismatch=yes")["accepted_mismatch"])
+        self.assertEqual(calibrations("damaged"), [])
         works("calibration forget")
         refused("reconstruct anyway", "MISSING", "calibration")
         with open(os.path.join(self.files, "cut.zoom"), "wb") as file:
