@@ -70,19 +70,28 @@ static struct calibration_axis between(double before, double after) {
                                      fabs(after - before) / 2};
 }
 
-static struct calibration_axis pan_of(const struct session_instrument *instrument, int side,
-                                      const struct pair_frame *frame) {
-    const double centre_q4 = instrument->servo_centre_q4[side];
+bool calibration_match_pan_deg(const struct session_instrument *instrument, int side,
+                               double pulse_q4, double *deg) {
     const double q4_per_degree = instrument->servo_q4_per_rad[side] / MATH_DEGREE_PER_RAD;
     if (!(q4_per_degree > 0)) {
+        return false;
+    }
+    *deg = (pulse_q4 - instrument->servo_centre_q4[side]) / q4_per_degree;
+    return true;
+}
+
+static struct calibration_axis pan_of(const struct session_instrument *instrument, int side,
+                                      const struct pair_frame *frame) {
+    double before_deg, after_deg;
+    if (!calibration_match_pan_deg(instrument, side, frame->before.pan_q4, &before_deg) ||
+        !calibration_match_pan_deg(instrument, side, frame->after.pan_q4, &after_deg)) {
         return (struct calibration_axis){
             .kind = frame->before.pan_q4 == 0 ? CALIBRATION_AXIS_NONE : CALIBRATION_AXIS_UNKNOWN};
     }
     if (frame->before.pan_q4 == 0 || frame->after.pan_q4 == 0) {
         return (struct calibration_axis){.kind = CALIBRATION_AXIS_UNKNOWN};
     }
-    return between((frame->before.pan_q4 - centre_q4) / q4_per_degree,
-                   (frame->after.pan_q4 - centre_q4) / q4_per_degree);
+    return between(before_deg, after_deg);
 }
 
 void calibration_match_pair(const char *profile, const struct session_instrument *instrument,

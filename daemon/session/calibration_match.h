@@ -34,6 +34,10 @@ bool calibration_match_is_apart(const struct session_instrument *instrument, int
 /// The instrument that a profile describes; its cameras are unknown.
 struct session_instrument calibration_match_instrument(const struct rig_profile *profile);
 
+/// The angle of a servo's pulse; false: the instrument states none.
+bool calibration_match_pan_deg(const struct session_instrument *instrument, int side,
+                               double pulse_q4, double *deg);
+
 /// The state in which a session's pair was taken. If `instrument` is NULL (the session does not
 /// record it), the built-in profile named `profile` is used if it exists.
 void calibration_match_pair(const char *profile, const struct session_instrument *instrument,

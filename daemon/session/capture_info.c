@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/invariant.h"
+#include "daemon/session/calibration_match.h"
 #include "device/lens_driver.h"
 
 static const double q3 = 8, q4 = 16, permille_a_percent = 10;
@@ -36,9 +37,23 @@ static void add_pair(const struct capture_info *info, char text[CAPTURE_INFO_BYT
     }
 }
 
-static void add_frame(const struct pair_frame *frame, const char *side,
-                      char text[CAPTURE_INFO_BYTES]) {
-    add(text, "%s: sequence %" PRIu32, side, frame->sequence);
+static void add_pan(const struct capture_info *info, int side, char text[CAPTURE_INFO_BYTES]) {
+    const int pulse_q4 = info->pair->frame[side].before.pan_q4;
+    double deg = 0;
+    if (pulse_q4 == 0) {
+        return;
+    }
+    if (info->instrument != NULL &&
+        calibration_match_pan_deg(info->instrument, side, pulse_q4, &deg)) {
+        add(text, ", pan %.3f deg", deg);
+    } else {
+        add(text, ", pan %.4f us", pulse_q4 / q4);
+    }
+}
+
+static void add_frame(const struct capture_info *info, int side, char text[CAPTURE_INFO_BYTES]) {
+    const struct pair_frame *frame = &info->pair->frame[side];
+    add(text, "%s: sequence %" PRIu32, rig_side_names[side], frame->sequence);
     if (frame->exposure_us != 0) {
         add(text, ", exposure %" PRIu32 " us", frame->exposure_us);
     }
@@ -50,9 +65,7 @@ static void add_frame(const struct pair_frame *frame, const char *side,
         add(text, "%s%u x %" PRIu32 " us", i == 0 ? ", merged from " : " + ",
             (unsigned)part->frames, part->exposure_us);
     }
-    if (frame->before.pan_q4 != 0) {
-        add(text, ", pan %.4f us", frame->before.pan_q4 / q4);
-    }
+    add_pan(info, side, text);
     for (int axis = 0; axis < LENS_AXES; axis++) {
         if (frame->before.lens[axis].position_q4 != INT32_MIN) {
             add(text, ", %s %.2f", lens_axis_names[axis],
@@ -68,7 +81,7 @@ void capture_info_line(const struct capture_info *info, int line, char text[CAPT
     if (line == 0) {
         add_pair(info, text);
     } else {
-        add_frame(&info->pair->frame[line - 1], rig_side_names[line - 1], text);
+        add_frame(info, line - 1, text);
     }
 }
 

@@ -5,6 +5,7 @@
 #define VERGENCE_DAEMON_SESSION_CAPTURE_INFO_H
 
 #include "daemon/base/json.h"
+#include "daemon/session/session.h"
 #include "rig/pair.h"
 
 #ifdef __cplusplus
@@ -13,10 +14,12 @@ extern "C" {
 
 enum { CAPTURE_INFO_LINES = 1 + RIG_SIDES, CAPTURE_INFO_BYTES = 512 };
 
-/// A pair of a session; both pointers must outlive this. Pixels are not read.
+/// A pair of a session; the pointers must outlive this. Pixels are not read.
 struct capture_info {
     const char *session;      ///< its name; NULL: the images are not from a session
     const struct pair *pair;  ///< its `number` is its position in the session, from 1
+    /// What took it, for the angles of its servos; NULL: unknown, pulses are stated instead.
+    const struct session_instrument *instrument;
 };
 
 /// Line `line` (0: the pair, 1: left camera, 2: right camera) for file comments and for people: a

@@ -170,7 +170,8 @@ static int check_name(struct run *self, const char *name) {
 static int make_png(struct run *self, int side, const struct develop_balance *balance,
                     const struct raw_image *frame, uint8_t **png, size_t *bytes) {
     char text[2 * CAPTURE_INFO_BYTES], line[CAPTURE_INFO_BYTES];
-    const struct capture_info info = {self->label, &self->pairs.pair.pair};
+    const struct capture_info info = {self->label, &self->pairs.pair.pair,
+                                      self->pairs.has_instrument ? &self->pairs.instrument : NULL};
     struct picture picture = {.width_px = frame->width_px,
                               .height_px = frame->height_px,
                               .channels = frame->layout == RAW_GREY ? 1 : 3,

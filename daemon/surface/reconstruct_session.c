@@ -475,7 +475,9 @@ int reconstruct_session_read(void *session, const struct reconstruct_request *re
     }
     if (error == ERROR_OK) {
         set_label(self);
-        context->capture = (struct capture_info){self->label, &self->pair.pair};
+        context->capture =
+            (struct capture_info){self->label, &self->pair.pair,
+                                  self->pair.has_instrument ? &self->pair.instrument : NULL};
         error = use_pair(self, request, inputs, context, message);
     }
     if (error != ERROR_OK) {

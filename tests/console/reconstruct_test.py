@@ -4,6 +4,7 @@ command line, cancelled and rejected without leftovers, with the right calibrati
 window."""
 import glob
 import json
+import math
 import os
 import re
 import resource
@@ -190,8 +191,9 @@ class Reconstruct(Surfaces):
 
     def test_every_result_describes_the_capture(self):
         """Skew, settings and positions of the pair, as the session's index has them."""
-        pair = dict(word.split("=", 1) for line in lines_of(self.session("c"))
-                    if line.startswith("pair ") for word in line.split()[1:])
+        events = lines_of(self.session("c"))
+        pair, instrument = (dict(word.split("=", 1) for line in events if line.startswith(kind)
+                                 for word in line.split()[1:]) for kind in ("pair ", "instrument "))
         figures = self.asked("reconstruct c pair=1 scale=0.5 near=1600 far=2300")
         self.assertEqual(figures["skew"], int(pair["skew_us"]))
         reported = json.loads(self.bytes_of("surface-c-1/result.json"))["capture"]
@@ -210,8 +212,10 @@ class Reconstruct(Surfaces):
             for i, values_q4 in enumerate((before, after)):
                 self.assertEqual([at[name][i] * 16 for name in ("pan_us", "zoom", "focus", "iris")],
                                  values_q4)
+            centre_q4, q4_per_rad = map(int, instrument[f"{side}_servo"].split(","))
+            pan_deg = math.degrees((before[0] - centre_q4) / q4_per_rad)
             lines.append(f"{side}: sequence {at['sequence']}, exposure {at['exposure_us']} us, gain "
-                         f"{at['gain']:.3f}, pan {before[0] / 16:.4f} us, zoom {before[1] / 16:.2f}, "
+                         f"{at['gain']:.3f}, pan {pan_deg:.3f} deg, zoom {before[1] / 16:.2f}, "
                          f"focus {before[2] / 16:.2f}, iris {before[3] / 16:.2f}")
         for name, mark in (("mesh.ply", "comment"), ("points.pcd", "#")):
             head = self.bytes_of(f"surface-c-1/{name}")[:2000]

@@ -208,7 +208,7 @@ bool add_pair(reading *self, info_page *page, document *list) {
                            self->pairs.has_instrument ? &self->pairs.instrument : nullptr, &pair,
                            &self->state);
     document object = json_of([&](json *out) {
-        const capture_info info = {self->reader.path, &pair};
+        const capture_info info = {self->reader.path, &pair, nullptr};  // the state has angles
         capture_info_json(&info, out);
     })["capture"];
     object.erase("session");
