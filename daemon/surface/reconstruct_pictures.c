@@ -213,9 +213,9 @@ static bool explain_order(const struct reconstruct_context *context,
             turned[turn]);
     } else if (is_swapped(context, left, right)) {
         add(cause, context->calibration_path != NULL
-                       ? "left and right are swapped, or both images are upside down"
-                       : "left and right are swapped, both images are upside down, or the pair is "
-                         "not rectified");
+                       ? "left and right are swapped, or both images are upside down or mirrored"
+                       : "left and right are swapped, both images are upside down or mirrored, or "
+                         "the pair is not rectified");
     }
     return cause->text[0] != '\0';
 }

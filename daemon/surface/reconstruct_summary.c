@@ -44,7 +44,7 @@ static void print_surface(const struct reconstruct_context *context, FILE *strea
         fprintf(stream, "depth       %.6g mm (median), %.6g mm to %.6g mm (1 %% to 99 %%)\n",
                 spread.depth_mm[1], spread.depth_mm[0], spread.depth_mm[2]);
         if (context->options->refine) {
-            fprintf(stream, "deviation   %.3g mm predicted (median), %.3g mm (95 %%)\n",
+            fprintf(stream, "sigma       %.3g mm predicted (median), %.3g mm (95 %%)\n",
                     spread.sigma_mm[1], spread.sigma_mm[2]);
         }
     }

@@ -139,8 +139,10 @@ class Pictures(pairs.Fixture):
         self.assertNotIn("calibration", output_text)
         flipped = self.save("flipped.png", self.right[::-1])
         self.named(("flipped",), self.left_path, flipped, *pairs.RECTIFIED)
-        self.named(("left and right are swapped",), self.right_path, self.left_path,
-                   *pairs.RECTIFIED)
+        mirrored = [self.save(f"{side}-mirrored.png", image[:, ::-1])
+                    for side, image in (("left", self.left), ("right", self.right))]
+        for pair in ((self.right_path, self.left_path), mirrored):
+            self.named(("left and right are swapped", "mirrored"), *pair, *pairs.RECTIFIED)
 
     def test_same_picture(self):
         again = self.save("again.png", self.left)
