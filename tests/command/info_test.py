@@ -3,6 +3,7 @@
 """
 import json
 import pathlib
+import re
 import struct
 import unittest
 
@@ -136,6 +137,17 @@ class Info(pairs.Fixture):
         file.release()
         return paths, rig, matrix, bends
 
+    def raw_of_page(self, side, x, y):
+        """Where report.html finds a place of the rectified images in those as they were taken."""
+        text = (self.out / "report.html").read_text(encoding="utf-8")
+        raw = json.loads(re.search(r'id="page-data">(.*?)</script>', text, re.S)[1])["raw"]
+        nodes = numpy.array(raw[side], float).reshape(raw["rows"], raw["columns"], 2)
+        column, row = x / raw["step"], y / raw["step"]
+        i, j = min(int(column), raw["columns"] - 2), min(int(row), raw["rows"] - 2)
+        u, v = column - i, row - j
+        return ((1 - v) * ((1 - u) * nodes[j, i] + u * nodes[j, i + 1]) +
+                v * ((1 - u) * nodes[j + 1, i] + u * nodes[j + 1, i + 1]))
+
     def test_a_pixel_of_a_result_is_found_in_both_images(self):
         paths, rig, matrix, bends = self.bent_pair()
         self.reconstruct("--calibration", rig, "--unit", "mm", "--disparity", "0:48", left=paths[0],
@@ -144,6 +156,10 @@ class Info(pairs.Fixture):
         for x, y in ((130, 85), (40, 30), (200, 120), (60, 140)):
             page = self.pages(self.out, "--at", f"{x},{y}")["result.json"]
             self.assertAlmostEqual(page["disparity_px"], float(found[y, x]), 4)
+            # The report's page says the same, from a coarse grid.
+            for side, place in (("left", x), ("right", x - page["disparity_px"])):
+                self.assertLess(numpy.abs(self.raw_of_page(side, place, y) - page[side + "_px"]).max(),
+                                0.1)
             # The plain cameras of the original pair see the same point on one row.
             plain = [cv2.undistortPoints(numpy.array([[page[side + "_px"]]]), matrix, bend,
                                          P=matrix)[0, 0]

@@ -234,6 +234,9 @@ class Report(unittest.TestCase):
             wanted = (plan["f_px"] * plan["baseline_mm"] /
                       (float(self.disparity[y, x]) - plan["cx_left_px"] + plan["cx_right_px"]))
             self.assertAlmostEqual(depth / wanted, 1, delta=1e-3)
+            places = re.search(r"in the images\s*([-\d.,]+)", text)[1].split(",")
+            np.testing.assert_allclose([float(place) for place in places],
+                                       [x, y, x - self.disparity[y, x], y], atol=0.11)
             mark = self.browser.evaluate(
                 "(() => { const f = document.querySelector('.frame[data-side=right]');"
                 " const d = f.querySelector('.dot').getBoundingClientRect(),"

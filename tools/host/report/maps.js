@@ -20,6 +20,28 @@ function placeHairs(frame, x, y) {
   }
 }
 
+// Where a place in a rectified image is in the image as it was taken; null: not known.
+function rawOf(side, x, y) {
+  if (!page.raw) return null;
+  const { step, columns, rows } = page.raw, nodes = page.raw[side];
+  const i = Math.min(columns - 2, Math.max(0, Math.floor(x / step)));
+  const j = Math.min(rows - 2, Math.max(0, Math.floor(y / step)));
+  const u = x / step - i, v = y / step - j, raw = [0, 0];
+  for (const [at, weight] of [[0, (1 - u) * (1 - v)], [1, u * (1 - v)], [columns, (1 - u) * v], [columns + 1, u * v]])
+    for (let k = 0; k < 2; k++) {
+      const value = nodes[2 * (j * columns + i + at) + k];
+      if (value === null) return null;
+      raw[k] += weight * value;
+    }
+  return `${raw[0].toFixed(1)},${raw[1].toFixed(1)}`;
+}
+
+// The mark of a pixel in both images, as `calibrate --touch-up` takes it.
+function rawMark(x, y, disparity) {
+  const left = rawOf('left', x, y), right = rawOf('right', x - disparity, y);
+  return left && right ? `<span>in the images <b>${left},${right}</b></span>` : '';
+}
+
 function readoutParts(index) {
   const x = marked.x * page.step, y = marked.y * page.step;
   const parts = [`<span><b>${x}, ${y}</b> px</span>`];
@@ -40,6 +62,7 @@ function readoutParts(index) {
     } else {
       parts.push('<span>beyond infinity</span>');
     }
+    parts.push(rawMark(x, y, disparity));
     parts.push(`<span>confidence ${Math.round(measured.confidence[index] / 2.55)} %</span>`);
     if (measured.truth_q8 && measured.truth_q8[index] !== NO_TRUTH) {
       const error = disparity - measured.truth_q8[index] / 256;

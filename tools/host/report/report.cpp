@@ -9,6 +9,7 @@
 #include "tools/host/formats/report_text.hpp"
 #include "tools/host/report/report_figures.hpp"
 #include "tools/host/report/report_layers.hpp"
+#include "tools/host/report/report_raw.hpp"
 #include "tools/host/report/report_sections.hpp"
 #include "tools/host/report/report_sources.hpp"
 #include "tools/host/report/report_still.hpp"
@@ -57,6 +58,7 @@ std::string page_data(const reconstruct_context &context, const report_figures &
         {"cy", json_number(plan.cy_px)},
         {"baseline", json_number(plan.baseline_mm)},
         {"R_left_rect", json_rotation(plan.R_rect_left)},
+        {"raw", report_raw_grid(context)},
         {"max_gap_q8", std::to_string(context.options->max_gap_q8)},
         {"unit", report_text_json(figures.unit)},
         {"has_surface",
