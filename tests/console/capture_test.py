@@ -109,13 +109,14 @@ class CaptureTest(DaemonTest):
                               text=True)
         return done.stdout
 
-    def capture(self, session, *options, keys="\n", each=lambda command, line: None):
+    def capture(self, session, *options, keys="\n", each=lambda command, line: None,
+                window=("--keep-window",)):
         """Runs a capture from straight ahead; `each` is called with each line that it prints. Exit code
         and output."""
         self.vergence("pan", "0", "right=0")
         command = subprocess.Popen(
             [os.environ["VERGENCE"], "calibrate", "capture", session, *self.make.BOARD, "--connect",
-             f"unix:{self.path}", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+             f"unix:{self.path}", *window, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, text=True)
         shown = ""
         with command:
@@ -205,7 +206,7 @@ class Board(OnePosition):
             # Another board than before.
             code, shown, said = self.capture(session, *words, "--board", "9x7", keys="q\n")
             self.assertEqual((code, said.count("\n")), (3, 1), said)
-            self.assertIn("corners", said)
+            self.assertIn("begun with --board 10x7 ", said)
             self.assertTrue((session / "guide.svg").read_text().startswith("<svg"))
 
     def test_a_board_out_of_view_is_named_and_costs_nothing(self):
@@ -224,7 +225,23 @@ class Board(OnePosition):
         self.refused("moved during the position.*same command", "move board 40 0 500 8 6 -3")
         self.control(HOME)
         self.refused("JAMMED.*zoom", "fault lens left zoom jam")
-        self.control("fault lens left zoom free")
+        # Before anyone holds a board.
+        with tempfile.TemporaryDirectory() as work:
+            code, shown, said = self.capture(work + "/zooms", *self.words, keys="")
+            self.control("fault lens left zoom free")
+            self.assertEqual((code, said.count("\n")), (3, 1), shown + said)
+            self.assertRegex(said, "JAMMED.*zoom")
+            self.assertNotIn("position", shown)
+
+    def test_the_whole_sensor_is_set_unless_the_window_is_to_be_kept(self):
+        with tempfile.TemporaryDirectory() as work:
+            for window, size in ((("--keep-window",), "320"), ((), "2048")):
+                code, shown, said = self.capture(work + "/zooms", *self.words, keys="q\n",
+                                                 window=window)
+                self.assertEqual(code, 0, said)
+                self.assertRegex(self.vergence("window").stdout, rf"width: *{size}")
+        self.assertEqual(self.vergence("window", *self.window.split()).returncode, 0)
+        self.assertIn("window: 2048 x 1536 px, the whole sensor (it was 320 x 256)", shown)
 
     def test_a_board_that_becomes_too_bright_is_exposed_again(self):
         with tempfile.TemporaryDirectory() as work:
@@ -240,6 +257,7 @@ class Board(OnePosition):
             # Ten counts of play below the end of the motor's range.
             self.assertIn("4 zooms from 8.5 to 83.6 mm", shown)
             self.assertRegex(shown, r"3 pairs in \d+\.\d minutes")
+            self.assertIn(" corners (captures 2", shown)
 
 
 class Autofocus(OnePosition):

@@ -122,3 +122,15 @@ TEST_CASE("a capture's time is that of its positions, without the person's and t
     }
     CHECK(capture_minutes(shots) == doctest::Approx((6 + 1) / 60.0));
 }
+
+TEST_CASE("lenses at different zooms show the board in different sizes") {
+    capture_look look[2];
+    look[0].distance_mm = 1000;
+    look[1].distance_mm = 1150;  // nearer to the left camera
+    CHECK(capture_check_sides(look).empty());
+    look[1].distance_mm = 1600;
+    CHECK(capture_check_sides(look).find("left picture shows the board 1.60 times") !=
+          std::string::npos);
+    look[1].distance_mm = 500;
+    CHECK(capture_check_sides(look).find("0.50 times") != std::string::npos);
+}

@@ -108,10 +108,15 @@ TEST_CASE("pairs are added to one session, which is resumed by the next run") {
         CHECK(shot.view[1].corners[1].x_px == doctest::Approx(5.25));
         CHECK(shot.view[1].corners[1].sigma_px == doctest::Approx(0.04).epsilon(1e-4));
     }
-    // Another board has another number of corners.
-    capture_session other(path, {4, 2, 24, "4x4_50", 17});
-    CHECK(!other.load(&error));
-    CHECK(error.find("same --board") != std::string::npos);
+    // Another board, square, dictionary or marker would spoil what there is.
+    for (const calib::board &another :
+         {calib::board{4, 2, 24, "4x4_50", 17}, calib::board{3, 2, 25, "4x4_50", 17},
+          calib::board{3, 2, 24, "4x4_100", 17}, calib::board{3, 2, 24, "4x4_50", 18}}) {
+        capture_session other(path, another);
+        CHECK(!other.load(&error));
+        CHECK(error.find("begun with --board 3x2 --square 24 --charuco 4x4_50 --marker 17") !=
+              std::string::npos);
+    }
 }
 
 TEST_CASE("a session of another instrument, or of another kind, is left alone") {

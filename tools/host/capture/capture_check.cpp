@@ -10,7 +10,9 @@
 namespace {
 
 const double growth_tolerance = 0.15;  // of the picture from one zoom to the next
+const double sides_tolerance = 0.25;   // a board near one camera fills more of its picture
 const double shift_allowed = 0.05;     // of the frame's width, by the centre's wander
+const int focus_px = 100;              // side of the region for autofocus
 const double bright_share = 0.9;       // of the white squares' pixels are darker
 const char *const sides[2] = {"Left", "Right"};
 
@@ -117,6 +119,17 @@ capture_point capture_middle_corner(const capture_optics &optics, const calib::b
     return {x0 + ratio * (nearest->x_px - x0), y0 + ratio * (nearest->y_px - y0)};
 }
 
+std::string capture_check_sides(const capture_look look[2]) {
+    const double ratio = look[1].distance_mm / look[0].distance_mm;
+    if (std::max(ratio, 1 / ratio) <= 1 + sides_tolerance) {
+        return "";
+    }
+    return report_text_format(
+        "the lenses are not at the same zoom: the left picture shows the board %.2f times as large "
+        "as the right one (a zoom's read-back is wrong, or the lenses are of different types)",
+        ratio);
+}
+
 std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,
                                  const capture_shot &after, double ratio) {
     const double centre[2] = {0.5 * optics.width_px, 0.5 * optics.height_px};
@@ -152,4 +165,33 @@ double capture_minutes(const std::vector<capture_shot> &shots) {
         us += shots[i].end_us > from_us ? static_cast<double>(shots[i].end_us - from_us) : 0;
     }
     return us / 60e6;
+}
+
+std::string capture_focus_region(const capture_optics &optics, const capture_point &corner,
+                                 const std::array<double, 2> &window_px) {
+    const auto begin = [](double at, int limit, double window) {
+        const double first = std::clamp(at - focus_px / 2.0, 0.0, double(limit - focus_px));
+        return static_cast<int>(first + window) / 2 * 2;
+    };
+    return report_text_format("%d,%d,%d,%d", begin(corner.x_px, optics.width_px, window_px[0]),
+                              begin(corner.y_px, optics.height_px, window_px[1]), focus_px,
+                              focus_px);
+}
+
+bool capture_is_seen(const capture_shot &shot) {
+    return std::min(shot.view[0].corners.size(), shot.view[1].corners.size()) >=
+           CAPTURE_CORNERS_MIN;
+}
+
+std::string capture_not_seen(const capture_shot &shot) {
+    std::string text;
+    for (size_t side = 0; side < 2; side++) {
+        const calib::board_view &view = shot.view[side];
+        if (view.corners.size() < CAPTURE_CORNERS_MIN) {
+            text += std::string("  ") + (side == 0 ? "left" : "right") + " camera: " +
+                    (!view.rejection.empty() ? view.rejection : "fewer than 12 corners visible") +
+                    "\n";
+        }
+    }
+    return text;
 }

@@ -32,6 +32,19 @@ struct capture_point {
 capture_point capture_middle_corner(const capture_optics &optics, const calib::board_view &view,
                                     double ratio);
 
+/// A region of the whole sensor for autofocus, "X,Y,WIDTH,HEIGHT", about a corner.
+std::string capture_focus_region(const capture_optics &optics, const capture_point &corner,
+                                 const std::array<double, 2> &window_px);
+
+/// Whether both cameras see enough corners of the board, and why not, a line for each that does
+/// not.
+bool capture_is_seen(const capture_shot &shot);
+std::string capture_not_seen(const capture_shot &shot);
+
+/// Whether both pictures of a pair show the board in a size that one zoom explains. Returns "", or
+/// one sentence.
+std::string capture_check_sides(const capture_look look[2]);
+
 /// Whether both pictures changed between two pairs as the focal length did, `ratio` times, and only
 /// so. Returns "", or one sentence that says what moved.
 std::string capture_check_zoomed(const capture_optics &optics, const capture_shot &before,

@@ -25,7 +25,7 @@
 
 namespace {
 
-const int readings = 16, focus_px = 100;
+const int readings = 16;
 const int exit_interrupted = 130;
 const double aim_tolerance = 0.3;  // of half the narrowest field
 const double sweep_deg[] = {5, -5};
@@ -89,8 +89,17 @@ class runner {
                 return false;
             }
             position += !ended;
+            say_rest(position, ended);
         }
         return finish();
+    }
+
+    void say_rest(uint32_t position, bool ended) const {
+        const int left = job_.positions - static_cast<int>(position);
+        if (!ended && left > 0) {
+            std::printf("about %.0f minutes of the instrument's time for %d more positions\n",
+                        capture_minutes(session_.shots()) / position * left, left);
+        }
     }
 
     // ---- the instrument
@@ -134,7 +143,7 @@ class runner {
 
     bool prepare_cameras() {
         double width = 0, height = 0;
-        if (!command("window")) {
+        if (!command("window") || !set_whole_window()) {
             return false;
         }
         instrument_.number("width", &width);
@@ -147,7 +156,34 @@ class runner {
         optics_.width_px = static_cast<int>(width);
         optics_.height_px = static_cast<int>(height);
         // The servos get the angles at which they are, so that every pair states them.
-        return command("iris f/" + number_text(job_.f_number, 4)) && read_pan() && turn(pan_deg_);
+        return command("iris f/" + number_text(job_.f_number, 4)) && read_pan() && turn(pan_deg_) &&
+               check_lenses();
+    }
+
+    /// Only windows behind a bridge, which have a place, can be set to the whole sensor.
+    bool set_whole_window() {
+        const capture_optics whole;
+        double width = 0, height = 0, column = 0;
+        instrument_.number("width", &width);
+        instrument_.number("height", &height);
+        if (job_.keep_window || !instrument_.number("left.column", &column) ||
+            (width == whole.width_px && height == whole.height_px)) {
+            return true;
+        }
+        std::printf("window: %d x %d px, the whole sensor (it was %.0f x %.0f)\n", whole.width_px,
+                    whole.height_px, width, height);
+        return command(report_text_format("window %d %d", whole.width_px, whole.height_px)) &&
+               command("window");
+    }
+
+    /// Drives both lenses to both ends, before anyone holds a board.
+    bool check_lenses() {
+        std::printf("checking the lenses: zoom and focus to both ends\n");
+        return command("zoom " + std::to_string(zooms_.back())) &&
+               command(report_text_format("focus %.0f mm", job_.far_mm)) &&
+               command("zoom " + std::to_string(zooms_.front())) &&
+               command(report_text_format("focus %.0f mm",
+                                          std::max(job_.near_mm, optics_.focus_nearest_mm)));
     }
 
     bool read_pan() {
@@ -182,8 +218,11 @@ class runner {
                         "continues with a new position)");
         }
         shot->board_position = position;
-        std::printf("  %5.1f mm: %zu and %zu corners\n", optics_.focal_mm(zoom),
-                    shot->view[0].corners.size(), shot->view[1].corners.size());
+        captures_++;
+        const std::string of = " of " + std::to_string(captures_planned_);
+        std::printf("  %5.1f mm: %zu and %zu corners (captures %d%s)\n", optics_.focal_mm(zoom),
+                    shot->view[0].corners.size(), shot->view[1].corners.size(), captures_,
+                    captures_planned_ >= captures_ ? of.c_str() : "");
         return true;
     }
 
@@ -262,15 +301,9 @@ class runner {
 
     /// Regions are stated on the whole sensor.
     bool autofocus(size_t side, const capture_point &corner, std::string *why) {
-        const auto begin = [](double at, int limit, double window) {
-            const double first = std::clamp(at - focus_px / 2.0, 0.0, double(limit - focus_px));
-            return static_cast<int>(first + window) / 2 * 2;
-        };
         if (!instrument_.run(
-                report_text_format("autofocus side=%s region=%d,%d,%d,%d", sides[side],
-                                   begin(corner.x_px, optics_.width_px, window_px_[side][0]),
-                                   begin(corner.y_px, optics_.height_px, window_px_[side][1]),
-                                   focus_px, focus_px),
+                report_text_format("autofocus side=%s region=%s", sides[side],
+                                   capture_focus_region(optics_, corner, window_px_[side]).c_str()),
                 why)) {
             return false;
         }
@@ -278,11 +311,6 @@ class runner {
         instrument_.text(std::string(sides[side]) + ".verdict", &verdict);
         *why = sides[side] + (" camera: " + verdict);
         return verdict == "focused" || verdict == "sharp everywhere";
-    }
-
-    static bool is_seen(const capture_shot &shot) {
-        return std::min(shot.view[0].corners.size(), shot.view[1].corners.size()) >=
-               CAPTURE_CORNERS_MIN;
     }
 
     // ---- a position of the board
@@ -294,6 +322,7 @@ class runner {
                                    job_.far_mm);
         distance_mm_ = 0;
         brightened_ = false;
+        captures_ = captures_planned_ = 0;
         if (!draw(covered, &next_)) {
             return false;
         }
@@ -323,21 +352,10 @@ class runner {
             if (!take(position, zooms_[0], nullptr, wide)) {
                 return false;
             }
-            if (is_seen(*wide)) {
+            if (capture_is_seen(*wide)) {
                 return true;
             }
-            explain(*wide);
-        }
-    }
-
-    static void explain(const capture_shot &shot) {
-        for (size_t side = 0; side < 2; side++) {
-            const calib::board_view &view = shot.view[side];
-            if (view.corners.size() < CAPTURE_CORNERS_MIN) {
-                std::printf("  %s camera: %s\n", sides[side],
-                            !view.rejection.empty() ? view.rejection.c_str()
-                                                    : "fewer than 12 corners visible");
-            }
+            std::fputs(capture_not_seen(*wide).c_str(), stdout);
         }
     }
 
@@ -349,6 +367,10 @@ class runner {
                                  &look[side])) {
                 return fail("the corners of the board lie in one line");
             }
+        }
+        error_ = capture_check_sides(look);
+        if (!error_.empty()) {
+            return false;
         }
         distance_mm_ = 0.5 * (look[0].distance_mm + look[1].distance_mm);
         std::printf("  the board is %.0f mm away, tilted by %.0f deg\n", distance_mm_,
@@ -379,8 +401,9 @@ class runner {
         }
         std::printf("  turned to %.2f and %.2f deg\n", pan_deg_[0], pan_deg_[1]);
         return take(position, zooms_[0], nullptr, wide) &&
-               (is_seen(*wide) || fail("the board is no longer in view after the cameras turned "
-                                       "to it (was it moved?)")) &&
+               (capture_is_seen(*wide) ||
+                fail("the board is no longer in view after the cameras turned "
+                     "to it (was it moved?)")) &&
                session_.add(directory_.incoming(), *wide, &error_);
     }
 
@@ -391,6 +414,8 @@ class runner {
         while (end < zooms_.size() && visible(wide, zooms_[0], zooms_[end])) {
             end++;
         }
+        captures_planned_ =
+            captures_ + static_cast<int>(end) - 1 + (job_.sweep ? int(std::size(sweep_deg)) : 0);
         for (size_t i = 1; i < end; i++) {
             if (!visible(last, zooms_[i - 1], zooms_[i])) {
                 break;
@@ -403,8 +428,8 @@ class runner {
                       &shot)) {
                 return false;
             }
-            if (!is_seen(shot)) {
-                explain(shot);
+            if (!capture_is_seen(shot)) {
+                std::fputs(capture_not_seen(shot).c_str(), stdout);
                 break;
             }
             error_ = capture_check_zoomed(optics_, last, shot, ratio);
@@ -431,7 +456,7 @@ class runner {
                 !take(position, zooms_[0], nullptr, &shot)) {
                 return false;
             }
-            if (is_seen(shot) && !session_.add(directory_.incoming(), shot, &error_)) {
+            if (capture_is_seen(shot) && !session_.add(directory_.incoming(), shot, &error_)) {
                 return false;
             }
         }
@@ -479,6 +504,7 @@ class runner {
     capture_place next_;
     std::vector<capture_place> planned_;
     double distance_mm_ = 0;
+    int captures_ = 0, captures_planned_ = 0;    // of a position; 0: not known yet
     bool exposed_ = false, brightened_ = false;  // in this run; for this position
 };
 

@@ -15,6 +15,7 @@ struct capture_job {
     double f_number = 8;
     double near_mm = 800, far_mm = 2400;  // where boards are proposed
     double baseline_mm = 250;
+    bool keep_window = false;
     bool autofocus = true;  // else the focus follows the measured distance
     bool sweep = true;      // each position is also seen at other pans
 };

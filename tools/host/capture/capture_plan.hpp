@@ -16,7 +16,7 @@ struct capture_optics {
     double zoom_min = 300, zoom_max = 850;  // counts, of the two focal lengths
     double f_number = 8;
     double baseline_mm = 250;
-    int width_px = 2048, height_px = 1536;
+    int width_px = 2048, height_px = 1536;  // whole sensor of a camera behind a bridge
 
     double focal_mm(double counts) const;
     double focal_px(double counts) const { return focal_mm(counts) / pixel_mm; }

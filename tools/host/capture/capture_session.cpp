@@ -17,10 +17,12 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/session/session_pairs.h"
 #include "daemon/session/session_write.h"
+#include "tools/host/formats/report_text.hpp"
 
 namespace {
 
 const char *const corners_name = "corners.vnl";
+const char *const board_comment = "## captured with ";
 const double q4 = 16;
 const double moved_counts = 3, moved_sigmas = 5;  // more than noise
 const char *const sides[2] = {"left ", "right "};
@@ -71,6 +73,23 @@ bool is_same_instrument(const session_instrument &one, const session_instrument 
            std::memcmp(one.servo_centre_q4, other.servo_centre_q4, sizeof one.servo_centre_q4) == 0;
 }
 
+/// The options that describe a board: a capture continues with the same.
+std::string board_options(const calib::board &board) {
+    return report_text_format("--board %dx%d --square %.6g --charuco %s --marker %.6g",
+                              board.columns, board.rows, board.square_mm,
+                              board.coded() ? board.dictionary.c_str() : "none", board.marker_mm);
+}
+
+/// The options in a file of corners; "" if it states none.
+std::string options_in(std::istream &in) {
+    const std::string begin = board_comment;
+    std::string line;
+    std::getline(in, line);
+    in.clear();
+    in.seekg(0);
+    return line.compare(0, begin.size(), begin) == 0 ? line.substr(begin.size()) : "";
+}
+
 /// The pairs of a session, opened.
 struct opened {
     session_reader reader{};
@@ -106,6 +125,26 @@ capture_session::~capture_session() {
     session_writer_leave(writer_.get());
 }
 
+/// Reads the corners, if there are any, of the same board.
+bool capture_session::read_corners(std::vector<calib::cached_view> *views,
+                                   std::string *error) const {
+    std::ifstream in(path_ + "/" + corners_name);
+    if (!in) {
+        return true;
+    }
+    const std::string options = options_in(in);
+    if (!options.empty() && options != board_options(board_)) {
+        *error = path_ + ": begun with " + options + " (give the same, or another directory)";
+        return false;
+    }
+    if (!calib::corner_cache_read(in, board_, views, error)) {
+        *error = path_ + "/" + corners_name + ": " + *error +
+                 " (give the same --board as for the first part of this capture)";
+        return false;
+    }
+    return true;
+}
+
 bool capture_session::load(std::string *error) {
     message last_error{};
     if (!session_pairs_here(path_.c_str())) {
@@ -118,10 +157,7 @@ bool capture_session::load(std::string *error) {
         return false;
     }
     std::vector<calib::cached_view> views;
-    std::ifstream in(path_ + "/" + corners_name);
-    if (in && !calib::corner_cache_read(in, board_, &views, error)) {
-        *error = path_ + "/" + corners_name + ": " + *error +
-                 " (give the same --board as for the first part of this capture)";
+    if (!read_corners(&views, error)) {
         return false;
     }
     std::map<std::string, const calib::board_view *> by_name;
@@ -228,6 +264,7 @@ bool capture_session::write_corners(std::string *error) const {
         }
     }
     std::ostringstream out;
+    out << board_comment << board_options(board_) << '\n';
     if (!calib::corner_cache_write(out, board_, views, error)) {
         return false;
     }

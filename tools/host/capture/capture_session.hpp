@@ -50,6 +50,7 @@ class capture_session {
 
   private:
     bool open(const std::string &incoming, std::string *error);
+    bool read_corners(std::vector<calib::cached_view> *views, std::string *error) const;
     bool write_corners(std::string *error) const;
 
     std::string path_;

@@ -15,7 +15,7 @@ struct request {
     int zooms = 13, positions = 12, focus = 0;
     double f_number = 8, baseline = 250;
     double range[2] = {800, 2400};
-    bool no_sweep;
+    bool no_sweep, keep_window;
 };
 
 const command_argument options[] = {
@@ -57,6 +57,10 @@ const command_argument options[] = {
                   "autofocus distance"),
     flag_option("no-sweep", offsetof(request, no_sweep),
                 "Take no additional pairs at other pan angles."),
+    flag_option(
+        "keep-window", offsetof(request, keep_window),
+        "Use the window that is set. Default: the whole sensor, which stays set, where a window "
+        "can be set."),
 };
 
 const option_page page = {
@@ -71,6 +75,7 @@ const option_page page = {
     "known only as well as the mean of its rests. Nothing else may move at a position.\n"
     "The longest zoom is the last that its motor reaches from the side from which it always comes "
     "(the profile's lens_zoom_approach and lens_zoom_backlash): beyond it the gears' play shows.\n"
+    "First the lenses are driven to both ends of the zooms. A saved calibration is not used.\n"
     "DIR becomes an ordinary session of all pairs, with corners.vnl (the corners, in mrcal's "
     "format) and guide.svg, which shows what is covered and where to place the board next: open it "
     "in a browser and reload it. Enter takes the position, q ends; after Ctrl-C or an error the "
@@ -120,5 +125,6 @@ int command_capture(int argc, char **argv) {
     job.far_mm = asked.range[1];
     job.autofocus = asked.focus == 0;
     job.sweep = !asked.no_sweep;
+    job.keep_window = asked.keep_window;
     return capture_job_run(job);
 }
