@@ -109,13 +109,6 @@ class Clients(DaemonTest):
         self.assertEqual(self.first.ask('watch 1 "watch 1 version"')[0][:12], "ERR ARGUMENT")
         self.assertIn("zoom: the instrument is down", self.first.ask("watch 1 zoom")[0])
 
-    def test_what_other_programs_call_it_leads_to_the_word(self):
-        for line, word in (("snapshot", "capture"), ("focus auto", "autofocus"), ("ls", "files"),
-                           ("exposure auto side=left", "autoexpose"), ("gain auto", "autoexpose")):
-            self.assertIn(f'(did you mean "{word}"?)', self.first.ask(line)[-1])
-        self.assertIn('(did you mean "near" and "far"?)',
-                      self.first.ask("reconstruct scene depth=500:900")[-1])
-
     def test_help_is_complete(self):
         groups = self.first.ask_json("help")["result"]
         self.assertEqual(list(groups), ["daily", "look", "move", "light", "measure", "files", "service"])

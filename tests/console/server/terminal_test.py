@@ -2,7 +2,9 @@
 """A person at the serial console: editing keys, history, completion, Ctrl-C, garbage."""
 import os
 import random
+import re
 import signal
+import subprocess
 import threading
 import unittest
 
@@ -36,6 +38,36 @@ class Console(DaemonTest):
         self.assertEqual(shown,
                          ['ERR ARGUMENT unknown command "stauts" (did you mean "status"?)'])
         self.assertEqual(self.terminal.run("   "), [])
+
+    def test_what_other_programs_call_it_leads_to_the_word(self):
+        client = self.client()
+        for line, word in (("snapshot", "capture"), ("focus auto", "autofocus"), ("ls", "files"),
+                           ("exposure auto side=left", "autoexpose"), ("gain auto", "autoexpose")):
+            self.assertIn(f'(did you mean "{word}"?)', client.ask(line)[-1])
+        self.assertIn('(did you mean "near" and "far"?)',
+                      client.ask("reconstruct scene depth=500:900")[-1])
+
+    def test_every_proposed_word_exists(self):
+        client = self.client()
+        path = os.path.join(os.environ["VERGENCE_SOURCE"], "firmware", "console", "synonyms.c")
+        with open(path, encoding="utf-8") as file:
+            tables = re.findall(r"synonym (commands|options)\[\] = \{\n(.*?)\n\};", file.read(), re.S)
+        commands, options = (re.findall(r'\{"([^"]+)", "([^"]+)"\}', text) for _, text in tables)
+        self.assertGreater(min(len(commands), len(options)), 20)
+        names = [name for group in client.ask_json("help")["result"].values() for name in group]
+        for typed, meant in commands:
+            self.assertIn(meant, names, typed)
+            self.assertNotIn(typed, names)
+        known = set()
+        for name in names:
+            known |= set(re.findall(r"\b([a-z][\w-]*)=", "\n".join(client.ask(f"help {name}"))))
+        for page in (["reconstruct"], ["calibrate"], ["calibrate", "capture"], ["info"], ["connect"]):
+            text = subprocess.run([os.environ["VERGENCE"], "help", *page], capture_output=True,
+                                  text=True, check=True).stdout
+            known |= set(re.findall(r"--([a-z][\w-]*)", text))
+        for typed, meant in options:
+            for word in meant.split():
+                self.assertIn(word, known, typed)
 
     def test_editing_keys(self):
         left, right, home, end, delete = "\x1b[D", "\x1b[C", "\x1b[H", "\x1b[F", "\x1b[3~"
