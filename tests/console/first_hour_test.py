@@ -31,7 +31,7 @@ class Page(unittest.TestCase):
     def test_every_block_has_its_test(self):
         text = (ROOT / "FIRST_HOUR.md").read_text(encoding="utf-8")
         self.assertEqual(re.findall(r"^```(\S.*)$", text, re.M),
-                         ["sh build", "sh simulated", "sh webcams"])
+                         ["sh build", "sh simulated", "sh zooms", "sh webcams"])
 
     def test_the_named_files_exist(self):
         text = (ROOT / "FIRST_HOUR.md").read_text(encoding="utf-8")
@@ -95,6 +95,24 @@ class FirstHour(UserTest):
         measured, error_px = table[-1]
         self.assertGreater(float(measured), 85, text)
         self.assertLess(float(error_px), 0.5, text)
+
+    def test_all_zooms_and_a_board_that_moves(self):
+        (self.home / "tests").symlink_to(ROOT / "tests")  # the block begins in the folder of the page
+        text = self.paste("zooms")
+        folder = self.home / "zooms"
+        result = json.loads((folder / "surface" / "result.json").read_text(encoding="utf-8"))
+        self.assertLess(result["depth_sigma_common_mm"], 20)
+        self.assertAlmostEqual(result["depth_mm"]["median"], 1810, delta=60)
+        self.assertIn("with pair   pair 1: pan stood still", text)
+        mark = re.search(r"as a mark +([\d.,]+) ", text)[1].split(",")
+        self.assertEqual(len(mark), 4, text)
+        # Before and after the move, at both distances.
+        away = [int(number) for number in re.findall(r"corners, (\d+) mm away", text)]
+        self.assertEqual(len(away), 2, text)
+        self.assertAlmostEqual(away[0] - away[1], 100, delta=25)
+        squares = re.findall(r"^refined +squares ([\d.]+) mm", text, re.M)
+        self.assertEqual([abs(float(square) - 24) < 1 for square in squares], [True, True], text)
+        self.assertEqual(text.count("\nGood: the squares agree"), 2, text)
 
 
 if __name__ == "__main__":
