@@ -177,7 +177,8 @@ class Info(pairs.Fixture):
         self.assertIn("not measured", text)
         for operand, at, word in ((self.out, f"{found.shape[1]},0", "outside"),
                                   (self.out, "-1,nan", "outside"), (self.out, "zoom=4", "X,Y"),
-                                  (self.out / "mesh.ply", "1,1", "result")):
+                                  (self.out / "mesh.ply", "1,1", "result"),
+                                  (self.out / "none", "1,1", "No such file")):
             done = pairs.run("info", operand, "--at", at)
             self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
             self.assertIn(word, done.stderr)

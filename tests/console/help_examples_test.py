@@ -27,7 +27,7 @@ from recorded import Session  # noqa: E402
 TOOLS = [str(path.relative_to(ROOT)) for folder in ("tools", "tools/simrig")
          for path in sorted((ROOT / folder).iterdir())
          if path.is_file() and os.access(path, os.X_OK)]
-SERVES = re.compile(r"(vergence simulate|simrig|vergenced)\b(?!.* --(view|replay|check)\b)")
+SERVES = re.compile(r"(vergence simulate|simrig(?!-)|vergenced)\b(?!.* --(view|replay|check)\b)")
 # Devices that not every machine has, and their replacements in the test.
 SERIAL = "/dev/ttyUSB0"
 # Commands without a test, with the reason: none.
@@ -106,8 +106,8 @@ class Examples(UserTest):
         self.place("files").mkdir()
         Session(self.place("files", "scene")).pair(left, right)
 
-    def start_rig(self):
-        self.begin_until("listening on", SIMRIG, "--scene", "plane", "--listen",
+    def start_rig(self, scene="plane"):
+        self.begin_until("listening on", SIMRIG, "--scene", scene, "--files", ".", "--listen",
                          "unix:simrig.sock")
 
     # ---- programs without an instrument
@@ -187,7 +187,7 @@ class Examples(UserTest):
 
     def test_simrig_control(self):
         self.need_rig()
-        self.start_rig()
+        self.start_rig("charuco")  # one has a board to move
         self.run_all(page_of(ROOT / "tools" / "simrig" / "control"))
 
     def test_vergenced(self):

@@ -113,7 +113,7 @@ const option_page page_of_command = {
     "vergence info intrinsics.yml --size 640x480 --convert rig.txt\n"
     "vergence info rig.txt --export ros --out camera_info/\n"
     "vergence info instrument.zoom --at zoom=421,distance=1800 --convert rig.txt\n"
-    "vergence info result --at 640,480\n"
+    "vergence info results --at 120,80\n"
     "vergence info instrument.zoom --export gyroflow --out lenses/\n"
     "vergence info results/ --json\n"
     "vergence info files/scene",
@@ -273,7 +273,8 @@ bool read_calibration(const std::string &path, const request &asked, info_page *
         return false;
     }
     if (asked.at != nullptr) {
-        *message = path + ": --at requires a calibration of all zooms";
+        *message = path + (exists(path) ? ": --at requires a calibration of all zooms, or a result"
+                                        : ": No such file or directory");
         return false;
     }
     calibration value;
