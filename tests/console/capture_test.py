@@ -72,7 +72,7 @@ class Mistakes(unittest.TestCase):
     def test_mistakes_are_one_line(self):
         board = load(KEPT / "make").BOARD
         for words, code, said in ((["zooms", "--board", "10x7", "--square", "24"], 2, "--charuco"),
-                                  (["zooms", *board, "--range", "900:800"], 2, "--range"),
+                                  (["zooms", *board, "--near", "900", "--far", "800"], 2, "--near"),
                                   (["zooms", *board, "--connect", "unix:none"], 3, "none")):
             done = subprocess.run([os.environ["VERGENCE"], "calibrate", "capture", *words],
                                   capture_output=True, text=True, timeout=TIMEOUT_S)
@@ -143,8 +143,8 @@ class Fresh(CaptureTest):
 
         with tempfile.TemporaryDirectory() as work:
             session = pathlib.Path(work) / "zooms"
-            code, shown, said = self.capture(session, "--focus", "distance", "--range",
-                                             "1240:1242", each=each)
+            code, shown, said = self.capture(session, "--focus", "distance", "--near", "1240",
+                                             "--far", "1242", each=each)
             self.assertEqual(code, 130, shown + said)
             for name, kept in zip(frames(session), frames(KEPT)):
                 fresh = corners(session / "corners.vnl", name)
@@ -160,7 +160,7 @@ class Fresh(CaptureTest):
 
 class OnePosition(CaptureTest):
     """Captures of one position of the board."""
-    words = ("--zooms", "4", "--no-sweep", "--positions", "1", "--range", "2299:2300")
+    words = ("--zooms", "4", "--no-sweep", "--positions", "1", "--near", "2299", "--far", "2300")
 
     def meanwhile(self, control):
         """For capture's `each`: gives a control command after the second pair."""
@@ -192,7 +192,7 @@ class Board(OnePosition):
 
         with tempfile.TemporaryDirectory() as work:
             session = pathlib.Path(work) / "zooms"
-            words = [*self.words[:-4], "--focus", "distance"]
+            words = [*self.words[:-6], "--focus", "distance"]
             code, shown, said = self.capture(session, *words, each=interrupt)
             self.assertEqual(code, 130, shown + said)
             self.assertIn("interrupted; the pairs so far are in", said)

@@ -43,9 +43,12 @@ const command_argument options[] = {
     number_option("positions", COMMAND_INTEGER, offsetof(request, positions), "N",
                   "Number of positions of the board, in all runs together. Default: 12.", 1, 1000,
                   1, 0),
-    number_option("range", COMMAND_NUMBER, offsetof(request, range), "NEAR:FAR",
-                  "Distances in mm between which positions are proposed. Default: 800:2400.", 100,
-                  100000, 2, ':', "mm"),
+    number_option("near", COMMAND_NUMBER, offsetof(request, range[0]), "MM",
+                  "Distance from which on positions are proposed. Default: 800.", 100, 100000, 0, 0,
+                  "mm"),
+    number_option("far", COMMAND_NUMBER, offsetof(request, range[1]), "MM",
+                  "Distance up to which positions are proposed. Default: 2400.", 100, 100000, 0, 0,
+                  "mm"),
     number_option("f-number", COMMAND_NUMBER, offsetof(request, f_number), "N",
                   "The iris for all pictures. Default: 8.", 0.5, 64, 0, 0, "f/"),
     number_option("baseline", COMMAND_NUMBER, offsetof(request, baseline), "MM",
@@ -108,7 +111,7 @@ int command_capture(int argc, char **argv) {
         error = "give --charuco and --marker: long zooms see only a part of the board";
     }
     if (error.empty() && asked.range[0] >= asked.range[1]) {
-        error = "--range: NEAR must be below FAR";
+        error = "--near must be below --far";
     }
     if (!error.empty()) {
         std::fprintf(stderr, "vergence calibrate capture: %s\n", error.c_str());
