@@ -272,6 +272,12 @@ class Autofocus(OnePosition):
             for side in ("left", "right"):
                 there = self.control(f"sharp {side} 960 704 128 128").split("median: ")[1]
                 self.assertLess(float(there.split("blur_px: ")[1].split("}")[0]), 0.7, there)
+            # What was learned of focus moves the nearest distance: a board there is no error.
+            refused = self.vergence("focus", "800mm")
+            self.assertIn("out of range", refused.stdout + refused.stderr)
+            code, shown, said = self.capture(work + "/near", *self.words[:-4], "--near", "800",
+                                             "--far", "810", keys="q\n")
+            self.assertEqual(code, 0, said)
 
 
 class WrongLens(OnePosition):

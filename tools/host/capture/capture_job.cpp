@@ -27,7 +27,8 @@ namespace {
 
 const int readings = 16;
 const int exit_interrupted = 130;
-const double aim_tolerance = 0.3;  // of half the narrowest field
+const double nearest_step = 1.02, nearest_factor = 2;  // of the distance, to find what a lens can
+const double aim_tolerance = 0.3;                      // of half the narrowest field
 const double sweep_deg[] = {5, -5};
 const char *const sides[2] = {"left", "right"};
 
@@ -179,11 +180,8 @@ class runner {
     /// Drives both lenses to both ends, before anyone holds a board.
     bool check_lenses() {
         std::printf("checking the lenses: zoom and focus to both ends\n");
-        return command("zoom " + std::to_string(zooms_.back())) &&
-               command(report_text_format("focus %.0f mm", job_.far_mm)) &&
-               command("zoom " + std::to_string(zooms_.front())) &&
-               command(report_text_format("focus %.0f mm",
-                                          std::max(job_.near_mm, optics_.focus_nearest_mm)));
+        return command("zoom " + std::to_string(zooms_.back())) && focus_by_scale(job_.far_mm) &&
+               command("zoom " + std::to_string(zooms_.front())) && focus_by_scale(job_.near_mm);
     }
 
     bool read_pan() {
@@ -278,11 +276,25 @@ class runner {
         return good && session_.look(directory_.incoming(), shot, &error_);
     }
 
+    /// Focuses by the lens's scale, as near as both lenses can: what they have learned of their
+    /// focus moves the nearest distance from that of the data sheet.
+    bool focus_by_scale(double distance_mm) {
+        const double nearest = std::max(distance_mm, optics_.focus_nearest_mm);
+        std::string why;
+        for (double at = nearest; at < nearest_factor * nearest; at *= nearest_step) {
+            if (instrument_.run(report_text_format("focus %.0f mm", at), &why)) {
+                return true;
+            }
+            if (why.find("out of range") == std::string::npos) {
+                break;
+            }
+        }
+        return fail(why);
+    }
+
     bool focus(const capture_point *corners) {
         const double distance = distance_mm_ > 0 ? distance_mm_ : next_.z_mm;
-        const std::string by_scale =
-            report_text_format("focus %.0f mm", std::max(distance, optics_.focus_nearest_mm));
-        if (!command(by_scale)) {
+        if (!focus_by_scale(distance)) {
             return false;
         }
         for (size_t side = 0; side < 2 && corners != nullptr; side++) {
@@ -293,7 +305,7 @@ class runner {
                 }
                 std::printf("  autofocus failed (%s): focused at the measured distance\n",
                             why.c_str());
-                return command(by_scale);
+                return focus_by_scale(distance);
             }
         }
         return true;
