@@ -46,11 +46,6 @@ struct finding {
     std::string reason;
 };
 
-const char *camera_name(const bundle &data, int camera) {
-    static const char *const names[CAMERAS] = {"left camera", "right camera"};
-    return data.cameras == 1 ? "camera" : names[camera];
-}
-
 // Largest angle between a board's normal and the mean normal, in one camera.
 double normals_spread_rad(const bundle &data, const bundle_state &state, int camera) {
     double sum[3] = {0, 0, 0};
@@ -218,7 +213,8 @@ void look_at_edges(const bundle &data, const solution &found, std::vector<findin
     }
 }
 
-void look_at_rig(const solution &found, std::vector<finding> *findings) {
+void look_at_rig(const bundle &data, const bundle_state &state, const solution &found,
+                 std::vector<finding> *findings) {
     if (found.pairs_used < FEW_PAIRS) {
         findings->push_back(
             {450, sentence("only %d boards seen by both cameras", found.pairs_used)});
@@ -230,7 +226,10 @@ void look_at_rig(const solution &found, std::vector<finding> *findings) {
         findings->push_back({800, "the estimated pose of the right camera is impossible"});
     }
     const double baseline_mm = geometry_norm(found.T_right_left.t_mm);
-    if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm) {
+    // Not where it is known but for the size of the squares.
+    const double by_print_mm = 0.5 * print_stretch(data, state) * baseline_mm;
+    if (found.sigma.baseline_mm > BASELINE_SHARE * baseline_mm &&
+        found.sigma.baseline_mm > 2 * by_print_mm) {
         findings->push_back(
             {700,
              baseline_mm < 3 * found.sigma.baseline_mm ||
@@ -242,18 +241,6 @@ void look_at_rig(const solution &found, std::vector<finding> *findings) {
                             "too few or too similar positions",
                             baseline_mm, found.sigma.baseline_mm)});
     }
-}
-
-// Describes how the two sides of a print differ; "" when they do not.
-std::string stretch_of(const bundle &data, const bundle_state &state, const solution &found) {
-    const double stretch = print_stretch(data, state);
-    if (!found.target.stretched) {
-        return "";
-    }
-    return sentence(
-        "the print's rows are %.2f %% %s than drawn, relative to its columns (or pixels are not "
-        "square): all lengths may be wrong by half of that; measure --square along both",
-        100 * stretch, state.warp_mm[board_model::STRETCH] > 0 ? "longer" : "shorter");
 }
 
 std::string pattern_of(const fit_test &fit) {
@@ -282,7 +269,7 @@ void look_at_rest(const bundle &data, const bundle_state &state, const solution 
         findings->push_back({950, "an estimated parameter is not determined by these views"});
     }
     if (data.cameras == CAMERAS) {
-        look_at_rig(found, findings);
+        look_at_rig(data, state, found, findings);
     }
     if (does_not_fit(data, found.fit)) {
         findings->push_back({600, "the model does not fit: " + pattern_of(found.fit)});
@@ -318,6 +305,9 @@ std::vector<std::string> remarks_on(const bundle &data, const bundle_state &stat
     }
     if (found.target.stretched && print_stretch(data, state) <= STRETCH_SHARE) {
         remarks.push_back(stretch_of(data, state, found));
+    }
+    if (const std::string pixels = pixels_of(data, found); !pixels.empty()) {
+        remarks.push_back(pixels);
     }
     return remarks;
 }

@@ -212,10 +212,12 @@ static bool explain_order(const struct reconstruct_context *context,
         add(cause, "one image %s relative to the other: turn its camera or the image",
             turned[turn]);
     } else if (is_swapped(context, left, right)) {
-        add(cause, context->calibration_path != NULL
-                       ? "left and right are swapped, or both images are upside down or mirrored"
-                       : "left and right are swapped, both images are upside down or mirrored, or "
-                         "the pair is not rectified");
+        add(cause,
+            context->calibration_path != NULL
+                ? "left and right are swapped (name them the other way round), or both images "
+                  "are upside down or mirrored"
+                : "left and right are swapped (name them the other way round), both images are "
+                  "upside down or mirrored, or the pair is not rectified");
     }
     return cause->text[0] != '\0';
 }

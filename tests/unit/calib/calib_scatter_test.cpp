@@ -114,8 +114,26 @@ TEST_CASE("a stretched print makes all lengths doubtful, with a remark") {
     CHECK(seen.words.find("measure --square along both") != std::string::npos);
     CHECK(seen.rms(seen.baseline_z2) < 2);
     CHECK(seen.rms(seen.focal_z2) < 2);
-    plan.stretch = 0.012;
-    CHECK(solve_some(plan, 2).good == 0);
+    plan.stretch = 0.03;
+    const outcome much = solve_some(plan, 2);
+    INFO(much.words);
+    CHECK(much.good == 0);
+    CHECK(much.words.find("pixels that are not square explain it worse") != std::string::npos);
+    CHECK(much.words.find("baseline") == std::string::npos);  // known but for the print
+}
+
+TEST_CASE("pixels that are not square are named, and the print is not blamed") {
+    for (const double aspect : {1.03, 0.75}) {
+        synthetic::RigViewsPlan plan = handheld();
+        plan.aspect = aspect;
+        const outcome seen = solve_some(plan, 2);
+        INFO(seen.words);
+        CHECK(seen.good == 2);
+        CHECK(seen.stretched == 0);
+        CHECK(seen.words.find(aspect > 1 ? "3.0 % taller than wide" : "25.0 % wider than tall") !=
+              std::string::npos);
+        CHECK(seen.words.find("print") == std::string::npos);
+    }
 }
 
 TEST_CASE("a twisted board does not bend the focal length") {

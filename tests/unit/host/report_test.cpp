@@ -157,6 +157,8 @@ TEST_CASE("a pair without a surface still gets its page") {
     std::stringstream text;
     text << file.rdbuf();
     CHECK(text.str().find("No surface") != std::string::npos);
+    CHECK(text.str().find("field of view</th>") != std::string::npos);
+    CHECK(text.str().find(lens_kind_name(run.camera.right.kind)) != std::string::npos);
     CHECK(text.str().find("{{") == std::string::npos);
     CHECK(text.str().find("nan") == std::string::npos);
     CHECK(report_write(&context, (here / "no/report.html").c_str(), &message) == ERROR_BUFFER);

@@ -373,8 +373,9 @@ class runner {
         geometry_rotate_back(solution_.T_right_left.R, solution_.T_right_left.t_mm, back_mm);
         if (back_mm[0] > 0 && back_mm[0] > std::abs(back_mm[1])) {
             add_reason(
-                "the right camera is to the left of the left one: left and right are "
-                "swapped, or the pictures are mirrored");
+                "the right camera is to the left of the left one: left and right are swapped "
+                "(exchange them in the files' names, or name the right folder or pattern first), "
+                "or the pictures are mirrored (switch mirroring off)");
         }
         if (!fault_text().empty()) {
             const bool apart = fault_text() == apart_text();

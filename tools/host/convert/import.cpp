@@ -279,12 +279,14 @@ void import_projections(const import_file &file, const std::string &field,
     const double across_mm = t_mm[0][0] - t_mm[1][0];
     const double off_mm = std::hypot(t_mm[0][1] - t_mm[1][1], t_mm[0][2] - t_mm[1][2]);
     if (!(across_mm > 0) || off_mm > 0.05 * across_mm) {
-        import_fail(ERROR_BASELINE, file,
-                    field +
-                        ": the right camera must be to the right of the left one, but "
-                        "is at x " +
-                        number_text(across_mm, 6) + " mm, " + number_text(off_mm, 6) +
-                        " mm off that line: are they swapped, or one above the other?");
+        import_fail(
+            ERROR_BASELINE, file,
+            field +
+                ": the right camera must be to the right of the left one, but "
+                "is at x " +
+                number_text(across_mm, 6) + " mm, " + number_text(off_mm, 6) +
+                " mm off that line: are they swapped (then name two files RIGHT,LEFT), or one "
+                "above the other?");
     }
     if (off_mm > 1e-6 * across_mm) {
         pair->assumed.push_back("rows correspond, although the projections put the right camera " +
@@ -317,8 +319,8 @@ void import_rectification(const import_file &file, const std::array<const char *
     if (T_mm[0] > 0 && std::abs(T_mm[0]) > std::abs(T_mm[1])) {
         import_fail(ERROR_BASELINE, file,
                     projection +
-                        ": the right camera is to the left of the left one: are the two "
-                        "files swapped?");
+                        ": the right camera is to the left of the left one: are they "
+                        "swapped? Then name two files RIGHT,LEFT");
     }
     double checked[3];
     for (const import_rectified_camera *side : {&left, &right}) {

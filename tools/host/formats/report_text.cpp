@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/invariant.h"
+#include "core/math.h"
 
 namespace {
 
@@ -156,4 +157,9 @@ std::string number_text(double value, int digits) {
         large ? std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 0)
               : std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits);
     return std::string(text, end.ptr);
+}
+
+double report_field_deg(double centre_px, double size_px, double f_px) {
+    return MATH_DEGREE_PER_RAD *
+           (std::atan((centre_px + 0.5) / f_px) + std::atan((size_px - 0.5 - centre_px) / f_px));
 }

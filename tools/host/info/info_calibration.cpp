@@ -42,12 +42,6 @@ double angle_deg(const lens &camera, double x0, double y0, double x1, double y1)
     return sum;
 }
 
-/// The field of view of a rectified image: of its row or column through the centre.
-double field_deg(double centre_px, double size_px, double f_px) {
-    return MATH_DEGREE_PER_RAD *
-           (std::atan((centre_px + 0.5) / f_px) + std::atan((size_px - 0.5 - centre_px) / f_px));
-}
-
 json lens_json(const lens &camera, double across_deg, double down_deg) {
     json result = {
         {"size_px", {camera.width_px, camera.height_px}},
@@ -168,8 +162,8 @@ void add_plan(const calibration &value, info_page *page) {
     }
     add_depth_steps(value, plan, page);
     const int last = plan.disparity_min + plan.disparity_count - 1;
-    const double across_deg = field_deg(plan.cx_left_px, plan.width_px, plan.f_px);
-    const double down_deg = field_deg(plan.cy_px, plan.height_px, plan.fy_px);
+    const double across_deg = report_field_deg(plan.cx_left_px, plan.width_px, plan.f_px);
+    const double down_deg = report_field_deg(plan.cy_px, plan.height_px, plan.fy_px);
     page->add("rectified_pair", "rectified pair",
               std::to_string(plan.width_px) + " x " + std::to_string(plan.height_px) +
                   " px, focal length " + number(plan.f_px, 7) + " px, " +

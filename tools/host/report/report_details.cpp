@@ -29,6 +29,10 @@ std::string geometry_table(const reconstruct_context &context, const report_figu
         rows += row("shrunk while reading", report_text_format("by %d", context.shrink));
     }
     rows += row("focal length", report_text_format("%.3f px", plan.f_px));
+    rows += row("field of view",
+                report_text_format("%.1f° × %.1f°",
+                                   report_field_deg(plan.cx_left_px, plan.width_px, plan.f_px),
+                                   report_field_deg(plan.cy_px, plan.height_px, plan.fy_px)));
     rows += row("principal point, left",
                 report_text_format("%.3f, %.3f px", plan.cx_left_px, plan.cy_px));
     rows += row("principal point, right",
@@ -68,6 +72,8 @@ std::string calibration_table(const reconstruct_context &context, const report_f
         if (c->rms_px > 0) {
             rows += row("reprojection rms", report_text_format("%.3f px", c->rms_px));
         }
+        rows += row("lens models", report_text_format("%s, %s", lens_kind_name(c->left.kind),
+                                                      lens_kind_name(c->right.kind)));
         const double *r = c->rotation_right_left_rad;
         const double turn_rad = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
         rows += row("angle between the cameras",
