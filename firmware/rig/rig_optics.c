@@ -394,17 +394,10 @@ int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double dist
 
 // ---- the zoom-to-focus table
 
-int rig_optics_focus_prediction(const struct rig *self, unsigned side, int32_t *position,
-                                int32_t *half_range) {
-    if (!rig_has_axis(&self->profile, side, LENS_FOCUS)) {
-        return ERROR_NOT_CONNECTED;
-    }
-    if (!self->object.known) {
-        return ERROR_MISSING;
-    }
+// Where a nominal lens's focus position is this lens's, and within how much.
+static void predict(const struct rig *self, unsigned side, double object, double object_sigma,
+                    int32_t *position, int32_t *half_range) {
     const struct lens_axis_settings *settings = &self->profile.lens.axis[LENS_FOCUS];
-    const double object = self->object.position_q4 / (double)Q4;
-    const double object_sigma = self->object.sigma_q4 / (double)Q4;
     double deviation = 0, sigma = 0;
     deviation_of(self, side, &deviation, &sigma);
     const double exact = fmax(settings->min, fmin(settings->max, object + deviation));
@@ -414,6 +407,37 @@ int rig_optics_focus_prediction(const struct rig *self, unsigned side, int32_t *
                   (lens_move_has_room(settings, middle) ? 0 : settings->backlash_counts);
     *position = middle;
     INVARIANT(*half_range > 0);
+}
+
+int rig_optics_focus_prediction(const struct rig *self, unsigned side, int32_t *position,
+                                int32_t *half_range) {
+    if (!rig_has_axis(&self->profile, side, LENS_FOCUS)) {
+        return ERROR_NOT_CONNECTED;
+    }
+    if (!self->object.known) {
+        return ERROR_MISSING;
+    }
+    predict(self, side, self->object.position_q4 / (double)Q4, self->object.sigma_q4 / (double)Q4,
+            position, half_range);
+    return ERROR_OK;
+}
+
+int rig_optics_focus_from_other(const struct rig *self, unsigned side, double other,
+                                double sigma_counts, int32_t *position, int32_t *half_range) {
+    INVARIANT(side < RIG_SIDES);
+    const unsigned from = RIG_SIDES - 1 - side;
+    double deviation = 0, sigma = 0;
+    if (!rig_has_axis(&self->profile, side, LENS_FOCUS) ||
+        !rig_has_axis(&self->profile, from, LENS_FOCUS)) {
+        return ERROR_NOT_CONNECTED;
+    }
+    deviation_of(self, from, &deviation, &sigma);
+    // The first lens of all is nominal by definition.
+    if (!self->object.known && self->camera[from].lens.learned.focus.count == 0) {
+        sigma = 0;
+    }
+    predict(self, side, other - deviation, sqrt(sigma_counts * sigma_counts + sigma * sigma),
+            position, half_range);
     return ERROR_OK;
 }
 

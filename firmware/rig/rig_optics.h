@@ -110,6 +110,11 @@ int rig_optics_iris_for_reach(const struct rig *self, unsigned side, double dist
 int rig_optics_focus_prediction(const struct rig *self, unsigned side, int32_t *position,
                                 int32_t *half_range);
 
+/// The same for an object that the other lens has in focus at the position `other` (counts, with
+/// this standard deviation), before that is learned.
+int rig_optics_focus_from_other(const struct rig *self, unsigned side, double other,
+                                double sigma_counts, int32_t *position, int32_t *half_range);
+
 /// An autofocus at the present zoom found the object here, with this standard deviation, both in
 /// 1/16 count. `distance_mm`: the object's distance if that was measured otherwise, else 0.
 int rig_optics_learn_focus(struct rig *self, unsigned side, int32_t position_q4, uint16_t sigma_q4,

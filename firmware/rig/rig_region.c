@@ -57,6 +57,23 @@ static int read_black(struct rig *self, struct rig_region *region) {
     return error == ERROR_OK ? ERROR_OK : rig_fail_safe(self, rig_bus_failed(self, part, error));
 }
 
+// Passes this camera's frames.
+static int choose(struct rig *self, struct rig_region *region) {
+    const unsigned side = region->side;
+    int error = rig_camera_choose(self, side);
+    if (error == ERROR_OK) {
+        // The first frame of another size counts as a wrong one.
+        error = rig_wait_until(self, self->camera[side].settled_at_us);
+    }
+    if (error == ERROR_OK) {
+        error =
+            rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &region->counted));
+    }
+    // The port may still hold a frame of the other camera.
+    region->counted_us = rig_now_us(self);
+    return end_call(self, error);
+}
+
 // The bridge compares each camera's frames with its previous ones meanwhile, since the two cameras
 // have different sizes.
 static int begin_sensor(struct rig *self, struct rig_region *region,
@@ -82,18 +99,7 @@ static int begin_sensor(struct rig *self, struct rig_region *region,
     if (error != ERROR_OK) {
         return error;
     }
-    error = rig_camera_choose(self, side);
-    if (error == ERROR_OK) {
-        // The first frame of another size counts as a wrong one.
-        error = rig_wait_until(self, self->camera[side].settled_at_us);
-    }
-    if (error == ERROR_OK) {
-        error =
-            rig_bridge_used(self, fpga_bridge_camera_read(&self->bridge, side, &region->counted));
-    }
-    // The port may still hold a frame of the other camera.
-    region->counted_us = rig_now_us(self);
-    return end_call(self, error);
+    return choose(self, region);
 }
 
 static struct mt9t001_window window_of(const struct rig_rectangle *where_px, uint8_t skip) {
@@ -152,6 +158,14 @@ int rig_region_begin(struct rig *self, struct rig_region *region, unsigned side,
         (void)rig_region_end(self, region, false);
     }
     return error;
+}
+
+int rig_region_choose(struct rig *self, struct rig_region *region) {
+    INVARIANT(region->running);
+    if (self->state != RIG_READY) {
+        return ERROR_NOT_READY;
+    }
+    return self->profile.bridge ? choose(self, region) : ERROR_OK;
 }
 
 // Takes one frame, with its faults.

@@ -60,6 +60,10 @@ struct rig_region {
 int rig_region_begin(struct rig *self, struct rig_region *region, unsigned side,
                      const struct rig_rectangle *where_px, uint8_t skip);
 
+/// With a region of each camera running, both of one size: passes the frames of this one from now
+/// on, as beginning it did. They are ended in the reverse order of their begins.
+int rig_region_choose(struct rig *self, struct rig_region *region);
+
 /// Takes the next complete frame that has the present settings, and of which no row was exposed
 /// before `not_before_us` (0: the next one). Damaged frames are dropped; ERROR_FRAME: two in a row.
 int rig_region_take(struct rig *self, struct rig_region *region, uint64_t not_before_us,

@@ -126,18 +126,20 @@ TEST_CASE("cancelled at any moment, rings rest and the camera is as before") {
     std::mt19937_64 random(seed);
     RigBench bench(small_profile(), "chessboard");
     aim(bench);
-    const Settings before(bench, RIG_LEFT);
+    const Settings before[] = {Settings(bench, RIG_LEFT), Settings(bench, RIG_RIGHT)};
     const rig_autofocus_options options = small_region();
-    for (int i = 0; i < 4; i++) {
-        const uint64_t stop_us = bench.now_us() + 50000 + random() % 6000000;
+    for (int i = 0; i < 3; i++) {
+        const uint64_t stop_us = bench.now_us() + 50000 + random() % 8000000;
         bench.keep_going = [&] { return bench.now_us() < stop_us; };
         INFO("VERGENCE_SEED=" << seed << " draw " << i);
-        CHECK(rig_autofocus(&bench.rig, 1, &options) == ERROR_CANCELLED);
+        CHECK(rig_autofocus(&bench.rig, 3, &options) == ERROR_CANCELLED);
         bench.keep_going = [] { return true; };
         CHECK(bench.rig.state == RIG_READY);
-        CHECK(is_at_rest(bench, RIG_LEFT));
-        check_same(before, Settings(bench, RIG_LEFT));
-        CHECK(!bench.rig.camera[RIG_LEFT].focus.done);
+        for (unsigned side = 0; side < RIG_SIDES; side++) {
+            CHECK(is_at_rest(bench, side));
+            check_same(before[side], Settings(bench, side));
+            CHECK(!bench.rig.camera[side].focus.done);
+        }
     }
 }
 
@@ -181,4 +183,20 @@ TEST_CASE("a lens that jams in mid-sweep is reported as such") {
     CHECK(bench.rig.camera[RIG_LEFT].focus.search.result.verdict == FOCUS_LENS_JAMMED);
     CHECK(bench.rig.last_error.part == RIG_PART_LEFT_LENS);
     CHECK(is_at_rest(bench, RIG_LEFT));
+}
+
+TEST_CASE("a lens that jams while the other one is searched ends both") {
+    RigBench bench(small_profile(), "chessboard");
+    aim(bench);
+    const Settings before(bench, RIG_RIGHT);
+    bench.control("fault lens right focus jam");
+    const rig_autofocus_options options = small_region();
+    CHECK(rig_autofocus(&bench.rig, 3, &options) == ERROR_JAMMED);
+    CHECK(bench.rig.camera[RIG_RIGHT].focus.search.result.verdict == FOCUS_LENS_JAMMED);
+    CHECK(bench.rig.camera[RIG_LEFT].focus.search.result.verdict != FOCUS_LENS_JAMMED);
+    CHECK(!bench.rig.camera[RIG_LEFT].focus.done);
+    CHECK(bench.rig.last_error.part == RIG_PART_RIGHT_LENS);
+    CHECK(is_at_rest(bench, RIG_LEFT));
+    CHECK(is_at_rest(bench, RIG_RIGHT));
+    check_same(before, Settings(bench, RIG_RIGHT));
 }

@@ -25,7 +25,7 @@ enum {
     FRAME_US = 4000,  // between frames of a region, besides their exposure
     REST_READINGS = 4,
     TURN_US = 5000,
-    AHEAD_COUNTS = 60,
+    SHARE_US = 150000,           // from a reading of the other lens to its next one, in a sweep
     POSITION_DELAY_US = 400000,  // until the readings around a time have come
     PENDING_MAX = 128,
     RESTS_WITHIN = 2,  // counts
@@ -45,11 +45,12 @@ struct pending {
     struct focus_sample sample;
 };
 
-// The way of the other lens to where it will be searched.
-struct ahead {
-    unsigned side;
-    bool begun;
-    struct rig_lens_move move;
+// Where a search is.
+enum focuser_state {
+    FOCUSER_WAITING,  // for what the other lens finds
+    FOCUSER_READY,    // for its step
+    FOCUSER_MOVING,   // in a step without frames, while the other lens may have the camera port
+    FOCUSER_ENDED
 };
 
 // One search.
@@ -58,15 +59,23 @@ struct focuser {
     unsigned side;
     const struct rig_autofocus_options *options;
     struct rig_focus *focus;
+    struct focuser *other;  // NULL: only this lens is focused
+    enum focuser_state state;
+    struct focus_step step;
+    struct focus_event event;
     struct rig_region region;
+    bool has_port;  // its frames arrive
     struct rig_lens_move move;
-    struct ahead *ahead;  // NULL: no other lens
+    int failed;        // why its move failed
+    uint64_t turn_us;  // not stepped earlier while the other lens sweeps
+    bool followed;     // begun where the other lens, whose search had not ended, saw a peak
+    bool repeated;
     uint64_t begin_us;
     bool own_control;           // of the camera's focus, instead of a motorized lens
     uint32_t full_exposure_us;  // 0: the search has no other one
     uint16_t full_gain_q3;
     double counts_per_s;
-    struct pending pending[PENDING_MAX];
+    struct pending *pending;  // PENDING_MAX, of the sweep under way
     unsigned waiting;
     double last_position;  // of a sample of this leg
     bool has_last;
@@ -101,15 +110,27 @@ static int begin_move(struct focuser *self, double position, enum rig_lens_move_
     return rig_lens_move_begin(self->rig, &self->move, 1u << self->side, LENS_FOCUS, counts, when);
 }
 
-// Steps the moves under way. An error of the other lens shows when its turn comes.
+static int step_own(struct focuser *self, uint64_t until_us) {
+    const int error = rig_lens_move_step(self->rig, &self->move, until_us);
+    self->failed = error != ERROR_OK ? error : self->failed;
+    return error;
+}
+
+// Steps the moves under way. Both lenses are read over one line, and frames of a ring that moves
+// need many of its readings: the other lens is read now and then meanwhile.
 static int step_moves(struct focuser *self, uint64_t until_us) {
-    struct ahead *ahead = self->ahead;
-    if (ahead == NULL || !ahead->begun || rig_lens_move_done(&ahead->move)) {
-        return rig_lens_move_step(self->rig, &self->move, until_us);
+    struct focuser *other = self->other;
+    const uint64_t now_us = rig_now_us(self->rig);
+    if (other == NULL || rig_lens_move_done(&other->move) ||
+        (self->step.kind == FOCUS_STEP_SWEEP && now_us < other->turn_us)) {
+        return step_own(self, until_us);
     }
-    const uint64_t soon_us = rig_now_us(self->rig) + TURN_US;
-    (void)rig_lens_move_step(self->rig, &ahead->move, until_us < soon_us ? until_us : soon_us);
-    return rig_lens_move_step(self->rig, &self->move, until_us < soon_us ? until_us : soon_us);
+    const struct rig_lens *lens = &self->rig->camera[other->side].lens;
+    const uint32_t readings = lens->tracked;
+    const uint64_t soon_us = until_us < now_us + TURN_US ? until_us : now_us + TURN_US;
+    const int error = step_own(other, soon_us);
+    other->turn_us = lens->tracked != readings ? now_us + SHARE_US : other->turn_us;
+    return error != ERROR_OK ? error : step_own(self, soon_us);
 }
 
 // Until the ring is at rest. `error`: why it is to rest before it has arrived, or 0.
@@ -239,36 +260,44 @@ static int slow_down(struct focuser *self) {
     return error;
 }
 
-// Carries out a step.
-static int carry_out(struct focuser *self, const struct focus_step *step,
-                     struct focus_event *event) {
-    int error = step->slow && self->full_exposure_us != 0 ? slow_down(self) : ERROR_OK;
+// Its frames are those that arrive.
+static int take_port(struct focuser *self) {
+    int error = ERROR_OK;
+    if (!self->has_port) {
+        error = rig_region_choose(self->rig, &self->region);
+    }
+    self->has_port = error == ERROR_OK;
+    if (self->other != NULL) {
+        self->other->has_port = false;
+    }
+    return error == ERROR_OK && self->step.slow && self->full_exposure_us != 0 ? slow_down(self)
+                                                                               : error;
+}
+
+// Where the ring is after a move.
+static void note_rest(struct focuser *self) {
+    self->event = (struct focus_event){
+        .position = self->rig->camera[self->side].lens.readings[LENS_FOCUS].position,
+        .deviation = axis_of(self)->tolerance_counts,
+    };
+}
+
+// Carries out a step with frames.
+static int see(struct focuser *self) {
+    int error = take_port(self);
     if (error != ERROR_OK) {
         return error;
     }
-    switch (step->kind) {
-        case FOCUS_STEP_GO:
-            error = begin_move(self, step->position, LENS_MOVE_COARSE);
-            error = error == ERROR_OK ? finish_move(self, ERROR_OK) : error;
-            break;
-        case FOCUS_STEP_SWEEP:
-            error = sweep(self, step);
-            break;
-        case FOCUS_STEP_APPROACH:
-            error = begin_move(self, step->position, LENS_MOVE_ALWAYS);
-            error = error == ERROR_OK ? finish_move(self, ERROR_OK) : error;
-            break;
-        case FOCUS_STEP_LOOK:
-            error = read_position(self, event);
-            return error == ERROR_OK ? look(self, step, event->position) : error;
-        case FOCUS_STEP_END:
-            INVARIANT(false);
-            break;
+    if (self->own_control) {
+        return focus_mover_carry_out(self->rig, self->side, &self->step, look, self, &self->event);
     }
-    event->jammed = error == ERROR_JAMMED;
-    event->position = self->rig->camera[self->side].lens.readings[LENS_FOCUS].position;
-    event->deviation = axis_of(self)->tolerance_counts;
-    return error;
+    if (self->step.kind == FOCUS_STEP_SWEEP) {
+        error = sweep(self, &self->step);
+        note_rest(self);
+        return error;
+    }
+    error = read_position(self, &self->event);
+    return error == ERROR_OK ? look(self, &self->step, self->event.position) : error;
 }
 
 // ---- before and after
@@ -348,35 +377,38 @@ static int prepare(struct focuser *self, struct focus_search_options *options) {
     return error;
 }
 
-// Where the search of the other lens will begin: to the side of approach of its peak, which is
-// predicted, or near that of this lens once that is known.
-static bool begin_of_other(const struct focuser *self, double *counts) {
-    const struct focus_search *machine = &self->focus->search;
-    const struct lens_axis_settings *axis = axis_of(self);
-    const double back = axis->approach == LENS_FROM_ABOVE ? 1 : -1;
-    int32_t expected = 0, half_range = 0;
-    if (may_expect(self->options) &&
-        rig_optics_focus_prediction(self->rig, self->ahead->side, &expected, &half_range) ==
-            ERROR_OK) {
-        *counts = expected + back * (half_range + axis->backlash_counts + axis->tolerance_counts);
-    } else if (machine->phase != FOCUS_SEARCH_TO_START && machine->result.peak.height > 0) {
-        *counts = machine->result.peak.position + back * AHEAD_COUNTS;
-    } else {
-        return false;
-    }
-    *counts = fmin(fmax(*counts, axis->min), axis->max);
-    return true;
+// What a lens found can be relied upon where the other one is to be searched.
+static bool has_found(const struct focuser *self) {
+    const enum focus_verdict verdict = self->focus->search.result.verdict;
+    return verdict == FOCUS_FOCUSED || verdict == FOCUS_TWO_PEAKS;
 }
 
-static void send_ahead(struct focuser *self) {
-    struct ahead *ahead = self->ahead;
-    double counts = 0;
-    if (ahead == NULL || ahead->begun || self->options->curve_only ||
-        !begin_of_other(self, &counts)) {
-        return;
+// Whether its search has seen where the peak is, although it has not ended.
+static bool has_seen_peak(const struct focuser *self) {
+    const struct focus_search *search = &self->focus->search;
+    const bool later = search->phase != FOCUS_SEARCH_TO_START &&
+                       search->phase != FOCUS_SEARCH_SWEEP && search->phase != FOCUS_SEARCH_RETURN;
+    return self->state != FOCUSER_WAITING && !self->own_control && later && !search->wide &&
+           !search->slow && search->result.peak.height > 0;
+}
+
+// Where the peak is expected from what the other lens, whose search has not ended, has seen.
+static bool follow(struct focuser *self, struct focus_search_options *options) {
+    const struct focuser *other = self->other;
+    int32_t expected = 0, half_range = 0;
+    if (other == NULL || other->state == FOCUSER_ENDED || !has_seen_peak(other)) {
+        return false;
     }
-    ahead->begun = rig_lens_move_begin(self->rig, &ahead->move, 1u << ahead->side, LENS_FOCUS,
-                                       (int32_t)lround(counts), LENS_MOVE_COARSE) == ERROR_OK;
+    const struct focus_search *seen = &other->focus->search;
+    const struct focus_peak *peak = &seen->result.peak;
+    const double sigma = hypot(fmax(peak->deviation, seen->spacing / 2), seen->options.run_up / 2);
+    if (rig_optics_focus_from_other(self->rig, self->side, peak->position, sigma, &expected,
+                                    &half_range) != ERROR_OK) {
+        return false;
+    }
+    options->expected = expected;
+    options->expected_half_range = half_range;
+    return true;
 }
 
 // What is known before, and where the ring is.
@@ -394,15 +426,19 @@ static int begin_search(struct focuser *self, struct focus_search_options *optio
     }
     // What the optics know depends on the positions.
     *options = options_of(self);
+    self->followed = may_expect(self->options) && follow(self, options);
     event->position = positions[LENS_FOCUS];
     return prepare(self, options);
 }
 
-static int search(struct focuser *self) {
-    struct focus_search *machine = &self->focus->search;
+static int begin(struct focuser *self) {
     struct focus_search_options options;
-    struct focus_event event = {.position = 0};
-    int error = begin_search(self, &options, &event);
+    int error = rig_region_begin(self->rig, &self->region, self->side, &self->focus->region_px, 1);
+    self->has_port = error == ERROR_OK;
+    if (self->other != NULL) {
+        self->other->has_port = false;
+    }
+    error = error == ERROR_OK ? begin_search(self, &options, &self->event) : error;
     if (error != ERROR_OK) {
         return error;
     }
@@ -410,47 +446,151 @@ static int search(struct focuser *self) {
     options.choice = self->options->choice;
     options.curve_only = self->options->curve_only;
     self->focus->was_expected = options.expected_half_range > 0;
-    struct focus_step step = focus_search_begin(machine, &options, event.position);
-    send_ahead(self);
-    while (step.kind != FOCUS_STEP_END) {
-        error = self->own_control
-                    ? focus_mover_carry_out(self->rig, self->side, &step, look, self, &event)
-                    : carry_out(self, &step, &event);
-        if (error != ERROR_OK && !event.jammed) {
-            return error;
+    self->step = focus_search_begin(&self->focus->search, &options, self->event.position);
+    self->state = FOCUSER_READY;
+    return ERROR_OK;
+}
+
+static void learn(const struct focuser *self) {
+    const struct focus_peak *peak = &self->focus->search.result.peak;
+    if (has_found(self) && !self->own_control && !self->options->curve_only) {
+        (void)rig_optics_learn_focus(self->rig, self->side, (int32_t)lround(peak->position * Q4),
+                                     (uint16_t)fmin(peak->deviation * Q4 + 1, UINT16_MAX), 0);
+    }
+}
+
+// Whether it was searched only where the other lens, as it turned out, does not see the subject.
+static bool must_repeat(const struct focuser *self) {
+    const struct focus_search *search = &self->focus->search;
+    int32_t expected = 0, half_range = 0;
+    if (!search->near_only || self->repeated || self->other == NULL || self->side == RIG_LEFT) {
+        return false;
+    }
+    const struct focus_search *first = &self->other->focus->search;
+    if (first->result.verdict == FOCUS_SHARP_EVERYWHERE && !first->guessed) {
+        return false;
+    }
+    if (!has_found(self->other)) {
+        return self->followed;
+    }
+    return has_found(self) &&
+           rig_optics_focus_prediction(self->rig, self->side, &expected, &half_range) == ERROR_OK &&
+           fabs(search->result.peak.position - expected) > half_range;
+}
+
+// After the last step. What the other lens finds comes first.
+static int end(struct focuser *self) {
+    const bool second = self->other != NULL && self->side == RIG_RIGHT;
+    if (second && self->other->state != FOCUSER_ENDED) {
+        return ERROR_OK;
+    }
+    if (must_repeat(self)) {
+        const int error = rig_region_end(self->rig, &self->region, false);
+        self->repeated = true;
+        self->state = FOCUSER_WAITING;
+        return error;
+    }
+    learn(self);
+    self->focus->duration_ms = (uint32_t)((rig_now_us(self->rig) - self->begin_us) / US_PER_MS);
+    self->state = FOCUSER_ENDED;
+    return ERROR_OK;
+}
+
+static int next(struct focuser *self) {
+    self->step = focus_search_next(&self->focus->search, &self->event);
+    self->state = FOCUSER_READY;
+    return ERROR_OK;
+}
+
+// The right lens is searched where the left one finds the subject, or where both found it before.
+static bool may_begin(const struct focuser *self) {
+    const struct focuser *other = self->other;
+    int32_t expected = 0, half_range = 0;
+    return other == NULL || self->side == RIG_LEFT || other->state == FOCUSER_ENDED ||
+           !may_expect(self->options) || has_seen_peak(other) ||
+           (other->focus->was_expected && other->focus->search.near_only &&
+            rig_optics_focus_prediction(self->rig, self->side, &expected, &half_range) == ERROR_OK);
+}
+
+static bool needs_port(const struct focuser *self) {
+    return self->own_control || self->step.kind == FOCUS_STEP_SWEEP ||
+           self->step.kind == FOCUS_STEP_LOOK;
+}
+
+// Does what needs no frames: afterwards its motor is under way, or it waits.
+static int advance(struct focuser *self) {
+    int error = ERROR_OK;
+    if (self->state == FOCUSER_WAITING && may_begin(self)) {
+        error = begin(self);
+    }
+    if (error == ERROR_OK && self->state == FOCUSER_MOVING && rig_lens_move_done(&self->move)) {
+        note_rest(self);
+        error = next(self);
+    }
+    if (error != ERROR_OK || self->state != FOCUSER_READY) {
+        return error;
+    }
+    if (self->step.kind == FOCUS_STEP_END) {
+        return end(self);
+    }
+    if (needs_port(self)) {
+        return ERROR_OK;
+    }
+    error = begin_move(self, self->step.position,
+                       self->step.kind == FOCUS_STEP_GO ? LENS_MOVE_COARSE : LENS_MOVE_ALWAYS);
+    self->state = error == ERROR_OK ? FOCUSER_MOVING : self->state;
+    return error;
+}
+
+// Frames of one lens, or what comes next of the moves; `*busy`: a search has not ended.
+static int use_port(struct focuser *lenses, unsigned count, bool *busy) {
+    struct focuser *moving = NULL;
+    *busy = false;
+    for (unsigned i = 0; i < count; i++) {
+        struct focuser *self = &lenses[i];
+        *busy = *busy || self->state != FOCUSER_ENDED;
+        if (self->state == FOCUSER_READY && self->step.kind != FOCUS_STEP_END) {
+            const int error = see(self);
+            return error == ERROR_OK ? next(self) : error;
         }
-        step = focus_search_next(machine, &event);
-        send_ahead(self);
+        moving = self->state == FOCUSER_MOVING ? self : moving;
+    }
+    if (moving == NULL) {
+        return ERROR_OK;
+    }
+    return step_moves(moving, rig_now_us(moving->rig) + RIG_POLL_US);
+}
+
+static int search(struct focuser *lenses, unsigned count) {
+    int error = ERROR_OK;
+    for (bool busy = true; busy && error == ERROR_OK;) {
+        for (unsigned i = 0; i < count && error == ERROR_OK; i++) {
+            error = advance(&lenses[i]);
+        }
+        error = error == ERROR_OK ? use_port(lenses, count, &busy) : error;
     }
     return error;
 }
 
-static int focus_side(struct rig *rig, unsigned side, const struct rig_autofocus_options *options,
-                      const struct rig_rectangle *region_px, struct ahead *ahead) {
-    struct rig_focus *focus = &rig->camera[side].focus;
-    struct focuser self = {
-        .rig = rig, .side = side, .options = options, .focus = focus, .ahead = ahead};
-    self.begin_us = rig_now_us(rig);
-    self.own_control = focus_mover_steps(rig, side) > 0;
-    self.counts_per_s = faster * axis_of(&self)->counts_per_s;
-    focus->done = false;
-    focus->frames = 0;
-    focus->region_px = *region_px;
-    focus->search.result = (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
-    int error = rig_region_begin(rig, &self.region, side, region_px, 1);
-    if (error == ERROR_OK) {
-        error = search(&self);
+// Motors at rest, and the cameras as they were.
+static int finish(struct focuser *lenses, unsigned count, int error) {
+    for (unsigned i = 0; i < count; i++) {
+        struct focuser *self = &lenses[i];
+        rig_lens_move_cancel(self->rig, &self->move);
+        while (!rig_lens_move_done(&self->move)) {
+            (void)rig_lens_move_step(self->rig, &self->move, rig_now_us(self->rig) + RIG_POLL_US);
+        }
+        if (self->failed == ERROR_JAMMED) {
+            note_rest(self);
+            self->event.jammed = true;
+            (void)focus_search_next(&self->focus->search, &self->event);
+        }
     }
-    const int ended = rig_region_end(rig, &self.region, false);
-    error = error != ERROR_OK ? error : ended;
-    focus->duration_ms = (uint32_t)((rig_now_us(rig) - self.begin_us) / US_PER_MS);
-    focus->done = error == ERROR_OK;
-    const struct focus_result *result = &focus->search.result;
-    const bool found = result->verdict == FOCUS_FOCUSED || result->verdict == FOCUS_TWO_PEAKS;
-    if (focus->done && found && !self.own_control && !options->curve_only) {
-        (void)rig_optics_learn_focus(rig, side, (int32_t)lround(result->peak.position * Q4),
-                                     (uint16_t)fmin(result->peak.deviation * Q4 + 1, UINT16_MAX),
-                                     0);
+    // The last one saw the port as the others had set it.
+    for (unsigned i = count; i-- > 0;) {
+        const int ended = rig_region_end(lenses[i].rig, &lenses[i].region, false);
+        error = error != ERROR_OK ? error : ended;
+        lenses[i].focus->done = error == ERROR_OK;
     }
     return error;
 }
@@ -467,38 +607,37 @@ static struct rig_rectangle middle_of(const struct rig *self) {
                                   .height_px = (uint16_t)(high / 2 * 2)};
 }
 
-// Until the other lens is where it was sent, or at rest.
-static int finish_ahead(struct rig *rig, struct ahead *ahead, int error) {
-    if (!ahead->begun) {
-        return error;
-    }
-    ahead->begun = false;
-    if (error != ERROR_OK) {
-        rig_lens_move_cancel(rig, &ahead->move);
-    }
-    int moved = ERROR_OK;
-    while (moved == ERROR_OK && !rig_lens_move_done(&ahead->move)) {
-        moved = rig_lens_move_step(rig, &ahead->move, rig_now_us(rig) + RIG_POLL_US);
-    }
-    return error != ERROR_OK ? error : moved;
-}
-
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options) {
     INVARIANT((unsigned)options->measure < FOCUS_MEASURES);
+    struct focuser lenses[RIG_SIDES];
+    struct pending pending[PENDING_MAX];
+    unsigned count = 0;
     int error = focus_mover_check(self, sides);
-    struct rig_rectangle region_px = options->region_px;
-    if (region_px.width_px == 0) {
-        region_px = middle_of(self);
-    }
-    struct ahead ahead = {.side = RIG_RIGHT};
-    const bool both =
-        sides == (1u << RIG_LEFT | 1u << RIG_RIGHT) && rig_has_lens(&self->profile, RIG_RIGHT);
+    const struct rig_rectangle region_px =
+        options->region_px.width_px != 0 ? options->region_px : middle_of(self);
     for (unsigned side = 0; side < RIG_SIDES && error == ERROR_OK; side++) {
         if ((sides >> side & 1) != 0) {
-            const bool first = both && side == RIG_LEFT;
-            error = focus_side(self, side, options, &region_px, first ? &ahead : NULL);
-            error = finish_ahead(self, &ahead, error);
+            struct focuser *lens = &lenses[count++];
+            *lens = (struct focuser){
+                .rig = self,
+                .side = side,
+                .options = options,
+                .focus = &self->camera[side].focus,
+                .begin_us = rig_now_us(self),
+                .own_control = focus_mover_steps(self, side) > 0,
+                .pending = pending,
+            };
+            lens->counts_per_s = faster * axis_of(lens)->counts_per_s;
+            lens->focus->done = false;
+            lens->focus->frames = 0;
+            lens->focus->region_px = region_px;
+            lens->focus->search.result =
+                (struct focus_result){.verdict = FOCUS_PENDING, .blur_px = -1};
         }
     }
-    return error;
+    for (unsigned i = 0; i < count && count == RIG_SIDES; i++) {
+        lenses[i].other = &lenses[1 - i];
+    }
+    error = error == ERROR_OK ? search(lenses, count) : error;
+    return finish(lenses, count, error);
 }

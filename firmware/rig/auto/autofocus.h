@@ -6,8 +6,11 @@
 /// Exposure and gain are locked during a search. If the exposure is so long that the ring would
 /// pass through the peak meanwhile, the search uses a shorter one with a higher gain; never shorter
 /// than a half period of the mains, whose flicker cancels out. Window, exposure and gain are
-/// afterwards as they were. The second camera begins where the first one's distance is expected,
-/// if the lens's relation between position and distance is known.
+/// afterwards as they were.
+///
+/// Both lenses move at once, and take turns with the frames, as the bridge passes one camera: while
+/// one is under way to its peak, the other is swept. The right lens begins where the left one has
+/// seen a peak, as soon as it has seen one, and is searched again where that turns out to be none.
 ///
 /// A lens whose controller does not report positions while it moves, and a camera with a focus
 /// control instead of a motorized lens, are moved in steps and measured at rest.
@@ -38,12 +41,11 @@ struct rig_autofocus_options {
     bool curve_only;   ///< sweep everything, then return to the present position
 };
 
-/// Focuses the cameras `sides` (bits RIG_LEFT, RIG_RIGHT), one after the other. What was found is
-/// in `focus` of the cameras (rig/base/rig_state.h), whose `done` says whether it was searched to
-/// the end. Returns 0 whatever the verdicts are; ERROR_ARGUMENT, ERROR_NOT_CONNECTED,
-/// ERROR_NOT_READY, ERROR_RANGE before anything moves; ERROR_JAMMED (the verdict says so too),
-/// ERROR_CANCELLED and errors of the parts, with the ring at rest and the camera as it was, or the
-/// rig RIG_SAFE.
+/// Focuses the cameras `sides` (bits RIG_LEFT, RIG_RIGHT). What was found is in `focus` of the
+/// cameras (rig/base/rig_state.h), whose `done` says whether it was searched to the end. Returns 0
+/// whatever the verdicts are; ERROR_ARGUMENT, ERROR_NOT_CONNECTED, ERROR_NOT_READY, ERROR_RANGE
+/// before anything moves; ERROR_JAMMED (the verdict says so too), ERROR_CANCELLED and errors of the
+/// parts, with the ring at rest and the camera as it was, or the rig RIG_SAFE.
 int rig_autofocus(struct rig *self, unsigned sides, const struct rig_autofocus_options *options);
 
 #ifdef __cplusplus

@@ -167,7 +167,7 @@ struct rig_focus {
     bool done;          ///< it was searched to the end
     bool was_expected;  ///< the search began where the peak was expected
     struct rig_rectangle region_px;
-    uint32_t duration_ms;
+    uint32_t duration_ms;        ///< until this lens was done, from the begin of the call
     uint32_t frames;             ///< read
     struct focus_search search;  ///< with curve and result
 };

@@ -23,25 +23,23 @@ class Endurance(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("nothing found", done.stdout)
 
-    def test_it_prints_its_progress(self):
+    def started(self):
+        """A run whose rig has been brought up."""
         run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
                                stdout=subprocess.PIPE)
-        line = run.stdout.readline()
-        while "bringup" not in line:
-            line = run.stdout.readline()
+        while "bringup" not in (line := run.stdout.readline()):
             self.assertTrue(line, "it ended")
+        return run
+
+    def test_it_prints_its_progress(self):
+        run = self.started()
         run.send_signal(signal.SIGINT)
         output_text = run.communicate(timeout=250)[0]
         self.assertEqual(run.returncode, 130, output_text)
         self.assertIn("of 24 virtual hours: interrupted", output_text)
 
     def test_a_daemon_that_ends_is_detected(self):
-        run = subprocess.Popen([sys.executable, "-B", SCRIPT, "--verbose"], text=True,
-                               stdout=subprocess.PIPE)
-        line = run.stdout.readline()
-        while "bringup" not in line:
-            line = run.stdout.readline()
-            self.assertTrue(line, "it ended")
+        run = self.started()
         with open(f"/proc/{run.pid}/task/{run.pid}/children", encoding="ascii") as file:
             children = [int(word) for word in file.read().split()]
         for child in children:
