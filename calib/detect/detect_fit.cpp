@@ -30,11 +30,11 @@ constexpr double settled_px = 5e-4;
 constexpr double nearly_settled_px = 0.02;
 constexpr double settled_gain = 1e-3;
 constexpr size_t fewest_pixels = 24;
-constexpr double min_window_share = 0.6;        // share of the window that must be inside the image
-constexpr double farthest_share = 0.5;          // share of the radius that the corner may move
-constexpr double largest_residual_share = 0.3;  // share of half the contrast
-constexpr double min_half_contrast = 3;         // grey levels
-constexpr double min_blur_px = 0.289;           // of a sharp image: the extent of a pixel
+constexpr double min_window_share = 0.6;  // share of the window that must be inside the image
+constexpr double farthest_share = 0.5;    // share of the radius that the corner may move
+constexpr double max_misfit = 0.3;
+constexpr double min_half_contrast = 3;  // grey levels
+constexpr double min_blur_px = 0.289;    // of a sharp image: the extent of a pixel
 // Rounding to integer grey levels is not noise if it is the only error; no pixel grid is exact
 // either.
 constexpr double min_noise = 0.3;  // grey levels
@@ -255,13 +255,13 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     if (half_contrast < min_half_contrast || !(shape > 0)) {
         return std::nullopt;
     }
+    corner_fit fit;
     // A corner in strong noise is a corner nevertheless.
-    const double largest_misfit = largest_residual_share * half_contrast;
-    if (residual > largest_misfit &&
-        residual * residual - largest_misfit * largest_misfit > noise_variance(from, guess, p)) {
+    fit.misfit = std::sqrt(std::max(0.0, residual * residual - noise_variance(from, guess, p))) /
+                 half_contrast;
+    if (fit.misfit > max_misfit) {
         return std::nullopt;
     }
-    corner_fit fit;
     fit.x = guess.x + p[X];
     fit.y = guess.y + p[Y];
     fit.sigma_px = std::hypot(std::max(residual, min_noise) * std::sqrt(shape), min_sigma_px);

@@ -4,6 +4,7 @@
 #ifndef VERGENCE_CALIB_DETECT_DETECT_FIT_HPP
 #define VERGENCE_CALIB_DETECT_DETECT_FIT_HPP
 
+#include <cmath>
 #include <optional>
 
 #include "calib/detect/detect_pyramid.hpp"
@@ -24,6 +25,7 @@ struct corner_guess {
     double blur_px = 1;          // standard deviation, including the extent of a pixel
     double radius_px = 4;        // pixels farther away are ignored
     double band_px = 4;          // pixels farther than this from both edges are ignored
+    double clear_px = HUGE_VAL;  // farther from both edges there may be a marker
 };
 
 struct corner_fit {
@@ -31,6 +33,7 @@ struct corner_fit {
     double sigma_px = 0;  // predicted standard deviation of x and of y
     double blur_px = 0;
     double contrast = 0;  // light minus dark, grey levels
+    double misfit = 0;    // what is neither corner nor noise, rms, as a share of half the contrast
 };
 
 /// Returns nothing when the fit does not converge near the guess or the image does not look like a

@@ -5,11 +5,16 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/detect/detect_rejection.hpp"
+#include "calib/detect/detect_symmetry.hpp"
+
 namespace calib::detect {
 
 namespace {
 
-constexpr double radius_share = 0.45;  // of the distance to the nearest neighbour
+constexpr double radius_share = 0.45;     // of the distance to the nearest neighbour
+constexpr double max_sigma_share = 0.04;  // of that distance
+constexpr double suspect_misfit = 0.12;   // from here on a centre of symmetry is better
 constexpr double coarse_radius_px = 10;
 constexpr double fine_radius_px = 28;
 constexpr double min_radius_px = 3.2;
@@ -94,16 +99,23 @@ double nearest_neighbour_px(const points &known, int column, int row) {
     return nearest;
 }
 
-// A start with wide edges converges from farther away; narrow ones converge faster.
+// A start with wide edges converges from farther away; narrow ones converge faster. What does not
+// look like two blurred edges, as spread ink, may still have a centre of symmetry.
 corner_fit fit_from(const plane &level, corner_guess guess) {
-    const double blur_px = guess.blur_px;
+    const double blur_px = guess.blur_px, spacing_px = guess.radius_px / radius_share;
+    std::optional<corner_fit> fit;
     for (const double wider : {1.0, 2.5}) {
         guess.blur_px = wider * blur_px;
-        if (const std::optional<corner_fit> fit = fit_corner(level, guess)) {
-            return *fit;
+        fit = fit_corner(level, guess);
+        if (fit) {
+            break;
         }
     }
-    return {};
+    if (!fit || too_blurred(fit->blur_px, spacing_px) || fit->misfit > suspect_misfit) {
+        const std::optional<corner_fit> centre = fit_symmetry(level, guess);
+        fit = centre ? centre : fit;
+    }
+    return fit && fit->sigma_px <= max_sigma_share * spacing_px ? *fit : corner_fit();
 }
 
 struct pass {
@@ -131,7 +143,8 @@ std::vector<corner_fit> fit_all(const plane &level, const grid &shape, const poi
                                          how.widest_radius_px + 4 * how.blur_px);
             guess.band_px = 3 * how.blur_px + 2;
             if (how.clear_share < 0.5) {
-                guess.band_px = std::min(guess.band_px, std::max(how.clear_share * spacing, 1.5));
+                guess.clear_px = std::max(how.clear_share * spacing, 1.5);
+                guess.band_px = std::min(guess.band_px, guess.clear_px);
             }
             fits[known.index(column, row)] = fit_from(level, guess);
         }

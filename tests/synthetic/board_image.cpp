@@ -23,6 +23,18 @@ class Paint {
 
     double at(double x_mm, double y_mm) const {
         const double u = x_mm / board_.square_mm + 1, v = y_mm / board_.square_mm + 1;
+        double grey = painted(u, v);
+        for (const double ink : {-light_.ink_squares, light_.ink_squares}) {
+            if (ink == 0) {
+                break;
+            }
+            grey = std::min({grey, painted(u + ink, v + ink), painted(u + ink, v - ink)});
+        }
+        return grey;
+    }
+
+  private:
+    double painted(double u, double v) const {
         const double columns = board_.columns + 1, rows = board_.rows + 1;
         const double margin = light_.margin_squares;
         if (u < -margin || v < -margin || u > columns + margin || v > rows + margin) {
@@ -40,7 +52,6 @@ class Paint {
                    : light_.light_grey;
     }
 
-  private:
     bool marker_black(int column, int row, double u, double v) const {
         const double share = board_.marker_mm / board_.square_mm;
         const int cells = dictionary_->side + 2;

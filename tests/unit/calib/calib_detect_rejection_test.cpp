@@ -85,7 +85,7 @@ TEST_CASE("each rejection names its reason") {
     CHECK(soft.find("blurred") != std::string::npos);
 
     light = BoardLight();
-    light.dark_grey = 246;
+    light.dark_grey = 250;
     light.light_grey = light.background_grey = 300;
     BoardImage bright = board_image(board, 0.7, 0, light);
     const std::string over = rejection_of(board, bright.view());

@@ -182,12 +182,16 @@ std::vector<double> turned(const std::vector<double> &image, int width) {
 struct Defects {
     std::string name;
     double noise_grey = 0, sharpening = 0, glare_grey = 0;
+    double motion_px = 0;
 };
 
-// What a cheap camera adds after the lens: noise, sharpening with halos; and light that is uneven.
+// Motion along the rows, uneven light, and what a cheap camera adds: noise, sharpening with halos.
 void spoil(const Defects &defects, Random &random, BoardImage *image) {
     const int width = image->width, height = image->height;
     std::vector<double> greys(image->pixels.begin(), image->pixels.end());
+    if (defects.motion_px > 0) {
+        greys = blurred_rows(greys, width, defects.motion_px);
+    }
     for (int i = 0; i < width * height; i++) {
         const double x = double(i % width) / width - 0.5, y = double(i / width) / height - 0.5;
         double &grey = greys[static_cast<size_t>(i)];
@@ -208,13 +212,14 @@ void spoil(const Defects &defects, Random &random, BoardImage *image) {
 
 }  // namespace
 
-TEST_CASE("boards are seen in noise, halos, glare, low light and without a border") {
+TEST_CASE("boards are seen in bad light and bad pictures, as bad prints and without a border") {
     const uint64_t seed = test_seed();
     INFO("VERGENCE_SEED=" << seed);
     Random random(seed);
     struct Case {
         Defects defects;
         double dark_grey, light_grey, margin_squares, worst_rms_px;
+        double ink_squares = 0;
     };
     const Case cases[] = {
         {{"noise", 25, 0, 0}, 60, 160, 1, 0.25},
@@ -223,6 +228,9 @@ TEST_CASE("boards are seen in noise, halos, glare, low light and without a borde
         {{"glare", 2, 0, 150}, 40, 180, 1, 0.2},
         {{"low light", 5, 0, 0}, 12, 32, 1, 0.25},
         {{"no border", 3, 0, 0}, 30, 200, 0, 0.05},
+        {{"motion", 2, 0, 0, 5}, 30, 200, 1, 0.2},
+        {{"spread ink", 2, 0, 0}, 30, 200, 1, 0.05, 0.1},
+        {{"overexposed", 2, 0, 0}, 20, 500, 1, 0.1},
     };
     for (const Case &c : cases) {
         CAPTURE(c.defects.name);
@@ -233,6 +241,7 @@ TEST_CASE("boards are seen in noise, halos, glare, low light and without a borde
         light.light_grey = c.light_grey;
         light.background_grey = (c.dark_grey + c.light_grey) / 2;
         light.margin_squares = c.margin_squares;
+        light.ink_squares = c.ink_squares;
         light.noise_grey = 0;
         BoardImage image = photograph(
             board, camera, hold_board(board, camera, random_hold(0.5, 0.4, 0.3, random)), light);
