@@ -68,3 +68,10 @@ function(vergence_folder folder)
     message(FATAL_ERROR "tools/arrows.txt does not name ${folder}")
   endif()
 endfunction()
+
+# vergence_together(TARGET...): compiles several files of a folder at once, where the headers that they
+# share (Eigen, JSON, YAML) take longer than what is theirs. Names without linkage are then unique in the
+# folder.
+function(vergence_together)
+  set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+endfunction()

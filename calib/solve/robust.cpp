@@ -18,7 +18,6 @@ const double GARBAGE = 0.03;    // misfit of a homography, as a share of the vie
 const double NOISIER = 3;       // maximum noise of a used view, as a multiple of the common noise
 const double MEDIAN_RADIUS = 1.1774100225154747;  // of a two-dimensional gaussian, in sigmas
 const double MIN_LIMIT_PX = 1e-3;
-const double LOSS = 3;
 
 double median_of(std::vector<double> *values) {
     INVARIANT(!values->empty());

@@ -27,6 +27,9 @@ using view_records = std::vector<std::array<view_record, CAMERAS>>;
 /// board. Sets `used` for usable views.
 view_records inspect_views(bundle *data);
 
+/// Where losses of the fits bend, in robust scales.
+constexpr double LOSS = 3;
+
 /// Standard deviation of the used corners' residuals over their own sigmas, from the median of
 /// their lengths, so that a few outliers do no harm.
 double robust_scale(const bundle &data, const bundle_state &state);

@@ -21,7 +21,6 @@ namespace calib {
 
 namespace {
 
-const double LOSS = 3;
 const int CLEANING_ROUNDS = 8, FINAL_ROUNDS = 4;
 const int WARP_FROM = 6;  // board positions
 const double SCATTERED_Z = 4;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/solve/robust.hpp"
 #include "calib/solve/solve_parallel.hpp"
 #include "core/invariant.h"
 
@@ -11,7 +12,6 @@ namespace calib {
 
 namespace {
 
-const double LOSS = 3;  // of the robust scale
 const size_t MIN_VIEWS = 3;
 const int ROUNDS = 3;
 

@@ -16,9 +16,9 @@
 
 namespace {
 
-const double point_mm = 25.4 / 72;  // PDF units
-const double margin_mm = 5;         // margin that printers leave
-const double caption_mm = 14;       // below the board: ruler and two lines of text
+const double pdf_unit_mm = 25.4 / 72;
+const double margin_mm = 5;    // margin that printers leave
+const double caption_mm = 14;  // below the board: ruler and two lines of text
 const double letters_mm = 3;
 const double widest_letter = 0.56;  // of the height: mean of Helvetica's with a margin
 
@@ -149,7 +149,7 @@ void draw_caption(const calib::board &board, const place &at, double width_mm, d
 
 /// The file around the page's content.
 std::string wrapped(const std::string &content, const board_paper &paper) {
-    const double width = paper.width_mm / point_mm, height = paper.height_mm / point_mm;
+    const double width = paper.width_mm / pdf_unit_mm, height = paper.height_mm / pdf_unit_mm;
     const std::string objects[] = {
         "<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",
         "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
@@ -234,8 +234,8 @@ std::string board_pdf(const calib::board &board, const board_paper &paper, doubl
     *scale_mm = draw_ruler(margin_mm, caption_y + 1, room_mm, &page);
     draw_caption(board, {margin_mm, caption_y + 1}, room_mm, *scale_mm, &page);
     // From points, upwards, to millimetres, downwards.
-    const std::string scale = report_text_format("%.9f 0 0 %.9f 0 %.6f cm\n", 1 / point_mm,
-                                                 -1 / point_mm, turned.height_mm / point_mm);
+    const std::string scale = report_text_format("%.9f 0 0 %.9f 0 %.6f cm\n", 1 / pdf_unit_mm,
+                                                 -1 / pdf_unit_mm, turned.height_mm / pdf_unit_mm);
     return wrapped(scale + page.content(), turned);
 }
 

@@ -8,12 +8,12 @@
 #include "daemon/base/process.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/calibrate/calibrate_views.hpp"
 
 namespace {
 
 using json = nlohmann::ordered_json;
 
-const char *const side_name[] = {"left", "right"};
 // Distances, in baselines, for which the deviation of the depth is stated.
 const double depth_in_baselines[] = {5, 10, 20, 50};
 

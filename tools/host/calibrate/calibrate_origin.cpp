@@ -8,11 +8,10 @@
 #include "calib/solve/uncertainty.hpp"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
-
-const char *const side_name[] = {"left", "right"};
 
 /// The pairs whose corners count.
 std::vector<const calibrate_shot *> used(const std::vector<calibrate_shot> &shots,

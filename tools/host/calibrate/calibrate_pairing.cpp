@@ -6,12 +6,11 @@
 #include <set>
 
 #include "tools/host/calibrate/calibrate_inputs.hpp"
+#include "tools/host/calibrate/calibrate_views.hpp"
 
 namespace {
 
 enum { LEFT, RIGHT, UNKNOWN };
-
-const char *const side_name[] = {"left", "right"};
 
 struct named {
     std::string path, key;

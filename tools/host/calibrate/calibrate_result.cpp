@@ -10,13 +10,13 @@
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
 #include "stereo/geometry/lens.h"
+#include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
 
 const size_t corners_listed = 12;
-const char *const side_name[] = {"left", "right"};
 
 /// The axes of both rectified cameras, in the left frame: x along the baseline, z the mean view.
 struct rectified_axes {

@@ -14,6 +14,8 @@
 #include "core/parallel.h"
 #include "tools/host/calibrate/calibrate_inputs.hpp"
 
+constexpr const char *side_name[] = {"left", "right"};
+
 /// A picture in memory, upright, in grey. Larger ones than the core's images are shrunk.
 struct calibrate_image {
     std::vector<uint8_t> grey;

@@ -11,16 +11,16 @@
 #include "core/invariant.h"
 #include "core/math.h"
 #include "tools/host/calibrate/calibrate_result.hpp"
+#include "tools/host/calibrate/calibrate_views.hpp"
 #include "tools/host/convert/calibration_file.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
 
+const int zoom_solve_steps = 5;
 const double pixel_mm = 0.0032;  // of the MT9T001
 const double apart_counts = 20;
 const int min_zooms = 4;
-const int solve_steps = 5;
-const char *const side_name[] = {"left", "right"};
 
 const calibration_axis &axis_of(const calibrate_shot &shot, size_t side, int axis) {
     return shot.state->origin.side[side].axis[axis];
@@ -196,7 +196,7 @@ bool calibrate_zoom_solve(calibrate_zoom_job *job, std::string *error) {
     options.progress = [job, &step, &last](const char *what) {
         step += last == what ? 0 : 1;
         last = what;
-        job->progress(std::min(step, solve_steps), solve_steps);
+        job->progress(std::min(step, zoom_solve_steps), zoom_solve_steps);
     };
     job->solution = calib::solve_zoom(job->seen, options);
     if (!job->solution.failure.empty()) {

@@ -9,11 +9,11 @@
 #include "core/error.h"
 #include "stereo/geometry/geometry.h"
 #include "tools/host/convert/export.hpp"
+#include "tools/host/convert/import.hpp"
 #include "tools/host/formats/report_text.hpp"
 
 namespace {
 
-const double metre_mm = 1000;
 // Of the image's diagonal: an approximation with a larger error is rejected.
 const double absurd_share = 0.01;
 

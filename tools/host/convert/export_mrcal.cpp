@@ -6,10 +6,9 @@
 /// model representation".
 #include "core/error.h"
 #include "tools/host/convert/export.hpp"
+#include "tools/host/convert/import.hpp"
 
 namespace {
-
-const double metre_mm = 1000;
 
 std::string model(const lens &one, const std::vector<double> &rt_cam_ref) {
     std::vector<double> numbers = {one.fx_px, one.fy_px, one.cx_px, one.cy_px,

@@ -2,13 +2,12 @@
 /// camera_info files as camera_calibration writes them. rectification_matrix maps the camera's
 /// frame to the rectified one, P[3] = -f B in m. Source: CameraInfo.msg; REP 104.
 #include "tools/host/convert/export.hpp"
+#include "tools/host/convert/import.hpp"
 
 namespace {
 
-const double metre_mm = 1000;
-
-std::string matrix(const std::string &name, int rows, int columns,
-                   const std::vector<double> &values) {
+std::string ros_matrix(const std::string &name, int rows, int columns,
+                       const std::vector<double> &values) {
     return name + ":\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(columns) +
            "\n  data: [" + export_numbers(values) + "]\n";
 }
@@ -19,12 +18,12 @@ std::string info(const std::string &name, const lens &one, const double R[9], co
     const std::vector<double> D = export_coefficients(one);
     return "image_width: " + std::to_string(one.width_px) +
            "\nimage_height: " + std::to_string(one.height_px) + "\ncamera_name: " + name + "\n" +
-           matrix("camera_matrix", 3, 3,
-                  {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
+           ros_matrix("camera_matrix", 3, 3,
+                      {one.fx_px, 0, one.cx_px, 0, one.fy_px, one.cy_px, 0, 0, 1}) +
            "distortion_model: " + models[one.kind] + "\n" +
-           matrix("distortion_coefficients", 1, int(D.size()), D) +
-           matrix("rectification_matrix", 3, 3, {R, R + 9}) +
-           matrix("projection_matrix", 3, 4, {P, P + 12});
+           ros_matrix("distortion_coefficients", 1, int(D.size()), D) +
+           ros_matrix("rectification_matrix", 3, 3, {R, R + 9}) +
+           ros_matrix("projection_matrix", 3, 4, {P, P + 12});
 }
 
 }  // namespace

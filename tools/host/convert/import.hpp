@@ -12,6 +12,8 @@
 #include "stereo/geometry/calibration.h"
 #include "stereo/zoom/zoom_calibration.h"
 
+constexpr double metre_mm = 1000;  // the unit of most formats, also of the exporters
+
 /// One file in memory.
 struct import_file {
     std::string path, text;

@@ -7,20 +7,15 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
 struct sensor {
     lens camera;
     import_matrix4 T_body_camera;
 };
 
-std::string word(const YAML::Node &node) {
-    return node && node.IsScalar() ? node.Scalar() : "";
-}
-
 /// Rejects other sensors than pinhole cameras.
 void check_sensor(const import_file &file, const YAML::Node &root) {
-    const std::string type = word(root["sensor_type"]), model = word(root["camera_model"]);
+    const std::string type = import_yaml_word(root["sensor_type"]),
+                      model = import_yaml_word(root["camera_model"]);
     if (!type.empty() && type != "camera") {
         import_fail(ERROR_SYNTAX, file, "sensor_type " + type + ": is not a camera");
     }
@@ -37,7 +32,7 @@ bool is_radtan(const std::string &model) {
 sensor read_sensor(const import_file &file) {
     const YAML::Node root = import_yaml_map(file, file.text, "a sensor.yaml of EuRoC");
     check_sensor(file, root);
-    const std::string bent = word(root["distortion_model"]);
+    const std::string bent = import_yaml_word(root["distortion_model"]);
     const bool none = bent.empty() || bent == "none";
     const bool equidistant = bent == "equidistant" || bent == "equi";
     if (!none && !equidistant && !is_radtan(bent)) {

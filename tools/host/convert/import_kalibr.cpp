@@ -7,17 +7,12 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
-std::string word(const YAML::Node &node) {
-    return node && node.IsScalar() ? node.Scalar() : "";
-}
-
 lens read_camera(const import_file &file, const std::string &name, const YAML::Node &node) {
     if (!node || !node.IsMap()) {
         import_fail(ERROR_MISSING, file, name + " is missing: a pair is cam0 and cam1");
     }
-    const std::string model = word(node["camera_model"]), bent = word(node["distortion_model"]);
+    const std::string model = import_yaml_word(node["camera_model"]),
+                      bent = import_yaml_word(node["distortion_model"]);
     if (model != "pinhole") {
         import_fail(ERROR_DISTORTION, file,
                     name + ", camera_model " + (model.empty() ? "is missing" : model) +

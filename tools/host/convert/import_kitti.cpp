@@ -13,8 +13,6 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
 /// The file's lines NAME: VALUES.
 struct kitti {
     const import_file &file;

@@ -8,7 +8,6 @@
 
 namespace {
 
-const double metre_mm = 1000;
 const size_t matrix_numbers = 9;
 
 /// The text in one line.

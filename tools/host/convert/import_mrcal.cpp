@@ -9,9 +9,7 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
-struct model {
+struct mrcal_model {
     lens camera{};
     import_matrix4 T_cam_ref;
 };
@@ -25,7 +23,7 @@ std::string without_bytes(const std::string &text) {
     return end == std::string::npos ? text : text.substr(0, begin) + "0" + text.substr(end + 1);
 }
 
-model read_model(const import_file &file) {
+mrcal_model read_model(const import_file &file) {
     const YAML::Node root = import_yaml_map(file, without_bytes(file.text), "a camera of mrcal");
     const YAML::Node named = root["lensmodel"];
     const std::string name = named && named.IsScalar() ? named.Scalar() : "";
@@ -43,7 +41,7 @@ model read_model(const import_file &file) {
     const std::vector<double> intrinsics =
         import_yaml_numbers(file, "intrinsics", root["intrinsics"], 4 + coefficients);
     const std::vector<double> D(intrinsics.begin() + 4, intrinsics.end());
-    model result;
+    mrcal_model result;
     result.camera =
         import_yaml_lens(file, "intrinsics", intrinsics,
                          import_yaml_numbers(file, "imagersize", root["imagersize"], 2), D);
@@ -65,8 +63,8 @@ import_pair import_mrcal(const std::vector<import_file> &files, const import_opt
     import_pair pair;
     pair.format = "mrcal";
     pair.tag = "mrcal";
-    const model left = read_model(files[0]);
-    const model right = read_model(files[1]);
+    const mrcal_model left = read_model(files[0]);
+    const mrcal_model right = read_model(files[1]);
     pair.value.left = left.camera;
     pair.value.right = right.camera;
     import_common_pose(files[1], "extrinsics", left.T_cam_ref, right.T_cam_ref, true,

@@ -12,8 +12,6 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
 class settings {
   public:
     explicit settings(const import_file &file) : file_(file) {

@@ -20,7 +20,6 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-const double metre_mm = 1000;
 const char *const first_stream = "\"Infrared 1\"", *const second_stream = "\"Infrared 2\"";
 
 /// Width, height, and fx fy cx cy of both cameras (px).

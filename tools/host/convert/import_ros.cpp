@@ -9,8 +9,6 @@
 
 namespace {
 
-const double metre_mm = 1000;
-
 struct camera_info {
     lens camera{};
     std::vector<double> D, R, P;

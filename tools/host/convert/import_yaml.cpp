@@ -23,6 +23,10 @@ YAML::Node import_yaml_map(const import_file &file, const std::string &text,
     }
 }
 
+std::string import_yaml_word(const YAML::Node &node) {
+    return node && node.IsScalar() ? node.Scalar() : "";
+}
+
 std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,
                                         const YAML::Node &node) {
     if (!node) {

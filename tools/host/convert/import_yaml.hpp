@@ -15,6 +15,9 @@
 YAML::Node import_yaml_map(const import_file &file, const std::string &text,
                            const std::string &what);
 
+/// The text of a scalar; "" for any other node and for a missing one.
+std::string import_yaml_word(const YAML::Node &node);
+
 /// The numbers of a list, or a single one. `field` names the node in messages; rejects a missing or
 /// other node.
 std::vector<double> import_yaml_numbers(const import_file &file, const std::string &field,

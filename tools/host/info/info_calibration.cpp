@@ -15,12 +15,8 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-std::string number(double value, int digits) {
-    return number_text(value, digits);
-}
-
 std::string pair_text(double a, double b, int digits, const char *between) {
-    return number(a, digits) + between + number(b, digits);
+    return number_text(a, digits) + between + number_text(b, digits);
 }
 
 /// Angle between the rays through two pixels of a row or of a column, in degrees; negative where
@@ -64,16 +60,16 @@ std::string distortion_text(const lens &camera) {
     const bool equidistant = camera.kind == LENS_EQUIDISTANT;
     std::string text =
         camera.kind == LENS_BROWN_CONRADY ? "" : std::string(lens_kind_name(camera.kind)) + ", ";
-    text += "k1 " + number(camera.k1, 6) + ", k2 " + number(camera.k2, 6);
+    text += "k1 " + number_text(camera.k1, 6) + ", k2 " + number_text(camera.k2, 6);
     if (!equidistant) {
-        text += ", p1 " + number(camera.p1, 6) + ", p2 " + number(camera.p2, 6);
+        text += ", p1 " + number_text(camera.p1, 6) + ", p2 " + number_text(camera.p2, 6);
     }
-    text += ", k3 " + number(camera.k3, 6);
+    text += ", k3 " + number_text(camera.k3, 6);
     if (camera.kind != LENS_BROWN_CONRADY) {
-        text += ", k4 " + number(camera.k4, 6);
+        text += ", k4 " + number_text(camera.k4, 6);
     }
     if (camera.kind == LENS_RATIONAL) {
-        text += ", k5 " + number(camera.k5, 6) + ", k6 " + number(camera.k6, 6);
+        text += ", k5 " + number_text(camera.k5, 6) + ", k6 " + number_text(camera.k6, 6);
     }
     return text;
 }
@@ -99,17 +95,17 @@ void add_pose(const calibration &value, info_page *page) {
     const double *t_mm = value.translation_right_left_mm;
     page->add_number("baseline_mm", "baseline", calibration_baseline_mm(&value), 7, "mm");
     page->add("translation_right_left_mm", "  translation",
-              number(t_mm[0], 7) + " " + number(t_mm[1], 6) + " " + number(t_mm[2], 6) +
-                  " mm (left camera in the right frame)",
+              number_text(t_mm[0], 7) + " " + number_text(t_mm[1], 6) + " " +
+                  number_text(t_mm[2], 6) + " mm (left camera in the right frame)",
               json::array({t_mm[0], t_mm[1], t_mm[2]}));
     page->add("rotation_right_left_rad", "  rotation",
-              number(MATH_DEGREE_PER_RAD * geometry_norm(r_rad), 4) + " degrees (vector " +
-                  number(r_rad[0], 6) + " " + number(r_rad[1], 6) + " " + number(r_rad[2], 6) +
-                  " rad)",
+              number_text(MATH_DEGREE_PER_RAD * geometry_norm(r_rad), 4) + " degrees (vector " +
+                  number_text(r_rad[0], 6) + " " + number_text(r_rad[1], 6) + " " +
+                  number_text(r_rad[2], 6) + " rad)",
               json::array({r_rad[0], r_rad[1], r_rad[2]}));
     const double vergence_mm = calibration_vergence_depth_mm(&value);
     page->add("vergence_depth_mm", "  axes meet",
-              vergence_mm > 0 ? "at a depth of " + number(vergence_mm, 5) + " mm"
+              vergence_mm > 0 ? "at a depth of " + number_text(vergence_mm, 5) + " mm"
                               : "nowhere in front of the cameras",
               vergence_mm > 0 ? json(vergence_mm) : json(nullptr));
 }
@@ -133,7 +129,8 @@ void add_depth_steps(const calibration &value, const rectify_plan &plan, info_pa
     for (const double depth_mm : depths_mm) {
         const double step_mm = depth_mm * depth_mm / (plan.f_px * plan.baseline_mm);
         page->add("", first ? "one pixel is" : "",
-                  number(step_mm, 3) + " mm of depth at " + number(depth_mm, 4) + " mm", nullptr);
+                  number_text(step_mm, 3) + " mm of depth at " + number_text(depth_mm, 4) + " mm",
+                  nullptr);
         list.push_back({{"depth_mm", depth_mm}, {"mm_per_px", step_mm}});
         first = false;
     }
@@ -142,7 +139,7 @@ void add_depth_steps(const calibration &value, const rectify_plan &plan, info_pa
 
 /// The options of reconstruct that search this range of depths, to change and paste.
 std::string range_options(const rectify_plan &plan) {
-    const auto whole = [](double mm) { return number(mm, 4); };
+    const auto whole = [](double mm) { return number_text(mm, 4); };
     return "--near " + whole(plan.depth_near_mm) +
            (std::isfinite(plan.depth_far_mm) ? " --far " + whole(plan.depth_far_mm) : "");
 }
@@ -166,7 +163,7 @@ void add_plan(const calibration &value, info_page *page) {
     const double down_deg = report_field_deg(plan.cy_px, plan.height_px, plan.fy_px);
     page->add("rectified_pair", "rectified pair",
               std::to_string(plan.width_px) + " x " + std::to_string(plan.height_px) +
-                  " px, focal length " + number(plan.f_px, 7) + " px, " +
+                  " px, focal length " + number_text(plan.f_px, 7) + " px, " +
                   pair_text(across_deg, down_deg, 4, " x ") + " degrees" +
                   (plan.identity ? ", pixel for pixel" : ""),
               {{"size_px", {plan.width_px, plan.height_px}},
@@ -182,8 +179,8 @@ void add_plan(const calibration &value, info_page *page) {
     page->add(
         "", "  searched",
         "disparities " + std::to_string(plan.disparity_min) + ".." + std::to_string(last) +
-            " px, depths " + number(plan.depth_near_mm, 4) + ".." +
-            (std::isfinite(plan.depth_far_mm) ? number(plan.depth_far_mm, 4) + " mm"
+            " px, depths " + number_text(plan.depth_near_mm, 4) + ".." +
+            (std::isfinite(plan.depth_far_mm) ? number_text(plan.depth_far_mm, 4) + " mm"
                                               : std::string("infinity")) +
             (plan.depth_range_assumed ? " (assumed; reconstruct takes " + range_options(plan) + ")"
                                       : ""),
@@ -218,10 +215,11 @@ void add_origin(const calibration &value, info_page *page) {
             const calibration_axis &stood = at.axis[axis];
             const bool known = stood.kind == CALIBRATION_AXIS_KNOWN;
             const char *unit = axis == CALIBRATION_PAN ? " deg" : "";
-            text += std::string(", ") + calibration_match_axis_name(axis) + " " +
-                    (known ? number(stood.mean, 5) + " +- " + number(stood.spread, 3) + unit
-                     : stood.kind == CALIBRATION_AXIS_NONE ? "none"
-                                                           : "not known");
+            text +=
+                std::string(", ") + calibration_match_axis_name(axis) + " " +
+                (known ? number_text(stood.mean, 5) + " +- " + number_text(stood.spread, 3) + unit
+                 : stood.kind == CALIBRATION_AXIS_NONE ? "none"
+                                                       : "not known");
             one[calibration_match_axis_name(axis)] =
                 known ? json({{"mean", stood.mean}, {"spread", stood.spread}}) : json(nullptr);
         }
@@ -229,8 +227,8 @@ void add_origin(const calibration &value, info_page *page) {
     }
     page->add("origin", "", "", object);
     page->add("scale_sigma", "  uncertain by",
-              number(100 * value.scale_sigma, 3) + " % of all depths, and " +
-                  number(MATH_DEGREE_PER_RAD * value.yaw_sigma_rad, 3) +
+              number_text(100 * value.scale_sigma, 3) + " % of all depths, and " +
+                  number_text(MATH_DEGREE_PER_RAD * value.yaw_sigma_rad, 3) +
                   " degrees between the cameras",
               value.scale_sigma);
     page->add("yaw_sigma_rad", "", "", value.yaw_sigma_rad);
@@ -281,7 +279,8 @@ info_page info_calibration(const std::string &path, const calibration &value,
         "depth_range_mm", "depth range",
         stated ? pair_text(value.depth_near_mm, value.depth_far_mm, 7, "..") + " mm" : "not stated",
         stated ? json::array({value.depth_near_mm, value.depth_far_mm}) : json(nullptr));
-    page.add("rms_px", "rms", value.rms_px > 0 ? number(value.rms_px, 4) + " px" : "not stated",
+    page.add("rms_px", "rms",
+             value.rms_px > 0 ? number_text(value.rms_px, 4) + " px" : "not stated",
              value.rms_px > 0 ? json(value.rms_px) : json(nullptr));
     add_plan(value, &page);
     return page;

@@ -23,10 +23,6 @@ using json = nlohmann::ordered_json;
 
 const char *const sides[2] = {"left", "right"};
 
-std::string number(double value, int digits) {
-    return number_text(value, digits);
-}
-
 void focal_lengths(const zoom_pair *pair, void *, double *values) {
     values[0] = pair->side[0].f_px;
     values[1] = pair->side[1].f_px;
@@ -49,13 +45,14 @@ void add_camera(const zoom_calibration &value, int side, info_page *page) {
     page->add("", std::string(sides[side]) + " camera",
               (*camera.name != '\0' ? camera.name : std::string("camera not known")) + ", " +
                   std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px) +
-                  " px of " + number(1000 * camera.pixel_mm, 4) + " um",
+                  " px of " + number_text(1000 * camera.pixel_mm, 4) + " um",
               nullptr);
     page->add("", "  calibrated",
-              "zoom " + number(camera.zoom.min, 5) + ".." + number(camera.zoom.max, 5) +
-                  ", focus " + number(camera.focus.min, 5) + ".." + number(camera.focus.max, 5) +
-                  " counts, pan " + number(MATH_DEGREE_PER_RAD * camera.pan_rad.min, 4) + ".." +
-                  number(MATH_DEGREE_PER_RAD * camera.pan_rad.max, 4) + " degrees",
+              "zoom " + number_text(camera.zoom.min, 5) + ".." + number_text(camera.zoom.max, 5) +
+                  ", focus " + number_text(camera.focus.min, 5) + ".." +
+                  number_text(camera.focus.max, 5) + " counts, pan " +
+                  number_text(MATH_DEGREE_PER_RAD * camera.pan_rad.min, 4) + ".." +
+                  number_text(MATH_DEGREE_PER_RAD * camera.pan_rad.max, 4) + " degrees",
               nullptr);
     json focal = json::array();
     for (int i = 0; i <= 4; i++) {
@@ -68,9 +65,10 @@ void add_camera(const zoom_calibration &value, int side, info_page *page) {
         const double sigma = std::sqrt(variance[side].lens) / f_px;
         const double motor = std::sqrt(variance[side].motor) / f_px;
         page->add("", i == 0 ? "  focal length" : "",
-                  number(f_px * camera.pixel_mm, 5) + " mm (" + number(f_px, 6) + " px) at " +
-                      number(state.side[side].zoom_counts, 5) + ", +- " + number(100 * sigma, 2) +
-                      " % and " + number(100 * motor, 2) + " % by the motor",
+                  number_text(f_px * camera.pixel_mm, 5) + " mm (" + number_text(f_px, 6) +
+                      " px) at " + number_text(state.side[side].zoom_counts, 5) + ", +- " +
+                      number_text(100 * sigma, 2) + " % and " + number_text(100 * motor, 2) +
+                      " % by the motor",
                   nullptr);
         focal.push_back({{"zoom_counts", state.side[side].zoom_counts},
                          {"focal_px", f_px},
@@ -92,20 +90,21 @@ void add_camera(const zoom_calibration &value, int side, info_page *page) {
 void add_checks(const zoom_calibration &value, info_page *page) {
     const zoom_validation &check = value.validation;
     page->add("rms_px", "rms",
-              number(check.rms_px, 4) + " px of " + std::to_string(check.corners) + " corners on " +
-                  std::to_string(check.boards) + " boards at " + std::to_string(check.settings) +
-                  " settings, " + std::to_string(check.rejected_corners) + " corners rejected",
+              number_text(check.rms_px, 4) + " px of " + std::to_string(check.corners) +
+                  " corners on " + std::to_string(check.boards) + " boards at " +
+                  std::to_string(check.settings) + " settings, " +
+                  std::to_string(check.rejected_corners) + " corners rejected",
               check.rms_px);
     page->add("held_out_px", "at settings left out",
               check.held_out_px > 0
-                  ? number(check.held_out_px, 3) + " px epipolar, " +
-                        number(100 * check.held_out_focal, 3) + " % of the focal length"
+                  ? number_text(check.held_out_px, 3) + " px epipolar, " +
+                        number_text(100 * check.held_out_focal, 3) + " % of the focal length"
                   : std::string("not checked"),
               check.held_out_px > 0 ? json(check.held_out_px) : json(nullptr));
-    page->add(
-        "chi_square_z", "standard score of the fit",
-        number(check.chi_square_z, 3) + (check.chi_square_z > 4 ? ": the model does not fit" : ""),
-        check.chi_square_z);
+    page->add("chi_square_z", "standard score of the fit",
+              number_text(check.chi_square_z, 3) +
+                  (check.chi_square_z > 4 ? ": the model does not fit" : ""),
+              check.chi_square_z);
 }
 
 /// Depth's uncertainty by the calibration where both cameras look, without matching.
@@ -126,10 +125,10 @@ void add_depth(const zoom_calibration &value, info_page *page) {
         const double lens_mm =
             std::sqrt(std::max(0.0, variance.lens + variance.mount + variance.cross));
         page->add("", first ? "depth uncertain by" : "",
-                  number(std::sqrt(zoom_variance_sum(&variance)), 3) + " mm at " +
-                      number(depth_mm, 5) + " mm: calibration " + number(lens_mm, 3) +
-                      ", lens motors " + number(std::sqrt(variance.motor), 3) + ", servos " +
-                      number(std::sqrt(variance.pan), 3),
+                  number_text(std::sqrt(zoom_variance_sum(&variance)), 3) + " mm at " +
+                      number_text(depth_mm, 5) + " mm: calibration " + number_text(lens_mm, 3) +
+                      ", lens motors " + number_text(std::sqrt(variance.motor), 3) + ", servos " +
+                      number_text(std::sqrt(variance.pan), 3),
                   nullptr);
         list.push_back({{"depth_mm", depth_mm},
                         {"sigma_mm", std::sqrt(zoom_variance_sum(&variance))},
