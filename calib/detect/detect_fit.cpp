@@ -33,6 +33,7 @@ constexpr size_t fewest_pixels = 24;
 constexpr double min_window_share = 0.6;  // share of the window that must be inside the image
 constexpr double farthest_share = 0.5;    // share of the radius that the corner may move
 constexpr double max_misfit = 0.3;
+constexpr double small_misfit = 0.1;     // reported as 0: the noise need not be measured
 constexpr double min_half_contrast = 3;  // grey levels
 constexpr double min_blur_px = 0.289;    // of a sharp image: the extent of a pixel
 // Rounding to integer grey levels is not noise if it is the only error; no pixel grid is exact
@@ -257,8 +258,10 @@ std::optional<corner_fit> fit_corner(const plane &level, const corner_guess &gue
     }
     corner_fit fit;
     // A corner in strong noise is a corner nevertheless.
-    fit.misfit = std::sqrt(std::max(0.0, residual * residual - noise_variance(from, guess, p))) /
-                 half_contrast;
+    const double square = residual * residual;
+    const double ignored = small_misfit * half_contrast;
+    const double noise = square > ignored * ignored ? noise_variance(from, guess, p) : square;
+    fit.misfit = std::sqrt(std::max(0.0, square - noise)) / half_contrast;
     if (fit.misfit > max_misfit) {
         return std::nullopt;
     }
