@@ -25,7 +25,6 @@ struct corner_guess {
     double blur_px = 1;          // standard deviation, including the extent of a pixel
     double radius_px = 4;        // pixels farther away are ignored
     double band_px = 4;          // pixels farther than this from both edges are ignored
-    double clear_px = HUGE_VAL;  // farther from both edges there may be a marker
 };
 
 struct corner_fit {

@@ -100,8 +100,9 @@ double nearest_neighbour_px(const points &known, int column, int row) {
 }
 
 // A start with wide edges converges from farther away; narrow ones converge faster. What does not
-// look like two blurred edges, as spread ink, may still have a centre of symmetry.
-corner_fit fit_from(const plane &level, corner_guess guess) {
+// look like two blurred edges, as spread ink, may still have a centre of symmetry, unless the
+// squares hold markers.
+corner_fit fit_from(const plane &level, corner_guess guess, bool plain) {
     const double blur_px = guess.blur_px, spacing_px = guess.radius_px / radius_share;
     std::optional<corner_fit> fit;
     for (const double wider : {1.0, 2.5}) {
@@ -111,7 +112,7 @@ corner_fit fit_from(const plane &level, corner_guess guess) {
             break;
         }
     }
-    if (!fit || too_blurred(fit->blur_px, spacing_px) || fit->misfit > suspect_misfit) {
+    if (plain && (!fit || too_blurred(fit->blur_px, spacing_px) || fit->misfit > suspect_misfit)) {
         const std::optional<corner_fit> centre = fit_symmetry(level, guess);
         fit = centre ? centre : fit;
     }
@@ -143,10 +144,9 @@ std::vector<corner_fit> fit_all(const plane &level, const grid &shape, const poi
                                          how.widest_radius_px + 4 * how.blur_px);
             guess.band_px = 3 * how.blur_px + 2;
             if (how.clear_share < 0.5) {
-                guess.clear_px = std::max(how.clear_share * spacing, 1.5);
-                guess.band_px = std::min(guess.band_px, guess.clear_px);
+                guess.band_px = std::min(guess.band_px, std::max(how.clear_share * spacing, 1.5));
             }
-            fits[known.index(column, row)] = fit_from(level, guess);
+            fits[known.index(column, row)] = fit_from(level, guess, how.clear_share >= 0.5);
         }
     }
     return fits;

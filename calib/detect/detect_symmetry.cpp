@@ -45,14 +45,10 @@ std::vector<offset> half_window(const corner_guess &guess) {
     std::vector<offset> made;
     const double step = std::max(1.0, guess.radius_px / samples_each_way);
     const int reach = static_cast<int>(guess.radius_px / step);
-    const double ax = std::cos(guess.a.angle_rad), ay = std::sin(guess.a.angle_rad);
-    const double bx = std::cos(guess.b.angle_rad), by = std::sin(guess.b.angle_rad);
     for (int v = 0; v <= reach; v++) {
         for (int u = v == 0 ? 1 : -reach; u <= reach; u++) {
             const double x = u * step, y = v * step;
-            const bool clear = std::fabs(ax * y - ay * x) <= guess.clear_px ||
-                               std::fabs(bx * y - by * x) <= guess.clear_px;
-            if (clear && x * x + y * y <= guess.radius_px * guess.radius_px) {
+            if (x * x + y * y <= guess.radius_px * guess.radius_px) {
                 made.push_back({x, y});
             }
         }

@@ -310,9 +310,9 @@ TEST_CASE("a known length in view gives the depth, as well as predicted") {
         int columns, rows;
         double square_mm, limit_mm;
     };
-    // Boards, and two marks 200 mm apart.
-    for (const Case &one : {Case{300, 10, 7, 24, 2.5}, Case{422, 10, 7, 24, 2.2},
-                            Case{840, 5, 4, 20, 1.5}, Case{422, 2, 1, 200, 6}}) {
+    // Boards, and two marks 200 mm apart. Limits leave room for three sigmas of 30 draws.
+    for (const Case &one : {Case{300, 10, 7, 24, 3.3}, Case{422, 10, 7, 24, 2.9},
+                            Case{840, 5, 4, 20, 2.0}, Case{422, 2, 1, 200, 8}}) {
         const zoom_state state = zoom_rig::state(one.zoom, 1800);
         double square = 0, error2 = 0;
         for (int draw = 0; draw < draws; draw++) {
@@ -465,8 +465,8 @@ TEST_CASE("a zoom bracket shows where the rings are, and carries pan from wide t
     }
     if (draws >= 30) {
         CHECK(std::sqrt(focal2[0]) < 2e-3);
-        CHECK(std::sqrt(error2[0]) < 4);
-        CHECK(std::sqrt(error2[1]) < 4);
+        CHECK(std::sqrt(error2[0]) < 5.5);
+        CHECK(std::sqrt(error2[1]) < 5.5);
         CHECK(std::sqrt(square) < 1.3);
     }
 }
