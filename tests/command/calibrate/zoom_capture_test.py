@@ -90,6 +90,12 @@ class ZoomCapture(unittest.TestCase):
             page = pathlib.Path(out, "solved", "calibration.html").read_text(encoding="utf-8")
             self.assertEqual(page.count("left and right are exchanged"), 1)
 
+    def test_a_model_of_one_zoom_is_refused(self):
+        done = run("calibrate", str(KEPT), *BOARD, "--corners", str(KEPT / "corners.vnl"), "--model", "rational",
+                   "--out", "nowhere")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        self.assertIn("--model", done.stderr)
+
     def test_without_corners_the_frames_are_missed(self):
         done = run("calibrate", str(KEPT), *BOARD, "--out", "nowhere")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)

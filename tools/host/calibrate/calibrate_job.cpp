@@ -121,6 +121,12 @@ class runner {
         if (!job_.zoom.empty()) {
             return touch_up_steps();
         }
+        if (job_.distortion && is_at_many_zooms()) {
+            return fail(
+                CLIENT_BAD_INPUT,
+                "--model: lenses at all zooms have k1 k2 p1 p2: omit it, or name the pictures "
+                "of one zoom");
+        }
         find_views();
         if (!have_enough()) {
             return CLIENT_BAD_INPUT;
