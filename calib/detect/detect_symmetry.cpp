@@ -117,8 +117,8 @@ std::optional<corner_fit> fit_symmetry(const plane &level, const corner_guess &g
     const matrix inverse = inverse_symmetric(at.A);
     const double count = static_cast<double>(window.size());
     // The difference of two pixels has twice their variance.
-    const double variance =
-        std::max(4 * at.odd * count / (count - COUNT), 2 * min_noise * min_noise);
+    const double variance = std::max(4 * at.odd * count / (count - static_cast<double>(COUNT)),
+                                     2 * min_noise * min_noise);
     corner_fit fit;
     fit.x = p[X];
     fit.y = p[Y];
